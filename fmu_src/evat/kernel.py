@@ -1,0 +1,355 @@
+"""What does the compiled kernel know, and how is it run from Python? The only file that knows C."""
+
+from __future__ import annotations
+
+import functools
+import importlib.metadata
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import cffi
+import numpy as np
+
+from evat.compile import kernel_library_path, source_root
+from evat.model import (
+    Causality,
+    Effect,
+    EvatError,
+    FloatArray,
+    Law,
+    ParameterError,
+    Run,
+    SimulationError,
+    Trace,
+    Type,
+    Variability,
+    Variable,
+)
+
+TYPES: tuple[Type, ...] = ("real", "integer", "boolean", "choice")
+CAUSALITIES: tuple[Causality, ...] = ("independent", "parameter", "calculated", "input", "output", "local")
+VARIABILITIES: tuple[Variability, ...] = ("fixed", "tunable", "discrete", "continuous")
+
+
+@functools.lru_cache(maxsize=1)
+def _library() -> tuple[cffi.FFI, Any]:
+    """The compiled kernel, its structures and functions as kernel.h declares them."""
+    header = (source_root() / "kernel" / "kernel.h").read_text(encoding="utf-8")
+    header = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
+    header = re.sub(r"^\s*#.*$", "", header, flags=re.MULTILINE).replace("[LANES]", "[1]")
+    ffi = cffi.FFI()
+    ffi.cdef(header)
+    library = ffi.dlopen(str(kernel_library_path()))
+    if library.kernel_size() != ffi.sizeof("struct Contact"):
+        raise EvatError(
+            f"the compiled kernel does not fit its header: a contact has {library.kernel_size()} bytes there, "
+            f"{ffi.sizeof('struct Contact')} here. Install evat again, which compiles the kernel."
+        )
+    return ffi, library
+
+
+def _text(pointer: Any) -> str:
+    ffi, _ = _library()
+    return ffi.string(pointer).decode() if pointer != ffi.NULL else ""
+
+
+@functools.lru_cache(maxsize=1)
+def variables() -> tuple[Variable, ...]:
+    """Every quantity of the component, in the order of its value references."""
+    ffi, library = _library()
+    rows = [library.kernel_variable(index) for index in range(library.kernel_variable_count())]
+    found = []
+    for index, row in enumerate(rows):
+        choices: list[str] = []
+        while row.choices != ffi.NULL and row.choices[len(choices)] != ffi.NULL:
+            choices.append(_text(row.choices[len(choices)]))
+        found.append(
+            Variable(
+                name=_text(row.name),
+                unit=_text(row.unit),
+                display_unit=_text(row.display_unit) or None,
+                start=row.start,
+                min=row.min,
+                max=row.max,
+                nominal=row.nominal or 1.0,
+                meaning=_text(row.meaning),
+                source=_text(row.source),
+                type=TYPES[row.type],
+                causality=CAUSALITIES[row.causality],
+                variability=VARIABILITIES[row.variability],
+                choices=tuple(choices),
+                derivative_of=_text(rows[row.derivative_of].name) if row.derivative_of else None,
+                index=index,
+            )
+        )
+    return tuple(found)
+
+
+@functools.lru_cache(maxsize=1)
+def by_name() -> Mapping[str, Variable]:
+    return {variable.name: variable for variable in variables()}
+
+
+def variable(name: str) -> Variable:
+    """The variable of that name; ParameterError with the nearest names where there is none."""
+    try:
+        return by_name()[name]
+    except KeyError:
+        import difflib
+
+        near = difflib.get_close_matches(name, by_name(), n=3)
+        hint = f"did you mean {', '.join(near)}?" if near else "`evat info` lists all variables."
+        raise ParameterError(f"there is no variable {name!r}; {hint}") from None
+
+
+@functools.lru_cache(maxsize=1)
+def laws() -> tuple[Law, ...]:
+    """The friction laws, in the order of the choice friction_law."""
+    ffi, library = _library()
+    found, at = [], library.BASE_COUNT
+    for place, name in enumerate(variable("friction_law").choices):
+        row = library.kernel_law(place)
+        found.append(Law(name, _text(row.meaning), _text(row.equation), _text(row.source), variables()[at : at + row.count]))
+        at += row.count
+    return tuple(found)
+
+
+@functools.lru_cache(maxsize=1)
+def effects() -> tuple[Effect, ...]:
+    """The switchable effects; each one's name is also its Boolean variable."""
+    ffi, library = _library()
+    found = []
+    for place in range(library.kernel_effect_count()):
+        row, at = library.kernel_effect(place), library.kernel_effect_switch(place)
+        switch, rivals = variables()[at], tuple(filter(None, re.split(r",\s*", _text(row.rivals))))
+        found.append(
+            Effect(switch.name, switch.meaning, _text(row.equation), switch.source, variables()[at + 1 : at + row.count], rivals)
+        )
+    return tuple(found)
+
+
+def states() -> tuple[str, ...]:
+    """Names of the continuous states."""
+    _, library = _library()
+    return tuple(variables()[library.kernel_state(place)].name for place in range(library.STATES))
+
+
+def indicator_count() -> int:
+    return int(_library()[1].INDICATORS)
+
+
+def inputs() -> tuple[str, ...]:
+    return tuple(v.name for v in variables() if v.causality == "input")
+
+
+def outputs() -> tuple[str, ...]:
+    return tuple(v.name for v in variables() if v.causality == "output")
+
+
+def token() -> str:
+    """Hash over all tables: the GUID / instantiation token of the FMUs."""
+    ffi, library = _library()
+    text = ffi.new("char[39]")
+    library.kernel_token(text)
+    return _text(text)
+
+
+def status_text(status: int) -> str:
+    return _text(_library()[1].kernel_status_text(status))
+
+
+def check_values(values: Mapping[str, float | int | bool | str], on: Sequence[str] = ()) -> dict[str, float]:
+    """Names and values as numbers that the component holds (SI), the switches of the effects `on` among them."""
+    switches = {effect.name for effect in effects()}
+    for name in on:
+        if name not in switches:
+            raise ParameterError(f"there is no effect {name!r}; the component has {', '.join(sorted(switches))}.")
+    return {name: variable(name).check(value) for name, value in {**values, **dict.fromkeys(on, 1.0)}.items()}
+
+
+class Contact:
+    """One contact: set values, start, advance, read. Values in SI, choices by name or place.
+
+    Parameters
+    ----------
+    values : name -> value of parameters and inputs; what is not named has its start value.
+    on : names of the effects that are on.
+    """
+
+    def __init__(self, values: Mapping[str, float | int | bool | str] | None = None, on: Sequence[str] = ()) -> None:
+        ffi, self._library = _library()
+        self._ffi = ffi
+        self._contact = ffi.new("struct Contact *")
+        self._taken = ffi.new("double *")
+        self._library.kernel_reset(self._contact)
+        for name, number in check_values(values or {}, on).items():
+            self._contact.value[variable(name).index][0] = number
+
+    def _done(self, status: int, doing: str) -> None:
+        if status != self._library.KERNEL_OK:
+            raise SimulationError(f"{doing} at t = {self.time:.9g} s: {status_text(status)}.")
+
+    @property
+    def time(self) -> float:
+        return float(self._contact.value[0][0])
+
+    @time.setter
+    def time(self, value: float) -> None:
+        self._contact.value[0][0] = value
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the contact [bytes]."""
+        return int(self._ffi.sizeof("struct Contact"))
+
+    def set(self, name: str, value: float | int | bool | str) -> None:
+        """Set one parameter, input or state; ParameterError outside its bounds."""
+        found = variable(name)
+        self._done(self._library.kernel_set(self._contact, found.index, 0, found.check(value)), f"setting {name}")
+
+    def get(self, name: str) -> float:
+        return float(self._contact.value[variable(name).index][0])
+
+    def start(self, time: float = 0.0) -> None:
+        """Initialise at `time` [s]."""
+        self._done(self._library.kernel_start(self._contact, time), "initialisation")
+
+    def evaluate(self) -> None:
+        """Outputs and derivatives from the time, states and inputs as they stand."""
+        self._done(self._library.kernel_evaluate(self._contact), "evaluation")
+
+    def advance(self, step: float, *, stop_at_events: bool = False) -> float:
+        """Advance by `step` [s] with inputs held, outputs then fresh; returns how far it went (less only with stop_at_events)."""
+        self._done(self._library.kernel_advance(self._contact, step, stop_at_events, self._taken), f"step of {step:g} s")
+        self.evaluate()
+        return float(self._taken[0])
+
+    def event(self) -> None:
+        """Act on an event at the present time (model exchange, or after a stop at an event)."""
+        self._done(self._library.kernel_event(self._contact), "event")
+
+    def indicators(self) -> FloatArray:
+        """Event indicators at the present time, shape (indicator_count(),)."""
+        found = self._ffi.new("double[][1]", indicator_count())
+        self._library.kernel_indicators(self._contact, found)
+        return np.array([row[0] for row in found])
+
+    def next_event(self) -> float:
+        """Time of the next averaging-window end [s], inf where there is none."""
+        return float(self._library.kernel_next_event(self._contact))
+
+    def derivative(self, unknown: str, known: str) -> float:
+        """d unknown / d known (an input or a state) at the present point, SI."""
+        found = self._ffi.new("double *")
+        status = self._library.kernel_derivative(self._contact, variable(unknown).index, variable(known).index, found)
+        self._done(status, f"derivative of {unknown}")
+        return float(found[0])
+
+    def copy(self) -> Contact:
+        """An independent copy, in mid-cycle too."""
+        twin = Contact()
+        twin.restore(self.state())
+        return twin
+
+    def state(self) -> bytes:
+        """Everything there is to this contact, as bytes."""
+        return bytes(self._ffi.buffer(self._contact))
+
+    def restore(self, state: bytes) -> None:
+        if len(state) != self.nbytes:
+            raise ParameterError(f"a contact's state has {self.nbytes} bytes, this has {len(state)}.")
+        self._ffi.buffer(self._contact)[:] = state
+
+    def warnings(self) -> tuple[str, ...]:
+        """What was legal but noteworthy since the start, a line each."""
+        count = self._library.WARNING_COUNT
+        return tuple(_text(self._library.kernel_warning_text(bit)) for bit in range(count) if self._contact.warnings >> bit & 1)
+
+    def run(self, times: FloatArray, columns: Mapping[str, FloatArray], names: Sequence[str]) -> FloatArray:
+        """Follow a record: inputs linear between the samples.
+
+        Parameters
+        ----------
+        times : sample times [s], shape (n,), increasing; the contact must have been started at times[0].
+        columns : input name -> values at the times, shape (n,).
+        names : the variables to record.
+
+        Returns
+        -------
+        shape (n, len(names)).
+
+        Raises
+        ------
+        ParameterError, where a sample is not finite or out of bounds or a column is no input; SimulationError, where the run breaks off.
+        """
+        ffi = self._ffi
+        times = np.ascontiguousarray(times, dtype=np.float64)
+        if times.ndim != 1 or times.size == 0 or not np.all(np.diff(times) > 0) or not np.all(np.isfinite(times)):
+            raise ParameterError("sample times must be a row of finite, increasing numbers in s.")
+        for name, column in columns.items():
+            if variable(name).causality != "input":
+                raise ParameterError(f"{name} is not an input; inputs are {', '.join(inputs())}.")
+            if np.shape(column) != times.shape:
+                raise ParameterError(f"{name} has {np.size(column)} samples, the clock has {times.size}.")
+            _check_column(variable(name), np.asarray(column, dtype=np.float64))
+        table = np.ascontiguousarray(np.column_stack(list(columns.values())) if columns else np.empty((times.size, 0)), dtype=np.float64)
+        found = np.empty((times.size, len(names)))
+        done = ffi.new("int64_t *")
+        status = self._library.kernel_run(
+            self._contact,
+            times.size,
+            ffi.from_buffer("double[]", times),
+            len(columns),
+            [variable(name).index for name in columns],
+            ffi.from_buffer("double[]", table),
+            len(names),
+            [variable(name).index for name in names],
+            ffi.from_buffer("double[]", found),
+            done,
+        )
+        self._done(status, f"sample {done[0]} of {times.size}")
+        return found
+
+
+def _check_column(found: Variable, column: FloatArray) -> None:
+    bad = ~np.isfinite(column) | (column < found.min) | (column > found.max)
+    if np.any(bad):
+        row = int(np.argmax(bad))
+        raise ParameterError(
+            f"{found.name}, sample {row}: {column[row]:g} {found.unit}; allowed are finite values from {found.min:g} to {found.max:g}. "
+            "Mend or cut the record; nothing is filled in."
+        )
+
+
+class ContactModel:
+    """The component as a `Model`: what identification and diagnosis talk to."""
+
+    variables: tuple[Variable, ...]
+    effects: tuple[Effect, ...]
+
+    def __init__(self) -> None:
+        self.variables = variables()
+        self.effects = effects()
+
+    def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
+        """Drive the contact through `run`; see evat.model.Model."""
+        first = {name: float(column[0]) for name, column in run.inputs.items() if np.size(column) and math.isfinite(column[0])}
+        contact = Contact({**values, **first}, on)
+        contact.start(float(run.times[0]))
+        names = list(run.outputs) or list(outputs())
+        table = contact.run(run.times, run.inputs, names)
+        return Trace(
+            times=np.asarray(run.times, dtype=np.float64),
+            columns={name: table[:, place].copy() for place, name in enumerate(names)},
+            units={name: variable(name).unit for name in names},
+            made_by={
+                "evat": importlib.metadata.version("evat"),
+                "model": token(),
+                "values": dict(values),
+                "effects": ", ".join(on),
+                "internal_steps": int(contact.get("step_count")),
+                "warnings": "; ".join(contact.warnings()),
+            },
+        )

@@ -1,0 +1,128 @@
+"""Which words do all parts of the project share? Variable, Effect, Trace, Model. Imports nothing of ours."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+Type = Literal["real", "integer", "boolean", "choice"]
+Causality = Literal["independent", "parameter", "calculated", "input", "output", "local"]
+Variability = Literal["fixed", "tunable", "discrete", "continuous"]
+FloatArray = npt.NDArray[np.float64]
+
+
+class EvatError(Exception):
+    """Base of every error that this package raises on purpose; its text says what was asked, found, allowed, and what to do."""
+
+
+class ParameterError(EvatError):
+    """A value, name or unit that a variable does not allow."""
+
+
+class SimulationError(EvatError):
+    """A run that could not be carried to its end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """One quantity of a model: the seven facts (name, unit, start, min, max, meaning, source) and its role.
+
+    `start`, `min` and `max` are in `unit`. A choice holds the place of its name in `choices`.
+    """
+
+    name: str
+    unit: str
+    start: float
+    min: float
+    max: float
+    meaning: str
+    source: str
+    type: Type = "real"
+    causality: Causality = "parameter"
+    variability: Variability = "tunable"
+    nominal: float = 1.0
+    display_unit: str | None = None
+    choices: tuple[str, ...] = ()
+    derivative_of: str | None = None
+    index: int = -1
+
+    def check(self, value: float | int | bool | str) -> float:
+        """The value as the number that the model holds; ParameterError where it is not one that this variable allows."""
+        if isinstance(value, str):
+            if value in self.choices:
+                return float(self.choices.index(value))
+            allowed = f"one of {', '.join(self.choices)}" if self.choices else f"a number in {self.unit}"
+            raise ParameterError(f"{self.name} = {value!r}: allowed is {allowed}.")
+        number = float(value)
+        if not math.isfinite(number):
+            raise ParameterError(f"{self.name} = {number}: a finite number in {self.unit} is needed.")
+        if not self.min <= number <= self.max:
+            unit = "" if self.unit == "1" else f" {self.unit}"
+            raise ParameterError(f"{self.name} = {number:g}{unit}: allowed is {self.min:g} to {self.max:g}{unit}.")
+        if self.type != "real" and number != int(number):
+            raise ParameterError(f"{self.name} = {number:g}: a whole number is needed.")
+        return number
+
+
+@dataclass(frozen=True, slots=True)
+class Law:
+    """A friction law: one of the choices of `friction_law`."""
+
+    name: str
+    meaning: str
+    equation: str
+    source: str
+    variables: tuple[Variable, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """A switchable effect; `variables` are its own parameters, at whose start values "on" may differ from "off"."""
+
+    name: str
+    meaning: str
+    equation: str
+    source: str
+    variables: tuple[Variable, ...] = ()
+    rivals: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """What to drive a model with: sample times [s] and the values of its inputs at them, linear in between (SI)."""
+
+    times: FloatArray
+    inputs: Mapping[str, FloatArray] = field(default_factory=dict)
+    outputs: Sequence[str] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """What came out: `columns[name]` has the shape of `times`; `units[name]` its SI unit; `made_by` how it was made."""
+
+    times: FloatArray
+    columns: Mapping[str, FloatArray]
+    units: Mapping[str, str]
+    made_by: Mapping[str, str | float | int | Mapping[str, float | str]]
+
+    def __getitem__(self, name: str) -> FloatArray:
+        try:
+            return self.columns[name]
+        except KeyError:
+            raise ParameterError(f"no column {name!r} in this trace; it has {', '.join(self.columns)}.") from None
+
+
+class Model(Protocol):
+    """Anything that can be simulated, compared with a measurement and diagnosed."""
+
+    variables: tuple[Variable, ...]
+    effects: tuple[Effect, ...]
+
+    def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
+        """Drive the model through `run` with the effects `on` and the parameter `values` (SI)."""
+        ...

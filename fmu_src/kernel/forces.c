@@ -1,0 +1,56 @@
+/* What do friction and shear load together put on the tool? One thin shear plane, both shear-angle principles in closed form.
+ *
+ * With R the resultant on the rake and f = F/k the paper's two principles give beta without iteration. They are written here for
+ * N = R cos(beta) itself, which has limits where the angles have poles (no load, no friction):
+ *   maximum shear stress, phi = pi/4 - beta + alpha:    N = (sqrt(2) k + F cos(s)) / sin(s), s = pi/4 + alpha
+ *   minimum energy, phi = pi/4 - (beta - alpha)/2:      (2 k + F cos(alpha) - N sin(alpha))^2 = F^2 + N^2
+ * N < 0 would be a chip pulling on the tool: kept at 0 and counted.
+ */
+#include "stages.h"
+
+#include <math.h>
+
+#define PI 3.14159265358979323846
+
+void load_at(const struct Wiring *w, struct Point *x)
+{
+    EACH_LANE x->k[i] = w->p[SHEAR_STRESS][i] * w->p[WIDTH][i] * x->h[i];
+    act(w, STAGE_LOAD, x);
+    EACH_LANE x->k[i] = x->cutting[i] * fmax(x->k[i], 0);
+}
+
+static double normal_by_shear_stress(double F, double k, double cos_rake, double sin_rake)
+{
+    /* sqrt(2) cos(s) = cos - sin, sqrt(2) sin(s) = cos + sin of the rake */
+    return (2 * k + F * (cos_rake - sin_rake)) / (cos_rake + sin_rake);
+}
+
+static double normal_by_energy(double F, double k, double cos_rake, double sin_rake)
+{
+    const double load = 2 * k + F * cos_rake;
+    return (2 * sqrt(fmax(k * (k + F * cos_rake), 0)) - load * sin_rake) / (cos_rake * cos_rake);
+}
+
+void forces_at(const struct Wiring *w, struct Point *x)
+{
+    const lanes *p = w->p;
+    EACH_LANE {
+        const double F = x->F[i], k = x->k[i], cos_rake = w->cos_rake[i], sin_rake = w->sin_rake[i];
+        const int by_energy = chosen(p, SHEAR_ANGLE_PRINCIPLE, i) == MINIMUM_ENERGY;
+        const double N = by_energy ? normal_by_energy(F, k, cos_rake, sin_rake) : normal_by_shear_stress(F, k, cos_rake, sin_rake);
+        const int outside = N < 0 || (by_energy && k + F * cos_rake < 0);
+        x->clamped[i] += outside;
+        x->warnings |= outside ? WARN_FORCE_DOMAIN : 0u;
+        x->N[i] = fmax(N, 0);
+        x->F_p[i] = x->N[i] * cos_rake + F * sin_rake;
+        x->F_f[i] = F * cos_rake - x->N[i] * sin_rake;
+    }
+    act(w, STAGE_FORCES, x);
+}
+
+double shear_angle(const struct Wiring *w, const struct Point *x, int lane)
+{
+    const double beta = x->F[lane] == 0 ? 0 : atan2(x->F[lane], x->N[lane]);
+    const int by_energy = chosen(w->p, SHEAR_ANGLE_PRINCIPLE, lane) == MINIMUM_ENERGY;
+    return PI / 4 - (by_energy ? 0.5 : 1) * (beta - w->p[RAKE_ANGLE][lane]);
+}

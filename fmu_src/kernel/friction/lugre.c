@@ -1,0 +1,37 @@
+/* LuGre: bristles that bend, yield and damp. Canudas de Wit, Olsson, Astrom, Lischinsky 1995, eqs. 2 to 5; thermally modified by the
+ * paper's eq. 8 through s0 and s1. */
+#include "../stages.h"
+
+#include <math.h>
+
+static double stribeck(const struct Point *x, int i) /* g(v), a force here */
+{
+    const double ratio = x->speed[i] / x->v_s[i];
+    return x->F_C[i] + (x->F_S[i] - x->F_C[i]) * exp(-ratio * ratio);
+}
+
+static void rates(const lanes *p, struct Point *x)
+{
+    (void)p;
+    EACH_LANE {
+        const double g = stribeck(x, i), P = x->P[i];
+        x->drive[i] = x->v[i];
+        x->rate[i] = P * x->speed[i] / g;
+        x->target[i] = x->direction[i] * g / P;
+        /* dissipative: |v| s1 <= 4 c g; with s0 below P the bound that keeps v F above the growth of s0 z^2/2 shrinks by s0/P */
+        x->s1[i] = fmin(x->s1[i], 4 * x->margin[i] * g / fmax(x->speed[i], 1e-300) * (x->s0[i] / P));
+    }
+}
+
+static void force(const lanes *p, struct Point *x)
+{
+    (void)p;
+    EACH_LANE x->F[i] = x->s0[i] * x->z[i] + x->s1[i] * x->dz[i] + x->sigma2[i] * x->v[i];
+}
+
+const struct FrictionLaw friction_lugre = {
+    .meaning = "mean deflection of elastic bristles with Stribeck curve, damping and viscous friction",
+    .equation = "dz/dt = v - P |v| z / g(v);  g(v) = F_C + (F_S - F_C) exp(-(v/v_s)^2);  F = s0 z + s1 dz/dt + sigma2 v",
+    .source = "Canudas de Wit et al. 1995, eqs. 2 to 5; the paper, eq. 8",
+    .relaxes = 1, .rates = rates, .force = force,
+};

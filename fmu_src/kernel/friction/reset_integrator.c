@@ -1,0 +1,48 @@
+/* Reset integrator: the bristle follows the slip up to z0 and stays there; stiffer while it sticks. Haessig and Friedland 1991, with
+ * their z0 = F_C/sigma0 and 1 + a = F_S/F_C, so that the law needs no parameters of its own. */
+#include "../stages.h"
+
+#include <math.h>
+
+static void indicator(const lanes *p, const lanes *memory, struct Point *x)
+{
+    (void)p, (void)memory;
+    EACH_LANE {
+        const double z0 = x->F_C[i] / x->P[i], outward = x->direction[i] * x->z[i];
+        x->law[i] = outward > 0 ? z0 - outward : z0;
+    }
+}
+
+static void rates(const lanes *p, struct Point *x)
+{
+    (void)p;
+    EACH_LANE {
+        x->rate[i] = x->target[i] = 0;
+        x->drive[i] = x->stuck[i] != 0 ? x->v[i] : 0;
+    }
+}
+
+static void force(const lanes *p, struct Point *x)
+{
+    (void)p;
+    EACH_LANE {
+        const double grip = x->stuck[i] != 0 ? x->F_S[i] / x->F_C[i] : 1;
+        x->F[i] = x->s0[i] * grip * x->z[i] + x->s1[i] * x->dz[i];
+    }
+}
+
+static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
+{
+    (void)p, (void)memory;
+    EACH_LANE {
+        const double z0 = x->F_C[i] / x->P[i];
+        z[i] = fmin(fmax(z[i], -z0), z0);
+    }
+}
+
+const struct FrictionLaw friction_reset_integrator = {
+    .meaning = "elastic up to the break-away deflection F_C/sigma0 with peak force F_S, then sliding at F_C",
+    .equation = "dz/dt = v, or 0 where |z| >= z0 and v z > 0;  F = s0 (1 + a) z + s1 dz/dt, a = F_S/F_C - 1 while sticking, else 0",
+    .source = "Haessig and Friedland 1991",
+    .rates = rates, .force = force, .indicator = indicator, .event = event,
+};

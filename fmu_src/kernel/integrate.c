@@ -1,0 +1,58 @@
+/* How does the bristle get from the start of a step to its end? By exponentials: the law is linear in z once the slip is known.
+ *
+ * dz/dt = drive - rate z with target = drive/rate. In the "path" A(t) = integral of rate the equation is dz/dA = target - z whatever
+ * the slip does, so z(D) = z(0) e^-D + integral of e^-(D - A) target(A) dA. The target is taken as the parabola in A through start,
+ * middle and end of the step; its integral is exact (phi functions). Non-stiff steps (D << 1) are of fourth order; stiff ones (D >> 1,
+ * LuGre at high slip speed) end on the target. Laws without a rate (drive only) are integrated by Simpson's rule.
+ */
+#include "stages.h"
+
+#include <math.h>
+
+/* I[k] = integral from 0 to D of e^-(D - A) A^k dA = k! D^(k+1) phi_(k+1)(-D). */
+static void moments(double D, double I[3])
+{
+    if (D > 0.25) { /* by parts; below it would cancel */
+        I[0] = 1 - exp(-D);
+        I[1] = D - I[0];
+        I[2] = D * D - 2 * I[1];
+        return;
+    }
+    static const double inverse_factorial[10] = {1. / 6, 1. / 24, 1. / 120, 1. / 720, 1. / 5040, 1. / 40320, 1. / 362880,
+                                                 1. / 3628800, 1. / 39916800, 1. / 479001600};
+    double phi3 = 0;
+    for (int n = 9; n >= 0; --n)
+        phi3 = inverse_factorial[n] - D * phi3;
+    const double phi2 = 0.5 - D * phi3, phi1 = 1 - D * phi2;
+    I[0] = D * phi1;
+    I[1] = D * D * phi2;
+    I[2] = 2 * D * D * D * phi3;
+}
+
+void bristle_step(const struct FrictionLaw *law, const lanes h, const struct Point *start, const struct Point *middle,
+                  const struct Point *end, lanes z_middle, lanes z_end, lanes difference)
+{
+    EACH_LANE {
+        const double z = start->z[i];
+        if (!law->relaxes) {
+            const double c0 = start->drive[i], cm = middle->drive[i], c1 = end->drive[i], r = middle->rate[i];
+            const double half = exp(-0.5 * h[i] * r); /* 1, or the release out of contact */
+            z_middle[i] = half * z + h[i] / 24 * (5 * c0 + 8 * cm - c1);
+            z_end[i] = half * half * z + h[i] / 6 * (c0 + 4 * cm + c1);
+            difference[i] = h[i] / 3 * fabs(c0 - 2 * cm + c1);
+            continue;
+        }
+        const double a0 = start->rate[i], am = middle->rate[i], a1 = end->rate[i];
+        const double q0 = start->target[i], qm = middle->target[i], q1 = end->target[i];
+        const double D = h[i] / 6 * (a0 + 4 * am + a1), M = fmin(fmax(h[i] / 24 * (5 * a0 + 8 * am - a1), 0), D);
+        /* target = q0 + slope A + bend A^2 through (0, q0), (M, qm), (D, q1); `chord` is the straight one through the ends */
+        const double first = M > 0 ? (qm - q0) / M : 0, last = D > M ? (q1 - qm) / (D - M) : first;
+        const double bend = D > 0 ? (last - first) / D : 0, slope = first - bend * M, chord = D > 0 ? (q1 - q0) / D : 0;
+        double I[3];
+        moments(M, I);
+        z_middle[i] = z + (q0 - z) * I[0] + slope * I[1] + bend * I[2];
+        moments(D, I);
+        z_end[i] = z + (q0 - z) * I[0] + slope * I[1] + bend * I[2];
+        difference[i] = fabs((slope - chord) * I[1] + bend * I[2]);
+    }
+}

@@ -1,0 +1,106 @@
+/* Where is the tool tip, how fast does it move, and how thick is the chip that it cuts?
+ *
+ * Tool relative to the work: x along the cutting direction, y away from the machined surface. The origin of x is the bottom of the
+ * path when both phases are at their starts. The chip's upper side is the nominal surface, or what the previous cycle left there.
+ */
+#include "stages.h"
+
+#include <math.h>
+
+#define PI 3.14159265358979323846
+
+/* The whole part of x >= 0; floor() would be a call. */
+static inline double whole(double x) { return (double)(int64_t)x; }
+
+/* The chip leaves along the rake as one rigid body that shears on one plane: V_s = approach / cos(phi - alpha) along that plane.
+ * Merchant 1945, with the tool's own velocity u in place of the cutting speed. */
+double slip_along_rake(const struct Wiring *w, const struct Point *x, int lane, double tan_flow)
+{
+    return x->approach[lane] * tan_flow + x->u_x[lane] * w->sin_rake[lane] - x->u_y[lane] * w->cos_rake[lane];
+}
+
+/* Angle in the previous cycle at which the tool stood at the same place X (in units of amplitude_x) on its way forward:
+ * r chi + sin(chi) = X, |chi| <= last. The slope vanishes at `last`, so the search starts from the series there,
+ * top - X = bend d^2/2 + r d^3/6 - bend d^4/24 with d = last - chi, and goes on by Halley's rule. */
+static double angle_at(double X, double r, double last)
+{
+    const double bend = sqrt(1 - r * r), top = r * last + bend, d = sqrt(2 * fmax(top - X, 0) / bend), q = r / bend;
+    double low = -last, high = last, chi = last - d * (1 - d * q / 6 + d * d * (3 + 5 * q * q) / 72);
+    for (int n = 0; n < 60; ++n) {
+        chi = chi > low && chi < high ? chi : 0.5 * (low + high);
+        const double sine = sin(chi), miss = r * chi + sine - X, slope = r + cos(chi);
+        const double move = miss / (slope + 0.5 * miss * sine / slope);
+        if (miss > 0)
+            high = chi;
+        else
+            low = chi;
+        chi -= move;
+        /* Halley's rule leaves the cube of the move as error; the last line: rounding of X */
+        if (fabs(move) < 1e-6 * (last - chi) || high - low < 1e-15 || fabs(miss) < 4e-16)
+            break;
+    }
+    return fmin(fmax(chi, -last), last);
+}
+
+/* Height over the vibration's centre of the surface that the previous cycle left where the tool is; *surface tells how far that
+ * surface still reaches (AT_SURFACE), past its end its last height stands. psi: vibration angle, 0 where the tool is fastest. */
+static double previous_surface(double psi, double sin_psi, double r, double b, double lead, double *surface)
+{
+    const double last = acos(-r); /* where the tool stops moving forward */
+    const double X = r * psi + sin_psi;
+    *surface = r * (last - 2 * PI) + sqrt(1 - r * r) - X;
+    return b * cos((*surface > 0 ? angle_at(X + 2 * PI * r, r, last) : last) + lead);
+}
+
+static void ellipse_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+{
+    const lanes *p = w->p;
+    EACH_LANE {
+        const double f = p[VIBRATION_FREQUENCY][i], omega = 2 * PI * f, a = p[AMPLITUDE_X][i], b = p[AMPLITUDE_Y][i];
+        const double v_c = input_at(contact, CUTTING_SPEED, i, tau[i]);
+        const double turns = w->cycle[i] + f * tau[i], turn = 2 * PI * (turns - whole(turns)), c = cos(turn), s = sin(turn);
+        const double cos_x = c * w->cos_x[i] - s * w->sin_x[i], sin_x = s * w->cos_x[i] + c * w->sin_x[i];
+        const double cos_y = c * w->cos_y[i] - s * w->sin_y[i], sin_y = s * w->cos_y[i] + c * w->sin_y[i];
+        const double r = a > 0 ? v_c / (a * omega) : INFINITY;
+        const int carried = w->kinematics == KINEMATICS_COMBINED;
+        const double rise = carried ? input_at(contact, TOOL_DISPLACEMENT_Y, i, tau[i]) : 0;
+        x->u_x[i] = v_c - a * omega * sin_x + (carried ? input_at(contact, TOOL_VELOCITY_X, i, tau[i]) : 0);
+        x->u_y[i] = -b * omega * sin_y + (carried ? input_at(contact, TOOL_VELOCITY_Y, i, tau[i]) : 0);
+        x->speed_ratio[i] = a > 0 ? r : 0;
+        x->approach[i] = x->u_x[i] * w->cos_rake[i] + x->u_y[i] * w->sin_rake[i];
+
+        /* Heights over the vibration's centre; the previous cycle is taken to have had the same centre. Without separation (r >= 1)
+         * no place is passed twice, and only the nominal surface stands. */
+        const double y = b * cos_y, nominal = p[FEED][i] - b - rise;
+        x->surface[i] = -1;
+        x->h[i] = nominal - y;
+        if (r < 1 && x->approach[i] > 0) {
+            const double ahead = turn + p[PHASE_X][i] + PI / 2; /* -3/2 pi .. 9/2 pi */
+            const double psi = ahead - 2 * PI * (whole(ahead / (2 * PI) + 1.5) - 1);
+            const double lead = p[PHASE_Y][i] - p[PHASE_X][i] - PI / 2;
+            const double left = r > 0 ? previous_surface(psi, cos_x, r, b, lead, &x->surface[i]) : y;
+            const int on_left = contact->sign[AT_CONTACT][i] > 0 ? contact->sign[AT_SURFACE][i] > 0 : r == 0 || x->surface[i] > 0;
+            x->h[i] = on_left ? fmin(nominal, left) - y : x->h[i];
+        }
+    }
+}
+
+void path_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+{
+    if (w->kinematics == KINEMATICS_EXTERNAL) {
+        EACH_LANE {
+            x->u_x[i] = x->u_y[i] = x->speed_ratio[i] = 0;
+            x->surface[i] = x->approach[i] = 1;
+            x->h[i] = input_at(contact, UNCUT_THICKNESS, i, tau[i]);
+            x->v[i] = input_at(contact, SLIP_VELOCITY, i, tau[i]);
+            x->contact[i] = x->h[i];
+        }
+        return;
+    }
+    ellipse_at(contact, w, tau, x);
+    act(w, STAGE_PATH, x);
+    EACH_LANE {
+        x->v[i] = slip_along_rake(w, x, i, w->tan_flow[i]);
+        x->contact[i] = fmin(x->h[i] / 1e-6, x->approach[i]); /* both of order 1, in um and m/s */
+    }
+}

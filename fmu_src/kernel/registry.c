@@ -1,0 +1,134 @@
+/* Which variables, laws and effects does the kernel have, and where does each keep its values? */
+#include "kernel.h"
+#include "registry.h"
+
+#define DECLARE_LAW(name) extern const struct FrictionLaw friction_##name;
+#define DECLARE_EFFECT(name) extern const struct Effect effect_##name;
+FRICTION_LAWS(DECLARE_LAW)
+EFFECTS(DECLARE_EFFECT)
+
+#define LAW_NAME(name) #name,
+#define LAW_ADDRESS(name) &friction_##name,
+#define EFFECT_ADDRESS(name) &effect_##name,
+const char *const law_names[LAW_COUNT + 1] = {FRICTION_LAWS(LAW_NAME) NULL};
+static const struct FrictionLaw *const laws[LAW_COUNT] = {FRICTION_LAWS(LAW_ADDRESS)};
+static const struct Effect *const effects[EFFECT_COUNT] = {EFFECTS(EFFECT_ADDRESS)};
+
+int kernel_law_count(void) { return LAW_COUNT; }
+int kernel_effect_count(void) { return EFFECT_COUNT; }
+const struct FrictionLaw *kernel_law(int place) { return place >= 0 && place < LAW_COUNT ? laws[place] : NULL; }
+const struct Effect *kernel_effect(int place) { return place >= 0 && place < EFFECT_COUNT ? effects[place] : NULL; }
+
+int law_values(int place)
+{
+    int index = BASE_COUNT;
+    for (int i = 0; i < place; ++i)
+        index += laws[i]->count;
+    return index;
+}
+
+int kernel_effect_switch(int place)
+{
+    int index = law_values(LAW_COUNT);
+    for (int i = 0; i < place; ++i)
+        index += effects[i]->count;
+    return index;
+}
+
+int kernel_variable_count(void) { return kernel_effect_switch(EFFECT_COUNT); }
+
+const struct Variable *kernel_variable(int index)
+{
+    if (index < 0)
+        return NULL;
+    if (index < BASE_COUNT)
+        return &base_variables[index];
+    index -= BASE_COUNT;
+    for (int i = 0; i < LAW_COUNT; index -= laws[i++]->count)
+        if (index < laws[i]->count)
+            return &laws[i]->variables[index];
+    for (int i = 0; i < EFFECT_COUNT; index -= effects[i++]->count)
+        if (index < effects[i]->count)
+            return &effects[i]->variables[index];
+    return NULL;
+}
+
+static const int states[STATES] = {BRISTLE_DEFLECTION, DISSIPATED_ENERGY, FRICTION_IMPULSE, PRINCIPAL_IMPULSE,
+                                   FEED_IMPULSE, NORMAL_IMPULSE, CONTACT_TIME};
+
+int kernel_state(int place) { return place >= 0 && place < STATES ? states[place] : -1; }
+
+/* FNV-1a, 64 bits. */
+static uint64_t mix(uint64_t hash, const void *bytes, size_t size)
+{
+    for (size_t i = 0; i < size; ++i)
+        hash = (hash ^ ((const unsigned char *)bytes)[i]) * 1099511628211u;
+    return hash;
+}
+
+static uint64_t mix_text(uint64_t hash, const char *text)
+{
+    for (; text && *text; ++text)
+        hash = mix(hash, text, 1);
+    return mix(hash, "", 1);
+}
+
+static uint64_t hash_tables(uint64_t hash)
+{
+    const int count = kernel_variable_count();
+    for (int i = 0; i < count; ++i) {
+        const struct Variable *v = kernel_variable(i);
+        const double numbers[] = {v->start, v->min, v->max, v->nominal};
+        const int32_t kinds[] = {(int32_t)v->type, (int32_t)v->causality, (int32_t)v->variability, v->derivative_of};
+        hash = mix_text(mix_text(mix_text(hash, v->name), v->unit), v->display_unit);
+        hash = mix_text(mix_text(hash, v->meaning), v->source);
+        hash = mix(mix(hash, numbers, sizeof numbers), kinds, sizeof kinds);
+        for (const char *const *choice = v->choices; choice && *choice; ++choice)
+            hash = mix_text(hash, *choice);
+    }
+    for (int i = 0; i < LAW_COUNT; ++i)
+        hash = mix_text(mix_text(mix_text(hash, laws[i]->meaning), laws[i]->equation), laws[i]->source);
+    for (int i = 0; i < EFFECT_COUNT; ++i)
+        hash = mix_text(mix_text(hash, effects[i]->equation), effects[i]->rivals);
+    return hash;
+}
+
+void kernel_token(char token[39])
+{
+    static const char form[] = "{xxxxxxxx-xxxx-xxxx-xxxx-xxxxxxxxxxxx}";
+    uint64_t hash = 14695981039346656037u;
+    int digit = 0;
+    for (int i = 0; i < 39; ++i) {
+        if (form[i] == 'x' && digit % 16 == 0)
+            hash = hash_tables(hash);
+        token[i] = form[i] == 'x' ? "0123456789abcdef"[hash >> 4 * (digit % 16) & 15] : form[i];
+        digit += form[i] == 'x';
+    }
+}
+
+static const char *const status_texts[KERNEL_STATUS_COUNT] = {
+    [KERNEL_OK] = "done",
+    [KERNEL_NO_SUCH_VARIABLE] = "there is no such variable",
+    [KERNEL_NOT_FINITE] = "the value is not a finite number",
+    [KERNEL_OUT_OF_BOUNDS] = "the value lies outside its bounds",
+    [KERNEL_BAD_STEP] = "the step is not a positive finite number",
+    [KERNEL_TOO_MANY_STEPS] = "the step needs more internal steps than allowed: shorten it or loosen relative_tolerance",
+    [KERNEL_DIVERGED] = "force or bristle deflection is no longer a finite number",
+    [KERNEL_TEMPERATURES] = "reference_temperature must lie above ambient_temperature",
+};
+const char *kernel_status_text(enum Status status)
+{
+    return status < KERNEL_STATUS_COUNT ? status_texts[status] : "unknown status";
+}
+
+static const char *const warning_texts[WARNING_COUNT] = {
+    "the thermally softened stiffness reached its floor (the paper's eq. 7, P > v^Q, is violated); clamped_count counts the steps",
+    "a friction force lay outside the domain of the shear-angle principle and the normal force was kept at 0",
+    "contact_temperature lies below ambient_temperature; the temperature proxy was kept at 0",
+    "slip_velocity was set but kinematics = internal takes the slip from the ellipse; set kinematics = external to use the input",
+    "initial_state = periodic: no periodic steady state was found (not every law has one, external kinematics has none)",
+};
+const char *kernel_warning_text(int bit) { return bit >= 0 && bit < WARNING_COUNT ? warning_texts[bit] : "unknown warning"; }
+
+size_t kernel_size(void) { return sizeof(struct Contact); }
+int kernel_lanes(void) { return LANES; }

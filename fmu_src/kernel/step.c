@@ -1,0 +1,512 @@
+/* How does the contact get through time? Points, sides of events, internal steps, averaging windows. Knows no law and no effect by name.
+ *
+ * An internal step sees the point at its start, middle and end on one and the same side of every event. Where an indicator has changed
+ * its sign the step is cut there, so within a step everything is smooth.
+ */
+#include "stages.h"
+
+#include <math.h>
+
+struct Wiring wire(const struct Contact *contact)
+{
+    struct Wiring w = {.p = contact->value, .kinematics = (enum Kinematics)chosen(contact->value, KINEMATICS, 0)};
+    const int law = chosen(contact->value, FRICTION_LAW, 0);
+    w.law = kernel_law(law);
+    w.law_p = contact->value + law_values(law);
+    w.current_angle = chosen(contact->value, CHIP_FLOW_ANGLE, 0) == CURRENT_ANGLE && w.kinematics != KINEMATICS_EXTERNAL;
+    for (int n = 0; n < EFFECT_COUNT; ++n) {
+        const int at = kernel_effect_switch(n);
+        if (contact->value[at][0] != 0) {
+            w.on[w.on_count] = kernel_effect(n);
+            w.on_p[w.on_count++] = contact->value + at;
+        }
+    }
+    EACH_LANE {
+        const double rake = contact->value[RAKE_ANGLE][i], turns = contact->value[VIBRATION_FREQUENCY][i] * contact->value[TIME][i];
+        w.cycle[i] = turns - floor(turns);
+        w.cos_rake[i] = cos(rake);
+        w.sin_rake[i] = sin(rake);
+        if (w.kinematics == KINEMATICS_EXTERNAL)
+            continue;
+        const double phase_x = contact->value[PHASE_X][i], phase_y = contact->value[PHASE_Y][i];
+        w.tan_flow[i] = tan(contact->value[CONSTANT_SHEAR_ANGLE][i] - rake);
+        w.cos_x[i] = cos(phase_x);
+        w.sin_x[i] = sin(phase_x);
+        w.cos_y[i] = cos(phase_y);
+        w.sin_y[i] = sin(phase_y);
+    }
+    return w;
+}
+
+void act(const struct Wiring *w, enum Stage stage, struct Point *x)
+{
+    for (int n = 0; n < w->on_count; ++n)
+        if (w->on[n]->stage == stage)
+            w->on[n]->act(w->on_p[n], x);
+}
+
+static const lanes here; /* tau = 0 */
+
+static int anywhere(const lanes flag)
+{
+    int any = 0;
+    EACH_LANE any |= flag[i] != 0;
+    return any;
+}
+
+/* All that a point out of contact needs while nobody looks: no force, bristles that relax. */
+static void coast(const struct Wiring *w, struct Point *x)
+{
+    EACH_LANE {
+        x->k[i] = x->F[i] = x->N[i] = x->F_p[i] = x->F_f[i] = x->drive[i] = x->target[i] = x->clamped[i] = 0;
+        x->rate[i] = w->p[RELEASE_TIME][i] > 0 ? 1 / w->p[RELEASE_TIME][i] : 0;
+    }
+    x->warnings = 0;
+}
+
+/* Stages up to the rates, z given in x. passing: a point within a step, whose outputs nobody looks at. */
+static void open_point(const struct Contact *contact, const struct Wiring *w, const lanes tau, int passing, struct Point *x)
+{
+    path_at(contact, w, tau, x);
+    EACH_LANE {
+        x->cutting[i] = contact->sign[AT_CONTACT][i] > 0;
+        x->stuck[i] = contact->sign[AT_LAW][i] > 0;
+        x->direction[i] = x->cutting[i] != 0 ? contact->sign[AT_SLIP][i] : x->v[i] < 0 ? -1 : 1;
+        x->law[i] = 1;
+    }
+    if (passing && !anywhere(x->cutting)) {
+        coast(w, x);
+        return;
+    }
+    load_at(w, x);
+    if (w->current_angle)
+        friction_solved(contact, w, tau, x);
+    else
+        friction_open(contact, w, tau, x);
+    friction_rates(w, x);
+}
+
+/* The rest of the stages, once z is known. */
+static void close_point(const struct Contact *contact, const struct Wiring *w, int passing, struct Point *x)
+{
+    if (passing && !anywhere(x->cutting))
+        return;
+    if (w->law->indicator)
+        w->law->indicator(w->law_p, contact->memory, x);
+    friction_force(w, x);
+    forces_at(w, x);
+}
+
+static void indicators(const struct Wiring *w, const struct Point *x, lanes indicator[INDICATORS])
+{
+    EACH_LANE {
+        indicator[AT_CONTACT][i] = x->contact[i];
+        indicator[AT_SURFACE][i] = x->surface[i];
+        indicator[AT_SLIP][i] = w->current_angle ? 1 : x->v[i];
+        indicator[AT_LAW][i] = x->law[i];
+    }
+}
+
+/* Does event k matter to this lane? Out of contact only the contact itself does. */
+static int watched(const struct Contact *contact, int k, int i)
+{
+    return k == AT_CONTACT || contact->sign[AT_CONTACT][i] > 0;
+}
+
+/* Bristles that are out of contact and have no release time are let go; doing it again changes nothing. */
+static void let_go(struct Contact *contact, const struct Wiring *w, const struct Point *x)
+{
+    lanes fresh[MEMORY];
+    if (w->law->rest)
+        w->law->rest(w->law_p, x, fresh);
+    EACH_LANE {
+        if (contact->sign[AT_CONTACT][i] > 0 || w->p[RELEASE_TIME][i] > 0)
+            continue;
+        contact->value[BRISTLE_DEFLECTION][i] = 0;
+        for (int n = 0; w->law->rest && n < MEMORY; ++n)
+            contact->memory[n][i] = fresh[n][i];
+    }
+}
+
+/* Take the side of every event from the indicators at x. Returns whether any changed. */
+static int take_sides(struct Contact *contact, const struct Wiring *w, const struct Point *x)
+{
+    lanes now[INDICATORS];
+    int changed = 0;
+    indicators(w, x, now);
+    for (int k = 0; k < INDICATORS; ++k)
+        EACH_LANE if (now[k][i] * contact->sign[k][i] < 0) {
+            contact->sign[k][i] = -contact->sign[k][i];
+            changed = 1;
+        }
+    return changed;
+}
+
+static void point_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+{
+    EACH_LANE x->z[i] = contact->value[BRISTLE_DEFLECTION][i];
+    open_point(contact, w, tau, 0, x);
+    close_point(contact, w, 0, x);
+}
+
+/* Sides as the indicators at tau say, until none changes: entry decides which surface and which way of slip count. */
+static void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+{
+    point_at(contact, w, tau, x);
+    for (int n = 0; n < INDICATORS && take_sides(contact, w, x); ++n)
+        point_at(contact, w, tau, x);
+}
+
+/* Act on an event at tau: sides anew, bristles that lost contact let go, the law's own event. Path indicators are read `ahead` of it,
+ * since the event may lie a rounding error after tau. Leaves the point at tau in x. */
+static void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x)
+{
+    lanes after;
+    EACH_LANE after[i] = tau[i] + (w->kinematics == KINEMATICS_EXTERNAL ? ahead : 1e-9 / w->p[VIBRATION_FREQUENCY][i]);
+    settle_sides(contact, w, after, x);
+    let_go(contact, w, x);
+    if (w->law->event) {
+        w->law->event(w->law_p, x, contact->value[BRISTLE_DEFLECTION], contact->memory);
+        settle_sides(contact, w, after, x);
+    }
+    point_at(contact, w, tau, x);
+}
+
+static double window_length(const struct Contact *contact, int i)
+{
+    const double length = contact->value[AVERAGING_WINDOW][i];
+    const int turning = chosen(contact->value, KINEMATICS, 0) != KINEMATICS_EXTERNAL;
+    return length > 0 ? length : turning ? 1 / contact->value[VIBRATION_FREQUENCY][i] : 0;
+}
+
+static double window_end(const struct Contact *contact, int i)
+{
+    const double length = window_length(contact, i);
+    return length > 0 ? contact->window_origin + (contact->window[i] + 1) * length : INFINITY;
+}
+
+static const int mean_of[5] = {MEAN_FRICTION_FORCE, MEAN_PRINCIPAL_FORCE, MEAN_FEED_FORCE, MEAN_NORMAL_FORCE, MEAN_CONTACT_RATIO};
+
+static void close_window(struct Contact *contact, int i)
+{
+    const double length = window_length(contact, i);
+    for (int n = 0; n < 5; ++n) {
+        const double integral = contact->value[kernel_state(n + 2)][i];
+        contact->value[mean_of[n]][i] = (integral - contact->window_start[n][i]) / length;
+        contact->window_start[n][i] = integral;
+    }
+    contact->window[i] += 1;
+}
+
+static void show(struct Contact *contact, const struct Wiring *w, const struct Point *x)
+{
+    lanes *value = contact->value;
+    EACH_LANE {
+        value[FRICTION_FORCE][i] = x->F[i];
+        value[PRINCIPAL_FORCE][i] = x->F_p[i];
+        value[FEED_FORCE][i] = x->F_f[i];
+        value[NORMAL_FORCE][i] = x->N[i];
+        value[TOOL_FORCE_X][i] = -x->F_p[i];
+        value[TOOL_FORCE_Y][i] = x->F_f[i];
+        value[SLIP_VELOCITY_USED][i] = x->v[i];
+        value[UNCUT_THICKNESS_USED][i] = x->cutting[i] * x->h[i];
+        value[THETA_USED][i] = x->theta[i];
+        value[SHEAR_ANGLE][i] = shear_angle(w, x, i);
+        value[SPEED_RATIO][i] = x->speed_ratio[i];
+        value[IN_CONTACT][i] = value[CONTACT_INDICATOR][i] = x->cutting[i];
+        value[DISSIPATED_POWER][i] = x->F[i] * x->v[i];
+        value[BRISTLE_RATE][i] = x->dz[i];
+        if (window_length(contact, i) > 0)
+            continue;
+        const double now[5] = {x->F[i], x->F_p[i], x->F_f[i], x->N[i], x->cutting[i]};
+        for (int n = 0; n < 5; ++n)
+            value[mean_of[n]][i] = now[n];
+    }
+    contact->warnings |= x->warnings;
+}
+
+static int ordered_temperatures(const struct Contact *contact)
+{
+    EACH_LANE if (chosen(contact->value, PROXY_SOURCE, i) == PROXY_IS_TEMPERATURE &&
+                  contact->value[REFERENCE_TEMPERATURE][i] <= contact->value[AMBIENT_TEMPERATURE][i]) return 0;
+    return 1;
+}
+
+enum Status kernel_evaluate(struct Contact *contact)
+{
+    const struct Wiring w = wire(contact);
+    struct Point x;
+    if (!ordered_temperatures(contact))
+        return KERNEL_TEMPERATURES;
+    if (w.kinematics == KINEMATICS_EXTERNAL) /* inputs may jump without an event: sides follow them */
+        settle_sides(contact, &w, here, &x);
+    else
+        point_at(contact, &w, here, &x);
+    show(contact, &w, &x);
+    EACH_LANE if (!isfinite(x.F_p[i]) || !isfinite(x.dz[i])) return KERNEL_DIVERGED;
+    return KERNEL_OK;
+}
+
+void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS])
+{
+    const struct Wiring w = wire(contact);
+    struct Point x;
+    point_at(contact, &w, here, &x);
+    indicators(&w, &x, indicator);
+    for (int k = 0; k < INDICATORS; ++k)
+        EACH_LANE if (!watched(contact, k, i)) indicator[k][i] = 1;
+}
+
+/* ---- events in model exchange and in event mode ---- */
+
+enum Status kernel_event(struct Contact *contact)
+{
+    const struct Wiring w = wire(contact);
+    struct Point x;
+    act_on_event(contact, &w, here, 0, &x);
+    EACH_LANE if (contact->value[TIME][i] >= window_end(contact, i) - 1e-9 * window_length(contact, i)) close_window(contact, i);
+    return kernel_evaluate(contact);
+}
+
+double kernel_next_event(const struct Contact *contact) { return window_end(contact, 0); }
+
+/* ---- co-simulation ---- */
+
+/* One trial step of h[i] from s[i]: fills middle and end from start; `difference` is what a lower order would have changed. */
+static void try_step(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
+                     struct Point *middle, struct Point *end, lanes difference)
+{
+    const int passes = w->current_angle ? 5 : 1; /* the rates then depend on z: fixed-point iteration */
+    lanes half, whole;
+    EACH_LANE {
+        half[i] = s[i] + 0.5 * h[i];
+        whole[i] = s[i] + h[i];
+        middle->z[i] = end->z[i] = start->z[i];
+    }
+    for (int n = 0; n < passes; ++n) {
+        open_point(contact, w, half, 1, middle);
+        open_point(contact, w, whole, 1, end);
+        bristle_step(w->law, h, start, middle, end, middle->z, end->z, difference);
+    }
+    close_point(contact, w, 1, middle);
+    close_point(contact, w, 1, end);
+}
+
+/* Indicator k at tau, reached from s by a step on the held sides. */
+static double indicator_at(const struct Contact *contact, const struct Wiring *w, int k, int lane, double s, double tau,
+                           const struct Point *start)
+{
+    struct Point middle, end;
+    lanes now[INDICATORS], from, h;
+    EACH_LANE {
+        from[i] = s;
+        h[i] = tau - s;
+    }
+    if (k == AT_LAW)
+        try_step(contact, w, from, h, start, &middle, &end, now[0]);
+    else {
+        EACH_LANE from[i] = tau;
+        path_at(contact, w, from, &end);
+    }
+    indicators(w, &end, now);
+    return now[k][lane];
+}
+
+/* The first tau in (low, high] at which indicator k is on the other side, closed from above to a thousandth of the tolerance: regula
+ * falsi with the weights of Anderson and Bjorck 1973, bisection if that is slow. */
+static double locate(const struct Contact *contact, const struct Wiring *w, int k, int i, double s, double low, double high,
+                     double at_low, double at_high, const struct Point *start)
+{
+    const double side = contact->sign[k][i];
+    const double close = 1e-3 * w->p[RELATIVE_TOLERANCE][i] * (high - s) + 4.4e-16 * high; /* the last: rounding of tau */
+    double weight_low = side * at_low, weight_high = side * at_high, last = 0;
+    for (int n = 0; n < 100 && high - low > close; ++n) {
+        double tau = low + (high - low) * (weight_low > 0 ? weight_low / (weight_low - weight_high) : 0.5);
+        if (n >= 30)
+            tau = 0.5 * (low + high);
+        tau = fmin(fmax(tau, low + 0.5 * close), high - 0.5 * close);
+        const double value = side * indicator_at(contact, w, k, i, s, tau, start);
+        if (value < 0) {
+            const double left = 1 - value / weight_high;
+            weight_low *= last < 0 ? (left > 0 ? left : 0.5) : 1;
+            high = tau;
+            weight_high = last = value;
+        } else {
+            const double left = weight_low > 0 ? 1 - value / weight_low : 0.5;
+            weight_high *= last > 0 ? (left > 0 ? left : 0.5) : 1;
+            low = tau;
+            weight_low = last = value;
+        }
+    }
+    return high;
+}
+
+enum Cut { NO_EVENT = -1, JUMP = -2 };
+
+/* Does an event fall into the step? If so shorten h to it and say which; JUMP: it has happened already, before the start. */
+static int cut_at_event(const struct Contact *contact, const struct Wiring *w, int i, double s, double *h, const struct Point *start,
+                        const struct Point *middle, const struct Point *end)
+{
+    lanes at_start[INDICATORS], at_middle[INDICATORS], at_end[INDICATORS];
+    int first = NO_EVENT;
+    double step = *h;
+    indicators(w, start, at_start);
+    indicators(w, middle, at_middle);
+    indicators(w, end, at_end);
+    for (int k = 0; k < INDICATORS; ++k) {
+        const double side = contact->sign[k][i], half = 0.5 * *h;
+        double at;
+        if (!watched(contact, k, i))
+            continue;
+        if (side * at_middle[k][i] < 0) {
+            if (side * at_start[k][i] < 0)
+                return JUMP;
+            at = locate(contact, w, k, i, s, s, s + half, at_start[k][i], at_middle[k][i], start) - s;
+        } else if (side * at_end[k][i] < 0)
+            at = locate(contact, w, k, i, s, s + half, s + *h, at_middle[k][i], at_end[k][i], start) - s;
+        else
+            continue;
+        if (first == NO_EVENT || at < step) {
+            first = k;
+            step = at;
+        }
+    }
+    *h = step;
+    return first;
+}
+
+/* How far a step is from the tolerance: 1 is just right. The measured differences are those of a second-order solution, h^3; the step's
+ * own error is of h^5 and taken as a tenth of their power 5/3. */
+static double badness(const struct Contact *contact, int i, const struct Point *a, const struct Point *m, const struct Point *b,
+                      double difference)
+{
+    if (a->cutting[i] == 0)
+        return 0;
+    const double force = fmax(a->F_C[i], a->F_S[i]), reach = force / b->P[i];
+    const double z = fmax(fmax(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
+    const double F = fmax(fmax(fabs(a->F[i]), fabs(b->F[i])), force), F_p = fmax(fmax(fabs(a->F_p[i]), fabs(b->F_p[i])), force);
+    const double of_friction = fabs(a->F[i] - 2 * m->F[i] + b->F[i]) / (3 * F);
+    const double of_principal = fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]) / (3 * F_p);
+    const double worst = fmax(difference / z, fmax(of_friction, of_principal));
+    return worst / contact->largest_difference[i];
+}
+
+static void accumulate(struct Contact *contact, int i, double h, const struct Point *a, const struct Point *m, const struct Point *b)
+{
+    lanes *value = contact->value;
+    value[BRISTLE_DEFLECTION][i] = b->z[i];
+    value[DISSIPATED_ENERGY][i] += h / 6 * (a->F[i] * a->v[i] + 4 * m->F[i] * m->v[i] + b->F[i] * b->v[i]);
+    value[FRICTION_IMPULSE][i] += h / 6 * (a->F[i] + 4 * m->F[i] + b->F[i]);
+    value[PRINCIPAL_IMPULSE][i] += h / 6 * (a->F_p[i] + 4 * m->F_p[i] + b->F_p[i]);
+    value[FEED_IMPULSE][i] += h / 6 * (a->F_f[i] + 4 * m->F_f[i] + b->F_f[i]);
+    value[NORMAL_IMPULSE][i] += h / 6 * (a->N[i] + 4 * m->N[i] + b->N[i]);
+    value[CONTACT_TIME][i] += h * a->cutting[i];
+    value[STEP_COUNT][i] += 1;
+    value[CLAMPED_COUNT][i] += b->clamped[i] > 0;
+}
+
+static double longest_step(const struct Wiring *w, int i)
+{
+    return w->kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w->p[VIBRATION_FREQUENCY][i]);
+}
+
+/* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step and the averaging window.
+ * Returns whether any lane is still on its way. */
+static int choose_step(const struct Contact *contact, const struct Wiring *w, double step, const lanes s, lanes h, lanes to_window)
+{
+    int running = 0;
+    EACH_LANE {
+        const double left = step - s[i], window = fmax(window_end(contact, i) - contact->value[TIME][i] - s[i], 0);
+        const double whole = fmin(left, window), wanted = fmin(contact->next_step[i], longest_step(w, i));
+        const int last = whole <= wanted;
+        h[i] = left <= 0 ? 0 : last ? whole : whole < 2 * wanted ? 0.5 * whole : wanted; /* two even steps, not one and a remnant */
+        to_window[i] = left > 0 && last && window <= left;
+        running |= left > 0;
+    }
+    return running;
+}
+
+/* Is the step within the tolerance in every lane? Chooses the next step, or the shorter one to try again with. */
+static int accurate(struct Contact *contact, const struct Wiring *w, double shortest, const lanes h, const struct Point *start,
+                    const struct Point *middle, const struct Point *end, const lanes difference)
+{
+    int all = 1;
+    EACH_LANE {
+        const double bad = badness(contact, i, start, middle, end, difference[i]), factor = bad > 0 ? 0.9 / cbrt(bad) : 4;
+        if (h[i] <= shortest && bad > 1)
+            continue;
+        const double next = h[i] * fmin(fmax(factor, 0.1), bad > 1 ? 0.7 : 4);
+        /* a step that was short because it had to end somewhere says nothing against a longer one */
+        contact->next_step[i] = fmin(factor < 1 ? next : fmax(next, contact->next_step[i]), longest_step(w, i));
+        all &= bad <= 1;
+    }
+    return all;
+}
+
+static enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s)
+{
+    enum { MOST_STEPS = 200000000 };
+    struct Point points[3], *start = &points[0], *middle = &points[1], *end = &points[2];
+    lanes h, to_window, difference;
+    point_at(contact, w, s, start);
+    let_go(contact, w, start);
+    EACH_LANE start->z[i] = contact->value[BRISTLE_DEFLECTION][i];
+    for (int n = 0; choose_step(contact, w, step, s, h, to_window); ++n) {
+        int cut[LANES], shorter = 0, event = 0, jump = 0;
+        if (n >= MOST_STEPS)
+            return KERNEL_TOO_MANY_STEPS;
+        try_step(contact, w, s, h, start, middle, end, difference);
+        EACH_LANE if (!isfinite(end->z[i]) || !isfinite(end->F_p[i])) return KERNEL_DIVERGED;
+        if (!accurate(contact, w, 1e-12 * step, h, start, middle, end, difference))
+            continue;
+        EACH_LANE {
+            const double wanted = h[i];
+            cut[i] = wanted > 0 ? cut_at_event(contact, w, i, s[i], &h[i], start, middle, end) : NO_EVENT;
+            shorter |= h[i] < wanted;
+            jump |= cut[i] == JUMP;
+            event |= cut[i] >= 0;
+            to_window[i] *= cut[i] == NO_EVENT;
+        }
+        if (jump) { /* an input has jumped across an event */
+            act_on_event(contact, w, s, 1e-9 * step, start);
+            continue;
+        }
+        if (shorter)
+            try_step(contact, w, s, h, start, middle, end, difference);
+        contact->warnings |= end->warnings;
+        EACH_LANE {
+            accumulate(contact, i, h[i], start, middle, end);
+            s[i] = h[i] == step - s[i] ? step : s[i] + h[i];
+        }
+        EACH_LANE if (to_window[i] != 0) close_window(contact, i);
+        if (event && stop_at_events)
+            break;
+        if (event)
+            act_on_event(contact, w, s, 1e-9 * step, start);
+        else {
+            struct Point *const reached = end;
+            end = start;
+            start = reached;
+        }
+    }
+    return KERNEL_OK;
+}
+
+enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken)
+{
+    *taken = 0;
+    if (!(step > 0) || !isfinite(step))
+        return KERNEL_BAD_STEP;
+    if (!ordered_temperatures(contact))
+        return KERNEL_TEMPERATURES;
+    const struct Wiring w = wire(contact);
+    lanes s = {0};
+    const enum Status status = march(contact, &w, step, stop_at_events, s);
+    EACH_LANE {
+        contact->value[TIME][i] += s[i];
+        for (int k = INPUT_FIRST; k < INPUT_END; ++k)
+            contact->value[k][i] += contact->slope[k - INPUT_FIRST][i] * s[i];
+    }
+    *taken = s[0];
+    return status;
+}
