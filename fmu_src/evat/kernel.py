@@ -34,14 +34,14 @@ VARIABILITIES: tuple[Variability, ...] = ("fixed", "tunable", "discrete", "conti
 
 
 @functools.lru_cache(maxsize=1)
-def _library() -> tuple[cffi.FFI, Any]:
+def _library() -> tuple[Any, Any]:
     """The compiled kernel, its structures and functions as kernel.h declares them."""
     header = (source_root() / "kernel" / "kernel.h").read_text(encoding="utf-8")
     header = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
     header = re.sub(r"^\s*#.*$", "", header, flags=re.MULTILINE).replace("[LANES]", "[1]")
     ffi = cffi.FFI()
     ffi.cdef(header)
-    library = ffi.dlopen(str(kernel_library_path()))
+    library: Any = ffi.dlopen(str(kernel_library_path()))
     if library.kernel_size() != ffi.sizeof("struct Contact"):
         raise EvatError(
             f"the compiled kernel does not fit its header: a contact has {library.kernel_size()} bytes there, "
@@ -107,7 +107,7 @@ def variable(name: str) -> Variable:
 @functools.lru_cache(maxsize=1)
 def laws() -> tuple[Law, ...]:
     """The friction laws, in the order of the choice friction_law."""
-    ffi, library = _library()
+    _, library = _library()
     found, at = [], library.BASE_COUNT
     for place, name in enumerate(variable("friction_law").choices):
         row = library.kernel_law(place)
@@ -119,14 +119,12 @@ def laws() -> tuple[Law, ...]:
 @functools.lru_cache(maxsize=1)
 def effects() -> tuple[Effect, ...]:
     """The switchable effects; each one's name is also its Boolean variable."""
-    ffi, library = _library()
+    _, library = _library()
     found = []
     for place in range(library.kernel_effect_count()):
         row, at = library.kernel_effect(place), library.kernel_effect_switch(place)
         switch, rivals = variables()[at], tuple(filter(None, re.split(r",\s*", _text(row.rivals))))
-        found.append(
-            Effect(switch.name, switch.meaning, _text(row.equation), switch.source, variables()[at + 1 : at + row.count], rivals)
-        )
+        found.append(Effect(switch.name, switch.meaning, _text(row.equation), switch.source, variables()[at + 1 : at + row.count], rivals))
     return tuple(found)
 
 
@@ -136,8 +134,10 @@ def states() -> tuple[str, ...]:
     return tuple(variables()[library.kernel_state(place)].name for place in range(library.STATES))
 
 
-def indicator_count() -> int:
-    return int(_library()[1].INDICATORS)
+def indicators() -> tuple[str, ...]:
+    """Names of the event indicators."""
+    _, library = _library()
+    return tuple(variables()[library.kernel_indicator(place)].name for place in range(library.INDICATORS))
 
 
 def inputs() -> tuple[str, ...]:
@@ -167,6 +167,15 @@ def check_values(values: Mapping[str, float | int | bool | str], on: Sequence[st
         if name not in switches:
             raise ParameterError(f"there is no effect {name!r}; the component has {', '.join(sorted(switches))}.")
     return {name: variable(name).check(value) for name, value in {**values, **dict.fromkeys(on, 1.0)}.items()}
+
+
+def by_choice(values: Mapping[str, float]) -> dict[str, float | str | bool]:
+    """Values with choices by their names and switches as yes or no: what FMUs and people take."""
+    found: dict[str, float | str | bool] = {}
+    for name, number in values.items():
+        known = variable(name)
+        found[name] = known.choices[int(number)] if known.type == "choice" else bool(number) if known.type == "boolean" else number
+    return found
 
 
 class Contact:
@@ -212,6 +221,11 @@ class Contact:
     def get(self, name: str) -> float:
         return float(self._contact.value[variable(name).index][0])
 
+    def values(self) -> FloatArray:
+        """All values in the order of `variables()`, a copy."""
+        count = len(variables())
+        return np.frombuffer(self._ffi.buffer(self._contact.value), dtype=np.float64)[:count].copy()
+
     def start(self, time: float = 0.0) -> None:
         """Initialise at `time` [s]."""
         self._done(self._library.kernel_start(self._contact, time), "initialisation")
@@ -231,8 +245,8 @@ class Contact:
         self._done(self._library.kernel_event(self._contact), "event")
 
     def indicators(self) -> FloatArray:
-        """Event indicators at the present time, shape (indicator_count(),)."""
-        found = self._ffi.new("double[][1]", indicator_count())
+        """Event indicators at the present time, in the order of kernel.indicators()."""
+        found = self._ffi.new("double[][1]", len(indicators()))
         self._library.kernel_indicators(self._contact, found)
         return np.array([row[0] for row in found])
 

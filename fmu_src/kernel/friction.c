@@ -1,4 +1,5 @@
 /* What does the friction law get to see, and what does it answer? Opens its fields, lets effects act on them, closes their limits. */
+#include "root.h"
 #include "stages.h"
 
 #include <math.h>
@@ -26,7 +27,7 @@ void friction_open(const struct Contact *contact, const struct Wiring *w, const 
     const lanes *p = w->p;
     x->warnings = 0;
     EACH_LANE {
-        x->clamped[i] = 0;
+        x->clamped[i] = x->sticking[i] = 0;
         x->speed[i] = fmax(x->direction[i] * x->v[i], 0);
         x->theta[i] = fmax(proxy(contact, w, i, tau[i], x), 0);
         x->theta_ratio[i] = x->theta[i] / p[THETA_REF][i];
@@ -65,41 +66,106 @@ void friction_force(const struct Wiring *w, struct Point *x)
 {
     EACH_LANE x->dz[i] = x->drive[i] - x->rate[i] * x->z[i];
     w->law->force(w->law_p, x);
-    EACH_LANE x->F[i] *= x->cutting[i];
+    EACH_LANE x->F[i] = x->cutting[i] * (x->sticking[i] != 0 ? x->F_stick[i] : x->F[i]);
 }
 
 static void answer(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
     EACH_LANE x->direction[i] = x->v[i] < 0 ? -1 : 1;
     friction_open(contact, w, tau, x);
+    if (w->law->indicator && !w->law->event) {
+        w->law->indicator(w->law_p, contact->memory, x);
+        EACH_LANE x->stuck[i] = x->law[i] > 0;
+    }
     friction_rates(w, x);
     friction_force(w, x);
     forces_at(w, x);
 }
 
-/* chip_flow_angle = current_shear_angle: v = V(phi(F(v))). More slip means more friction, a flatter shear plane and so less slip: the
- * difference of both sides rises with v, and bisection between the flattest and the steepest plane finds its zero, also where the law
- * jumps (there v = 0: the chip sticks). */
-void friction_solved(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+/* Slip that the present shear angle of x gives. */
+static double slip_of_angle(const struct Wiring *w, const struct Point *x, int i, double angle)
 {
-    enum { HALVINGS = 52 };
-    const double flattest = 0.02, steepest = 1.5;
-    lanes low, high;
+    const double flattest = 0.02, steepest = 1.5; /* planes beyond them are no chip formation; they bound the search */
+    return slip_along_rake(w, x, i, tan(fmin(fmax(angle, flattest) - w->p[RAKE_ANGLE][i], steepest)));
+}
+
+static double excess(const struct Wiring *w, const struct Point *x, int i)
+{
+    return slip_of_angle(w, x, i, shear_angle(w, x, i)) - x->v[i];
+}
+
+/* Where the law jumps at the slip that was found, the force lies within the jump such that its shear angle gives this slip. */
+static void stick(const struct Contact *contact, const struct Wiring *w, const lanes tau, const struct Bracket *b, struct Point *x)
+{
+    lanes F_low;
+    EACH_LANE x->v[i] = b[i].low;
+    answer(contact, w, tau, x);
     EACH_LANE {
-        const double alpha = w->p[RAKE_ANGLE][i];
-        const double a = slip_along_rake(w, x, i, tan(fmax(flattest - alpha, -steepest)));
-        const double b = slip_along_rake(w, x, i, tan(fmin(steepest - alpha, steepest)));
-        low[i] = fmin(a, b);
-        high[i] = fmax(a, b);
+        F_low[i] = x->F[i];
+        x->v[i] = b[i].high;
     }
-    for (int n = 0; n < HALVINGS; ++n) {
-        EACH_LANE x->v[i] = 0.5 * (low[i] + high[i]);
+    answer(contact, w, tau, x);
+    EACH_LANE {
+        const double F_high = x->F[i], size = fabs(F_low[i]) + fabs(F_high);
+        if (fabs(F_high - F_low[i]) <= 1e-6 * size)
+            continue;
+        struct Bracket force = bracket(F_low[i], F_high, 1, -1);
+        while (force.count < 90 && force.high - force.low > 1e-14 * size) {
+            x->F[i] = bracket_next(&force, 1e-14 * size);
+            forces_at(w, x);
+            bracket_update(&force, x->F[i], excess(w, x, i));
+        }
+        x->sticking[i] = 1;
+        x->F_stick[i] = x->F[i];
+    }
+}
+
+/* chip_flow_angle = current_shear_angle: v = V(phi(F(v))). More slip means more friction, a flatter shear plane and so less slip:
+ * V(phi(F(v))) - v falls with v, and has one zero between the slips of the flattest and the steepest plane, also where the law jumps. */
+static void solve_slip(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+{
+    struct Bracket b[LANES];
+    lanes close;
+    int open = 1;
+    EACH_LANE {
+        const double ends[2] = {slip_of_angle(w, x, i, 0), slip_of_angle(w, x, i, 2)};
+        const double low = fmin(ends[0], ends[1]), high = fmax(ends[0], ends[1]);
+        b[i] = bracket(low, high, high - low, low - high); /* the most that either side can be */
+        close[i] = 1e-14 * (fabs(low) + fabs(high));
+        x->sticking[i] = 0;
+    }
+    while (open) {
+        open = 0;
+        EACH_LANE x->v[i] = bracket_next(&b[i], close[i]);
         answer(contact, w, tau, x);
         EACH_LANE {
-            const double angle = fmin(fmax(shear_angle(w, x, i), flattest), steepest) - w->p[RAKE_ANGLE][i];
-            const int above = x->v[i] > slip_along_rake(w, x, i, tan(fmin(fmax(angle, -steepest), steepest)));
-            high[i] = above ? x->v[i] : high[i];
-            low[i] = above ? low[i] : x->v[i];
+            if (b[i].high - b[i].low <= close[i] || b[i].count >= 90)
+                continue;
+            bracket_update(&b[i], x->v[i], excess(w, x, i));
+            open |= b[i].high - b[i].low > close[i];
         }
+    }
+    stick(contact, w, tau, b, x);
+}
+
+/* The slip then depends on z, steeply where the chip is thin. The rate equation is therefore linearised at this z, so that the
+ * exponential takes the steep part with it: dz/dt = f + (df/dz) (z' - z). */
+void friction_solved(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+{
+    struct Point beside = *x;
+    lanes step;
+    EACH_LANE {
+        step[i] = 1e-7 * fmax(fabs(x->z[i]), w->p[F_C][i] / w->p[SIGMA0][i]);
+        beside.z[i] = x->z[i] + step[i];
+    }
+    solve_slip(contact, w, tau, &beside);
+    friction_rates(w, &beside);
+    solve_slip(contact, w, tau, x);
+    friction_rates(w, x);
+    EACH_LANE if (x->cutting[i] != 0) {
+        const double f = x->drive[i] - x->rate[i] * x->z[i], f_beside = beside.drive[i] - beside.rate[i] * beside.z[i];
+        x->rate[i] = fmax((f - f_beside) / step[i], 1); /* never 0: then the target is finite */
+        x->drive[i] = f + x->rate[i] * x->z[i];
+        x->target[i] = x->drive[i] / x->rate[i];
     }
 }

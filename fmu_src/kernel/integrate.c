@@ -29,12 +29,12 @@ static void moments(double D, double I[3])
     I[2] = 2 * D * D * D * phi3;
 }
 
-void bristle_step(const struct FrictionLaw *law, const lanes h, const struct Point *start, const struct Point *middle,
+void bristle_step(int relaxes, const lanes h, const struct Point *start, const struct Point *middle,
                   const struct Point *end, lanes z_middle, lanes z_end, lanes difference)
 {
     EACH_LANE {
         const double z = start->z[i];
-        if (!law->relaxes) {
+        if (!relaxes) {
             const double c0 = start->drive[i], cm = middle->drive[i], c1 = end->drive[i], r = middle->rate[i];
             const double half = exp(-0.5 * h[i] * r); /* 1, or the release out of contact */
             z_middle[i] = half * z + h[i] / 24 * (5 * c0 + 8 * cm - c1);

@@ -62,7 +62,9 @@ enum Base {
     SLIP_VELOCITY_USED, UNCUT_THICKNESS_USED, THETA_USED, SHEAR_ANGLE, SPEED_RATIO, IN_CONTACT,
     BRISTLE_DEFLECTION, DISSIPATED_POWER, DISSIPATED_ENERGY, CLAMPED_COUNT, STEP_COUNT,
     /* locals: the rate of the bristle and the running integrals behind the cycle means */
-    BRISTLE_RATE, FRICTION_IMPULSE, PRINCIPAL_IMPULSE, FEED_IMPULSE, NORMAL_IMPULSE, CONTACT_TIME, CONTACT_INDICATOR,
+    BRISTLE_RATE, FRICTION_IMPULSE, PRINCIPAL_IMPULSE, FEED_IMPULSE, NORMAL_IMPULSE, CONTACT_TIME, CONTACT_RATE,
+    /* locals: the event indicators, in the order of enum Indicator */
+    CONTACT_INDICATOR, SURFACE_INDICATOR, SLIP_INDICATOR, LAW_INDICATOR,
     BASE_COUNT
 };
 
@@ -119,6 +121,7 @@ struct Contact {
 int kernel_variable_count(void);
 const struct Variable *kernel_variable(int index);
 int kernel_state(int place);                       /* index of the place-th continuous state */
+int kernel_indicator(int place);                   /* index of the place-th event indicator */
 int kernel_law_count(void);
 const struct FrictionLaw *kernel_law(int place);   /* the order is that of the choice friction_law */
 int kernel_effect_count(void);
@@ -142,7 +145,7 @@ enum Status kernel_check(int index, double value);
 enum Status kernel_start(struct Contact *contact, double time);
 /* Outputs and derivatives from value[TIME], the states and the inputs as they stand. */
 enum Status kernel_evaluate(struct Contact *contact);
-/* Event indicators at the last evaluated point. */
+/* Event indicators at value[TIME]; 1 for an event that does not matter at present. kernel_evaluate shows the same as variables. */
 void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS]);
 /* An event has happened at value[TIME]: take sides anew, let separated bristles go, close an averaging window that has ended. */
 enum Status kernel_event(struct Contact *contact);
@@ -184,6 +187,7 @@ struct Point {
     lanes P;               /* stiffness in the rate equation [N/m] */
     lanes s0, s1, sigma2;  /* stiffness [N/m], damping and viscous coefficient [N s/m] in the force equation */
     lanes applied;         /* external tangential force on the contact, for laws that stick [N] */
+    lanes sticking, F_stick; /* 1 where the slip was solved to lie in a jump of the law, and the force within the jump that holds it there [N] */
     lanes margin;          /* c in the limit of the damping; infinity: no limit */
     lanes stuck;           /* 1 on the sticking side of the law's own event, else 0 */
     lanes rate;            /* a in dz/dt = drive - a z [1/s] */

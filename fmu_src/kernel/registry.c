@@ -58,6 +58,8 @@ static const int states[STATES] = {BRISTLE_DEFLECTION, DISSIPATED_ENERGY, FRICTI
 
 int kernel_state(int place) { return place >= 0 && place < STATES ? states[place] : -1; }
 
+int kernel_indicator(int place) { return place >= 0 && place < INDICATORS ? CONTACT_INDICATOR + place : -1; }
+
 /* FNV-1a, 64 bits. */
 static uint64_t mix(uint64_t hash, const void *bytes, size_t size)
 {

@@ -38,7 +38,7 @@ void load_at(const struct Wiring *w, struct Point *x);
 void friction_open(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
 void friction_rates(const struct Wiring *w, struct Point *x);
 void friction_force(const struct Wiring *w, struct Point *x);
-/* friction.c: the same three, with the slip solved from its own shear angle. */
+/* friction.c: open and rates together, with the slip solved from its own shear angle. */
 void friction_solved(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
 
 /* forces.c: normal, principal and feed force from F and k; and the shear angle that goes with them. */
@@ -47,7 +47,7 @@ double shear_angle(const struct Wiring *w, const struct Point *x, int lane);
 
 /* integrate.c: bristle deflection after half and after the whole of h, from the rates at start, middle and end; and the change that a
  * lower order would have made of the end (for the choice of step). */
-void bristle_step(const struct FrictionLaw *law, const lanes h, const struct Point *start, const struct Point *middle,
+void bristle_step(int relaxes, const lanes h, const struct Point *start, const struct Point *middle,
                   const struct Point *end, lanes z_middle, lanes z_end, lanes difference);
 
 /* The place of a choice in its list. */

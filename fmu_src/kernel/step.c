@@ -3,6 +3,7 @@
  * An internal step sees the point at its start, middle and end on one and the same side of every event. Where an indicator has changed
  * its sign the step is cut there, so within a step everything is smooth.
  */
+#include "root.h"
 #include "stages.h"
 
 #include <math.h>
@@ -79,10 +80,11 @@ static void open_point(const struct Contact *contact, const struct Wiring *w, co
         return;
     }
     load_at(w, x);
-    if (w->current_angle)
+    if (w->current_angle) {
         friction_solved(contact, w, tau, x);
-    else
-        friction_open(contact, w, tau, x);
+        return;
+    }
+    friction_open(contact, w, tau, x);
     friction_rates(w, x);
 }
 
@@ -103,7 +105,7 @@ static void indicators(const struct Wiring *w, const struct Point *x, lanes indi
         indicator[AT_CONTACT][i] = x->contact[i];
         indicator[AT_SURFACE][i] = x->surface[i];
         indicator[AT_SLIP][i] = w->current_angle ? 1 : x->v[i];
-        indicator[AT_LAW][i] = x->law[i];
+        indicator[AT_LAW][i] = w->current_angle && !w->law->event ? 1 : x->law[i]; /* friction_solved has both inside its solution */
     }
 }
 
@@ -198,9 +200,17 @@ static void close_window(struct Contact *contact, int i)
     contact->window[i] += 1;
 }
 
+static void watched_indicators(const struct Contact *contact, const struct Wiring *w, const struct Point *x, lanes indicator[INDICATORS])
+{
+    indicators(w, x, indicator);
+    for (int k = 0; k < INDICATORS; ++k)
+        EACH_LANE if (!watched(contact, k, i)) indicator[k][i] = 1;
+}
+
 static void show(struct Contact *contact, const struct Wiring *w, const struct Point *x)
 {
     lanes *value = contact->value;
+    watched_indicators(contact, w, x, value + CONTACT_INDICATOR);
     EACH_LANE {
         value[FRICTION_FORCE][i] = x->F[i];
         value[PRINCIPAL_FORCE][i] = x->F_p[i];
@@ -213,7 +223,7 @@ static void show(struct Contact *contact, const struct Wiring *w, const struct P
         value[THETA_USED][i] = x->theta[i];
         value[SHEAR_ANGLE][i] = shear_angle(w, x, i);
         value[SPEED_RATIO][i] = x->speed_ratio[i];
-        value[IN_CONTACT][i] = value[CONTACT_INDICATOR][i] = x->cutting[i];
+        value[IN_CONTACT][i] = value[CONTACT_RATE][i] = x->cutting[i];
         value[DISSIPATED_POWER][i] = x->F[i] * x->v[i];
         value[BRISTLE_RATE][i] = x->dz[i];
         if (window_length(contact, i) > 0)
@@ -252,9 +262,7 @@ void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS
     const struct Wiring w = wire(contact);
     struct Point x;
     point_at(contact, &w, here, &x);
-    indicators(&w, &x, indicator);
-    for (int k = 0; k < INDICATORS; ++k)
-        EACH_LANE if (!watched(contact, k, i)) indicator[k][i] = 1;
+    watched_indicators(contact, &w, &x, indicator);
 }
 
 /* ---- events in model exchange and in event mode ---- */
@@ -276,17 +284,22 @@ double kernel_next_event(const struct Contact *contact) { return window_end(cont
 static void try_step(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
                      struct Point *middle, struct Point *end, lanes difference)
 {
-    const int passes = w->current_angle ? 5 : 1; /* the rates then depend on z: fixed-point iteration */
+    const int passes = w->current_angle ? 20 : 1; /* the rates then depend on z: fixed-point iteration */
     lanes half, whole;
     EACH_LANE {
         half[i] = s[i] + 0.5 * h[i];
         whole[i] = s[i] + h[i];
         middle->z[i] = end->z[i] = start->z[i];
     }
-    for (int n = 0; n < passes; ++n) {
+    int moving = 1;
+    for (int n = 0; n < passes && moving; ++n) {
+        lanes before;
+        EACH_LANE before[i] = end->z[i];
         open_point(contact, w, half, 1, middle);
         open_point(contact, w, whole, 1, end);
-        bristle_step(w->law, h, start, middle, end, middle->z, end->z, difference);
+        bristle_step(w->law->relaxes || w->current_angle, h, start, middle, end, middle->z, end->z, difference);
+        moving = 0;
+        EACH_LANE moving |= fabs(end->z[i] - before[i]) > 1e-3 * w->p[RELATIVE_TOLERANCE][i] * fabs(end->z[i]);
     }
     close_point(contact, w, 1, middle);
     close_point(contact, w, 1, end);
@@ -312,33 +325,18 @@ static double indicator_at(const struct Contact *contact, const struct Wiring *w
     return now[k][lane];
 }
 
-/* The first tau in (low, high] at which indicator k is on the other side, closed from above to a thousandth of the tolerance: regula
- * falsi with the weights of Anderson and Bjorck 1973, bisection if that is slow. */
+/* The first tau in (low, high] at which indicator k is on the other side, to a thousandth of the tolerance. */
 static double locate(const struct Contact *contact, const struct Wiring *w, int k, int i, double s, double low, double high,
                      double at_low, double at_high, const struct Point *start)
 {
     const double side = contact->sign[k][i];
     const double close = 1e-3 * w->p[RELATIVE_TOLERANCE][i] * (high - s) + 4.4e-16 * high; /* the last: rounding of tau */
-    double weight_low = side * at_low, weight_high = side * at_high, last = 0;
-    for (int n = 0; n < 100 && high - low > close; ++n) {
-        double tau = low + (high - low) * (weight_low > 0 ? weight_low / (weight_low - weight_high) : 0.5);
-        if (n >= 30)
-            tau = 0.5 * (low + high);
-        tau = fmin(fmax(tau, low + 0.5 * close), high - 0.5 * close);
-        const double value = side * indicator_at(contact, w, k, i, s, tau, start);
-        if (value < 0) {
-            const double left = 1 - value / weight_high;
-            weight_low *= last < 0 ? (left > 0 ? left : 0.5) : 1;
-            high = tau;
-            weight_high = last = value;
-        } else {
-            const double left = weight_low > 0 ? 1 - value / weight_low : 0.5;
-            weight_high *= last > 0 ? (left > 0 ? left : 0.5) : 1;
-            low = tau;
-            weight_low = last = value;
-        }
+    struct Bracket b = bracket(low, high, side * at_low, side * at_high);
+    while (b.count < 100 && b.high - b.low > close) {
+        const double tau = bracket_next(&b, close);
+        bracket_update(&b, tau, side * indicator_at(contact, w, k, i, s, tau, start));
     }
-    return high;
+    return b.high;
 }
 
 enum Cut { NO_EVENT = -1, JUMP = -2 };
@@ -445,15 +443,17 @@ static int accurate(struct Contact *contact, const struct Wiring *w, double shor
 
 static enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s)
 {
-    enum { MOST_STEPS = 200000000 };
+    /* for each vibration cycle that is passed a hundred times what tight tolerances take; solving for the slip makes steps dear */
+    const double most_steps = fmin((w->current_angle ? 1e4 : 1e5) * (1 + step * w->p[VIBRATION_FREQUENCY][0]), 1e9);
     struct Point points[3], *start = &points[0], *middle = &points[1], *end = &points[2];
     lanes h, to_window, difference;
+    int jumps = 0;
     point_at(contact, w, s, start);
     let_go(contact, w, start);
     EACH_LANE start->z[i] = contact->value[BRISTLE_DEFLECTION][i];
-    for (int n = 0; choose_step(contact, w, step, s, h, to_window); ++n) {
+    for (double n = 0; choose_step(contact, w, step, s, h, to_window); ++n) {
         int cut[LANES], shorter = 0, event = 0, jump = 0;
-        if (n >= MOST_STEPS)
+        if (n >= most_steps)
             return KERNEL_TOO_MANY_STEPS;
         try_step(contact, w, s, h, start, middle, end, difference);
         EACH_LANE if (!isfinite(end->z[i]) || !isfinite(end->F_p[i])) return KERNEL_DIVERGED;
@@ -467,10 +467,11 @@ static enum Status march(struct Contact *contact, const struct Wiring *w, double
             event |= cut[i] >= 0;
             to_window[i] *= cut[i] == NO_EVENT;
         }
-        if (jump) { /* an input has jumped across an event */
+        if (jump && jumps++ < INDICATORS) { /* an input has jumped across an event */
             act_on_event(contact, w, s, 1e-9 * step, start);
             continue;
         }
+        jumps = 0;
         if (shorter)
             try_step(contact, w, s, h, start, middle, end, difference);
         contact->warnings |= end->warnings;

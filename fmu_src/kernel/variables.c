@@ -218,6 +218,17 @@ const struct Variable base_variables[BASE_COUNT] = {
                         .meaning = "normal_force, integrated from the start", .source = DEFINITION},
     [CONTACT_TIME] = {.name = "contact_time", .unit = "s", .nominal = 1e-3, INNER, .meaning = "time spent in contact from the start",
                       .source = DEFINITION},
-    [CONTACT_INDICATOR] = {.name = "contact_rate", .unit = "1", INNER, .derivative_of = CONTACT_TIME,
+    [CONTACT_RATE] = {.name = "contact_rate", .unit = "1", INNER, .derivative_of = CONTACT_TIME,
                            .meaning = "1 in contact, 0 out of it", .source = DEFINITION},
+    [CONTACT_INDICATOR] = {.name = "contact_indicator", .unit = "1", INNER,
+                           .meaning = "event indicator: above 0 while the tool is in the material and moving into it; the smaller of the "
+                                      "uncut thickness in um and the approach velocity in m/s", .source = DEFINITION},
+    [SURFACE_INDICATOR] = {.name = "surface_indicator", .unit = "1", INNER,
+                           .meaning = "event indicator: above 0 where the previous cycle has left the surface, below 0 where the nominal "
+                                      "surface stands; a length in units of amplitude_x", .source = DEFINITION},
+    [SLIP_INDICATOR] = {.name = "slip_indicator", .unit = "1", INNER,
+                        .meaning = "event indicator: the slip velocity in m/s, whose sign change reverses friction", .source = DEFINITION},
+    [LAW_INDICATOR] = {.name = "law_indicator", .unit = "1", INNER,
+                       .meaning = "event indicator of the friction law: above 0 while it sticks; 1 for laws without such an event",
+                       .source = DEFINITION},
 };

@@ -4,12 +4,15 @@
 
 #include <math.h>
 
+static double z_0(const struct Point *x, int i) { return x->F_C[i] / x->P[i]; }
+
+/* Sliding ends only where the slip turns round, also while F_C or P change. */
 static void indicator(const lanes *p, const lanes *memory, struct Point *x)
 {
     (void)p, (void)memory;
     EACH_LANE {
-        const double z0 = x->F_C[i] / x->P[i], outward = x->direction[i] * x->z[i];
-        x->law[i] = outward > 0 ? z0 - outward : z0;
+        const double z0 = z_0(x, i), outward = x->direction[i] * x->z[i];
+        x->law[i] = outward <= 0 ? z0 : x->stuck[i] != 0 ? z0 - outward : -z0;
     }
 }
 
@@ -26,8 +29,8 @@ static void force(const lanes *p, struct Point *x)
 {
     (void)p;
     EACH_LANE {
-        const double grip = x->stuck[i] != 0 ? x->F_S[i] / x->F_C[i] : 1;
-        x->F[i] = x->s0[i] * grip * x->z[i] + x->s1[i] * x->dz[i];
+        const double sticking = x->s0[i] * x->F_S[i] / x->F_C[i] * x->z[i], sliding = x->s0[i] * x->direction[i] * z_0(x, i);
+        x->F[i] = (x->stuck[i] != 0 ? sticking : sliding) + x->s1[i] * x->dz[i];
     }
 }
 
@@ -35,7 +38,7 @@ static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
 {
     (void)p, (void)memory;
     EACH_LANE {
-        const double z0 = x->F_C[i] / x->P[i];
+        const double z0 = z_0(x, i);
         z[i] = fmin(fmax(z[i], -z0), z0);
     }
 }
