@@ -73,7 +73,7 @@ static void answer(const struct Contact *contact, const struct Wiring *w, const 
 {
     EACH_LANE x->direction[i] = x->v[i] < 0 ? -1 : 1;
     friction_open(contact, w, tau, x);
-    if (w->law->indicator && !w->law->event) {
+    if (w->law->indicator) {
         w->law->indicator(w->law_p, contact->memory, x);
         EACH_LANE x->stuck[i] = x->law[i] > 0;
     }

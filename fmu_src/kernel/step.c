@@ -99,13 +99,14 @@ static void close_point(const struct Contact *contact, const struct Wiring *w, i
     forces_at(w, x);
 }
 
+/* Where the slip is solved for, its reversal and the law's event lie inside the solution and are not searched for. */
 static void indicators(const struct Wiring *w, const struct Point *x, lanes indicator[INDICATORS])
 {
     EACH_LANE {
         indicator[AT_CONTACT][i] = x->contact[i];
         indicator[AT_SURFACE][i] = x->surface[i];
         indicator[AT_SLIP][i] = w->current_angle ? 1 : x->v[i];
-        indicator[AT_LAW][i] = w->current_angle && !w->law->event ? 1 : x->law[i]; /* friction_solved has both inside its solution */
+        indicator[AT_LAW][i] = w->current_angle ? 1 : x->law[i];
     }
 }
 
@@ -484,7 +485,10 @@ static enum Status march(struct Contact *contact, const struct Wiring *w, double
             break;
         if (event)
             act_on_event(contact, w, s, 1e-9 * step, start);
-        else {
+        else if (w->current_angle && w->law->event) {
+            w->law->event(w->law_p, end, contact->value[BRISTLE_DEFLECTION], contact->memory);
+            point_at(contact, w, s, start);
+        } else {
             struct Point *const reached = end;
             end = start;
             start = reached;
