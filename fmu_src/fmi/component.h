@@ -1,0 +1,157 @@
+/* What is an FMU instance, whatever version of FMI asks for it? A contact, a place in the life cycle, and a host to report to.
+ *
+ * fmi2.c and fmi3.c are shells over this: they translate names and types, this core decides. Neither knows a variable by name or any
+ * physics: all comes from the kernel's tables. No writable static: every instance stands alone, also in its own thread.
+ */
+#ifndef COMPONENT_H
+#define COMPONENT_H
+
+#include "../kernel/kernel.h"
+
+/* The numbers of fmi2Status and fmi3Status. */
+enum Answer { ANSWER_OK, ANSWER_WARNING, ANSWER_DISCARD, ANSWER_ERROR, ANSWER_FATAL };
+
+/* A bit for each state of the standard's state machines. */
+enum Mode {
+    INSTANTIATED = 1, CONFIGURING = 2, INITIALIZING = 4, EVENT = 8, INTEGRATING = 16, STEPPING = 32, STEP_FAILED = 64, TERMINATED = 128,
+    FAILED = 256, INTERMEDIATE = 512,
+    RUNNING = EVENT | INTEGRATING | STEPPING,
+    SHOWING = INITIALIZING | RUNNING | STEP_FAILED | TERMINATED | FAILED, /* where values may be read */
+    ANY_MODE = SHOWING | INSTANTIATED | CONFIGURING /* but not from within a step */
+};
+
+enum Interface { MODEL_EXCHANGE, CO_SIMULATION };
+
+/* Who asked for the instance, and how it wants to be told. */
+struct Host {
+    void (*say)(const struct Host *host, enum Answer answer, const char *category, const char *text);
+    void (*logger)(void); /* the host's own callback; `say` knows its type */
+    void *environment;
+    void *(*allocate)(size_t count, size_t size);
+    void (*release)(void *memory);
+    const char *name;
+    uint32_t categories;      /* bit = place in the list of categories that are let through */
+    enum Answer warned;       /* what a call answers that logged a warning */
+    enum Answer partial_step; /* what a step answers that ended halfway */
+    int event_mode;           /* co-simulation: the host handles events */
+    int early_return;         /* co-simulation: a step may end before its end */
+    /* Show the host a time within a step; nonzero: it wants the step to end at *until. NULL where nobody looks. */
+    int (*show)(const struct Host *host, double time, double *until);
+    void (*intermediate_update)(void); /* the host's own callback; `show` knows its type */
+};
+
+/* What an FMU state holds beside the contact; no padding, so equal states have equal bytes. */
+struct Life {
+    double start, stop; /* [s] */
+    double last_time;   /* end of the last step that was carried out [s] */
+    uint32_t mode, interface;
+    uint32_t stale;     /* outputs do not belong to the present inputs, states, time */
+    uint32_t set_up, tolerance_set, slope_set, event_pending, reserved;
+};
+
+struct Component {
+    struct Contact contact;
+    struct Contact preview; /* in initialization mode: the contact as it would start now */
+    struct Life life;
+    struct Host host;
+    const char *function;   /* the FMI function at work */
+    uint32_t told;          /* warnings that this run has logged */
+    int count;              /* of variables */
+    int rate[STATES];       /* index of each state's rate */
+    uint16_t settable[CAPACITY]; /* modes in which each variable may be set */
+    uint8_t type[CAPACITY];
+    char token[40];
+};
+
+/* ---- report.c: logging, refusing ---- */
+
+/* One log line, "<function>: <text>", where its category is on; an error ends the run. Returns `answer`. */
+enum Answer report(struct Component *c, enum Answer answer, const char *format, ...) __attribute__((format(printf, 3, 4)));
+/* Why there will be no instance: said whatever the host has switched off. */
+void refuse_instance(const struct Host *host, const char *format, ...) __attribute__((format(printf, 2, 3)));
+enum Answer report_kernel(struct Component *c, enum Answer answer, enum Status status);
+void list_modes(unsigned modes, char *text, size_t size);
+int wrong_mode(struct Component *c, unsigned modes);
+enum Answer set_logging(struct Component *c, int on, size_t count, const char *const categories[]);
+enum { STATUS_CATEGORIES = 1 << ANSWER_WARNING | 1 << ANSWER_DISCARD | 1 << ANSWER_ERROR | 1 << ANSWER_FATAL,
+       ERROR_CATEGORIES = 1 << ANSWER_ERROR | 1 << ANSWER_FATAL };
+
+/* The first line of every FMI function: nonzero where it must not be called now. */
+static inline int refuses(struct Component *c, const char *function, unsigned modes)
+{
+    if (c == NULL)
+        return 1;
+    c->function = function;
+    return !(c->life.mode & modes) && wrong_mode(c, modes);
+}
+
+/* ---- component.c: life cycle ---- */
+
+struct Component *component_new(const char *function, const struct Host *host, enum Interface interface, const char *name,
+                                const char *token);
+void component_free(struct Component *c);
+enum Answer component_set_up(struct Component *c, int tolerance_defined, double tolerance, double start, int stop_defined, double stop);
+enum Answer component_enter(struct Component *c, enum Mode mode);
+enum Answer component_start(struct Component *c);
+enum Answer component_reset(struct Component *c);
+
+/* ---- stepping.c: steps, events, warnings ---- */
+
+struct StepEnd {
+    double last_time; /* [s] */
+    int event, early;
+};
+enum Answer component_step(struct Component *c, double time, double step, struct StepEnd *end);
+
+struct News {
+    int states_changed, next_event_defined;
+    double next_event; /* [s] */
+};
+enum Answer component_event(struct Component *c, struct News *news);
+/* Log each new warning of the kernel once. */
+enum Answer component_warn(struct Component *c);
+
+/* ---- values.c: get and set through the tables ---- */
+
+/* How the host keeps numbers of a type, and which kernel types (a bit each) it reaches by it. */
+enum Form { FORM_DOUBLE, FORM_INT32, FORM_INT64, FORM_INT, FORM_BOOL };
+struct Access {
+    const char *word;
+    enum Form form;
+    unsigned types;
+};
+/* Bring outputs up to date. */
+enum Answer refresh(struct Component *c);
+/* The contact whose values are shown. */
+static inline const struct Contact *shown(const struct Component *c)
+{
+    return c->life.mode == INITIALIZING ? &c->preview : &c->contact;
+}
+enum Answer get_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count, void *values);
+enum Answer set_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count, const void *values);
+enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t count, const int *orders, const double *slopes);
+/* Variables of a type that the kernel does not have: fine as long as none is asked for. */
+enum Answer no_variables(struct Component *c, const char *word, size_t count);
+
+/* ---- continuous.c: vectors of model exchange, derivatives ---- */
+
+enum Answer set_time(struct Component *c, double time);
+enum Answer set_states(struct Component *c, const double *states, size_t count);
+enum Answer get_states(struct Component *c, double *states, size_t count);
+enum Answer get_rates(struct Component *c, double *rates, size_t count);
+enum Answer get_nominals(struct Component *c, double *nominals, size_t count);
+enum Answer get_indicators(struct Component *c, double *indicators, size_t count);
+/* result = J seed, or with `adjoint` result = J^T seed; J = d unknowns / d knowns. */
+enum Answer get_derivative(struct Component *c, int adjoint, const uint32_t *unknowns, size_t unknown_count, const uint32_t *knowns,
+                           size_t known_count, const double *seed, double *result);
+
+/* ---- state.c: copies of the whole ---- */
+
+enum Answer state_get(struct Component *c, void **state);
+enum Answer state_set(struct Component *c, const void *state);
+enum Answer state_free(struct Component *c, void **state);
+enum Answer state_size(struct Component *c, const void *state, size_t *size);
+enum Answer state_serialize(struct Component *c, const void *state, void *bytes, size_t size);
+enum Answer state_deserialize(struct Component *c, const void *bytes, size_t size, void **state);
+
+#endif

@@ -1,0 +1,131 @@
+/* What does a solver outside need? Time and state vectors in, rates, indicators and derivatives out. */
+#include "component.h"
+
+#include <math.h>
+
+static int is_count(struct Component *c, const void *numbers, size_t count, size_t needed, const char *what)
+{
+    if (count == needed && numbers)
+        return 1;
+    report(c, ANSWER_ERROR, "an array of %zu %s is given%s; the FMU has %zu.", count, what, numbers ? "" : " as NULL", needed);
+    return 0;
+}
+
+enum Answer set_time(struct Component *c, double time)
+{
+    if (!isfinite(time))
+        return report(c, ANSWER_ERROR, "the time is %g s; a finite number is needed. The time %.17g s is kept.", time,
+                      c->contact.value[TIME][0]);
+    c->contact.value[TIME][0] = time;
+    c->life.stale = 1;
+    return ANSWER_OK;
+}
+
+enum Answer set_states(struct Component *c, const double *states, size_t count)
+{
+    if (!is_count(c, states, count, STATES, "states"))
+        return ANSWER_ERROR;
+    for (int i = 0; i < STATES; ++i)
+        if (!isfinite(states[i]))
+            return report(c, ANSWER_ERROR, "the state %s is %g; a finite number is needed. All states are kept.",
+                          kernel_variable(kernel_state(i))->name, states[i]);
+    for (int i = 0; i < STATES; ++i)
+        c->contact.value[kernel_state(i)][0] = states[i];
+    c->life.stale = 1;
+    return ANSWER_OK;
+}
+
+enum Answer get_states(struct Component *c, double *states, size_t count)
+{
+    if (!is_count(c, states, count, STATES, "states"))
+        return ANSWER_ERROR;
+    const enum Answer answer = c->life.mode == INITIALIZING ? refresh(c) : ANSWER_OK;
+    for (int i = 0; i < STATES; ++i)
+        states[i] = shown(c)->value[kernel_state(i)][0];
+    return answer;
+}
+
+enum Answer get_rates(struct Component *c, double *rates, size_t count)
+{
+    if (!is_count(c, rates, count, STATES, "rates"))
+        return ANSWER_ERROR;
+    const enum Answer answer = refresh(c);
+    for (int i = 0; i < STATES; ++i)
+        rates[i] = shown(c)->value[c->rate[i]][0];
+    return answer;
+}
+
+enum Answer get_nominals(struct Component *c, double *nominals, size_t count)
+{
+    if (!is_count(c, nominals, count, STATES, "nominals"))
+        return ANSWER_ERROR;
+    for (int i = 0; i < STATES; ++i) {
+        const double nominal = kernel_variable(kernel_state(i))->nominal;
+        nominals[i] = nominal > 0 ? nominal : 1;
+    }
+    return ANSWER_OK;
+}
+
+enum Answer get_indicators(struct Component *c, double *indicators, size_t count)
+{
+    lanes indicator[INDICATORS];
+    if (!is_count(c, indicators, count, INDICATORS, "event indicators"))
+        return ANSWER_ERROR;
+    const enum Answer answer = refresh(c);
+    kernel_indicators(shown(c), indicator);
+    for (int i = 0; i < INDICATORS; ++i)
+        indicators[i] = indicator[i][0];
+    return answer;
+}
+
+static int is_state(int index)
+{
+    for (int i = 0; i < STATES; ++i)
+        if (kernel_state(i) == index)
+            return 1;
+    return 0;
+}
+
+static int derivable(struct Component *c, const uint32_t *references, size_t count, int known)
+{
+    for (size_t i = 0; i < count; ++i) {
+        const int there = references[i] < (uint32_t)c->count, index = there ? (int)references[i] : 0;
+        const enum Causality role = kernel_variable(index)->causality;
+        const int fits = there && c->type[index] == REAL &&
+                         (known ? role == INPUT || is_state(index) : role == OUTPUT || role == LOCAL);
+        if (!fits) {
+            report(c, ANSWER_ERROR, "value reference %lu%s%s is no %s; allowed are %s.", (unsigned long)references[i], there ? ", " : "",
+                   there ? kernel_variable(index)->name : "", known ? "known" : "unknown",
+                   known ? "real inputs and continuous states" : "real outputs and local variables");
+            return 0;
+        }
+    }
+    return 1;
+}
+
+enum Answer get_derivative(struct Component *c, int adjoint, const uint32_t *unknowns, size_t unknown_count, const uint32_t *knowns,
+                           size_t known_count, const double *seed, double *result)
+{
+    const size_t seed_count = adjoint ? unknown_count : known_count, result_count = adjoint ? known_count : unknown_count;
+    if ((unknown_count && !unknowns) || (known_count && !knowns) || (seed_count && !seed) || (result_count && !result))
+        return report(c, ANSWER_ERROR, "an array for %zu unknowns and %zu knowns is NULL.", unknown_count, known_count);
+    if (!derivable(c, unknowns, unknown_count, 0) || !derivable(c, knowns, known_count, 1))
+        return ANSWER_ERROR;
+    const enum Answer answer = refresh(c);
+    if (answer > ANSWER_WARNING)
+        return answer;
+    for (size_t i = 0; i < result_count; ++i)
+        result[i] = 0;
+    for (size_t u = 0; u < unknown_count; ++u)
+        for (size_t k = 0; k < known_count; ++k) {
+            const double weight = seed[adjoint ? u : k];
+            double entry = 0;
+            if (weight == 0)
+                continue;
+            const enum Status status = kernel_derivative(shown(c), (int)unknowns[u], (int)knowns[k], &entry);
+            if (status != KERNEL_OK)
+                return report_kernel(c, ANSWER_ERROR, status);
+            result[adjoint ? k : u] += entry * weight;
+        }
+    return ANSWER_OK;
+}

@@ -1,0 +1,188 @@
+/* What is a saved FMU state, and which one may come back? The bytes of a contact and of its place in the life cycle, sealed.
+ *
+ * The seal names format, size, byte order and the kernel's tables, and in serialised form carries a checksum: what is cut short,
+ * corrupt or of another binary is refused. A serialised state is good in any process and on any platform of the same byte order.
+ */
+#include "component.h"
+
+#include <string.h>
+
+enum { STATE_VERSION = 1, BYTE_ORDER_MARK = 0x01020304 };
+static const char magic[8] = {'E', 'V', 'A', 'T', 'F', 'M', 'U', 'S'};
+
+struct Record {
+    char magic[8], token[40];
+    uint32_t version, byte_order;
+    uint64_t size, checksum;
+    struct Life life;
+    struct Contact contact;
+};
+
+/* In memory: the record, and who frees it (another instance may be asked to). */
+struct State {
+    struct Record record;
+    void (*release)(void *memory);
+};
+
+/* FNV-1a, 64 bits, over the record as if its checksum were 0. */
+static uint64_t checksum(const struct Record *record)
+{
+    struct Record copy;
+    const unsigned char *bytes = (const unsigned char *)&copy;
+    uint64_t hash = 14695981039346656037u;
+    memcpy(&copy, record, sizeof copy);
+    copy.checksum = 0;
+    for (size_t i = 0; i < sizeof copy; ++i)
+        hash = (hash ^ bytes[i]) * 1099511628211u;
+    return hash;
+}
+
+static int is_ours(struct Component *c, const struct Record *record)
+{
+    const char *what = memcmp(record->magic, magic, sizeof magic) != 0 ? "it is not a state of this FMU"
+                       : record->byte_order != BYTE_ORDER_MARK         ? "it was written on a machine of another byte order"
+                       : record->version != STATE_VERSION              ? "it is of another format version"
+                       : record->size != sizeof *record                ? "it is of another size"
+                       : memcmp(record->token, c->token, sizeof record->token) != 0 ? "its token is that of another build of this FMU"
+                                                                                    : NULL;
+    if (what)
+        report(c, ANSWER_ERROR, "the FMU state is refused: %s; allowed is a state that this build has saved.", what);
+    return what == NULL;
+}
+
+static int fits(struct Component *c, const struct Life *life)
+{
+    const int other = life->interface != c->life.interface;
+    const int eventful = life->interface == CO_SIMULATION && life->mode == EVENT && !c->host.event_mode;
+    if (other || eventful)
+        report(c, ANSWER_ERROR, "the FMU state is refused: it is %s; allowed is a state of an instance of the same kind.",
+               other ? "of the other interface (Model Exchange or Co-Simulation)" : "in Event Mode, which this instance does not use");
+    return !other && !eventful;
+}
+
+/* What the host could have set lies within its bounds: bytes from outside steer no array index. */
+static int in_bounds(struct Component *c, const struct Contact *contact)
+{
+    for (int i = 0; i < c->count; ++i) {
+        const enum Causality role = kernel_variable(i)->causality;
+        const enum Status status = role == PARAMETER || role == INPUT ? kernel_check(i, contact->value[i][0]) : KERNEL_OK;
+        if (status != KERNEL_OK) {
+            report(c, ANSWER_ERROR, "the FMU state is refused: %s = %g: %s.", kernel_variable(i)->name, contact->value[i][0],
+                   kernel_status_text(status));
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static struct State *state_memory(struct Component *c, void **state)
+{
+    if (state == NULL) {
+        report(c, ANSWER_ERROR, "the pointer to the FMU state is NULL.");
+        return NULL;
+    }
+    struct State *own = *state ? *state : c->host.allocate(1, sizeof *own);
+    if (own == NULL)
+        report(c, ANSWER_ERROR, "no memory for an FMU state of %zu bytes.", sizeof *own);
+    else if (*state == NULL)
+        own->release = c->host.release;
+    else if (!is_ours(c, &own->record))
+        return NULL;
+    return own;
+}
+
+enum Answer state_get(struct Component *c, void **state)
+{
+    struct State *own = state_memory(c, state);
+    if (own == NULL)
+        return ANSWER_ERROR;
+    struct Record *record = &own->record;
+    memset(record, 0, sizeof *record);
+    memcpy(record->magic, magic, sizeof magic);
+    memcpy(record->token, c->token, sizeof record->token);
+    record->version = STATE_VERSION;
+    record->byte_order = BYTE_ORDER_MARK;
+    record->size = sizeof *record;
+    memcpy(&record->life, &c->life, sizeof record->life);
+    memcpy(&record->contact, &c->contact, sizeof record->contact);
+    *state = own;
+    return ANSWER_OK;
+}
+
+static int is_given(struct Component *c, const void *pointer, const char *what)
+{
+    if (pointer == NULL)
+        report(c, ANSWER_ERROR, "%s is NULL.", what);
+    return pointer != NULL;
+}
+
+enum Answer state_set(struct Component *c, const void *state)
+{
+    const struct State *own = state;
+    if (!is_given(c, state, "the FMU state") || !is_ours(c, &own->record) || !fits(c, &own->record.life))
+        return ANSWER_ERROR;
+    memcpy(&c->life, &own->record.life, sizeof c->life);
+    memcpy(&c->contact, &own->record.contact, sizeof c->contact);
+    c->life.stale |= c->life.mode == INITIALIZING; /* the preview is not part of the state */
+    return ANSWER_OK;
+}
+
+enum Answer state_free(struct Component *c, void **state)
+{
+    if (state == NULL || *state == NULL)
+        return ANSWER_OK;
+    struct State *own = *state;
+    if (!is_ours(c, &own->record))
+        return ANSWER_ERROR;
+    memset(own->record.magic, 0, sizeof own->record.magic);
+    own->release(own);
+    *state = NULL;
+    return ANSWER_OK;
+}
+
+enum Answer state_size(struct Component *c, const void *state, size_t *size)
+{
+    const struct State *own = state;
+    if (!is_given(c, state, "the FMU state") || !is_given(c, size, "the pointer to the size") || !is_ours(c, &own->record))
+        return ANSWER_ERROR;
+    *size = sizeof own->record;
+    return ANSWER_OK;
+}
+
+enum Answer state_serialize(struct Component *c, const void *state, void *bytes, size_t size)
+{
+    const struct State *own = state;
+    if (!is_given(c, state, "the FMU state") || !is_given(c, bytes, "the byte vector") || !is_ours(c, &own->record))
+        return ANSWER_ERROR;
+    if (size != sizeof own->record)
+        return report(c, ANSWER_ERROR, "the byte vector has %zu bytes; %zu are needed.", size, sizeof own->record);
+    struct Record record;
+    memcpy(&record, &own->record, sizeof record);
+    record.checksum = checksum(&record);
+    memcpy(bytes, &record, sizeof record);
+    return ANSWER_OK;
+}
+
+enum Answer state_deserialize(struct Component *c, const void *bytes, size_t size, void **state)
+{
+    struct Record record;
+    if (!is_given(c, bytes, "the byte vector"))
+        return ANSWER_ERROR;
+    if (size != sizeof record)
+        return report(c, ANSWER_ERROR, "the serialised FMU state has %zu bytes; a state of this FMU has %zu: it is cut short or foreign.",
+                      size, sizeof record);
+    memcpy(&record, bytes, sizeof record);
+    if (!is_ours(c, &record))
+        return ANSWER_ERROR;
+    if (record.checksum != checksum(&record))
+        return report(c, ANSWER_ERROR, "the serialised FMU state is corrupt: its checksum does not match its content.");
+    if (!in_bounds(c, &record.contact))
+        return ANSWER_ERROR;
+    record.checksum = 0;
+    struct State *own = state_memory(c, state);
+    if (own == NULL)
+        return ANSWER_ERROR;
+    memcpy(&own->record, &record, sizeof record);
+    *state = own;
+    return ANSWER_OK;
+}

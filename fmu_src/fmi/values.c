@@ -1,0 +1,174 @@
+/* How do a host's value references reach the kernel's values? Reference = index; type, bounds and roles are asked of the tables.
+ *
+ * A call that sets several values checks them all before it sets the first.
+ */
+#include "component.h"
+#include "../fmus/evat_contact.h"
+
+#include <math.h>
+#include <stdbool.h>
+
+static const char *const type_names[] = {[REAL] = "a real number", [INTEGER] = "an integer", [BOOLEAN] = "a Boolean",
+                                         [CHOICE] = "an enumeration"};
+static const char *const causality_names[] = {[INDEPENDENT] = "the independent variable", [PARAMETER] = "a parameter",
+                                              [CALCULATED] = "a calculated parameter", [INPUT] = "an input",
+                                              [OUTPUT] = "an output", [LOCAL] = "a local variable"};
+
+enum Answer refresh(struct Component *c)
+{
+    enum Status status;
+    if (!c->life.stale || !(c->life.mode & (INITIALIZING | RUNNING | TERMINATED | INTERMEDIATE)))
+        return ANSWER_OK;
+    if (c->life.mode == INITIALIZING) { /* the start may still change: try it on a copy */
+        c->preview = c->contact;
+        status = kernel_start(&c->preview, c->life.start);
+        status = status == KERNEL_OK ? kernel_evaluate(&c->preview) : status;
+    } else {
+        status = kernel_evaluate(&c->contact);
+    }
+    c->life.stale = status != KERNEL_OK;
+    if (status == KERNEL_OK)
+        return ANSWER_OK;
+    /* A solver of model exchange may try states that are out of reach and come back. */
+    return report_kernel(c, c->life.mode == INTEGRATING ? ANSWER_DISCARD : ANSWER_ERROR, status);
+}
+
+static int reachable(struct Component *c, const struct Access *as, uint32_t reference)
+{
+    if (reference < (uint32_t)c->count && as->types >> c->type[reference] & 1u)
+        return 1;
+    if (reference >= (uint32_t)c->count)
+        report(c, ANSWER_ERROR, "there is no variable with value reference %lu; allowed is 0 to %d.", (unsigned long)reference,
+               c->count - 1);
+    else
+        report(c, ANSWER_ERROR, "%s (value reference %lu) is %s; this function reaches %s variables only.",
+               kernel_variable((int)reference)->name, (unsigned long)reference, type_names[c->type[reference]], as->word);
+    return 0;
+}
+
+static int given(struct Component *c, const void *references, const void *values, size_t count)
+{
+    if (count == 0 || (references && values))
+        return 1;
+    report(c, ANSWER_ERROR, "%zu values are asked for, but the array of %s is NULL.", count, references ? "values" : "value references");
+    return 0;
+}
+
+/* The items of an FMI enumeration start at 1. */
+static double item_offset(const struct Component *c, uint32_t reference) { return c->type[reference] == CHOICE ? 1 : 0; }
+
+static void store(void *values, enum Form form, size_t i, double x)
+{
+    const double whole = fmin(fmax(x, INT32_MIN), INT32_MAX); /* a count past the type's end stays at the end */
+    switch (form) {
+    case FORM_DOUBLE: ((double *)values)[i] = x; break;
+    case FORM_INT32: ((int32_t *)values)[i] = (int32_t)whole; break;
+    case FORM_INT64: ((int64_t *)values)[i] = (int64_t)whole; break;
+    case FORM_INT: ((int *)values)[i] = x != 0; break;
+    case FORM_BOOL: ((bool *)values)[i] = x != 0; break;
+    }
+}
+
+static double load(const void *values, enum Form form, size_t i)
+{
+    switch (form) {
+    case FORM_DOUBLE: return ((const double *)values)[i];
+    case FORM_INT32: return ((const int32_t *)values)[i];
+    case FORM_INT64: return (double)((const int64_t *)values)[i];
+    case FORM_INT: return ((const int *)values)[i] != 0;
+    case FORM_BOOL: return ((const unsigned char *)values)[i] != 0; /* a host may hold another byte than 0 or 1 */
+    }
+    return NAN;
+}
+
+enum Answer get_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count, void *values)
+{
+    if (!given(c, references, values, count))
+        return ANSWER_ERROR;
+    const enum Answer answer = count ? refresh(c) : ANSWER_OK;
+    if (answer > ANSWER_WARNING)
+        return answer;
+    const struct Contact *contact = shown(c);
+    for (size_t i = 0; i < count; ++i) {
+        if (!reachable(c, as, references[i]))
+            return ANSWER_ERROR;
+        store(values, as->form, i, contact->value[references[i]][0] + item_offset(c, references[i]));
+    }
+    return ANSWER_OK;
+}
+
+static enum Answer not_settable(struct Component *c, uint32_t reference)
+{
+    const struct Variable *v = kernel_variable((int)reference);
+    const char *fixed = v->causality == PARAMETER && v->variability == FIXED ? " that is fixed" : "";
+    char allowed[256];
+    list_modes(c->settable[reference], allowed, sizeof allowed);
+    return report(c, ANSWER_ERROR, "%s (value reference %lu) is %s%s and cannot be set now; allowed in: %s. Its value is kept.", v->name,
+                  (unsigned long)reference, causality_names[v->causality], fixed, c->settable[reference] ? allowed : "no state");
+}
+
+static enum Answer bad_value(struct Component *c, uint32_t reference, double value, enum Status status)
+{
+    const struct Variable *v = kernel_variable((int)reference);
+    const double offset = item_offset(c, reference);
+    const int bare = v->unit[0] == '1' && v->unit[1] == '\0';
+    const char *space = bare ? "" : " ", *unit = bare ? "" : v->unit;
+    return report(c, ANSWER_ERROR, "%s = %g%s%s (value reference %lu): %s; allowed is %g to %g%s%s. The value %g%s%s is kept.", v->name,
+                  value + offset, space, unit, (unsigned long)reference, kernel_status_text(status), v->min + offset, v->max + offset,
+                  space, unit, c->contact.value[reference][0] + offset, space, unit);
+}
+
+enum Answer set_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count, const void *values)
+{
+    if (!given(c, references, values, count))
+        return ANSWER_ERROR;
+    for (size_t i = 0; i < count; ++i) {
+        if (!reachable(c, as, references[i]))
+            return ANSWER_ERROR;
+        if (!(c->settable[references[i]] & c->life.mode))
+            return not_settable(c, references[i]);
+        const double value = load(values, as->form, i) - item_offset(c, references[i]);
+        const enum Status status = kernel_check((int)references[i], value);
+        if (status != KERNEL_OK)
+            return bad_value(c, references[i], value, status);
+    }
+    for (size_t i = 0; i < count; ++i) {
+        const double value = load(values, as->form, i) - item_offset(c, references[i]);
+        const enum Status status = kernel_set(&c->contact, (int)references[i], 0, value);
+        if (status != KERNEL_OK)
+            return bad_value(c, references[i], value, status);
+        c->life.tolerance_set |= references[i] == TOLERANCE_ARGUMENT;
+    }
+    c->life.stale |= count > 0;
+    return ANSWER_OK;
+}
+
+enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t count, const int *orders, const double *slopes)
+{
+    static const struct Access reals = {"real", FORM_DOUBLE, 1u << REAL};
+    if (!given(c, references, orders ? (const void *)slopes : NULL, count))
+        return ANSWER_ERROR;
+    for (size_t i = 0; i < count; ++i) {
+        if (!reachable(c, &reals, references[i]))
+            return ANSWER_ERROR;
+        const char *name = kernel_variable((int)references[i])->name;
+        if (references[i] < INPUT_FIRST || references[i] >= INPUT_END)
+            return report(c, ANSWER_ERROR, "%s (value reference %lu) is no input; only inputs take a derivative.", name,
+                          (unsigned long)references[i]);
+        if (orders[i] != 1)
+            return report(c, ANSWER_ERROR, "a derivative of order %d is given for %s; allowed is order 1.", orders[i], name);
+        if (!isfinite(slopes[i]))
+            return report(c, ANSWER_ERROR, "the derivative of %s is %g; a finite number is needed.", name, slopes[i]);
+    }
+    for (size_t i = 0; i < count; ++i)
+        c->contact.slope[references[i] - INPUT_FIRST][0] = slopes[i];
+    c->life.slope_set |= count > 0;
+    return ANSWER_OK;
+}
+
+enum Answer no_variables(struct Component *c, const char *word, size_t count)
+{
+    if (count == 0)
+        return ANSWER_OK;
+    return report(c, ANSWER_ERROR, "%zu %s variables are asked for; this FMU has none.", count, word);
+}

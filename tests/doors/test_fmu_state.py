@@ -1,0 +1,205 @@
+"""Can a run be taken back, carried over and carried on, to the last bit? And is every other byte string refused?"""
+
+from __future__ import annotations
+
+import ctypes as ct
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from raw_fmi import ERROR, OK, Door, Instance
+
+SIZE = 1.7e-6  # no divisor of the 50 us vibration: the steps end anywhere in the cycle [s]
+
+
+@pytest.fixture(scope="module", params=[2, 3], ids=["FMI2", "FMI3"])
+def fmu(request: pytest.FixtureRequest) -> Path:
+    path: Path = request.getfixturevalue(f"fmi{request.param}_fmu")
+    return path
+
+
+@pytest.fixture(scope="module")
+def door(fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> Door:
+    return Door(fmu, tmp_path_factory.mktemp("door"))
+
+
+@pytest.fixture
+def one(door: Door) -> Iterator[Instance]:
+    instance = Instance(door)
+    yield instance
+    instance.free()
+
+
+def run(instance: Instance, first: int, last: int) -> list[float]:
+    outputs = []
+    for n in range(first, last):
+        assert instance.step(n * SIZE, SIZE) == OK, instance.lines
+        outputs += instance.get("friction_force", "bristle_deflection", "principal_force", "dissipated_energy", "mean_feed_force")
+    return outputs
+
+
+@pytest.mark.parametrize("law", range(1, 7))
+def test_a_state_brings_the_run_back_to_the_last_bit(one: Instance, law: int) -> None:
+    one.start({"friction_law": law, "thermal_softening": 1})
+    run(one, 0, 45)
+    state = one.save()
+    first = run(one, 45, 120)
+    assert one.restore(state) == OK
+    assert run(one, 45, 120) == first
+    assert one.step(0.0, SIZE) == ERROR  # an error, too, is taken back
+    assert one.restore(state) == OK
+    assert run(one, 45, 120) == first
+    assert one.drop(state) == OK
+
+
+def test_a_state_goes_into_another_instance(door: Door, one: Instance) -> None:
+    one.start({"F_C": 4.0, "friction_law": 5})
+    run(one, 0, 33)
+    state, other = one.save(), Instance(door)
+    assert other.restore(state) == OK
+    assert run(other, 33, 90) == run(one, 33, 90)
+    assert other.get("F_C") == [4.0]
+    assert other.drop(state) == OK  # whoever is asked to free it
+    other.free()
+
+
+def test_a_state_can_be_saved_again_in_the_same_place(one: Instance) -> None:
+    one.start()
+    state = one.save()
+    run(one, 0, 10)
+    assert one.save(state).value == state.value
+    first = run(one, 10, 20)
+    assert one.restore(state) == OK
+    assert run(one, 10, 20) == first
+    assert one.drop(state) == OK
+
+
+def test_initialisation_can_be_taken_back(one: Instance) -> None:
+    assert one.set({"kinematics": 2, "friction_law": 1, "slip_velocity": 0.1, "F_C": 5.0}) == OK
+    assert one.set_up() == OK
+    assert one.get("friction_force") == [5.0]
+    state = one.save()
+    assert one.set({"F_C": 6.0}) == OK
+    assert one.get("friction_force") == [6.0]
+    assert one.call("ExitInitializationMode") == OK
+    first = run(one, 0, 10)
+    assert one.restore(state) == OK
+    assert one.get("F_C", "friction_force") == [5.0, 5.0]
+    assert one.set({"F_C": 6.0}) == OK
+    assert one.call("ExitInitializationMode") == OK
+    assert run(one, 0, 10) == first
+    assert one.drop(state) == OK
+
+
+ELSEWHERE = """
+import sys
+from pathlib import Path
+from raw_fmi import Door, Instance
+from test_fmu_state import run
+fmu, folder, data = map(Path, sys.argv[1:])
+one = Instance(Door(fmu, folder))
+assert one.deserialize(data.read_bytes()) == 0, one.lines
+print(repr(run(one, 50, 100)))
+"""
+
+
+def test_a_serialised_state_is_good_in_another_process(fmu: Path, one: Instance, tmp_path: Path) -> None:
+    one.start({"initial_state": 2, "F_S": 11.5})
+    run(one, 0, 50)
+    data = tmp_path / "state"
+    data.write_bytes(one.serialize())
+    (tmp_path / "library").mkdir()
+    command = [sys.executable, "-c", ELSEWHERE, str(fmu), str(tmp_path / "library"), str(data)]
+    elsewhere = subprocess.run(command, cwd=Path(__file__).parent, capture_output=True, text=True, check=False)
+    assert elsewhere.returncode == 0, elsewhere.stderr
+    assert elsewhere.stdout.strip() == repr(run(one, 50, 100))
+
+
+def test_equal_states_have_equal_bytes(door: Door) -> None:
+    written = []
+    for _ in range(2):
+        one = Instance(door)
+        one.start({"F_C": 8.0})
+        run(one, 0, 20)
+        written.append(one.serialize())
+        one.free()
+    assert written[0] == written[1]
+
+
+def test_bytes_that_are_cut_short_or_changed_or_foreign_are_refused(one: Instance) -> None:
+    one.start()
+    run(one, 0, 20)
+    good = one.serialize()
+    one.lines.clear()
+    bad = {
+        "empty": b"",
+        "cut short": good[: len(good) // 2],
+        "one byte less": good[:-1],
+        "one byte more": good + b"\0",
+        "foreign": bytes(len(good)),
+        "text": (b"<html>" * len(good))[: len(good)],
+    }
+    for place in range(0, len(good), 53):  # in the header, the life cycle and the values
+        changed = bytearray(good)
+        changed[place] ^= 0x10
+        bad[f"byte {place}"] = bytes(changed)
+    for what, data in bad.items():
+        assert one.deserialize(data) == ERROR, what
+        assert one.said(), what
+    assert one.deserialize(good) == OK
+    assert run(one, 20, 22)
+
+
+def _sealed(data: bytes, checksum: slice) -> bytes:
+    """With the checksum that belongs to it: FNV-1a over all bytes, its own place as 0."""
+    plain = bytearray(data)
+    plain[checksum] = bytes(8)
+    hashed = 14695981039346656037
+    for byte in plain:
+        hashed = (hashed ^ byte) * 1099511628211 % 2**64
+    plain[checksum] = hashed.to_bytes(8, sys.byteorder)
+    return bytes(plain)
+
+
+def test_a_well_sealed_state_with_values_out_of_bounds_is_refused(one: Instance) -> None:
+    """Bytes from outside must not choose a law that is not there, or bring in what the host itself could not have set."""
+    one.start({"F_C": 3.7654321})
+    good, seal = one.serialize(), slice(64, 72)
+    assert _sealed(good, seal) == good
+    at = good.index(ct.string_at(ct.byref(ct.c_double(3.7654321)), 8))
+    law = at + 8 * (one.door.reference["friction_law"] - one.door.reference["F_C"])
+    for place, value, words in (
+        (law, 1e9, "friction_law"),
+        (law, -1.0, "friction_law"),
+        (law, 0.5, "friction_law"),
+        (at, float("nan"), "F_C"),
+    ):
+        data = bytearray(good)
+        data[place : place + 8] = ct.string_at(ct.byref(ct.c_double(value)), 8)
+        assert one.deserialize(_sealed(bytes(data), seal)) == ERROR
+        assert words in one.said()
+        assert one.call("Reset") == OK
+
+
+def test_a_state_of_the_other_interface_is_refused(door: Door, one: Instance) -> None:
+    solver = Instance(door, model_exchange=True)
+    solver.start()
+    assert one.deserialize(solver.serialize()) == ERROR
+    assert "Model Exchange" in one.said()
+    solver.free()
+
+
+def test_no_state_is_an_error(one: Instance) -> None:
+    one.start()
+    for name in ("GetFMUState", "SetFMUState"):
+        assert one.call(one.state_function(name), None) == ERROR
+        assert "NULL" in one.said()
+        assert one.call("Reset") == OK
+    size = ct.c_size_t()
+    assert one.call(one.state_function("SerializedFMUStateSize"), None, ct.byref(size)) == ERROR
+    assert "NULL" in one.said()
+    assert one.call("Reset") == OK
+    none = ct.c_void_p()
+    assert one.call(one.state_function("FreeFMUState"), ct.byref(none)) == OK

@@ -1,0 +1,194 @@
+"""Does the instance serve a solver outside? States, rates, indicators, time events of model exchange; derivatives of both interfaces."""
+
+from __future__ import annotations
+
+import ctypes as ct
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from raw_fmi import ERROR, OK, Door, Instance
+
+STATES = 7
+PERIOD = 5e-5  # [s]
+
+
+@pytest.fixture(scope="module", params=[2, 3], ids=["FMI2", "FMI3"])
+def door(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Door:
+    fmu: Path = request.getfixturevalue(f"fmi{request.param}_fmu")
+    return Door(fmu, tmp_path_factory.mktemp("door"))
+
+
+@pytest.fixture
+def one(door: Door) -> Iterator[Instance]:
+    instance = Instance(door, model_exchange=True)
+    yield instance
+    instance.free()
+
+
+def vector(one: Instance, name: str, count: int = STATES) -> list[float]:
+    """A vector that the instance fills."""
+    name = name if one.door.version == 3 else name.replace("ContinuousStateDerivatives", "Derivatives")
+    numbers = (ct.c_double * count)()
+    assert one.call(name, numbers, ct.c_size_t(count)) == OK, one.lines
+    return list(numbers)
+
+
+def set_states(one: Instance, states: list[float]) -> int:
+    return one.call("SetContinuousStates", (ct.c_double * len(states))(*states), ct.c_size_t(len(states)))
+
+
+def integrating(one: Instance, values: dict[str, float]) -> Instance:
+    one.start(values)
+    assert one.update()[0] == OK
+    assert one.call("EnterContinuousTimeMode") == OK
+    return one
+
+
+def test_rates_are_the_equations(one: Instance) -> None:
+    """LuGre: dz/dt = v at z = 0 and 0 at z = g/sigma0; the impulses grow by the forces, the energy by F v."""
+    integrating(one, {"kinematics": 2, "slip_velocity": 0.5})
+    rates = vector(one, "GetContinuousStateDerivatives")
+    force, principal, feed, normal = one.get("friction_force", "principal_force", "feed_force", "normal_force")
+    assert rates == pytest.approx([0.5, force * 0.5, force, principal, feed, normal, 1.0], rel=1e-12)
+    steady = [9e-6, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]  # 0.5 m/s is far above v_s: g = F_C
+    assert set_states(one, steady) == OK
+    assert vector(one, "GetContinuousStates") == steady
+    assert abs(vector(one, "GetContinuousStateDerivatives")[0]) <= 1e-12
+    assert one.get("bristle_deflection") == [9e-6]
+    assert one.get("friction_force") == pytest.approx([9.5], rel=1e-12)
+
+
+def test_nominals_are_above_0(one: Instance) -> None:
+    assert all(0 < nominal <= 1 for nominal in vector(one, "GetNominalsOfContinuousStates"))
+
+
+def test_indicators_change_sign_with_contact(one: Instance) -> None:
+    integrating(one, {})
+    first = vector(one, "GetEventIndicators", 4)
+    assert one.call("SetTime", 0.5 * PERIOD) == OK  # the tool is at the top of its path, far out of the material
+    later = vector(one, "GetEventIndicators", 4)
+    assert first[0] > 0 > later[0]
+    assert one.get("in_contact") == [1.0]  # held until the event
+    assert one.call("EnterEventMode") == OK
+    status, states_changed, next_event = one.update()
+    assert (status, states_changed) == (OK, False)  # the bristles were at rest already
+    assert next_event == pytest.approx(PERIOD, rel=1e-12)  # the averaging window ends
+    assert one.get("in_contact") == [0.0]
+    assert one.get("friction_force") == [0.0]
+
+
+def test_bristles_that_lose_contact_are_let_go_at_the_event(one: Instance) -> None:
+    integrating(one, {})
+    assert set_states(one, [5e-6, 0, 0, 0, 0, 0, 0]) == OK
+    assert one.call("SetTime", 0.5 * PERIOD) == OK
+    assert one.call("EnterEventMode") == OK
+    assert one.update()[:2] == (OK, True)
+    assert vector(one, "GetContinuousStates")[0] == 0.0
+    assert one.update()[:2] == (OK, False)  # once is enough
+
+
+def test_euler_by_hand_comes_to_the_same_steady_force(one: Instance) -> None:
+    """500 explicit steps well below the time constant F_C/(sigma0 v) = 18 us lead to F = F_C + sigma2 v."""
+    integrating(one, {"kinematics": 2, "slip_velocity": 0.5})
+    states, size = vector(one, "GetContinuousStates"), 1e-6
+    flags = ct.c_int(7), ct.c_int(7)
+    for n in range(500):
+        rates = vector(one, "GetContinuousStateDerivatives")
+        states = [x + size * rate for x, rate in zip(states, rates, strict=True)]
+        assert one.call("SetTime", (n + 1) * size) == OK
+        assert set_states(one, states) == OK
+        assert one.call("CompletedIntegratorStep", 1, *map(ct.byref, flags)) == OK
+    assert [flag.value & 1 for flag in flags] == [0, 0]
+    assert one.get("friction_force") == pytest.approx([9.5], rel=1e-9)
+
+
+def test_wrong_vectors_are_refused(one: Instance) -> None:
+    integrating(one, {})
+    before = vector(one, "GetContinuousStates")
+    for states, words in (
+        ([0.0] * 6, "array of 6"),
+        ([math.nan] + [0.0] * 6, "bristle_deflection is nan"),
+        ([0.0] * 6 + [math.inf], "inf"),
+    ):
+        assert set_states(one, states) == ERROR
+        assert words in one.said()
+        assert vector(one, "GetContinuousStates") == before
+        assert one.call("Reset") == OK
+        integrating(one, {})
+    assert one.call("SetTime", math.nan) == ERROR
+    assert "time" in one.said()
+    assert one.call("Reset") == OK
+    integrating(one, {})
+    assert one.step(0.0, 1e-6) == ERROR  # a step is not for model exchange
+    assert "Continuous-Time Mode" in one.said()
+
+
+def test_counts_of_fmi3(fmi3_fmu: Path, tmp_path: Path) -> None:
+    door, count = Door(fmi3_fmu, tmp_path), ct.c_size_t()
+    one, stepper = Instance(door, model_exchange=True), Instance(door)
+    assert one.call("GetNumberOfContinuousStates", ct.byref(count)) == OK
+    assert count.value == STATES
+    assert one.call("GetNumberOfEventIndicators", ct.byref(count)) == OK
+    assert count.value == 4
+    assert stepper.call("GetNumberOfContinuousStates", ct.byref(count)) == ERROR
+    assert "Model Exchange" in stepper.said()
+    one.free()
+    stepper.free()
+
+
+def derivative(one: Instance, unknowns: list[str], knowns: list[str], seed: list[float], adjoint: bool = False) -> tuple[int, list[float]]:
+    of, three = one.door.reference, one.door.version == 3
+    references = [(ct.c_uint * len(names))(*(of[name] for name in names)) for names in (unknowns, knowns)]
+    result = (ct.c_double * len(knowns if adjoint else unknowns))()
+    tail = [
+        (ct.c_double * len(seed))(*seed),
+        *([ct.c_size_t(len(seed))] if three else []),
+        result,
+        *([ct.c_size_t(len(result))] if three else []),
+    ]
+    name = "GetAdjointDerivative" if adjoint else "GetDirectionalDerivative"
+    status = one.call(name, references[0], ct.c_size_t(len(unknowns)), references[1], ct.c_size_t(len(knowns)), *tail)
+    return status, list(result)
+
+
+def test_directional_derivatives_are_those_of_the_law(one: Instance) -> None:
+    """At rest a bristle is a spring and a damper: dF/dz = sigma0, dF/dv = sigma1 + sigma2, d(dz/dt)/dv = 1."""
+    integrating(one, {"kinematics": 2, "slip_velocity": 0.0, "bristle_deflection": 1e-6, "sigma1": 3.0})
+    status, columns = derivative(one, ["friction_force", "bristle_rate", "bristle_deflection"], ["bristle_deflection"], [1.0])
+    assert status == OK
+    assert columns == pytest.approx([1e6, 0.0, 1.0], rel=1e-6, abs=1e-6)
+    # 1 m/s is a long way from rest: differences of v near 0 meet the kink of |v|, which weighs z/g sigma0 = 1/9 or 1/10
+    status, (force, rate) = derivative(one, ["friction_force", "bristle_rate"], ["slip_velocity"], [1.0])
+    assert status == OK
+    assert force == pytest.approx(3.0 + 1.0, rel=0.11)
+    assert rate == pytest.approx(1.0, rel=0.11)
+    assert derivative(one, ["friction_force"], ["bristle_deflection", "slip_velocity"], [2e-6, 0.0])[1] == pytest.approx([2.0], rel=1e-6)
+
+
+def test_adjoint_and_directional_derivative_are_one_matrix(fmi3_fmu: Path, tmp_path: Path) -> None:
+    one = Instance(Door(fmi3_fmu, tmp_path))
+    one.start({"kinematics": 2, "slip_velocity": 0.05, "thermal_softening": 1, "bristle_deflection": 3e-6})
+    unknowns, knowns = ["friction_force", "principal_force", "bristle_rate"], ["slip_velocity", "uncut_thickness", "bristle_deflection"]
+    luck = np.random.default_rng(1)
+    x, y = luck.normal(size=3) * [1e-2, 1e-5, 1e-6], luck.normal(size=3)
+    forward, backward = derivative(one, unknowns, knowns, list(x)), derivative(one, unknowns, knowns, list(y), adjoint=True)
+    assert (forward[0], backward[0]) == (OK, OK)
+    assert np.dot(y, forward[1]) == pytest.approx(np.dot(backward[1], x), rel=1e-12)
+    assert np.linalg.norm(forward[1]) > 0.1
+    one.free()
+
+
+def test_derivatives_of_what_has_none_are_refused(one: Instance) -> None:
+    integrating(one, {})
+    for unknowns, knowns, words in (
+        (["in_contact"], ["slip_velocity"], "in_contact is no unknown"),
+        (["slip_velocity"], ["slip_velocity"], "slip_velocity is no unknown"),
+        (["friction_force"], ["F_C"], "F_C is no known"),
+    ):
+        assert derivative(one, unknowns, knowns, [1.0])[0] == ERROR
+        assert words in one.said()
+        assert one.call("Reset") == OK
+        integrating(one, {})
