@@ -1,0 +1,161 @@
+"""How does a fresh machine get the project's private environment, and what do run.py and test.py do in it? Standard library only."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+EXTRAS = "build,test"
+# What pip says when it cannot reach a registry; it has no exit status of its own for that. Every package named here exists, so finding no
+# version of one is such a sign too, and the only one where pip is told not to retry.
+UNREACHABLE = (
+    "(from versions: none)",
+    "connection broken",
+    "Could not fetch URL",
+    "Failed to establish a new connection",
+    "Max retries exceeded",
+    "NameResolutionError",
+    "Temporary failure in name resolution",
+    "Read timed out",
+    "ProxyError",
+    "Network is unreachable",
+)
+
+
+class SetupError(Exception):
+    """The environment could not be made; the text says why and what to do."""
+
+
+def main(job: Callable[[Path, Sequence[str]], int]) -> None:
+    """Set up, do `job` with the command line's arguments, and exit with its status."""
+    try:
+        status = job(set_up(ROOT), sys.argv[1:])
+    except SetupError as error:
+        sys.exit(f"\n{error}")
+    except KeyboardInterrupt:
+        sys.exit(130)
+    sys.exit(status)
+
+
+def run(scripts: Path, arguments: Sequence[str]) -> int:
+    """Build the FMUs, then run the main job."""
+    evat = str(scripts / "evat")
+    return step("build the FMUs", [evat, "build"]) or step("run the main job", [evat, "run", *arguments])
+
+
+def test(scripts: Path, arguments: Sequence[str]) -> int:
+    """Every check in turn, pytest last; the status is that of the first that failed."""
+    python = str(scripts / "python")
+    side_by_side = [] if _runs_alone(arguments) else ["-n", "2", "--dist", "loadfile"]
+    steps = {
+        "format": [python, "-m", "ruff", "format", "--check", "."],
+        "lint": [python, "-m", "ruff", "check", "."],
+        "types": [python, "-m", "mypy"],
+        "build the FMUs": [str(scripts / "evat"), "build"],
+        "tests": [python, "-m", "pytest", *side_by_side, *arguments],
+    }
+    failed: dict[str, int] = {}
+    for title, command in steps.items():
+        if failed and title == "tests":
+            say(f"failed so far: {', '.join(failed)}")
+        if status := step(title, command):
+            failed[title] = status
+    return next(iter(failed.values()), 0)
+
+
+def set_up(root: Path) -> Path:
+    """The folder of the environment's programs; makes the environment, installs the project and compiles the kernel where needed."""
+    place = root / ".venv"
+    scripts = place / ("Scripts" if os.name == "nt" else "bin")
+    python = scripts / ("python.exe" if os.name == "nt" else "python")
+    if not python.exists():
+        make_environment(place)
+    check_environment(python)
+    stamp = place / "evat-installed"
+    state = _installed_state(root)
+    if not stamp.is_file() or stamp.read_text(encoding="ascii") != state:
+        stamp.unlink(missing_ok=True)
+        install(python, root, f"{root}[{EXTRAS}]")
+        stamp.write_text(state, encoding="ascii")
+    if step("compile the kernel where its sources changed", [str(python), "-m", "evat.compile"]):
+        raise SetupError("The kernel does not compile; the compiler's message stands above.")
+    return scripts
+
+
+def make_environment(place: Path) -> None:
+    if importlib.util.find_spec("venv") is None or importlib.util.find_spec("ensurepip") is None:
+        version = f"{sys.version_info.major}.{sys.version_info.minor}"
+        raise SetupError(
+            f"{sys.executable} cannot make a private environment: its module venv or ensurepip is missing.\n"
+            f"Debian and Ubuntu package them apart: sudo apt install python{version}-venv. Then run this again."
+        )
+    if step(f"make the private environment {place.name}", [sys.executable, "-m", "venv", str(place)]):
+        raise SetupError(f"{place} could not be made; the message stands above. Remove what there is of it and run this again.")
+
+
+def check_environment(python: Path) -> None:
+    """An environment may be older than this run: its Python must start, be new enough and have pip."""
+    ask = "import sys; print(int(sys.version_info >= (3, 10)))"
+    try:
+        answer = subprocess.run([str(python), "-c", ask], capture_output=True, text=True, check=False).stdout.strip()
+    except OSError:
+        answer = ""
+    if answer != "1":
+        found = "is older than 3.10" if answer == "0" else "does not start"
+        raise SetupError(f"The Python of the environment {python.parent.parent} {found}. Remove that folder and run this again.")
+    pip_works = subprocess.run([str(python), "-m", "pip", "--version"], capture_output=True, check=False).returncode == 0
+    if not pip_works and step("put pip into the environment", [str(python), "-m", "ensurepip", "--upgrade"]):
+        raise SetupError(f"pip is missing in {python.parent.parent}. Remove that folder and run this again.")
+
+
+def install(python: Path, root: Path, what: str) -> None:
+    """Install `what` as editable, with pip's own progress on the screen."""
+    command = [str(python), "-m", "pip", "install", "--disable-pip-version-check", "-e", what]
+    complaints: list[str] = []
+    say("install the project and its tools (minutes at first: a C compiler is among them)")
+    with subprocess.Popen(command, cwd=root, stderr=subprocess.PIPE, text=True, errors="replace") as process:
+        for line in process.stderr or ():
+            sys.stderr.write(line)
+            complaints.append(line)
+    if process.returncode == 0:
+        return
+    if any(sign in line for line in complaints for sign in UNREACHABLE):
+        raise SetupError(
+            "The package registry could not be reached, so the project is not installed. Check the network, or name a mirror or a folder\n"
+            "of wheels (PIP_INDEX_URL, PIP_FIND_LINKS, or pip's own settings), then run this again; what is done is kept."
+        )
+    raise SetupError(f"pip could not install the project (status {process.returncode}); its first ERROR line above says why.")
+
+
+def step(title: str, command: Sequence[str]) -> int:
+    """Say what begins, run a program with its output on the screen; its exit status."""
+    say(title)
+    try:
+        return subprocess.run(command, cwd=ROOT, check=False).returncode
+    except OSError as error:
+        print(f"{command[0]}: {error.strerror}", file=sys.stderr)
+        return 127
+
+
+def say(text: str) -> None:
+    print(f"[{time.strftime('%H:%M:%S')}] {text}", flush=True)
+
+
+def _runs_alone(arguments: Sequence[str]) -> bool:
+    """Benchmarks and debuggers need one process; a number of processes may be given already."""
+    return any(word.startswith(("-n", "--numprocesses", "--benchmark-", "--pdb", "--dist", "tests/benchmarks")) for word in arguments)
+
+
+def _installed_state(root: Path) -> str:
+    """Changes when the project must be installed again: other requirements, another way to build, another place."""
+    digest = hashlib.sha256(str(root).encode())
+    for name in ("pyproject.toml", "build/hatch_build.py"):
+        digest.update((root / name).read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,48 @@
+"""What does a wheel hold beside the Python files? The kernel compiled for this machine, and the C sources that `evat build` compiles."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import tempfile
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+
+def load_compile(root: Path) -> ModuleType:
+    """fmu_src/evat/compile.py without the package around it, whose dependencies are not installed while it is built."""
+    spec = importlib.util.spec_from_file_location("evat_compile", root / "fmu_src" / "evat" / "compile.py")
+    if spec is None or spec.loader is None:
+        raise FileNotFoundError(f"fmu_src/evat/compile.py is missing in {root}")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses look their module up by name
+    spec.loader.exec_module(module)
+    return module
+
+
+class KernelHook(BuildHookInterface[Any]):
+    """Compiles the kernel: an editable install gets it in the checkout, a wheel in evat/_lib with the sources in evat/_source."""
+
+    folder: tempfile.TemporaryDirectory[str] | None = None
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        root = Path(self.root)
+        compile_c = load_compile(root)
+        build_data["pure_python"] = False
+        build_data["tag"] = f"py3-none-{compile_c.host_target().wheel}"
+        if version == "editable":
+            compile_c.build_kernel_library(root / "fmu_src" / "evat" / "_lib")
+            return
+        self.folder = tempfile.TemporaryDirectory(prefix="evat-kernel-")
+        library = compile_c.build_kernel_library(Path(self.folder.name))
+        included = build_data["force_include"]
+        included[str(library)] = f"evat/_lib/{library.name}"
+        for part in ("kernel", "fmi", "fmus"):
+            included[str(root / "fmu_src" / part)] = f"evat/_source/{part}"
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
+        if self.folder is not None:
+            self.folder.cleanup()

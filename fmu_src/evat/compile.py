@@ -1,0 +1,255 @@
+"""How does the C become a shared library, for this machine and for every other? One place for compiler, flags and targets.
+
+The compiler is the PyPI package `ziglang`, which compiles for every target offline. Standard library only: the package's own build
+loads this file by its path (build/hatch_build.py), before anything is installed. The sanitizers are the one exception: ziglang ships no
+AddressSanitizer, so they need a gcc on the machine.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import importlib.util
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING or __name__ == "evat.compile":
+    from .model import EvatError
+else:
+    EvatError = Exception  # the package's build loads this file alone
+
+KERNEL_LIBRARY = "evat_kernel"
+HERE = Path(__file__).resolve().parent
+
+# One set of flags for the Python library and for every FMU, so that both give the same bits: no contraction, no fast-math, the
+# baseline processor of the architecture.
+FLAGS = (
+    "-std=c99",
+    "-ffp-contract=off",
+    "-Wall",
+    "-Wextra",
+    "-Wshadow",
+    "-Wconversion",
+    "-Werror",
+    "-fvisibility=hidden",
+)
+RELEASE = ("-O2", "-g0", "-mcpu=baseline", "-fno-sanitize=undefined")  # zig's cc puts checks in unless told not to
+SANITIZE = ("-O1", "-g", "-fno-omit-frame-pointer", "-fsanitize=address,undefined", "-fno-sanitize-recover=undefined")
+
+
+class CompileError(EvatError):
+    """C that could not be compiled, or no compiler to do it."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A platform that libraries are compiled for."""
+
+    zig: str
+    fmi2_folder: str
+    fmi3_folder: str
+    extension: str
+    wheel: str  # its tag in the name of a Python wheel
+
+    @property
+    def system(self) -> str:
+        return self.fmi3_folder.partition("-")[2]
+
+
+# Keyed by the platform tuple of FMI 3. The versions are the oldest systems served: glibc 2.17 (manylinux2014), macOS 11.
+TARGETS: dict[str, Target] = {
+    target.fmi3_folder: target
+    for target in (
+        Target("x86_64-linux-gnu.2.17", "linux64", "x86_64-linux", ".so", "manylinux_2_17_x86_64.manylinux2014_x86_64"),
+        Target("aarch64-linux-gnu.2.17", "aarch64-linux", "aarch64-linux", ".so", "manylinux_2_17_aarch64.manylinux2014_aarch64"),
+        Target("x86_64-windows-gnu", "win64", "x86_64-windows", ".dll", "win_amd64"),
+        Target("x86_64-macos.11.0", "darwin64", "x86_64-darwin", ".dylib", "macosx_11_0_x86_64"),
+        Target("aarch64-macos.11.0", "aarch64-darwin", "aarch64-darwin", ".dylib", "macosx_11_0_arm64"),
+    )
+}
+
+
+def host_target() -> Target:
+    """The target that this Python runs on."""
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
+    key = f"{machine}-{platform.system().lower()}"
+    if key not in TARGETS or sys.maxsize < 2**32:
+        raise CompileError(f"no library can be compiled for {key} ({platform.architecture()[0]}); the targets are {', '.join(TARGETS)}.")
+    if TARGETS[key].system == "linux" and platform.libc_ver()[0] != "glibc":
+        raise CompileError(f"no library can be compiled for {key} without glibc; use a Python that is built on glibc.")
+    return TARGETS[key]
+
+
+def source_root() -> Path:
+    """The folder that holds kernel/, fmi/ and fmus/: beside the package in a checkout, in the package once installed."""
+    places = (HERE / "_source", HERE.parent)
+    for place in places:
+        if (place / "kernel" / "kernel.h").is_file():
+            return place
+    raise CompileError(f"the C sources are not there; looked for kernel/kernel.h in {places[0]} and {places[1]}. Install evat again.")
+
+
+def kernel_sources(root: Path) -> list[Path]:
+    """The C files of the kernel, sorted."""
+    kernel = root / "kernel"
+    return [*sorted(kernel.glob("*.c")), *sorted(kernel.glob("friction/*.c")), *sorted(kernel.glob("effects/*.c"))]
+
+
+def shell_sources(root: Path, version: int | str) -> list[Path]:
+    """The C files of the FMI 2 or FMI 3 shell (`version` 2 or 3), without the kernel's, sorted."""
+    other = {"2": "fmi3", "3": "fmi2"}.get(str(version))
+    if other is None:
+        raise CompileError(f"FMI version {version!r}: allowed is 2 or 3.")
+    return [source for source in sorted((root / "fmi").glob("*.c")) if not source.name.startswith(other)]
+
+
+def include_folders(root: Path) -> tuple[Path, ...]:
+    """Where the headers of kernel and shell are; `fmi_headers` has the FMI standard's."""
+    return tuple(folder for folder in (root / "kernel", root / "fmi", root / "fmus") if folder.is_dir())
+
+
+def fmi_headers() -> Path:
+    """The folder of the FMI 2 and FMI 3 headers, which the package fmpy brings."""
+    spec = importlib.util.find_spec("fmpy")
+    if spec is None or not spec.submodule_search_locations:
+        raise CompileError("the FMI headers come with the package fmpy, which is not installed here: pip install fmpy.")
+    return Path(spec.submodule_search_locations[0]) / "c-code"
+
+
+def sanitizer_runtime() -> Path:
+    """The AddressSanitizer library that a program must load first (LD_PRELOAD) to load a library compiled with sanitize=True."""
+    result = subprocess.run([*_sanitizing_compiler(), "-print-file-name=libasan.so"], capture_output=True, text=True, check=False)
+    path = Path(result.stdout.strip())
+    if not path.is_absolute() or not path.exists():
+        raise CompileError("gcc has no AddressSanitizer here (libasan.so); install it, on Debian: apt install libasan8.")
+    return path.resolve()
+
+
+def compile_library(
+    sources: Iterable[Path],
+    output: Path,
+    target: Target,
+    *,
+    include: Iterable[Path] = (),
+    defines: Mapping[str, str | int] | Iterable[str] = (),
+    exports: Iterable[str] = (),
+    link: bool = True,
+    sanitize: bool = False,
+) -> Path:
+    """Compile C `sources` into the shared library `output`, which appears whole or not at all.
+
+    `exports` names headers whose functions the library shows although they carry no export mark. With link=False `output` is a folder
+    that gets one object file for each source, named by its folder and name. sanitize=True compiles for this machine with
+    AddressSanitizer and UndefinedBehaviorSanitizer (see sanitizer_runtime).
+    """
+    sources = [Path(source).resolve() for source in sources]
+    missing = [str(source) for source in sources if not source.is_file()]
+    if missing or not sources:
+        raise CompileError(f"{output.name}: " + (f"no such source file: {', '.join(missing)}." if missing else "no C source was named."))
+    if sanitize and target != host_target():
+        raise CompileError(f"{output.name}: the sanitizers run on this machine only, not on {target.fmi3_folder}.")
+    if isinstance(defines, Mapping):
+        defines = [f"{name}={value}" for name, value in defines.items()]
+    command = [*_sanitizing_compiler(), *FLAGS, *SANITIZE] if sanitize else [*_zig(), "-target", target.zig, *FLAGS, *RELEASE]
+    command += [f"-I{Path(folder).resolve()}" for folder in include] + [f"-D{define}" for define in defines]
+    if target.system != "windows":
+        command.append("-fPIC")
+    output.parent.mkdir(parents=True, exist_ok=True)
+    with _scratch_folder(output) as scratch:
+        if shown := [f'#include "{header}"\n' for header in exports]:
+            text = "#pragma GCC visibility push(default)\n" + "".join(shown) + "#pragma GCC visibility pop\n"
+            (scratch / "exports.h").write_text(text, encoding="ascii")
+            command += ["-include", "exports.h"]
+        if link:
+            result = scratch / output.name
+            strict = [] if sanitize else _link_flags(target, output.name)
+            _call([*command, *map(str, sources), "-shared", "-o", result.name, *strict, "-lm"], scratch, output)
+        else:
+            result = scratch / "objects"
+            result.mkdir()
+            for source in sources:
+                _call([*command, "-c", str(source), "-o", f"objects/{source.parent.name}_{source.stem}.o"], scratch, output)
+            if output.exists():
+                shutil.rmtree(output)
+        os.replace(result, output)  # what else the linker left (.lib, .pdb) goes with the scratch folder
+    return output
+
+
+def build_kernel_library(output_dir: Path) -> Path:
+    """The kernel for Python in `output_dir`, compiled only where its sources, flags or compiler have changed."""
+    root, target = source_root(), host_target()
+    output = output_dir / f"{KERNEL_LIBRARY}{target.extension}"
+    stamp = output_dir / f"{output.name}.sha256"
+    state = _fingerprint(root, target)
+    if not (output.is_file() and stamp.is_file() and stamp.read_text(encoding="ascii") == state):
+        stamp.unlink(missing_ok=True)
+        compile_library(kernel_sources(root), output, target, include=[root / "kernel"], exports=["kernel.h"])
+        stamp.write_text(state, encoding="ascii")
+    return output
+
+
+def kernel_library_path() -> Path:
+    """The compiled kernel that came with this package."""
+    path = HERE / "_lib" / f"{KERNEL_LIBRARY}{host_target().extension}"
+    if not path.is_file():
+        raise CompileError(
+            f"the compiled kernel is not there: {path}. In a checkout run `python -m evat.compile`; else install evat again, "
+            "which compiles it."
+        )
+    return path
+
+
+def _zig() -> list[str]:
+    if importlib.util.find_spec("ziglang") is None:
+        raise CompileError(f"no C compiler: the package ziglang is not installed for {sys.executable}: pip install 'evat[build]'.")
+    return [sys.executable, "-m", "ziglang", "cc"]
+
+
+def _sanitizing_compiler() -> list[str]:
+    gcc = shutil.which("gcc")
+    if gcc is None:
+        raise CompileError("the sanitizers need gcc on this machine, and none was found: install gcc.")
+    return [gcc]
+
+
+def _link_flags(target: Target, name: str) -> list[str]:
+    return ["-s", *{"linux": ["-Wl,-z,defs"], "darwin": [f"-Wl,-install_name,@rpath/{name}"], "windows": []}[target.system]]
+
+
+@contextmanager
+def _scratch_folder(output: Path) -> Iterator[Path]:
+    """A folder on the same disk as `output`, gone afterwards."""
+    with tempfile.TemporaryDirectory(prefix=".compile-", dir=output.parent) as folder:
+        yield Path(folder)
+
+
+def _call(command: list[str], folder: Path, output: Path) -> None:
+    """Run the compiler in `folder`, where it may leave what it likes; zig keeps its cache in the user's own (ZIG_GLOBAL_CACHE_DIR)."""
+    result = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace", check=False)
+    if result.returncode != 0:
+        lines = [line for line in (result.stderr or result.stdout).splitlines() if line.strip()]
+        said = "\n  ".join(lines[:12]) or f"exit status {result.returncode}, and it said nothing"
+        raise CompileError(f"{output.name}: the C compiler refused:\n  {said}")
+
+
+def _fingerprint(root: Path, target: Target) -> str:
+    digest = hashlib.sha256()
+    for part in (Path(__file__), *kernel_sources(root), *sorted((root / "kernel").rglob("*.h"))):
+        digest.update(f"{part.name}\0".encode() + part.read_bytes() + b"\0")
+    with suppress(importlib.metadata.PackageNotFoundError):
+        digest.update(importlib.metadata.version("ziglang").encode())
+    digest.update(target.zig.encode())
+    return digest.hexdigest()
+
+
+if __name__ == "__main__":
+    print(build_kernel_library(HERE / "_lib"))
