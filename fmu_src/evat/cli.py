@@ -1,0 +1,316 @@
+"""Which commands are there? Wiring only: each command reads what was typed, calls the package, shows what came out."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from evat import kernel, parameter_sets
+from evat.model import Effect, EvatError, Law, ParameterError, Variable
+from evat.record import Columns
+from evat.units import display, to_si
+
+app = typer.Typer(
+    name="evat",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="markdown",
+    help="Chip-tool friction and elliptical vibration assisted turning as a component.\n\n"
+    "`evat build` makes the FMUs, `evat run` shows what they do, `evat simulate` answers a question of your own. "
+    "Numbers take units: `--value 'cutting_speed=30 m/min'`; a bare number is SI.",
+)
+out, err = Console(), Console(stderr=True)
+
+Values = Annotated[
+    list[str] | None,
+    typer.Option("--value", "-v", help="NAME=VALUE of a parameter or constant input, units allowed; repeat it for more."),
+]
+SpeedUnit = Annotated[str, typer.Option(help="Unit in which the speeds of the paper's table 1 are read: m/min or m/s.")]
+Effects = Annotated[
+    list[str] | None,
+    typer.Option("--effect", "-e", help="Switch on an effect (`evat info` lists them); repeat it for more. A set's own effects stay on."),
+]
+
+
+def _bar() -> Progress:
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn())
+    return Progress(*columns, console=err, transient=True)
+
+
+@contextmanager
+def _progress(what: str) -> Iterator[Callable[[float], None]]:
+    """A bar that is told the share that is done."""
+    with _bar() as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda share: bar.update(task, completed=share)
+
+
+@contextmanager
+def _lines(count: int) -> Iterator[Callable[[str], None]]:
+    """A bar that is told what comes next, `count` times in all."""
+    with _bar() as bar:
+        task = bar.add_task("", total=count)
+        yield lambda text: bar.update(task, description=text, advance=1)
+
+
+def typed_values(texts: list[str] | None) -> dict[str, float | str]:
+    """NAME=VALUE texts as values in SI; choices stay names. ParameterError for what is neither."""
+    values: dict[str, float | str] = {}
+    for text in texts or []:
+        name, equals, value = text.partition("=")
+        name, value = name.strip(), value.strip()
+        if not equals or not value:
+            raise ParameterError(f"{text!r}: write NAME=VALUE, for example 'cutting_speed=30 m/min'.")
+        known = kernel.variable(name)
+        if known.causality not in ("parameter", "input") and name not in kernel.states():
+            raise ParameterError(f"{name} is an {known.causality} of the component; it is computed and cannot be set.")
+        if known.type == "choice":
+            values[name] = value
+        elif known.type == "boolean" and value.lower() in ("true", "false"):
+            values[name] = float(value.lower() == "true")
+        else:
+            values[name] = to_si(value, known.unit, name=name)
+        known.check(values[name])
+    return values
+
+
+def _row(variable: Variable) -> list[str]:
+    start = "" if variable.causality in ("output", "local", "independent") else display(variable.start, variable)
+    bounds = "" if variable.type in ("choice", "boolean") else f"{variable.min:g} .. {variable.max:g} {variable.unit}"
+    allowed = ", ".join(variable.choices) or bounds
+    return [variable.name, start, allowed, f"{variable.meaning}. [{variable.source}]"]
+
+
+@app.command()
+def info(
+    name: Annotated[str | None, typer.Argument(help="A variable, friction law or effect; without it everything is listed.")] = None,
+) -> None:
+    """List variables, friction laws and effects: unit, start, bounds, meaning, source."""
+    laws, effects = kernel.laws(), kernel.effects()
+    groups: dict[str, tuple[Law | Effect, ...]] = {"friction laws (friction_law)": laws, "effects": effects}
+    for title, entries in groups.items():
+        table = Table("name", "equation", "what it is", title=title, title_justify="left")
+        for entry in entries:
+            if name is None or entry.name == name:
+                table.add_row(entry.name, escape(entry.equation), escape(f"{entry.meaning}. [{entry.source}]"))
+        if table.row_count:
+            out.print(table)
+    entries_of_all: tuple[Law | Effect, ...] = (*laws, *effects)
+    own = {v.name for entry in entries_of_all if entry.name == name for v in entry.variables}
+    shown = [v for v in kernel.variables() if name is None or v.name == name or v.name in own]
+    if not shown:
+        kernel.variable(name or "")
+    for causality in ("input", "parameter", "output", "local"):
+        rows = [v for v in shown if v.causality == causality]
+        if rows:
+            table = Table("name", "start", "allowed", "meaning [source]", title=f"{causality}s", title_justify="left")
+            for variable in rows:
+                table.add_row(*map(escape, _row(variable)))
+            out.print(table)
+
+
+@app.command()
+def sets(
+    name: Annotated[str | None, typer.Argument(help="A shipped set or an .ssv file; without it the shipped sets are listed.")] = None,
+    speed_unit: SpeedUnit = "m/min",
+    strict: Annotated[bool, typer.Option(help="Refuse a set that violates the paper's eq. 7 within its speed range.")] = False,
+    save: Annotated[Path | None, typer.Option(help="Write the set as an SSP parameter file (.ssv).")] = None,
+) -> None:
+    """List the shipped parameter sets, or show one: every value with unit and source."""
+    if name is None:
+        table = Table("set", "what it is")
+        for each in parameter_sets.names():
+            table.add_row(each, escape(parameter_sets.load(each, speed_unit=speed_unit).title))
+        out.print(table)
+        return
+    found = parameter_sets.load(name, speed_unit=speed_unit, strict=strict)
+    table = Table("variable", "value", "SI", "source", title=escape(f"{found.name}: {found.title}"), title_justify="left")
+    for key, value in found.values.items():
+        known = kernel.variable(key)
+        si = "" if known.type in ("choice", "boolean") else f"{value:g} {known.unit}"
+        table.add_row(key, display(value, known), si, escape(found.sources.get(key, "")))
+    out.print(table)
+    out.print(f"effects on: {', '.join(found.effects) or 'none'}")
+    for note in found.notes:
+        out.print(f"note: {escape(note)}")
+    if save is not None:
+        out.print(f"wrote {parameter_sets.save_ssv(found, save)}")
+
+
+@app.command()
+def build(
+    to: Annotated[Path, typer.Option("--out", help="Folder for the FMUs.")] = Path("build/out/fmus"),
+    host_only: Annotated[bool, typer.Option(help="Binaries for this machine's platform only.")] = False,
+) -> None:
+    """Build the FMUs: native FMI 2.0 and 3.0 for five platforms, and the pythonfmu twin."""
+    from evat import fmu, python_fmu
+    from evat.compile import TARGETS, host_target
+
+    targets = [host_target().fmi3_folder] if host_only else list(TARGETS)
+    with _lines(2 * (2 + len(targets)) + 1) as progress:
+        paths = [*fmu.build_all(to, targets, progress)]
+        progress("pythonfmu twin")
+        paths.append(python_fmu.build_python_fmu(to / "EvatContactPython.fmu"))
+    for path in paths:
+        out.print(f"wrote {path} ({path.stat().st_size / 1e6:.2f} MB)")
+
+
+@app.command()
+def simulate(
+    parameters: Annotated[str | None, typer.Option("--set", "-s", help="A shipped set or an .ssv file.")] = None,
+    value: Values = None,
+    effect: Effects = None,
+    law: Annotated[str | None, typer.Option(help="Friction law; the same as --value friction_law=...")] = None,
+    principle: Annotated[str | None, typer.Option(help="Shear-angle principle.")] = None,
+    motion: Annotated[
+        Path | None,
+        typer.Option(
+            "--input", "-i", help="CSV or Parquet with a column 'time' and columns named after inputs, e.g. 'slip_velocity [mm/s]'."
+        ),
+    ] = None,
+    cycles: Annotated[float, typer.Option(help="Without --input: how many vibration cycles.")] = 5,
+    samples: Annotated[int, typer.Option(help="Without --input: samples per cycle.")] = 200,
+    speed_unit: SpeedUnit = "m/min",
+    to: Annotated[Path, typer.Option("--out", "-o", help="Result, .csv or .parquet; the plot is written beside it as .png.")] = Path(
+        "evat.csv"
+    ),
+) -> None:
+    """Run the contact with a parameter set, a friction law and a motion; write a table and a plot.
+
+    Example: evat simulate -s regularised/al-7075-t6 --law lugre -v 'cutting_speed=20 m/min' -v feed=50um -o cut.csv
+    """
+    from evat.plot import plot_trace
+    from evat.simulate import SHOWN
+    from evat.simulate import simulate as run_contact
+    from evat.table import RecordError, read_table, write_trace
+
+    values: dict[str, float | str] = {}
+    effects: list[str] = []
+    if parameters is not None:
+        found = parameter_sets.load(parameters, speed_unit=speed_unit)
+        values, effects = dict(found.values), list(found.effects)
+    values |= typed_values(value)
+    effects += [name for name in effect or [] if name not in effects]
+    values |= {name: choice for name, choice in (("friction_law", law), ("shear_angle_principle", principle)) if choice is not None}
+    times, inputs = None, {}
+    if motion is not None:
+        table = read_table(motion)
+        headers = {header.partition("[")[0].strip(): header for header in table.columns}
+        unknown = set(headers) - set(kernel.inputs()) - {"time"}
+        if "time" not in headers or unknown:
+            raise RecordError(
+                f"{motion.name}: columns {', '.join(map(repr, table.columns))}; needed are 'time' and inputs of the component "
+                f"({', '.join(kernel.inputs())}), with a unit in brackets where it is not SI."
+            )
+        times = table.clock(headers.pop("time"))
+        inputs = {name: table.column(header, kernel.variable(name).unit) for name, header in headers.items()}
+        if "slip_velocity" in inputs:
+            values.setdefault("kinematics", "external")
+    trace = run_contact(values, effects, times=times, inputs=inputs, cycles=cycles, samples_per_cycle=samples)
+    out.print(f"wrote {write_trace(trace, to)}")
+    picture = plot_trace(trace, to.with_suffix(".png"), ("principal_force", "feed_force", "friction_force", "slip_velocity_used"), to.stem)
+    out.print(f"wrote {picture}")
+    summary = Table("mean over the last window", "value")
+    for name in SHOWN:
+        if name.startswith("mean_"):
+            summary.add_row(name, display(float(trace[name][-1]), kernel.variable(name)))
+    out.print(summary)
+    if trace.made_by["warnings"]:
+        err.print(f"warning: {trace.made_by['warnings']}")
+
+
+@app.command()
+def run(
+    record: Annotated[Path | None, typer.Option(help="A measured motion to drive the FMU with, instead of the paper's materials.")] = None,
+    parameters: Annotated[str, typer.Option("--set", "-s", help="With --record: parameter set.")] = "tribometer-5n",
+    value: Values = None,
+    time: Annotated[str, typer.Option("--time", help="With --record: header of the clock.")] = "time",
+    velocity: Annotated[str | None, typer.Option(help="With --record: header of the slip velocity.")] = None,
+    position: Annotated[str | None, typer.Option(help="With --record: header of the position, where no velocity was measured.")] = None,
+    force: Annotated[str, typer.Option(help="With --record: header of the friction force.")] = "friction_force",
+    force_sign: Annotated[float, typer.Option(help="With --record: -1 where the force counts against the motion.")] = 1.0,
+    begin: Annotated[float, typer.Option(help="With --record: first time used [s].")] = float("-inf"),
+    end: Annotated[float, typer.Option(help="With --record: last time used [s].")] = float("inf"),
+    family: Annotated[str, typer.Option(help="Without --record: regularised or published sets.")] = "regularised",
+    speed_unit: SpeedUnit = "m/min",
+    to: Annotated[Path, typer.Option("--out", "-o", help="Folder for figures, tables and report.")] = Path("runs"),
+) -> None:
+    """The main job: build the FMU and drive it through fmpy for the paper's four materials, or along a measured record.
+
+    Example: evat run --record test.txt --time 'Time [s]' --position 'Position [mm]' --force 'Friction [uN]' --force-sign -1
+    """
+    to.mkdir(parents=True, exist_ok=True)
+    if record is None:
+        _run_materials(family, speed_unit, to)
+        return
+    found = parameter_sets.load(parameters, speed_unit=speed_unit)
+    values = kernel.check_values({**found.values, **typed_values(value)})
+    _run_record(record, Columns(time, force, velocity, position, force_sign), found, values, (begin, end), to)
+
+
+def _host_fmu(version: Literal[2, 3], to: Path) -> Path:
+    from evat import fmu
+    from evat.compile import host_target
+
+    with _lines(3) as progress:
+        return fmu.build_fmu(version, to / fmu.file_name(version), [host_target().fmi3_folder], progress)
+
+
+def _run_record(
+    record: Path, columns: Columns, found: parameter_sets.ParameterSet, values: dict[str, float], between: tuple[float, float], to: Path
+) -> None:
+    from evat.plot import plot_record
+    from evat.record import follow_record
+
+    built = _host_fmu(2, to)
+    with _progress(f"following {record.name}") as progress:
+        result = follow_record(built, record, columns, kernel.by_choice(values), found.effects, between=between, progress=progress)
+    residual = f"residual {result.residual_rms:.3g} N RMS, {100 * result.residual_share:.1f} % of the measured force"
+    title = f"{record.name}, {found.name}: {residual}"
+    picture = plot_record(result.times, result.velocity, result.measured, result.trace["friction_force"], to / "record.png", title)
+    out.print(escape(title))
+    out.print(f"wrote {picture}")
+
+
+def _run_materials(family: str, speed_unit: str, to: Path) -> None:
+    from evat import main_job
+
+    built, total = _host_fmu(3, to), main_job.case_count()
+    with _progress("driving the FMU") as progress:
+        cases = main_job.run_cases(built, family, speed_unit, lambda n: progress(n / total))
+    figures = main_job.plot_cases(cases, to)
+    main_job.write_means(cases, to / "means.csv")
+    page = main_job.write_report(cases, figures, family, speed_unit, to)
+    table = Table("material", "force", "measured (paper)", *(model.title for model in main_job.MODELS.values()))
+    for line in main_job.means_table(cases):
+        table.add_row(*line)
+    table.title = "cycle means [N], maximum shear stress / minimum energy; process conditions are our own (see the report)"
+    out.print(table)
+    for path in (*figures, to / "means.csv", page):
+        out.print(f"wrote {path}")
+
+
+@app.callback(invoke_without_command=True)
+def _version(version: Annotated[bool, typer.Option("--version", help="Show the version and stop.")] = False) -> None:
+    if version:
+        out.print(f"evat {importlib.metadata.version('evat')}, model {kernel.token()}")
+        raise typer.Exit
+
+
+def main() -> None:
+    """The command `evat`: errors of ours as one line on stderr and exit status 2."""
+    try:
+        app()
+    except EvatError as error:
+        err.print(f"[bold red]evat:[/] {escape(str(error))}", highlight=False)
+        sys.exit(2)

@@ -1,0 +1,224 @@
+"""How is an FMU driven along a record? Through fmpy, as any importer would, with buffers that are kept from step to step."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Slave
+
+from evat.model import EvatError, FloatArray, ParameterError, Run, SimulationError, Trace
+
+Progress = Callable[[float], None]
+
+
+class FmuError(EvatError):
+    """An FMU that cannot be loaded or is not what it was taken for."""
+
+
+def _log(lines: list[str]) -> Callable[..., None]:
+    def keep(*arguments: Any) -> None:
+        message = arguments[-1]
+        lines.append(message.decode(errors="replace") if isinstance(message, bytes) else str(message))
+
+    return keep
+
+
+class Driver:
+    """An instance of a co-simulation FMU between `with` and its end: set parameters, follow a record."""
+
+    def __init__(self, fmu: Path, values: Mapping[str, float | str | bool], relative_tolerance: float | None = None) -> None:
+        try:
+            self.description = fmpy.read_model_description(str(fmu), validate=False)
+        except Exception as error:  # fmpy raises what its parsers raise
+            raise FmuError(f"{fmu}: this is no FMU that can be read ({error}).") from error
+        if self.description.coSimulation is None:
+            raise FmuError(f"{fmu}: it has no co-simulation interface.")
+        self.variables = {variable.name: variable for variable in self.description.modelVariables}
+        self._values, self._tolerance, self._log = dict(values), relative_tolerance, list[str]()
+        self._folder = fmpy.extract(str(fmu))
+        self._fmu: Any = None
+
+    @property
+    def log(self) -> tuple[str, ...]:
+        """What the FMU has logged, a line each."""
+        return tuple(self._log)
+
+    def __enter__(self) -> Driver:
+        kind = FMU3Slave if self.description.fmiVersion.startswith("3") else FMU2Slave
+        self._fmu = kind(
+            guid=self.description.guid,
+            unzipDirectory=self._folder,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName="evat",
+        )
+        logger = _log(self._log)
+        if kind is FMU3Slave:
+            self._fmu.instantiate(loggingOn=True, logMessage=fmpy.fmi3.fmi3LogMessageCallback(logger))
+        else:
+            callbacks = fmpy.fmi2.fmi2CallbackFunctions()
+            callbacks.logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(logger)
+            callbacks.allocateMemory = fmpy.fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.fmi2.calloc)
+            callbacks.freeMemory = fmpy.fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.fmi2.free)
+            self._fmu.instantiate(loggingOn=True, callbacks=callbacks)
+        for name, value in self._values.items():
+            self._set(name, value)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._fmu is not None:
+            self._fmu.freeInstance()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _call(self, doing: str, function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
+        try:
+            return function(*arguments, **named)
+        except Exception as error:  # FMICallException and what ctypes raises
+            said = self._log[-1] if self._log else str(error)
+            raise SimulationError(f"{doing}: the FMU answered: {said}") from error
+
+    def _set(self, name: str, value: float | str | bool) -> None:
+        if name not in self.variables:
+            raise ParameterError(f"the FMU has no variable {name!r}.")
+        variable, three = self.variables[name], self.description.fmiVersion.startswith("3")
+        references, doing = [variable.valueReference], f"setting {name} = {value}"
+        if variable.type in ("Real", "Float64"):
+            self._call(doing, self._fmu.setFloat64 if three else self._fmu.setReal, references, [float(value)])
+        elif variable.type == "Boolean":
+            self._call(doing, self._fmu.setBoolean, references, [bool(value)])
+        elif variable.type in ("Enumeration", "Integer", "Int32"):
+            number = self._item(variable, value)
+            setter = self._fmu.setInteger if not three else self._fmu.setInt64 if variable.type == "Enumeration" else self._fmu.setInt32
+            self._call(doing, setter, references, [number])
+        else:
+            raise ParameterError(f"{name} is of type {variable.type}, which this driver does not set.")
+
+    @staticmethod
+    def _item(variable: Any, value: float | str | bool) -> int:
+        items = variable.declaredType.items if variable.declaredType is not None and variable.declaredType.items else []
+        if not isinstance(value, str):
+            return int(value)
+        for item in items:
+            if item.name == value:
+                return int(item.value)
+        raise ParameterError(f"{variable.name} = {value!r}: allowed are {', '.join(item.name for item in items)}.")
+
+    def follow(self, run: Run, progress: Progress | None = None) -> FloatArray:
+        """Follow the record with one communication step from sample to sample; shape (samples, outputs).
+
+        Within a step inputs go on linearly: FMI 2 by their derivatives, FMI 3 (which has none in co-simulation) by the mean of both ends.
+        """
+        three = self.description.fmiVersion.startswith("3")
+        times, names = run.times, list(run.inputs)
+        table = np.column_stack([run.inputs[name] for name in names]) if names else np.empty((times.size, 0))
+        for name in (*names, *run.outputs):
+            if name not in self.variables:
+                raise ParameterError(f"the FMU has no variable {name!r}.")
+        start, stop = float(times[0]), float(times[-1])
+        if three:
+            self._call("initialisation", self._fmu.enterInitializationMode, startTime=start, stopTime=stop, tolerance=self._tolerance)
+        else:
+            self._call("initialisation", self._fmu.setupExperiment, startTime=start, stopTime=stop, tolerance=self._tolerance)
+            self._call("initialisation", self._fmu.enterInitializationMode)
+        loop = _Loop(self._fmu, three, [self.variables[n] for n in names], [self.variables[n] for n in run.outputs])
+        found = np.empty((times.size, len(run.outputs)))
+        self._call("first inputs", loop.set, table[0])
+        self._call("initialisation", self._fmu.exitInitializationMode)
+        self._call("first outputs", loop.get, found[0])
+        for n in range(1, times.size):
+            step, at = times[n] - times[n - 1], f"step to t = {times[n]:.9g} s"
+            if names and three:
+                self._call(at, loop.set, 0.5 * (table[n - 1] + table[n]))
+            elif names:
+                self._call(at, loop.lean, (table[n] - table[n - 1]) / step)
+            self._call(at, self._fmu.doStep, times[n - 1], step)
+            if names:
+                self._call(at, loop.set, table[n])
+            self._call(at, loop.get, found[n])
+            if progress is not None and n % 256 == 0:
+                progress(n / times.size)
+        self._call("the end", self._fmu.terminate)
+        return found
+
+
+class _Loop:
+    """The value references and buffers of a record's inputs and outputs, kept from step to step."""
+
+    def __init__(self, fmu: Any, three: bool, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
+        self._fmu, self._three, self._inputs = fmu, three, len(inputs)
+        self._in = (ctypes.c_uint32 * len(inputs))(*(v.valueReference for v in inputs))
+        self._in_values = (ctypes.c_double * len(inputs))()
+        self._first = (ctypes.c_int * len(inputs))(*([1] * len(inputs)))
+        self._real = [place for place, v in enumerate(outputs) if v.type in ("Real", "Float64")]
+        self._other = [(place, v) for place, v in enumerate(outputs) if v.type not in ("Real", "Float64")]
+        self._out = (ctypes.c_uint32 * len(self._real))(*(outputs[place].valueReference for place in self._real))
+        self._out_values = (ctypes.c_double * len(self._real))()
+        self._out_view = np.ctypeslib.as_array(self._out_values)
+        self._in_view = np.ctypeslib.as_array(self._in_values)
+
+    def set(self, row: FloatArray) -> None:
+        if not self._inputs:
+            return
+        self._in_view[:] = row
+        if self._three:
+            self._fmu.fmi3SetFloat64(self._fmu.component, self._in, self._inputs, self._in_values, self._inputs)
+        else:
+            self._fmu.fmi2SetReal(self._fmu.component, self._in, self._inputs, self._in_values)
+
+    def lean(self, rates: FloatArray) -> None:
+        """FMI 2: the inputs' rates over the coming step."""
+        self._in_view[:] = rates
+        self._fmu.fmi2SetRealInputDerivatives(self._fmu.component, self._in, self._inputs, self._first, self._in_values)
+
+    def get(self, row: FloatArray) -> None:
+        if self._real:
+            if self._three:
+                self._fmu.fmi3GetFloat64(self._fmu.component, self._out, len(self._real), self._out_values, len(self._real))
+            else:
+                self._fmu.fmi2GetReal(self._fmu.component, self._out, len(self._real), self._out_values)
+            row[self._real] = self._out_view
+        for place, variable in self._other:
+            kind = {"Int32": "Int32", "Enumeration": "Int64" if self._three else "Integer"}.get(variable.type, variable.type)
+            row[place] = float(getattr(self._fmu, f"get{kind}")([variable.valueReference])[0])
+
+
+def _unit(variable: Any) -> str:
+    declared = variable.declaredType.unit if variable.declaredType is not None else None
+    return str(variable.unit or declared or "1")
+
+
+def drive(
+    fmu: Path,
+    run: Run,
+    values: Mapping[str, float | str | bool],
+    *,
+    relative_tolerance: float | None = None,
+    progress: Progress | None = None,
+) -> Trace:
+    """Drive a co-simulation FMU (2.0 or 3.0) through `run` with the start `values` by name; see evat.model.Run.
+
+    Raises
+    ------
+    FmuError, where the file is no such FMU; ParameterError for an unknown name; SimulationError with the FMU's own log line where a
+    call fails.
+    """
+    with Driver(fmu, values, relative_tolerance) as driver:
+        found = driver.follow(run, progress)
+        return Trace(
+            times=run.times,
+            columns={name: found[:, place].copy() for place, name in enumerate(run.outputs)},
+            units={name: _unit(driver.variables[name]) for name in run.outputs},
+            made_by={
+                "fmu": fmu.name,
+                "token": driver.description.guid,
+                "fmi": driver.description.fmiVersion,
+                "values": {name: value if isinstance(value, str) else float(value) for name, value in values.items()},
+                "log": "; ".join(driver.log),
+            },
+        )

@@ -1,0 +1,109 @@
+"""What does a run look like? Figures for people, with matplotlib; every axis has a name and a unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from evat import kernel
+from evat.model import FloatArray, Trace
+from evat.units import affine
+
+COLOURS = ("#b03a2e", "#1f618d", "#1e8449", "#7d3c98", "#b9770e", "#34495e")
+STYLE: Any = {
+    "axes.grid": True,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlesize": "medium",
+    "grid.alpha": 0.3,
+    "legend.frameon": False,
+    "legend.fontsize": "small",
+    "svg.hashsalt": "evat",
+}
+
+
+def _new(rows: int, columns: int, size: tuple[float, float], sharex: bool = True) -> tuple[Figure, Any]:
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(rows, columns, sharex=sharex, squeeze=False)
+
+
+def _save(figure: Figure, path: Path) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=120, metadata={"Software": None} if path.suffix == ".png" else None)
+    return path
+
+
+def shown(name: str, column: FloatArray) -> tuple[FloatArray, str]:
+    """A column in its display unit, and the label of its axis."""
+    variable = kernel.variable(name)
+    unit = variable.display_unit or variable.unit
+    factor, offset = affine(variable.unit, unit)
+    return column * factor + offset, variable.name.replace("_", " ") + ("" if unit == "1" else f" [{unit}]")
+
+
+def clock_unit(span: float) -> tuple[float, str]:
+    """Factor and unit for a time axis of `span` seconds."""
+    return (1e6, "us") if span < 5e-3 else (1e3, "ms") if span < 2 else (1.0, "s")
+
+
+def plot_trace(trace: Trace, path: Path, names: Sequence[str], title: str = "") -> Path:
+    """One panel for each of `names` over time."""
+    factor, unit = clock_unit(float(trace.times[-1] - trace.times[0]))
+    with mpl.rc_context(STYLE):
+        figure, axes = _new(len(names), 1, (8, 1.2 + 1.7 * len(names)))
+        for axis, name, colour in zip(axes[:, 0], names, COLOURS * 10, strict=False):
+            values, label = shown(name, trace[name])
+            axis.plot(trace.times * factor, values, color=colour, lw=1.2)
+            axis.set_ylabel(label)
+        axes[-1, 0].set_xlabel(f"time [{unit}]")
+        axes[0, 0].set_title(title)
+        return _save(figure, path)
+
+
+def plot_cycles(panels: Mapping[str, Mapping[str, Trace]], force: str, path: Path, title: str) -> Path:
+    """One vibration cycle of `force` for each panel: a line for each of its traces, dashed where the label names the second principle."""
+    columns = 2
+    rows = (len(panels) + 1) // columns
+    with mpl.rc_context(STYLE):
+        figure, axes = _new(rows, columns, (10, 3.2 * rows))
+        for axis, (panel, traces) in zip(axes.ravel(), panels.items(), strict=False):
+            for place, (label, trace) in enumerate(traces.items()):
+                values, name = shown(force, trace[force])
+                factor, unit = clock_unit(float(trace.times[-1] - trace.times[0]))
+                style = "-" if place % 2 == 0 else "--"
+                axis.plot((trace.times - trace.times[0]) * factor, values, style, color=COLOURS[place // 2], lw=1.3, label=label)
+                axis.set_xlabel(f"time in the vibration cycle [{unit}]")
+                axis.set_ylabel(name)
+            axis.set_title(panel)
+        axes[0, 0].legend()
+        figure.suptitle(title)
+        return _save(figure, path)
+
+
+def plot_record(times: FloatArray, velocity: FloatArray, measured: FloatArray, simulated: FloatArray, path: Path, title: str) -> Path:
+    """Measured velocity, measured and simulated friction force over time (a window) and over the sliding distance, and the residual."""
+    window = slice(0, int(np.searchsorted(times, times[0] + (times[-1] - times[0]) / 15)) + 2)
+    distance = np.concatenate([[0.0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(times))])
+    with mpl.rc_context(STYLE):
+        figure, axes = _new(2, 2, (12, 7), sharex=False)
+        (slip, force), (loop, residual) = axes
+        values, label = shown("slip_velocity", velocity)
+        slip.plot(times[window], values[window], color=COLOURS[5], lw=1)
+        slip.set(xlabel="time [s]", ylabel=label, title="measured motion (in)")
+        for axis, abscissa, name in ((force, times, "time [s]"), (loop, distance * 1e6, "displacement [um]")):
+            axis.plot(abscissa[window], measured[window], color=COLOURS[0], lw=1.2, label="measured")
+            axis.plot(abscissa[window], simulated[window], color=COLOURS[1], lw=1.2, label="simulated by the FMU")
+            axis.set(xlabel=name, ylabel="friction force [N]")
+        force.set_title("friction force (out)")
+        force.legend()
+        residual.plot(times, simulated - measured, color=COLOURS[2], lw=0.6)
+        residual.set(xlabel="time [s]", ylabel="residual [N]", title="simulated less measured, the whole record")
+        figure.suptitle(title)
+        return _save(figure, path)

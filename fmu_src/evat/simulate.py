@@ -1,0 +1,74 @@
+"""What forces does the contact give for these parameters and this motion? The API behind `evat simulate`, on the kernel itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from evat import kernel
+from evat.model import FloatArray, ParameterError, Run, Trace
+
+SHOWN = (
+    "principal_force",
+    "feed_force",
+    "friction_force",
+    "normal_force",
+    "slip_velocity_used",
+    "uncut_thickness_used",
+    "bristle_deflection",
+    "shear_angle",
+    "theta_used",
+    "in_contact",
+    "mean_principal_force",
+    "mean_feed_force",
+    "mean_friction_force",
+    "mean_normal_force",
+    "mean_contact_ratio",
+)
+
+
+def vibration_clock(cycles: float, frequency: float, samples_per_cycle: int = 200) -> FloatArray:
+    """Sample times [s] over `cycles` vibration cycles of `frequency` [Hz], the last one included."""
+    if not cycles > 0 or samples_per_cycle < 2:
+        raise ParameterError(f"cycles = {cycles:g}, samples_per_cycle = {samples_per_cycle}: more than 0 and at least 2 are needed.")
+    count = max(2, round(cycles * samples_per_cycle) + 1)
+    return np.arange(count, dtype=np.float64) / (samples_per_cycle * frequency)
+
+
+def simulate(
+    values: Mapping[str, float | str] | None = None,
+    effects: Sequence[str] = (),
+    *,
+    times: FloatArray | None = None,
+    inputs: Mapping[str, FloatArray] | None = None,
+    cycles: float = 5,
+    samples_per_cycle: int = 200,
+    outputs: Sequence[str] = SHOWN,
+) -> Trace:
+    """Run the contact.
+
+    Parameters
+    ----------
+    values : parameters and constant inputs by the component's names, in SI, choices by name.
+    effects : effects that are on.
+    times, inputs : a measured or given motion: sample times [s], shape (n,), and inputs at them, linear in between.
+        Without them the run is `cycles` vibration cycles long, with `samples_per_cycle` samples.
+    outputs : the variables to record.
+
+    Returns
+    -------
+    Trace with one column for each output, units and provenance.
+
+    Raises
+    ------
+    ParameterError for an unknown name or a value out of bounds; SimulationError where the run breaks off.
+    """
+    values = dict(values or {})
+    if times is None:
+        if inputs:
+            raise ParameterError("inputs were given without sample times.")
+        frequency = kernel.check_values(values).get("vibration_frequency", kernel.variable("vibration_frequency").start)
+        times = vibration_clock(cycles, frequency, samples_per_cycle)
+    run = Run(np.asarray(times, dtype=np.float64), dict(inputs or {}), tuple(outputs))
+    return kernel.ContactModel().simulate(run, tuple(effects), values)
