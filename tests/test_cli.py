@@ -1,0 +1,87 @@
+"""Does each command do what its help says, and answer a mistake with one clear line?"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet
+import pytest
+
+from evat import parameter_sets
+from evat.table import read_table
+
+
+def evat(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", "from evat.cli import main; main()", *arguments]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+
+
+def test_simulate_writes_a_table_and_a_picture(tmp_path: Path) -> None:
+    done = evat(
+        *("simulate", "-s", "regularised/al-7075-t6", "--law", "lugre", "-v", "cutting_speed=20 m/min", "-v", "feed=50um"),
+        *("--principle", "minimum_energy", "-o", "cut.parquet"),
+        folder=tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    table = read_table(tmp_path / "cut.parquet")
+    times = table.clock("time [s]")
+    assert times[-1] == pytest.approx(5 / 20e3)  # five cycles of 20 kHz
+    thickness = table.column("uncut_thickness_used [m]", "m")
+    assert 45e-6 < thickness.max() <= 50e-6 * (1 + 1e-9)  # never above the feed
+    assert (tmp_path / "cut.png").stat().st_size > 10_000
+    made_by = pyarrow.parquet.read_table(tmp_path / "cut.parquet").schema.metadata[b"made_by"]
+    assert b"thermal_softening" in made_by
+    assert b"cutting_speed" in made_by
+
+
+def test_simulate_follows_a_file_of_slip(tmp_path: Path) -> None:
+    times = np.linspace(0, 1, 101)
+    rows = "\n".join(f"{t:.6g},{50 * np.sin(2 * np.pi * t):.6g}" for t in times)
+    (tmp_path / "motion.csv").write_text(f"time [s],slip_velocity [mm/s]\n{rows}\n", encoding="utf-8")
+    done = evat("simulate", "-i", "motion.csv", "--law", "coulomb", "-v", "F_C=3", "-o", "out.csv", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    force = read_table(tmp_path / "out.csv").column("friction_force [N]", "N")
+    assert force[25] == pytest.approx(3)
+    assert force[75] == pytest.approx(-3)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "what"),
+    [
+        (("simulate", "-v", "cutting_sped=1"), "did you mean cutting_speed"),
+        (("simulate", "-v", "cutting_speed=1 kg"), "kg"),
+        (("simulate", "-v", "F_C=-1"), "allowed is"),
+        (("simulate", "--law", "stribeck"), "coulomb, lugre, dahl"),
+        (("simulate", "-s", "regularised/wood"), "no parameter set"),
+        (("simulate", "-e", "magic"), "thermal_softening"),
+        (("simulate", "-v", "principal_force=1"), "cannot be set"),
+        (("simulate", "-i", "nowhere.csv"), "nowhere.csv"),
+        (("sets", "published/inconel-718", "--strict"), "11.6 m/min"),
+        (("info", "sigma9"), "sigma0"),
+    ],
+)
+def test_a_mistake_is_one_clear_line(tmp_path: Path, arguments: tuple[str, ...], what: str) -> None:
+    done = evat(*arguments, folder=tmp_path)
+    assert done.returncode == 2
+    assert what in " ".join(done.stderr.split())
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_sets_and_info_list_what_there_is(tmp_path: Path) -> None:
+    listed = evat("sets", folder=tmp_path).stdout
+    for name in parameter_sets.names():
+        assert name in listed
+    about = " ".join(evat("info", "thermal_softening", folder=tmp_path).stdout.split())
+    assert "k_Q" in about
+    assert "the paper" in about
+
+
+def test_a_saved_set_is_simulated_like_the_shipped_one(tmp_path: Path) -> None:
+    assert evat("sets", "regularised/copper", "--save", "copper.ssv", folder=tmp_path).returncode == 0
+    for name, output in (("copper.ssv", "a.csv"), ("regularised/copper", "b.csv")):
+        assert evat("simulate", "-s", name, "-o", output, folder=tmp_path).returncode == 0
+    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
