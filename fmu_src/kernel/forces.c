@@ -16,7 +16,7 @@ void load_at(const struct Wiring *w, struct Point *x)
 {
     EACH_LANE x->k[i] = w->p[SHEAR_STRESS][i] * w->p[WIDTH][i] * x->h[i];
     act(w, STAGE_LOAD, x);
-    EACH_LANE x->k[i] = x->cutting[i] * fmax(x->k[i], 0);
+    EACH_LANE x->k[i] = x->cutting[i] * larger(x->k[i], 0);
 }
 
 static double normal_by_shear_stress(double F, double k, double cos_rake, double sin_rake)
@@ -28,7 +28,7 @@ static double normal_by_shear_stress(double F, double k, double cos_rake, double
 static double normal_by_energy(double F, double k, double cos_rake, double sin_rake)
 {
     const double load = 2 * k + F * cos_rake;
-    return (2 * sqrt(fmax(k * (k + F * cos_rake), 0)) - load * sin_rake) / (cos_rake * cos_rake);
+    return (2 * sqrt(larger(k * (k + F * cos_rake), 0)) - load * sin_rake) / (cos_rake * cos_rake);
 }
 
 void forces_at(const struct Wiring *w, struct Point *x)
@@ -41,7 +41,7 @@ void forces_at(const struct Wiring *w, struct Point *x)
         const int outside = N < 0 || (by_energy && k + F * cos_rake < 0);
         x->clamped[i] += outside;
         x->warnings |= outside ? WARN_FORCE_DOMAIN : 0u;
-        x->N[i] = fmax(N, 0);
+        x->N[i] = larger(N, 0);
         x->F_p[i] = x->N[i] * cos_rake + F * sin_rake;
         x->F_f[i] = F * cos_rake - x->N[i] * sin_rake;
     }

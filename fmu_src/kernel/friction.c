@@ -15,7 +15,7 @@ static double proxy(const struct Contact *contact, const struct Wiring *w, int i
         const double share = rise / (p[REFERENCE_TEMPERATURE][i] - p[AMBIENT_TEMPERATURE][i]);
         x->clamped[i] += share < 0;
         x->warnings |= share < 0 ? WARN_TEMPERATURE : 0u;
-        return p[THETA_REF][i] * pow(fmax(share, 0), 1 / p[ALPHA_T][i]); /* the paper, eq. 3, turned round */
+        return p[THETA_REF][i] * pow(larger(share, 0), 1 / p[ALPHA_T][i]); /* the paper, eq. 3, turned round */
     }
     case PROXY_IS_SLIP_SPEED: break;
     }
@@ -28,8 +28,8 @@ void friction_open(const struct Contact *contact, const struct Wiring *w, const 
     x->warnings = 0;
     EACH_LANE {
         x->clamped[i] = x->sticking[i] = 0;
-        x->speed[i] = fmax(x->direction[i] * x->v[i], 0);
-        x->theta[i] = fmax(proxy(contact, w, i, tau[i], x), 0);
+        x->speed[i] = larger(x->direction[i] * x->v[i], 0);
+        x->theta[i] = larger(proxy(contact, w, i, tau[i], x), 0);
         x->theta_ratio[i] = x->theta[i] / p[THETA_REF][i];
         x->applied[i] = input_at(contact, APPLIED_FORCE, i, tau[i]);
         x->F_C[i] = p[F_C][i];
@@ -46,7 +46,7 @@ void friction_open(const struct Contact *contact, const struct Wiring *w, const 
         const int below = x->s0[i] < floor;
         x->clamped[i] += below;
         x->warnings |= below ? WARN_STIFFNESS_FLOOR : 0u;
-        x->s0[i] = fmax(x->s0[i], floor); /* the paper, eq. 7 */
+        x->s0[i] = larger(x->s0[i], floor); /* the paper, eq. 7 */
         x->P[i] = chosen(p, RATE_STIFFNESS, i) == THERMAL_STIFFNESS ? x->s0[i] : x->P[i];
     }
 }
@@ -86,7 +86,7 @@ static void answer(const struct Contact *contact, const struct Wiring *w, const 
 static double slip_of_angle(const struct Wiring *w, const struct Point *x, int i, double angle)
 {
     const double flattest = 0.02, steepest = 1.5; /* planes beyond them are no chip formation; they bound the search */
-    return slip_along_rake(w, x, i, tan(fmin(fmax(angle, flattest) - w->p[RAKE_ANGLE][i], steepest)));
+    return slip_along_rake(w, x, i, tan(smaller(larger(angle, flattest) - w->p[RAKE_ANGLE][i], steepest)));
 }
 
 static double excess(const struct Wiring *w, const struct Point *x, int i)
@@ -129,7 +129,7 @@ static void solve_slip(const struct Contact *contact, const struct Wiring *w, co
     int open = 1;
     EACH_LANE {
         const double ends[2] = {slip_of_angle(w, x, i, 0), slip_of_angle(w, x, i, 2)};
-        const double low = fmin(ends[0], ends[1]), high = fmax(ends[0], ends[1]);
+        const double low = smaller(ends[0], ends[1]), high = larger(ends[0], ends[1]);
         b[i] = bracket(low, high, high - low, low - high); /* the most that either side can be */
         close[i] = 1e-14 * (fabs(low) + fabs(high));
         x->sticking[i] = 0;
@@ -155,7 +155,7 @@ void friction_solved(const struct Contact *contact, const struct Wiring *w, cons
     struct Point beside = *x;
     lanes step;
     EACH_LANE {
-        step[i] = 1e-7 * fmax(fabs(x->z[i]), w->p[F_C][i] / w->p[SIGMA0][i]);
+        step[i] = 1e-7 * larger(fabs(x->z[i]), w->p[F_C][i] / w->p[SIGMA0][i]);
         beside.z[i] = x->z[i] + step[i];
     }
     solve_slip(contact, w, tau, &beside);
@@ -164,7 +164,7 @@ void friction_solved(const struct Contact *contact, const struct Wiring *w, cons
     friction_rates(w, x);
     EACH_LANE if (x->cutting[i] != 0) {
         const double f = x->drive[i] - x->rate[i] * x->z[i], f_beside = beside.drive[i] - beside.rate[i] * beside.z[i];
-        x->rate[i] = fmax((f - f_beside) / step[i], 1); /* never 0: then the target is finite */
+        x->rate[i] = larger((f - f_beside) / step[i], 1); /* never 0: then the target is finite */
         x->drive[i] = f + x->rate[i] * x->z[i];
         x->target[i] = x->drive[i] / x->rate[i];
     }

@@ -44,7 +44,7 @@ void bristle_step(int relaxes, const lanes h, const struct Point *start, const s
         }
         const double a0 = start->rate[i], am = middle->rate[i], a1 = end->rate[i];
         const double q0 = start->target[i], qm = middle->target[i], q1 = end->target[i];
-        const double D = h[i] / 6 * (a0 + 4 * am + a1), M = fmin(fmax(h[i] / 24 * (5 * a0 + 8 * am - a1), 0), D);
+        const double D = h[i] / 6 * (a0 + 4 * am + a1), M = smaller(larger(h[i] / 24 * (5 * a0 + 8 * am - a1), 0), D);
         /* target = q0 + slope A + bend A^2 through (0, q0), (M, qm), (D, q1); `chord` is the straight one through the ends */
         const double first = M > 0 ? (qm - q0) / M : 0, last = D > M ? (q1 - qm) / (D - M) : first;
         const double bend = D > 0 ? (last - first) / D : 0, slope = first - bend * M, chord = D > 0 ? (q1 - q0) / D : 0;

@@ -24,7 +24,7 @@ double slip_along_rake(const struct Wiring *w, const struct Point *x, int lane, 
  * top - X = bend d^2/2 + r d^3/6 - bend d^4/24 with d = last - chi, and goes on by Halley's rule. */
 static double angle_at(double X, double r, double last)
 {
-    const double bend = sqrt(1 - r * r), top = r * last + bend, d = sqrt(2 * fmax(top - X, 0) / bend), q = r / bend;
+    const double bend = sqrt(1 - r * r), top = r * last + bend, d = sqrt(2 * larger(top - X, 0) / bend), q = r / bend;
     double low = -last, high = last, chi = last - d * (1 - d * q / 6 + d * d * (3 + 5 * q * q) / 72);
     for (int n = 0; n < 60; ++n) {
         chi = chi > low && chi < high ? chi : 0.5 * (low + high);
@@ -39,7 +39,7 @@ static double angle_at(double X, double r, double last)
         if (fabs(move) < 1e-6 * (last - chi) || high - low < 1e-15 || fabs(miss) < 4e-16)
             break;
     }
-    return fmin(fmax(chi, -last), last);
+    return smaller(larger(chi, -last), last);
 }
 
 /* Height over the vibration's centre of the surface that the previous cycle left where the tool is; *surface tells how far that
@@ -80,7 +80,7 @@ static void ellipse_at(const struct Contact *contact, const struct Wiring *w, co
             const double lead = p[PHASE_Y][i] - p[PHASE_X][i] - PI / 2;
             const double left = r > 0 ? previous_surface(psi, cos_x, r, b, lead, &x->surface[i]) : y;
             const int on_left = contact->sign[AT_CONTACT][i] > 0 ? contact->sign[AT_SURFACE][i] > 0 : r == 0 || x->surface[i] > 0;
-            x->h[i] = on_left ? fmin(nominal, left) - y : x->h[i];
+            x->h[i] = on_left ? smaller(nominal, left) - y : x->h[i];
         }
     }
 }
@@ -101,6 +101,6 @@ void path_at(const struct Contact *contact, const struct Wiring *w, const lanes 
     act(w, STAGE_PATH, x);
     EACH_LANE {
         x->v[i] = slip_along_rake(w, x, i, w->tan_flow[i]);
-        x->contact[i] = fmin(x->h[i] / 1e-6, x->approach[i]); /* both of order 1, in um and m/s */
+        x->contact[i] = smaller(x->h[i] / 1e-6, x->approach[i]); /* both of order 1, in um and m/s */
     }
 }

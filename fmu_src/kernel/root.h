@@ -3,7 +3,7 @@
 #ifndef ROOT_H
 #define ROOT_H
 
-#include <math.h>
+#include "stages.h"
 
 struct Bracket {
     double low, high, weight_low, weight_high, last;
@@ -21,7 +21,7 @@ static inline double bracket_next(struct Bracket *b, double close)
 {
     const double share = b->weight_low > 0 && b->count < 30 ? b->weight_low / (b->weight_low - b->weight_high) : 0.5;
     b->count += 1;
-    return fmin(fmax(b->low + (b->high - b->low) * share, b->low + 0.5 * close), b->high - 0.5 * close);
+    return smaller(larger(b->low + (b->high - b->low) * share, b->low + 0.5 * close), b->high - 0.5 * close);
 }
 
 static inline void bracket_update(struct Bracket *b, double at, double value)

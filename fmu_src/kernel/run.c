@@ -81,7 +81,7 @@ static enum Status find_periodic(struct Contact *contact)
             return status;
         found = 1;
         EACH_LANE {
-            const double reach = fmax(trial.value[F_C][i], trial.value[F_S][i]) / trial.value[SIGMA0][i];
+            const double reach = larger(trial.value[F_C][i], trial.value[F_S][i]) / trial.value[SIGMA0][i];
             miss[i] = trial.value[BRISTLE_DEFLECTION][i] - z[i];
             found &= fabs(miss[i]) <= 1e-2 * trial.value[RELATIVE_TOLERANCE][i] * reach;
             const double slope = n > 0 && z[i] != z_before[i] ? (miss[i] - miss_before[i]) / (z[i] - z_before[i]) : -1;
@@ -161,7 +161,7 @@ enum Status kernel_derivative(const struct Contact *contact, int unknown, int kn
         return KERNEL_NO_SUCH_VARIABLE;
     /* Central differences: the step balances rounding and truncation, both near 1e-10 of the nominal. */
     const double value = contact->value[known][0], scale = variable->nominal > 0 ? variable->nominal : 1;
-    const double h = cbrt(2.3e-16) * fmax(fabs(value), 1e-2 * scale);
+    const double h = cbrt(2.3e-16) * larger(fabs(value), 1e-2 * scale);
     for (int n = 0; n < 2; ++n) {
         EACH_LANE probe.value[known][i] = contact->value[known][i] + (n ? h : -h);
         const enum Status status = kernel_evaluate(&probe);

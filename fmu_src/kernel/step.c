@@ -15,20 +15,18 @@ struct Wiring wire(const struct Contact *contact)
     w.law = kernel_law(law);
     w.law_p = contact->value + law_values(law);
     w.current_angle = chosen(contact->value, CHIP_FLOW_ANGLE, 0) == CURRENT_ANGLE && w.kinematics != KINEMATICS_EXTERNAL;
-    for (int n = 0; n < EFFECT_COUNT; ++n) {
-        const int at = kernel_effect_switch(n);
+    for (int n = 0, at = kernel_effect_switch(0); n < EFFECT_COUNT; at += kernel_effect(n++)->count)
         if (contact->value[at][0] != 0) {
             w.on[w.on_count] = kernel_effect(n);
             w.on_p[w.on_count++] = contact->value + at;
         }
-    }
     EACH_LANE {
         const double rake = contact->value[RAKE_ANGLE][i], turns = contact->value[VIBRATION_FREQUENCY][i] * contact->value[TIME][i];
-        w.cycle[i] = turns - floor(turns);
         w.cos_rake[i] = cos(rake);
         w.sin_rake[i] = sin(rake);
         if (w.kinematics == KINEMATICS_EXTERNAL)
             continue;
+        w.cycle[i] = turns - floor(turns);
         const double phase_x = contact->value[PHASE_X][i], phase_y = contact->value[PHASE_Y][i];
         w.tan_flow[i] = tan(contact->value[CONSTANT_SHEAR_ANGLE][i] - rake);
         w.cos_x[i] = cos(phase_x);
@@ -347,11 +345,15 @@ static int cut_at_event(const struct Contact *contact, const struct Wiring *w, i
                         const struct Point *middle, const struct Point *end)
 {
     lanes at_start[INDICATORS], at_middle[INDICATORS], at_end[INDICATORS];
-    int first = NO_EVENT;
+    int first = NO_EVENT, any = 0;
     double step = *h;
-    indicators(w, start, at_start);
     indicators(w, middle, at_middle);
     indicators(w, end, at_end);
+    for (int k = 0; k < INDICATORS; ++k)
+        any |= contact->sign[k][i] * at_middle[k][i] < 0 || contact->sign[k][i] * at_end[k][i] < 0;
+    if (!any)
+        return NO_EVENT;
+    indicators(w, start, at_start);
     for (int k = 0; k < INDICATORS; ++k) {
         const double side = contact->sign[k][i], half = 0.5 * *h;
         double at;
@@ -381,12 +383,12 @@ static double badness(const struct Contact *contact, int i, const struct Point *
 {
     if (a->cutting[i] == 0)
         return 0;
-    const double force = fmax(a->F_C[i], a->F_S[i]), reach = force / b->P[i];
-    const double z = fmax(fmax(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
-    const double F = fmax(fmax(fabs(a->F[i]), fabs(b->F[i])), force), F_p = fmax(fmax(fabs(a->F_p[i]), fabs(b->F_p[i])), force);
+    const double force = larger(a->F_C[i], a->F_S[i]), reach = force / b->P[i];
+    const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
+    const double F = larger(larger(fabs(a->F[i]), fabs(b->F[i])), force), F_p = larger(larger(fabs(a->F_p[i]), fabs(b->F_p[i])), force);
     const double of_friction = fabs(a->F[i] - 2 * m->F[i] + b->F[i]) / (3 * F);
     const double of_principal = fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]) / (3 * F_p);
-    const double worst = fmax(difference / z, fmax(of_friction, of_principal));
+    const double worst = larger(difference / z, larger(of_friction, of_principal));
     return worst / contact->largest_difference[i];
 }
 
@@ -415,8 +417,8 @@ static int choose_step(const struct Contact *contact, const struct Wiring *w, do
 {
     int running = 0;
     EACH_LANE {
-        const double left = step - s[i], window = fmax(window_end(contact, i) - contact->value[TIME][i] - s[i], 0);
-        const double whole = fmin(left, window), wanted = fmin(contact->next_step[i], longest_step(w, i));
+        const double left = step - s[i], window = larger(window_end(contact, i) - contact->value[TIME][i] - s[i], 0);
+        const double whole = smaller(left, window), wanted = smaller(contact->next_step[i], longest_step(w, i));
         const int last = whole <= wanted;
         h[i] = left <= 0 ? 0 : last ? whole : whole < 2 * wanted ? 0.5 * whole : wanted; /* two even steps, not one and a remnant */
         to_window[i] = left > 0 && last && window <= left;
@@ -434,9 +436,9 @@ static int accurate(struct Contact *contact, const struct Wiring *w, double shor
         const double bad = badness(contact, i, start, middle, end, difference[i]), factor = bad > 0 ? 0.9 / cbrt(bad) : 4;
         if (h[i] <= shortest && bad > 1)
             continue;
-        const double next = h[i] * fmin(fmax(factor, 0.1), bad > 1 ? 0.7 : 4);
+        const double next = h[i] * smaller(larger(factor, 0.1), bad > 1 ? 0.7 : 4);
         /* a step that was short because it had to end somewhere says nothing against a longer one */
-        contact->next_step[i] = fmin(factor < 1 ? next : fmax(next, contact->next_step[i]), longest_step(w, i));
+        contact->next_step[i] = smaller(factor < 1 ? next : larger(next, contact->next_step[i]), longest_step(w, i));
         all &= bad <= 1;
     }
     return all;
@@ -445,7 +447,7 @@ static int accurate(struct Contact *contact, const struct Wiring *w, double shor
 static enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s)
 {
     /* for each vibration cycle that is passed a hundred times what tight tolerances take; solving for the slip makes steps dear */
-    const double most_steps = fmin((w->current_angle ? 1e4 : 1e5) * (1 + step * w->p[VIBRATION_FREQUENCY][0]), 1e9);
+    const double most_steps = smaller((w->current_angle ? 1e4 : 1e5) * (1 + step * w->p[VIBRATION_FREQUENCY][0]), 1e9);
     struct Point points[3], *start = &points[0], *middle = &points[1], *end = &points[2];
     lanes h, to_window, difference;
     int jumps = 0;

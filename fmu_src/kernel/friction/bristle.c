@@ -40,7 +40,7 @@ static void indicator(const lanes *p, const lanes *memory, struct Point *x)
     EACH_LANE {
         double furthest = -INFINITY;
         for (int n = 0; n < BONDS; ++n)
-            furthest = fmax(furthest, x->direction[i] * (x->z[i] + memory[n][i]));
+            furthest = larger(furthest, x->direction[i] * (x->z[i] + memory[n][i]));
         x->law[i] = break_away(x, i) - furthest;
     }
 }

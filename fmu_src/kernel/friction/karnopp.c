@@ -27,7 +27,7 @@ static void force(const lanes *p, struct Point *x)
 {
     (void)p;
     EACH_LANE {
-        const double held = fmin(fmax(x->applied[i], -x->F_S[i]), x->F_S[i]);
+        const double held = smaller(larger(x->applied[i], -x->F_S[i]), x->F_S[i]);
         x->F[i] = x->stuck[i] != 0 ? held : x->direction[i] * x->F_C[i];
     }
 }

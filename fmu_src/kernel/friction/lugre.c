@@ -7,7 +7,7 @@
 static double stribeck(const struct Point *x, int i) /* g(v), a force here */
 {
     const double ratio = x->speed[i] / x->v_s[i];
-    return x->F_C[i] + (x->F_S[i] - x->F_C[i]) * exp(-ratio * ratio);
+    return x->F_C[i] + (x->F_S[i] - x->F_C[i]) * exp(-smaller(ratio * ratio, 700)); /* exp(-700) is nothing, and no slow underflow */
 }
 
 static void rates(const lanes *p, struct Point *x)
@@ -19,7 +19,7 @@ static void rates(const lanes *p, struct Point *x)
         x->rate[i] = P * x->speed[i] / g;
         x->target[i] = x->direction[i] * g / P;
         /* dissipative: |v| s1 <= 4 c g; with s0 below P the bound that keeps v F above the growth of s0 z^2/2 shrinks by s0/P */
-        x->s1[i] = fmin(x->s1[i], 4 * x->margin[i] * g / fmax(x->speed[i], 1e-300) * (x->s0[i] / P));
+        x->s1[i] = smaller(x->s1[i], 4 * x->margin[i] * g / larger(x->speed[i], 1e-300) * (x->s0[i] / P));
     }
 }
 

@@ -39,7 +39,7 @@ static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
     (void)p, (void)memory;
     EACH_LANE {
         const double z0 = z_0(x, i);
-        z[i] = fmin(fmax(z[i], -z0), z0);
+        z[i] = smaller(larger(z[i], -z0), z0);
     }
 }
 
