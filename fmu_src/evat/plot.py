@@ -82,7 +82,7 @@ def plot_cycles(panels: Mapping[str, Mapping[str, Trace]], force: str, path: Pat
                 axis.set_xlabel(f"time in the vibration cycle [{unit}]")
                 axis.set_ylabel(name)
             axis.set_title(panel)
-        axes[0, 0].legend()
+        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
         figure.suptitle(title)
         return _save(figure, path)
 
