@@ -29,7 +29,9 @@ static void moments(double D, double I[3])
     I[2] = 2 * D * D * D * phi3;
 }
 
-void bristle_step(int relaxes, const lanes h, const struct Point *start, const struct Point *middle,
+static double reach(const struct Point *x, int i) { return larger(x->F_C[i], x->F_S[i]) / x->P[i]; }
+
+void bristle_step(int relaxes, int clip, const lanes h, const struct Point *start, const struct Point *middle,
                   const struct Point *end, lanes z_middle, lanes z_end, lanes difference)
 {
     EACH_LANE {
@@ -52,7 +54,12 @@ void bristle_step(int relaxes, const lanes h, const struct Point *start, const s
         moments(M, I);
         z_middle[i] = z + (q0 - z) * I[0] + slope * I[1] + bend * I[2];
         moments(D, I);
-        z_end[i] = z + (q0 - z) * I[0] + slope * I[1] + bend * I[2];
-        difference[i] = fabs((slope - chord) * I[1] + bend * I[2]);
+        const double reached = z + (q0 - z) * I[0] + slope * I[1] + bend * I[2];
+        /* of the target's bend, and of the rate's: it shifts D, of which only the last relaxation is remembered */
+        const double shift = h[i] / 3 * fabs(a0 - 2 * am + a1) / (1 + D);
+        difference[i] = fabs((slope - chord) * I[1] + bend * I[2]) + shift * fabs(q1 - reached);
+        /* no bristle bends further than its largest target, which the parabola may overshoot */
+        const double bound = larger(larger(reach(start, i), reach(end, i)), fabs(z));
+        z_end[i] = clip ? larger(smaller(reached, bound), -bound) : reached;
     }
 }

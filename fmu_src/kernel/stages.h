@@ -46,8 +46,9 @@ void forces_at(const struct Wiring *w, struct Point *x);
 double shear_angle(const struct Wiring *w, const struct Point *x, int lane);
 
 /* integrate.c: bristle deflection after half and after the whole of h, from the rates at start, middle and end; and the change that a
- * lower order would have made of the end (for the choice of step). */
-void bristle_step(int relaxes, const lanes h, const struct Point *start, const struct Point *middle,
+ * lower order would have made of the end (for the choice of step). relaxes: by exponentials, else by Simpson's rule; clip: |z| is
+ * bounded by the largest target. */
+void bristle_step(int relaxes, int clip, const lanes h, const struct Point *start, const struct Point *middle,
                   const struct Point *end, lanes z_middle, lanes z_end, lanes difference);
 
 /* fmin and fmax without their care for NaN: one instruction each. */

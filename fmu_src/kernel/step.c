@@ -296,7 +296,7 @@ static void try_step(const struct Contact *contact, const struct Wiring *w, cons
         EACH_LANE before[i] = end->z[i];
         open_point(contact, w, half, 1, middle);
         open_point(contact, w, whole, 1, end);
-        bristle_step(w->law->relaxes || w->current_angle, h, start, middle, end, middle->z, end->z, difference);
+        bristle_step(w->law->relaxes || w->current_angle, !w->current_angle, h, start, middle, end, middle->z, end->z, difference);
         moving = 0;
         EACH_LANE moving |= fabs(end->z[i] - before[i]) > 1e-3 * w->p[RELATIVE_TOLERANCE][i] * fabs(end->z[i]);
     }
@@ -475,8 +475,11 @@ static enum Status march(struct Contact *contact, const struct Wiring *w, double
             continue;
         }
         jumps = 0;
-        if (shorter)
+        if (shorter) {
             try_step(contact, w, s, h, start, middle, end, difference);
+            if (!accurate(contact, w, 1e-12 * step, h, start, middle, end, difference))
+                continue;
+        }
         contact->warnings |= end->warnings;
         EACH_LANE {
             accumulate(contact, i, h[i], start, middle, end);
