@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet
 import pytest
-
 from evat import parameter_sets
 from evat.table import read_table
 

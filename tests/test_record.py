@@ -6,12 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
-
 from evat import kernel, parameter_sets
 from evat.model import ParameterError
 from evat.record import Columns, follow_record, read_record, velocity_from_position
 from evat.table import RecordError
+from scipy.optimize import least_squares
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "tribometer_5N_hysteresis" / "test_data_2.txt"
 COLUMNS = Columns(time="Time [s]", force="Friction [uN]", position="Position [mm]", force_sign=-1)

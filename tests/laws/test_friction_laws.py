@@ -1,0 +1,180 @@
+"""Does each friction law show its own physics? Springs at rest, curves in steady slip, loops, break-away, statistics of bonds."""
+
+from __future__ import annotations
+
+from math import exp, pi, sqrt
+
+import numpy as np
+import pytest
+from driving import OUTSIDE, read, slide, started
+from evat import kernel
+
+LAWS = kernel.variable("friction_law").choices
+SET = {"sigma0": 1e6, "sigma1": 10.0, "sigma2": 0.5, "F_C": 9.0, "F_S": 12.0, "v_s": 1e-2}
+BREAK_AWAY = SET["F_S"] / SET["sigma0"]  # m
+
+
+def steady(law: str, v: float, **values: float | str) -> float:
+    """Friction force after a slide of a hundred break-away deflections."""
+    contact = started({**OUTSIDE, **SET, **values, "friction_law": law, "slip_velocity": v})
+    contact.advance(100 * BREAK_AWAY / abs(v))
+    return contact.get("friction_force")
+
+
+def stribeck(v: float) -> float:
+    return SET["F_C"] + (SET["F_S"] - SET["F_C"]) * exp(-((v / SET["v_s"]) ** 2))
+
+
+@pytest.mark.parametrize("law", ["lugre", "dahl", "bristle", "reset_integrator"])
+def test_a_resting_contact_is_a_spring(law: str) -> None:
+    """Displaced by a thousandth of the way to break-away: sigma0 x less a share of that order; held there, the force stays."""
+    x, v = 1e-3 * BREAK_AWAY, 1e-6
+    grip = SET["F_S"] / SET["F_C"] if law == "reset_integrator" else 1  # that law is stiffer while it sticks
+    contact = started({**OUTSIDE, **SET, "sigma2": 0.0, "sigma1": 0.0, "friction_law": law, "slip_velocity": v})
+    contact.advance(x / v)
+    contact.set("slip_velocity", 0)
+    contact.evaluate()
+    assert contact.get("friction_force") == pytest.approx(grip * SET["sigma0"] * x, rel=1.4e-3)
+    held = contact.get("friction_force")
+    contact.advance(10.0)
+    assert contact.get("friction_force") == held
+
+
+@pytest.mark.parametrize("v", [1e-4, 4e-3, 1e-2, 3e-2, 2.0, -4e-3, -1e-2])
+def test_steady_slip_is_the_stribeck_curve(v: float) -> None:
+    assert steady("lugre", v) == pytest.approx(np.sign(v) * stribeck(v) + SET["sigma2"] * v, rel=1e-12)
+
+
+@pytest.mark.parametrize("v", [-2.0, -1e-3, 1e-4, 1.0])
+@pytest.mark.parametrize("law", ["coulomb", "dahl", "karnopp", "reset_integrator"])
+def test_steady_slip_of_the_plain_laws_is_coulombs(law: str, v: float) -> None:
+    found = steady(law, v, **({"karnopp.zero_velocity_band": 1e-5} if law == "karnopp" else {}))
+    assert found == pytest.approx(np.sign(v) * SET["F_C"], rel=1e-12)
+
+
+@pytest.mark.parametrize("tolerance", [1e-1, 1e-6])
+@pytest.mark.parametrize("law", ["lugre", "dahl"])
+def test_at_constant_speed_the_bristle_is_an_exponential(law: str, tolerance: float) -> None:
+    """Exactly, whatever the steps: the integrator is exact for constant coefficients."""
+    v, z_0 = 7e-3, -3e-6
+    g = stribeck(v) if law == "lugre" else SET["F_C"]
+    rate, end = SET["sigma0"] * v / g, g / SET["sigma0"]
+    contact = started(
+        {**OUTSIDE, **SET, "friction_law": law, "slip_velocity": v, "relative_tolerance": tolerance, "bristle_deflection": z_0}
+    )
+    time = 0.0
+    for step in (1e-7, 3e-5, 4e-4, 2e-3):
+        time += contact.advance(step)
+        assert contact.get("bristle_deflection") == pytest.approx(end + (z_0 - end) * exp(-rate * time), rel=1e-12)
+
+
+@pytest.mark.parametrize("law", [law for law in LAWS if law != "bristle"])
+def test_mirrored_slip_mirrors_the_force(law: str) -> None:
+    times = np.linspace(0, 2e-2, 801)
+    speed = 8e-3 * np.sin(2 * pi * 130 * times) + 5e-3 * np.cos(2 * pi * 310 * times)
+    there, back = (slide(times, sign * speed, {**SET, "friction_law": law}, "friction_force", "bristle_deflection") for sign in (1, -1))
+    assert np.abs(there).max() > 0
+    np.testing.assert_array_equal(back, -there)
+
+
+def test_mirrored_bonds_mirror_the_force_until_one_breaks() -> None:
+    """New bonds form at places that do not know the direction, so only the elastic part mirrors; the rest does so in the mean."""
+    times = np.linspace(0, 1e-3, 101)
+    there, back = (slide(times, np.full(101, sign * 1e-2), {**SET, "friction_law": "bristle"}, "friction_force") for sign in (1, -1))
+    assert back == pytest.approx(-there, rel=1e-9, abs=1e-12)
+
+
+def test_coulomb_knows_only_the_sign() -> None:
+    for v in (-3.0, -1e-9, 0.0, 1e-9, 3.0):
+        contact = started({**OUTSIDE, **SET, "friction_law": "coulomb", "slip_velocity": v})
+        assert contact.get("friction_force") == np.sign(v) * SET["F_C"]
+
+
+def test_dahl_loop_is_made_of_exponentials_of_the_way() -> None:
+    """Turned back from +F_C: F/F_C = 2 exp(-sigma0 x/F_C) - 1 over the way x since; at any rate of travel."""
+    way = np.linspace(0, 6 * SET["F_C"] / SET["sigma0"], 61)
+    expected = SET["F_C"] * (2 * np.exp(-SET["sigma0"] * way / SET["F_C"]) - 1)
+    for v in (1e-4, 1e-2, 1.0):
+        values = {**SET, "friction_law": "dahl", "bristle_deflection": SET["F_C"] / SET["sigma0"]}
+        found = slide(way / v, np.full(61, -v), values, "friction_force")[:, 0]
+        assert found == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("applied", [-20.0, -11.9, 0.0, 5.0, 11.9, 13.0])
+def test_karnopp_balances_the_applied_force_up_to_the_static_one(applied: float) -> None:
+    contact = started({**OUTSIDE, **SET, "friction_law": "karnopp", "slip_velocity": 0.0, "applied_force": applied})
+    held = np.clip(applied, -SET["F_S"], SET["F_S"])
+    for v, expected in ((0.0, held), (9e-4, held), (-9e-4, held), (1.1e-3, SET["F_C"]), (-1.1e-3, -SET["F_C"])):
+        contact.set("slip_velocity", v)
+        contact.advance(1e-3)
+        assert contact.get("friction_force") == expected
+
+
+def test_reset_integrator_breaks_away_at_the_static_force_and_slides_at_the_kinetic_one() -> None:
+    v = 1e-2
+    way = np.linspace(0, 2 * SET["F_C"] / SET["sigma0"], 401)
+    found = slide(way / v, np.full(401, v), {**SET, "sigma1": 0.0, "friction_law": "reset_integrator"}, "friction_force")[:, 0]
+    sticks = way < SET["F_C"] / SET["sigma0"] * (1 - 1e-9)
+    assert found[sticks] == pytest.approx(SET["F_S"] / SET["F_C"] * SET["sigma0"] * way[sticks], rel=1e-9, abs=1e-12)
+    assert found[sticks].max() == pytest.approx(SET["F_S"], rel=6e-3)  # a sample is a two-hundredth of the way
+    assert found[~sticks][1:] == pytest.approx(SET["F_C"], rel=1e-9)
+
+
+def test_reset_integrator_sticks_again_when_it_turns_back() -> None:
+    """The loop closes: back over twice the break-away way it slides the other way."""
+    z_0, v = SET["F_C"] / SET["sigma0"], 1e-2
+    contact = started({**OUTSIDE, **SET, "sigma1": 0.0, "friction_law": "reset_integrator", "slip_velocity": v})
+    contact.advance(3 * z_0 / v)
+    contact.set("slip_velocity", -v)
+    contact.advance(z_0 / v)
+    assert contact.get("friction_force") == pytest.approx(0, abs=1e-9)
+    contact.advance(0.999 * z_0 / v)
+    assert contact.get("friction_force") == pytest.approx(-0.999 * SET["F_S"], rel=1e-9)
+    contact.advance(z_0 / v)
+    assert contact.get("friction_force") == pytest.approx(-SET["F_C"], rel=1e-9)
+
+
+def test_bonds_pull_with_the_coulomb_force_in_the_mean() -> None:
+    """Renewal theory for 20 bonds that break at d and form anew uniformly in (-d, d): mean force sigma0 d/3 = F_C, variance 2/9 d^2 a
+    bond; over a way of n d the mean has the variance (8/135) d^2/(20 n). Six seeds, 4 standard errors."""
+    n, d, v = 1500, 3 * SET["F_C"] / SET["sigma0"], 1e-2
+    times = np.linspace(0, n * d / v, 40 * n + 1)
+    mean, spread = [], []
+    for seed in range(6):
+        force = slide(times, np.full(times.shape, v), {**SET, "friction_law": "bristle", "bristle.seed": seed}, "friction_force")[400:, 0]
+        mean.append(force.mean())
+        spread.append(force.std())
+    scale = SET["sigma0"] * d / sqrt(20)
+    assert np.mean(mean) == pytest.approx(SET["F_C"], abs=4 * scale * sqrt(8 / 135 / (6 * n)))
+    assert np.std(mean) == pytest.approx(scale * sqrt(8 / 135 / n), rel=0.9)  # independent runs: neither one run nor six equal ones
+    assert np.mean(spread) == pytest.approx(scale * sqrt(2 / 9), rel=0.03)
+
+
+def test_bonds_are_reproducible_and_follow_their_seed() -> None:
+    times = np.linspace(0, 0.05, 501)
+
+    def run(seed: int) -> np.ndarray:
+        return slide(times, np.full(501, 1e-2), {**SET, "friction_law": "bristle", "bristle.seed": seed}, "friction_force")
+
+    np.testing.assert_array_equal(run(7), run(7))
+    assert np.abs(run(7) - run(8)).max() > 0.1 * SET["F_C"]
+
+
+@pytest.mark.parametrize(("F_C", "F_S"), [(9.97, 0.1309), (9.0, 12.0)])
+def test_bristles_stay_within_the_larger_force(F_C: float, F_S: float) -> None:
+    """Also where F_S < F_C, as the paper prints for aluminium: |z| <= max(F_S, F_C)/P along a random slip."""
+    times = np.linspace(0, 1, 2001)
+    speed = np.random.default_rng(1995).normal(loc=0.5, size=2001) * np.geomspace(1e-3, 0.3, 2001)
+    values = {**SET, "F_C": F_C, "F_S": F_S, "friction_law": "lugre"}
+    z = slide(times, speed, values, "bristle_deflection")[:, 0]
+    limit = max(F_C, F_S) / SET["sigma0"]
+    assert 0.9 * limit < np.abs(z).max() <= limit * (1 + 1e-9)
+    assert steady("lugre", 1e-4, F_C=F_C, F_S=F_S) == pytest.approx(F_S + (F_C - F_S) * 1e-4, rel=1e-3)  # exp(-(v/v_s)^2) = 1 - 1e-4
+
+
+def test_a_contact_that_opens_lets_go_or_relaxes() -> None:
+    """release_time 0: let go at separation; else the deflection falls as exp(-t/release_time)."""
+    for release, left in ((0.0, 0.0), (1e-4, exp(-2))):
+        contact = started({**OUTSIDE, **SET, "release_time": release, "bristle_deflection": 5e-6, "uncut_thickness": -1e-6})
+        contact.advance(2e-4)
+        assert read(contact, "bristle_deflection", "friction_force") == pytest.approx([5e-6 * left, 0], rel=1e-9, abs=1e-30)
