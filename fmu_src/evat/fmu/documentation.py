@@ -1,0 +1,112 @@
+"""What does a person read who opens the FMU? documentation/index.html, licences, dependencies: all from the kernel's tables."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from importlib import metadata
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from .. import __version__, kernel
+from ..model import Variable
+from . import picture
+from .shown import FmuError, Shown
+
+_TITLES = {
+    "input": "Inputs",
+    "output": "Outputs",
+    "choice": "Choices and switches (fixed)",
+    "fixed": "Parameters, fixed",
+    "tunable": "Parameters, tunable",
+    "local": "Local variables",
+}
+
+
+def license_text() -> str:
+    """The licence that the package was installed with."""
+    for file in metadata.files("evat") or ():
+        if file.name == "LICENSE":
+            return file.read_text()
+    raise FmuError("the licence text is not among the installed files of evat; install evat again.")
+
+
+def copyright_line() -> str | None:
+    """The copyright line of the licence."""
+    found = re.search(r"^Copyright .*$", license_text(), re.MULTILINE)
+    return found[0].strip() if found else None
+
+
+def _group(variable: Variable) -> str:
+    if variable.causality == "parameter":
+        return "choice" if variable.type in ("choice", "boolean") else variable.variability
+    return {"independent": "local", "calculated": "local"}.get(variable.causality, variable.causality)
+
+
+def _number(value: float) -> str:
+    return f"{value:.6g}"
+
+
+def _start(variable: Variable) -> str:
+    if variable.causality in ("output", "local", "independent") and variable.name not in kernel.states():
+        return ""
+    if variable.choices:
+        return variable.choices[int(variable.start)]
+    return ("true" if variable.start else "false") if variable.type == "boolean" else _number(variable.start)
+
+
+def _bound(variable: Variable, limit: float) -> str:
+    return "" if variable.type in ("choice", "boolean") or math.isinf(limit) else _number(limit)
+
+
+def _link(name: str) -> Markup:
+    """A link to the row of a variable; an unknown name is an error of the template."""
+    return Markup('<a href="#{0}"><code>{0}</code></a>').format(kernel.variable(name).name)
+
+
+def _inline(svg: bytes) -> Markup:
+    """An SVG drawing without its XML prologue, for the inside of a page."""
+    drawing = svg.decode()
+    return Markup(drawing[drawing.index("<svg") :])  # our own drawing: nothing in it comes from outside
+
+
+def page(shown: Shown, drawing: picture.Picture, sets: Sequence[Any] = ()) -> bytes:
+    """documentation/index.html."""
+    environment = Environment(
+        loader=PackageLoader("evat", "templates"), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    variables = kernel.variables()
+    parameters = [variable for variable in variables if variable.causality == "parameter"]
+    text = environment.get_template("documentation.html.j2").render(
+        shown=shown,
+        version=__version__,
+        token=kernel.token(),
+        diagram=_inline(drawing.svg),
+        v=_link,
+        laws=kernel.laws(),
+        effects=kernel.effects(),
+        parameters=parameters,
+        guesses=sum(variable.source.startswith("guess") for variable in parameters),
+        indicator_count=len(kernel.indicators()),
+        sets=sets,
+        groups=[(title, [v for v in variables if _group(v) == key]) for key, title in _TITLES.items()],
+        shown_start=_start,
+        bound=_bound,
+    )
+    return text.encode()
+
+
+def documentation_files(shown: Shown) -> dict[str, bytes]:
+    """The folder documentation and the picture of the model."""
+    drawing = picture.diagram()
+    return {
+        "documentation/index.html": page(shown, drawing),
+        "documentation/diagram.png": drawing.png,
+        "documentation/diagram.svg": drawing.svg,
+        "documentation/externalDependencies.txt": b"none\n",
+        "documentation/licenses/license.txt": license_text().encode(),
+        "model.png": drawing.png,
+    }

@@ -1,0 +1,61 @@
+"""What should come out? Results of the default experiment, for a check after import (FMI-LS-REF and the files of the cross-check)."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+
+import numpy as np
+from lxml import etree
+
+from .. import kernel
+from .description import add, serialised, text
+from .shown import Shown
+
+FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
+_NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
+_MANIFEST = {
+    "fmi-ls-name": "org.fmi-standard.fmi-ls-ref",
+    "fmi-ls-version": "1.0.0-alpha.1",
+    "fmi-ls-description": "Layered Standard providing information on related files included in an FMU.",
+}
+
+
+def _table(shown: Shown) -> bytes:
+    experiment, columns = shown.default_experiment, list(shown.reference_results["columns"])
+    first, last, step = (experiment[name] for name in ("startTime", "stopTime", "stepSize"))
+    times = first + step * np.arange(round((last - first) / step) + 1)
+    contact = kernel.Contact()
+    contact.start(first)
+    values = contact.run(times, {}, columns)
+    stream = io.BytesIO()
+    header = ",".join(f'"{name}"' for name in ("time", *columns))
+    np.savetxt(stream, np.column_stack((times, values)), fmt="%.9g", delimiter=",", header=header, comments="")
+    return stream.getvalue()
+
+
+def _options(shown: Shown) -> bytes:
+    experiment, tolerance = shown.default_experiment, kernel.variable("relative_tolerance").start
+    pairs = {
+        "StartTime": experiment["startTime"],
+        "StopTime": experiment["stopTime"],
+        "StepSize": experiment["stepSize"],
+        "RelTol": tolerance,
+    }
+    return "".join(f"{name}, {text(value)}\n" for name, value in pairs.items()).encode()
+
+
+def reference_files(shown: Shown) -> dict[str, bytes]:
+    """The folder of the layered standard: manifest, results, options of the run."""
+    contents = {f"{shown.model_name}_ref.csv": _table(shown), f"{shown.model_name}_ref.opt": _options(shown)}
+    top = etree.Element("fmiReferences", {f"{{{_NAMESPACE}}}{key}": value for key, value in _MANIFEST.items()}, nsmap={"fmi-ls": _NAMESPACE})
+    about = (
+        ("text/csv", "result", "outputs over the default experiment at start values, from co-simulation"),
+        ("text/plain", "configuration", "start, stop, communication step and tolerance of that run"),
+    )
+    for (name, content), (mime, role, meaning) in zip(contents.items(), about, strict=True):
+        checksum = hashlib.sha3_256(content).hexdigest()
+        add(top, "Related", {"type": mime, "source": name, "role": role, "description": meaning, "checksum": checksum})
+    files = {f"{FOLDER}/{name}": content for name, content in contents.items()}
+    files[f"{FOLDER}/fmi-ls-manifest.xml"] = serialised(top)
+    return files

@@ -1,0 +1,54 @@
+"""What does an FMU show beside the kernel's tables? Names, capabilities, terminals: the file fmus/evat_contact.toml."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Literal
+
+from ..model import EvatError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+Version = Literal[2, 3]
+Scalar = bool | int | float | str
+
+
+class FmuError(EvatError):
+    """An FMU that could not be built."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """The facts of one FMU that are neither physics nor behaviour; the fields are the keys of the file."""
+
+    model_name: str
+    description: str
+    license: str
+    default_experiment: Mapping[str, float]
+    log_categories: Mapping[str, str]
+    quantities: Mapping[str, str]
+    fmi2: Mapping[str, Mapping[str, Scalar]]
+    fmi3: Mapping[str, Mapping[str, Scalar]]
+    terminals: list[Mapping[str, Any]]
+    reference_results: Mapping[str, list[str]]
+
+    def interfaces(self, version: Version) -> Mapping[str, Mapping[str, Scalar]]:
+        """The interface elements of one FMI version with their attributes."""
+        return self.fmi2 if version == 2 else self.fmi3
+
+
+def load(path: Path) -> Shown:
+    """Read the file; a key that is missing or not known is an error."""
+    with path.open("rb") as file:
+        facts = tomllib.load(file)
+    wanted = {field.name for field in fields(Shown)}
+    if facts.keys() != wanted:
+        missing, unknown = sorted(wanted - facts.keys()), sorted(facts.keys() - wanted)
+        raise FmuError(f"{path.name}: keys missing: {missing}; keys not known: {unknown}. Correct the file.")
+    return Shown(**facts)

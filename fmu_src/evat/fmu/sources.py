@@ -1,0 +1,58 @@
+"""Which C files travel in an FMU, and how are they compiled? The tree of kernel, shell and tables, without the headers of FMI."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..compile import FLAGS, Target, compile_library, fmi_headers, include_folders, kernel_sources, shell_sources, source_root
+from .description import add, etree, serialised
+from .shown import Shown, Version
+
+
+def compiled_sources(version: Version) -> list[Path]:
+    """The C files of one FMI version, in a fixed order."""
+    root = source_root()
+    return [*kernel_sources(root), *shell_sources(root, version)]
+
+
+def source_names(version: Version) -> tuple[str, ...]:
+    """Their names inside sources/."""
+    root = source_root()
+    return tuple(path.relative_to(root).as_posix() for path in compiled_sources(version))
+
+
+def source_files(version: Version, shown: Shown) -> dict[str, bytes]:
+    """Everything below sources/, buildDescription.xml included."""
+    root = source_root()
+    headers = [path for folder in include_folders(root) for path in sorted(folder.rglob("*.h"))]
+    files = {f"sources/{path.relative_to(root).as_posix()}": path.read_bytes() for path in (*compiled_sources(version), *headers)}
+    files["sources/buildDescription.xml"] = build_description(version, shown)
+    return files
+
+
+def build_description(version: Version, shown: Shown) -> bytes:
+    """buildDescription.xml. Its format is FMI 3's in an FMI 2 archive, too."""
+    root = source_root()
+    top = etree.Element("fmiBuildDescription", {"fmiVersion": "3.0"})
+    text = "C99 with its mathematical library; the headers of FMI are the importer's"
+    configuration = add(top, "BuildConfiguration", {"modelIdentifier": shown.model_name, "description": text})
+    options = " ".join(flag for flag in FLAGS if flag.startswith(("-std", "-ff", "-fv")))
+    files = add(configuration, "SourceFileSet", {"language": "C99", "compiler": "clang", "compilerOptions": options})
+    for name in source_names(version):
+        add(files, "SourceFile", {"name": name})
+    for folder in include_folders(root):
+        add(files, "IncludeDirectory", {"name": folder.relative_to(root).as_posix()})
+    return serialised(top)
+
+
+def binary_name(version: Version, target: Target, shown: Shown) -> str:
+    """Where the archive keeps the library of one platform."""
+    folder = target.fmi2_folder if version == 2 else target.fmi3_folder
+    return f"binaries/{folder}/{shown.model_name}{target.extension}"
+
+
+def compile_binary(version: Version, target: Target, shown: Shown, folder: Path) -> bytes:
+    """The library of one platform; `folder` holds it while it is made."""
+    output = folder / f"fmi{version}" / target.fmi3_folder / f"{shown.model_name}{target.extension}"
+    include = [*include_folders(source_root()), fmi_headers()]
+    return compile_library(compiled_sources(version), output, target, include=include).read_bytes()

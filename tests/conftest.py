@@ -1,0 +1,75 @@
+"""Which FMUs do the tests drive? Those of this machine's platform, built once from the sources as they stand and kept for the next run.
+
+With EVAT_TEST_FMUS=FOLDER in the environment they drive the FMUs in that folder instead, and build none.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import os
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import pytest
+from evat import fmu
+from evat.compile import HERE, host_target, kernel_library_path, source_root
+from evat.python_fmu import MODEL_NAME, build_python_fmu
+
+GIVEN = os.environ.get("EVAT_TEST_FMUS")
+FOLDER = Path(GIVEN) if GIVEN else Path(__file__).resolve().parent.parent / "build" / "out" / "test-fmus"
+MADE_FROM = (".c", ".h", ".toml", ".py", ".j2")
+
+
+def _fingerprint() -> str:
+    """Changes with anything that an FMU is made from; the compiled kernel is asked for the tables, so it counts too."""
+    digest = hashlib.sha256(kernel_library_path().read_bytes())
+    folders = {HERE, *(source_root() / name for name in ("kernel", "fmi", "fmus"))}
+    for path in sorted(path for folder in folders for path in folder.rglob("*") if path.suffix in MADE_FROM):
+        digest.update(f"{path.name}\0".encode() + path.read_bytes() + b"\0")
+    for package in ("evat", "fmpy", "pythonfmu", "ziglang"):
+        digest.update(importlib.metadata.version(package).encode())
+    return digest.hexdigest()
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """One process at a time. SQLite's lock works on every platform, and ends with a process that is killed."""
+    with closing(sqlite3.connect(folder / "lock.sqlite", timeout=600, isolation_level=None)) as lock:
+        lock.execute("BEGIN EXCLUSIVE")
+        yield
+
+
+@pytest.fixture(scope="session")
+def fmus() -> dict[str, Path]:
+    """All FMUs by a short name."""
+    paths = {"fmi2": FOLDER / fmu.file_name(2), "fmi3": FOLDER / fmu.file_name(3), "python": FOLDER / f"{MODEL_NAME}.fmu"}
+    if GIVEN:
+        return paths
+    stamp = FOLDER / "made-from.sha256"
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    with _alone(FOLDER):
+        state = _fingerprint()
+        if not (stamp.is_file() and stamp.read_text(encoding="ascii") == state and all(path.is_file() for path in paths.values())):
+            stamp.unlink(missing_ok=True)
+            fmu.build_all(FOLDER, [host_target().fmi3_folder])
+            build_python_fmu(paths["python"])
+            stamp.write_text(state, encoding="ascii")
+    return paths
+
+
+@pytest.fixture(scope="session")
+def fmi2_fmu(fmus: dict[str, Path]) -> Path:
+    return fmus["fmi2"]
+
+
+@pytest.fixture(scope="session")
+def fmi3_fmu(fmus: dict[str, Path]) -> Path:
+    return fmus["fmi3"]
+
+
+@pytest.fixture(scope="session")
+def python_fmu(fmus: dict[str, Path]) -> Path:
+    return fmus["python"]
