@@ -1,4 +1,4 @@
-/* How does a contact begin, follow a record, and what are its derivatives? Life of one contact around step.c. */
+/* How does a contact begin, follow a record, and what are its derivatives? Life of one contact around advance.c. */
 #include "stages.h"
 
 #include <math.h>
@@ -48,7 +48,7 @@ static enum Status begin(struct Contact *contact)
     const lanes now = {0};
     EACH_LANE {
         contact->next_step[i] = 1 / (200 * contact->value[VIBRATION_FREQUENCY][i]);
-        contact->largest_difference[i] = pow(10 * contact->value[RELATIVE_TOLERANCE][i], 0.6); /* see badness in step.c */
+        contact->largest_difference[i] = pow(10 * contact->value[RELATIVE_TOLERANCE][i], 0.6); /* see badness in advance.c */
     }
     if (w.law->rest) {
         path_at(contact, &w, now, &x);
@@ -111,7 +111,7 @@ enum Status kernel_start(struct Contact *contact, double time)
         if (status == KERNEL_OK)
             status = kernel_event(contact);
     }
-    for (int n = 0; n < 5; ++n)
+    for (int n = 0; n < MEANS; ++n)
         EACH_LANE contact->window_start[n][i] = contact->value[kernel_state(n + 2)][i];
     if (contact->value[SLIP_VELOCITY][0] != 0 && chosen(contact->value, KINEMATICS, 0) == KINEMATICS_INTERNAL)
         contact->warnings |= WARN_UNUSED_SLIP;

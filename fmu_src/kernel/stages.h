@@ -23,6 +23,7 @@ struct Wiring {
     lanes tan_flow;                 /* of chip_flow_shear_angle - rake_angle */
 };
 
+/* wiring.c */
 struct Wiring wire(const struct Contact *contact);
 void act(const struct Wiring *w, enum Stage stage, struct Point *x);
 
@@ -44,6 +45,28 @@ void friction_solved(const struct Contact *contact, const struct Wiring *w, cons
 /* forces.c: normal, principal and feed force from F and k; and the shear angle that goes with them. */
 void forces_at(const struct Wiring *w, struct Point *x);
 double shear_angle(const struct Wiring *w, const struct Point *x, int lane);
+
+/* point.c: all stages at tau; z given in x for open and close, taken from the contact by point_at. passing: a point within a step, whose
+ * outputs nobody looks at. */
+void open_point(const struct Contact *contact, const struct Wiring *w, const lanes tau, int passing, struct Point *x);
+void close_point(const struct Contact *contact, const struct Wiring *w, int passing, struct Point *x);
+void point_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
+/* point.c: sides of the events. */
+void indicators(const struct Wiring *w, const struct Point *x, lanes indicator[INDICATORS]);
+int watched(const struct Contact *contact, int k, int i);
+void let_go(struct Contact *contact, const struct Wiring *w, const struct Point *x);
+void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
+void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x);
+
+/* window.c: length and end [s] of the present averaging window, 0 and infinity where no means are formed. */
+enum { MEANS = 5 };
+extern const int mean_of[MEANS];
+double window_length(const struct Contact *contact, int i);
+double window_end(const struct Contact *contact, int i);
+void close_window(struct Contact *contact, int i);
+
+/* evaluate.c: reference above ambient, where the proxy is a temperature. */
+int ordered_temperatures(const struct Contact *contact);
 
 /* integrate.c: bristle deflection after half and after the whole of h, from the rates at start, middle and end; and the change that a
  * lower order would have made of the end (for the choice of step). relaxes: by exponentials, else by Simpson's rule; clip: |z| is

@@ -1,0 +1,82 @@
+/* What does the contact show at its present time? Outputs, derivatives and events, for model exchange and after each step. */
+#include "stages.h"
+
+#include <math.h>
+
+static const lanes here; /* tau = 0 */
+
+static void watched_indicators(const struct Contact *contact, const struct Wiring *w, const struct Point *x, lanes indicator[INDICATORS])
+{
+    indicators(w, x, indicator);
+    for (int k = 0; k < INDICATORS; ++k)
+        EACH_LANE if (!watched(contact, k, i)) indicator[k][i] = 1;
+}
+
+static void show(struct Contact *contact, const struct Wiring *w, const struct Point *x)
+{
+    lanes *value = contact->value;
+    watched_indicators(contact, w, x, value + CONTACT_INDICATOR);
+    EACH_LANE {
+        value[FRICTION_FORCE][i] = x->F[i];
+        value[PRINCIPAL_FORCE][i] = x->F_p[i];
+        value[FEED_FORCE][i] = x->F_f[i];
+        value[NORMAL_FORCE][i] = x->N[i];
+        value[TOOL_FORCE_X][i] = -x->F_p[i];
+        value[TOOL_FORCE_Y][i] = x->F_f[i];
+        value[SLIP_VELOCITY_USED][i] = x->v[i];
+        value[UNCUT_THICKNESS_USED][i] = x->cutting[i] * x->h[i];
+        value[THETA_USED][i] = x->theta[i];
+        value[SHEAR_ANGLE][i] = shear_angle(w, x, i);
+        value[SPEED_RATIO][i] = x->speed_ratio[i];
+        value[IN_CONTACT][i] = value[CONTACT_RATE][i] = x->cutting[i];
+        value[DISSIPATED_POWER][i] = x->F[i] * x->v[i];
+        value[BRISTLE_RATE][i] = x->dz[i];
+        if (window_length(contact, i) > 0)
+            continue;
+        const double now[MEANS] = {x->F[i], x->F_p[i], x->F_f[i], x->N[i], x->cutting[i]};
+        for (int n = 0; n < MEANS; ++n)
+            value[mean_of[n]][i] = now[n];
+    }
+    contact->warnings |= x->warnings;
+}
+
+int ordered_temperatures(const struct Contact *contact)
+{
+    EACH_LANE if (chosen(contact->value, PROXY_SOURCE, i) == PROXY_IS_TEMPERATURE &&
+                  contact->value[REFERENCE_TEMPERATURE][i] <= contact->value[AMBIENT_TEMPERATURE][i]) return 0;
+    return 1;
+}
+
+enum Status kernel_evaluate(struct Contact *contact)
+{
+    const struct Wiring w = wire(contact);
+    struct Point x;
+    if (!ordered_temperatures(contact))
+        return KERNEL_TEMPERATURES;
+    if (w.kinematics == KINEMATICS_EXTERNAL) /* inputs may jump without an event: sides follow them */
+        settle_sides(contact, &w, here, &x);
+    else
+        point_at(contact, &w, here, &x);
+    show(contact, &w, &x);
+    EACH_LANE if (!isfinite(x.F_p[i]) || !isfinite(x.dz[i])) return KERNEL_DIVERGED;
+    return KERNEL_OK;
+}
+
+void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS])
+{
+    const struct Wiring w = wire(contact);
+    struct Point x;
+    point_at(contact, &w, here, &x);
+    watched_indicators(contact, &w, &x, indicator);
+}
+
+enum Status kernel_event(struct Contact *contact)
+{
+    const struct Wiring w = wire(contact);
+    struct Point x;
+    act_on_event(contact, &w, here, 0, &x);
+    EACH_LANE if (contact->value[TIME][i] >= window_end(contact, i) - 1e-9 * window_length(contact, i)) close_window(contact, i);
+    return kernel_evaluate(contact);
+}
+
+double kernel_next_event(const struct Contact *contact) { return window_end(contact, 0); }

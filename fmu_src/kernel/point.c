@@ -1,0 +1,135 @@
+/* What does the contact answer at one time, and on which side of each event is it? Knows no law and no effect by name.
+ *
+ * An event is a change of sign of an indicator. A point is evaluated on the sides that the contact holds, so that within an internal step
+ * everything is smooth; the sides change only where an event is acted upon.
+ */
+#include "stages.h"
+
+#include <math.h>
+
+static int anywhere(const lanes flag)
+{
+    int any = 0;
+    EACH_LANE any |= flag[i] != 0;
+    return any;
+}
+
+/* All that a point out of contact needs while nobody looks: no force, bristles that relax. */
+static void coast(const struct Wiring *w, struct Point *x)
+{
+    EACH_LANE {
+        x->k[i] = x->F[i] = x->N[i] = x->F_p[i] = x->F_f[i] = x->drive[i] = x->target[i] = x->clamped[i] = 0;
+        x->rate[i] = w->p[RELEASE_TIME][i] > 0 ? 1 / w->p[RELEASE_TIME][i] : 0;
+    }
+    x->warnings = 0;
+}
+
+/* Stages up to the rates, z given in x. passing: a point within a step, whose outputs nobody looks at. */
+void open_point(const struct Contact *contact, const struct Wiring *w, const lanes tau, int passing, struct Point *x)
+{
+    path_at(contact, w, tau, x);
+    EACH_LANE {
+        x->cutting[i] = contact->sign[AT_CONTACT][i] > 0;
+        x->stuck[i] = contact->sign[AT_LAW][i] > 0;
+        x->direction[i] = x->cutting[i] != 0 ? contact->sign[AT_SLIP][i] : x->v[i] < 0 ? -1 : 1;
+        x->law[i] = 1;
+    }
+    if (passing && !anywhere(x->cutting)) {
+        coast(w, x);
+        return;
+    }
+    load_at(w, x);
+    if (w->current_angle) {
+        friction_solved(contact, w, tau, x);
+        return;
+    }
+    friction_open(contact, w, tau, x);
+    friction_rates(w, x);
+}
+
+/* The rest of the stages, once z is known. */
+void close_point(const struct Contact *contact, const struct Wiring *w, int passing, struct Point *x)
+{
+    if (passing && !anywhere(x->cutting))
+        return;
+    if (w->law->indicator)
+        w->law->indicator(w->law_p, contact->memory, x);
+    friction_force(w, x);
+    forces_at(w, x);
+}
+
+/* Where the slip is solved for, its reversal and the law's event lie inside the solution and are not searched for. */
+void indicators(const struct Wiring *w, const struct Point *x, lanes indicator[INDICATORS])
+{
+    EACH_LANE {
+        indicator[AT_CONTACT][i] = x->contact[i];
+        indicator[AT_SURFACE][i] = x->surface[i];
+        indicator[AT_SLIP][i] = w->current_angle ? 1 : x->v[i];
+        indicator[AT_LAW][i] = w->current_angle ? 1 : x->law[i];
+    }
+}
+
+/* Does event k matter to this lane? Out of contact only the contact itself does. */
+int watched(const struct Contact *contact, int k, int i)
+{
+    return k == AT_CONTACT || contact->sign[AT_CONTACT][i] > 0;
+}
+
+/* Bristles that are out of contact and have no release time are let go; doing it again changes nothing. */
+void let_go(struct Contact *contact, const struct Wiring *w, const struct Point *x)
+{
+    lanes fresh[MEMORY];
+    if (w->law->rest)
+        w->law->rest(w->law_p, x, fresh);
+    EACH_LANE {
+        if (contact->sign[AT_CONTACT][i] > 0 || w->p[RELEASE_TIME][i] > 0)
+            continue;
+        contact->value[BRISTLE_DEFLECTION][i] = 0;
+        for (int n = 0; w->law->rest && n < MEMORY; ++n)
+            contact->memory[n][i] = fresh[n][i];
+    }
+}
+
+/* Take the side of every event from the indicators at x. Returns whether any changed. */
+static int take_sides(struct Contact *contact, const struct Wiring *w, const struct Point *x)
+{
+    lanes now[INDICATORS];
+    int changed = 0;
+    indicators(w, x, now);
+    for (int k = 0; k < INDICATORS; ++k)
+        EACH_LANE if (now[k][i] * contact->sign[k][i] < 0) {
+            contact->sign[k][i] = -contact->sign[k][i];
+            changed = 1;
+        }
+    return changed;
+}
+
+void point_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+{
+    EACH_LANE x->z[i] = contact->value[BRISTLE_DEFLECTION][i];
+    open_point(contact, w, tau, 0, x);
+    close_point(contact, w, 0, x);
+}
+
+/* Sides as the indicators at tau say, until none changes: entry decides which surface and which way of slip count. */
+void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+{
+    point_at(contact, w, tau, x);
+    for (int n = 0; n < INDICATORS && take_sides(contact, w, x); ++n)
+        point_at(contact, w, tau, x);
+}
+
+/* Act on an event at tau: sides anew, bristles that lost contact let go, the law's own event. Path indicators are read `ahead` of it,
+ * since the event may lie a rounding error after tau. Leaves the point at tau in x. */
+void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x)
+{
+    lanes after;
+    EACH_LANE after[i] = tau[i] + (w->kinematics == KINEMATICS_EXTERNAL ? ahead : 1e-9 / w->p[VIBRATION_FREQUENCY][i]);
+    settle_sides(contact, w, after, x);
+    let_go(contact, w, x);
+    if (w->law->event) {
+        w->law->event(w->law_p, x, contact->value[BRISTLE_DEFLECTION], contact->memory);
+        settle_sides(contact, w, after, x);
+    }
+    point_at(contact, w, tau, x);
+}

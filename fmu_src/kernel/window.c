@@ -1,0 +1,30 @@
+/* What do the mean forces mean? Averages over windows that follow one another from the start. */
+#include "stages.h"
+
+#include <math.h>
+
+double window_length(const struct Contact *contact, int i)
+{
+    const double length = contact->value[AVERAGING_WINDOW][i];
+    const int turning = chosen(contact->value, KINEMATICS, 0) != KINEMATICS_EXTERNAL;
+    return length > 0 ? length : turning ? 1 / contact->value[VIBRATION_FREQUENCY][i] : 0;
+}
+
+double window_end(const struct Contact *contact, int i)
+{
+    const double length = window_length(contact, i);
+    return length > 0 ? contact->window_origin + (contact->window[i] + 1) * length : INFINITY;
+}
+
+const int mean_of[MEANS] = {MEAN_FRICTION_FORCE, MEAN_PRINCIPAL_FORCE, MEAN_FEED_FORCE, MEAN_NORMAL_FORCE, MEAN_CONTACT_RATIO};
+
+void close_window(struct Contact *contact, int i)
+{
+    const double length = window_length(contact, i);
+    for (int n = 0; n < MEANS; ++n) {
+        const double integral = contact->value[kernel_state(n + 2)][i];
+        contact->value[mean_of[n]][i] = (integral - contact->window_start[n][i]) / length;
+        contact->window_start[n][i] = integral;
+    }
+    contact->window[i] += 1;
+}
