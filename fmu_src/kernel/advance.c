@@ -69,9 +69,10 @@ static double locate(const struct Contact *contact, const struct Wiring *w, int 
 
 enum Cut { NO_EVENT = -1, JUMP = -2 };
 
-/* Does an event fall into the step? If so shorten h to it and say which; JUMP: it has happened already, before the start. */
-static int cut_at_event(const struct Contact *contact, const struct Wiring *w, int i, double s, double *h, const struct Point *start,
-                        const struct Point *middle, const struct Point *end)
+/* Does an event fall into the step? If so shorten h to it and say which; JUMP: it has happened already, before the start. The event
+ * `known` to lie at the end is passed over. */
+static int cut_at_event(const struct Contact *contact, const struct Wiring *w, int i, int known, double s, double *h,
+                        const struct Point *start, const struct Point *middle, const struct Point *end)
 {
     lanes at_start[INDICATORS], at_middle[INDICATORS], at_end[INDICATORS];
     int first = NO_EVENT, any = 0;
@@ -86,7 +87,7 @@ static int cut_at_event(const struct Contact *contact, const struct Wiring *w, i
     for (int k = 0; k < INDICATORS; ++k) {
         const double side = contact->sign[k][i], half = 0.5 * *h;
         double at;
-        if (!watched(contact, k, i))
+        if (k == known || !watched(contact, k, i))
             continue;
         if (side * at_middle[k][i] < 0) {
             if (side * at_start[k][i] < 0)
@@ -193,7 +194,7 @@ static enum Status march(struct Contact *contact, const struct Wiring *w, double
             continue;
         EACH_LANE {
             const double wanted = h[i];
-            cut[i] = wanted > 0 ? cut_at_event(contact, w, i, s[i], &h[i], start, middle, end) : NO_EVENT;
+            cut[i] = wanted > 0 ? cut_at_event(contact, w, i, NO_EVENT, s[i], &h[i], start, middle, end) : NO_EVENT;
             shorter |= h[i] < wanted;
             jump |= cut[i] == JUMP;
             event |= cut[i] >= 0;
@@ -204,11 +205,23 @@ static enum Status march(struct Contact *contact, const struct Wiring *w, double
             continue;
         }
         jumps = 0;
-        if (shorter) {
+        /* the shortened step may show an event that the long one had at both of its ends, as a narrow band of sticking */
+        int within = 1;
+        for (int tries = 0; shorter && within && tries < INDICATORS; ++tries) {
             try_step(contact, w, s, h, start, middle, end, difference);
-            if (!accurate(contact, w, 1e-12 * step, h, start, middle, end, difference))
-                continue;
+            within = accurate(contact, w, 1e-12 * step, h, start, middle, end, difference);
+            shorter = 0;
+            EACH_LANE {
+                const double wanted = h[i];
+                const int other = cut[i] >= 0 ? cut_at_event(contact, w, i, cut[i], s[i], &h[i], start, middle, end) : NO_EVENT;
+                cut[i] = other >= 0 ? other : cut[i];
+                shorter |= h[i] < wanted;
+            }
         }
+        if (!within)
+            continue;
+        if (shorter)
+            try_step(contact, w, s, h, start, middle, end, difference);
         contact->warnings |= end->warnings;
         EACH_LANE {
             accumulate(contact, i, h[i], start, middle, end);
