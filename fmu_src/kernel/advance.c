@@ -181,6 +181,7 @@ static enum Status march(struct Contact *contact, const struct Wiring *w, double
     struct Point points[3], *start = &points[0], *middle = &points[1], *end = &points[2];
     lanes h, to_window, difference;
     int jumps = 0;
+    const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-9 * step : 1e-9 / w->p[VIBRATION_FREQUENCY][0];
     point_at(contact, w, s, start);
     let_go(contact, w, start);
     EACH_LANE start->z[i] = contact->value[BRISTLE_DEFLECTION][i];
@@ -201,7 +202,7 @@ static enum Status march(struct Contact *contact, const struct Wiring *w, double
             to_window[i] *= cut[i] == NO_EVENT;
         }
         if (jump && jumps++ < INDICATORS) { /* an input has jumped across an event */
-            act_on_event(contact, w, s, 1e-9 * step, start);
+            act_on_event(contact, w, s, ahead, start);
             continue;
         }
         jumps = 0;
@@ -231,7 +232,7 @@ static enum Status march(struct Contact *contact, const struct Wiring *w, double
         if (event && stop_at_events)
             break;
         if (event)
-            act_on_event(contact, w, s, 1e-9 * step, start);
+            act_on_event(contact, w, s, ahead, start);
         else if (w->current_angle && w->law->event) {
             w->law->event(w->law_p, end, contact->value[BRISTLE_DEFLECTION], contact->memory);
             point_at(contact, w, s, start);

@@ -54,7 +54,7 @@ enum Status kernel_evaluate(struct Contact *contact)
     if (!ordered_temperatures(contact))
         return KERNEL_TEMPERATURES;
     if (w.kinematics == KINEMATICS_EXTERNAL) /* inputs may jump without an event: sides follow them */
-        settle_sides(contact, &w, here, &x);
+        settle_sides(contact, &w, here, 0, &x);
     else
         point_at(contact, &w, here, &x);
     show(contact, &w, &x);
@@ -74,7 +74,8 @@ enum Status kernel_event(struct Contact *contact)
 {
     const struct Wiring w = wire(contact);
     struct Point x;
-    act_on_event(contact, &w, here, 0, &x);
+    /* hosts find events to some roundings of the time, and stop on either side */
+    act_on_event(contact, &w, here, 1e-9 / w.p[VIBRATION_FREQUENCY][0] + 1e-12 * fabs(w.p[TIME][0]), &x);
     EACH_LANE if (contact->value[TIME][i] >= window_end(contact, i) - 1e-9 * window_length(contact, i)) close_window(contact, i);
     return kernel_evaluate(contact);
 }

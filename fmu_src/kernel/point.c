@@ -81,7 +81,7 @@ int watched(const struct Contact *contact, int k, int i)
 /* Bristles that are out of contact and have no release time are let go; doing it again changes nothing. */
 void let_go(struct Contact *contact, const struct Wiring *w, const struct Point *x)
 {
-    lanes fresh[MEMORY];
+    lanes fresh[MEMORY] = {{0}};
     if (w->law->rest)
         w->law->rest(w->law_p, x, fresh);
     EACH_LANE {
@@ -114,25 +114,32 @@ void point_at(const struct Contact *contact, const struct Wiring *w, const lanes
     close_point(contact, w, 0, x);
 }
 
-/* Sides as the indicators at tau say, until none changes: entry decides which surface and which way of slip count. */
-void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
-{
-    point_at(contact, w, tau, x);
-    for (int n = 0; n < INDICATORS && take_sides(contact, w, x); ++n)
-        point_at(contact, w, tau, x);
-}
-
-/* Act on an event at tau: sides anew, bristles that lost contact let go, the law's own event. Path indicators are read `ahead` of it,
- * since the event may lie a rounding error after tau. Leaves the point at tau in x. */
-void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x)
+/* Sides as the indicators shortly after tau say, until none changes: entry decides which surface and which way of slip count. Shortly
+ * after, because an event that was searched for may lie a rounding error off; bristles with an event of their own are led on with it. */
+void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x)
 {
     lanes after;
-    EACH_LANE after[i] = tau[i] + (w->kinematics == KINEMATICS_EXTERNAL ? ahead : 1e-9 / w->p[VIBRATION_FREQUENCY][i]);
-    settle_sides(contact, w, after, x);
+    EACH_LANE after[i] = tau[i] + ahead;
+    for (int n = 0; n <= INDICATORS; ++n) {
+        point_at(contact, w, after, x);
+        if (w->law->event && ahead > 0) {
+            EACH_LANE x->z[i] += ahead * x->dz[i];
+            open_point(contact, w, after, 0, x);
+            close_point(contact, w, 0, x);
+        }
+        if (!take_sides(contact, w, x))
+            break;
+    }
+}
+
+/* Act on an event at tau: sides anew, bristles that lost contact let go, the law's own event. Leaves the point at tau in x. */
+void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x)
+{
+    settle_sides(contact, w, tau, ahead, x);
     let_go(contact, w, x);
     if (w->law->event) {
         w->law->event(w->law_p, x, contact->value[BRISTLE_DEFLECTION], contact->memory);
-        settle_sides(contact, w, after, x);
+        settle_sides(contact, w, tau, ahead, x);
     }
     point_at(contact, w, tau, x);
 }

@@ -55,7 +55,7 @@ void point_at(const struct Contact *contact, const struct Wiring *w, const lanes
 void indicators(const struct Wiring *w, const struct Point *x, lanes indicator[INDICATORS]);
 int watched(const struct Contact *contact, int k, int i);
 void let_go(struct Contact *contact, const struct Wiring *w, const struct Point *x);
-void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
+void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x);
 void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x);
 
 /* window.c: length and end [s] of the present averaging window, 0 and infinity where no means are formed. */

@@ -32,6 +32,7 @@ static void rest(const lanes *p, const struct Point *x, lanes *memory)
     (void)p;
     for (int n = 0; n < BONDS; ++n)
         EACH_LANE memory[n][i] = break_away(x, i) * ((n + 0.5) / (double)BONDS - 0.5);
+    EACH_LANE memory[BROKEN][i] = 0; /* every contact begins alike */
 }
 
 static void indicator(const lanes *p, const lanes *memory, struct Point *x)
@@ -67,7 +68,7 @@ static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
         double mean = 0;
         for (int n = 0; n < BONDS; ++n) {
             double deflection = z[i] + memory[n][i];
-            if (fabs(deflection) >= limit * (1 - 1e-12)) {
+            if (fabs(deflection) >= limit * (1 - 1e-9)) { /* hosts stop at the event to some roundings */
                 deflection = limit * scatter(p[SEED][i], memory[BROKEN][i]);
                 memory[BROKEN][i] += 1;
             }
