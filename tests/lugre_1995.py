@@ -36,7 +36,7 @@ Friction = Callable[[float, float, float], tuple[float, float]]
 
 @dataclass(frozen=True)
 class Plant:
-    """y' = rates(t, y, F) with the position y[0] [m]; the body slips at velocity(t, y) [m/s]."""
+    """y' = rates(t, y, F) with the position y[0] [m], where there is a state; the body slips at velocity(t, y) [m/s]."""
 
     start: Sequence[float]
     rates: Callable[[float, Sequence[float], float], Sequence[float]]
@@ -72,7 +72,7 @@ def lag_plant(w: float) -> Plant:
     def velocity(t: float, y: Sequence[float]) -> float:
         return 1e-3 * (1.5 + cos(w * t))
 
-    return Plant((0,), lambda t, y, F: (velocity(t, y),), velocity, np.array([0, 4 * pi + 2 * pi / 3, 4 * pi + 4 * pi / 3]) / w)
+    return Plant((), lambda t, y, F: (), velocity, np.array([0, 4 * pi + 2 * pi / 3, 4 * pi + 4 * pi / 3]) / w)
 
 
 def stick_slip_plant(stop: float = 28) -> Plant:
@@ -102,7 +102,7 @@ def follow(plant: Plant, friction: Friction) -> Motion:
     assert found.success, found.message
     v = np.array([plant.velocity(t, y) for t, y in zip(found.t, found.y.T, strict=True)])
     F = np.array([friction(t, speed, z)[0] for t, speed, z in zip(found.t, v, found.y[-1], strict=True)])
-    return Motion(found.t, found.y[0], v, F)
+    return Motion(found.t, found.y[0] if plant.start else np.full(v.shape, np.nan), v, F)
 
 
 def crossings(t: np.ndarray, signal: np.ndarray) -> np.ndarray:

@@ -208,7 +208,7 @@ def earlier_angle(angle: float, r: float) -> tuple[float, float]:
 
 # ---- from friction to cutting forces --------------------------------------------------------------------------------------------------
 
-FLATTEST, STEEPEST = 0.02, 1.5  # shear angles that the chip can flow along, where it flows along the current one [rad]
+FLATTEST, STEEPEST = 0.02, 1.5  # where the chip flows along the current shear angle: least phi, largest phi - alpha [rad]
 
 
 def normal_force(*, F: float, k: float, alpha: float, principle: str) -> float:
@@ -424,37 +424,44 @@ class Contact:
     def _flow(self, m: Moment, phi: float) -> float:
         """Slip of a chip that flows along the shear angle phi."""
         alpha = self.p["rake_angle"]
-        angle = min(max(min(max(phi, FLATTEST), STEEPEST) - alpha, -STEEPEST), STEEPEST)
-        return float(m.approach * math.tan(angle) + m.u_x * math.sin(alpha) - m.u_y * math.cos(alpha))
+        tangent = math.tan(min(max(phi, FLATTEST) - alpha, STEEPEST))
+        return float(m.approach * tangent + m.u_x * math.sin(alpha) - m.u_y * math.cos(alpha))
 
     def _cutting(self, m: Moment, z: float, direction: float, side: float) -> Point:
         """In contact, on the side of the law's jump and in the direction of slip (0: the chip sticks) that are held."""
         if not self._current_angle:
             return self._answer(m, m.v, z, direction, side)
         if direction == 0:  # v = 0, and the friction is what keeps it so
-            x, most = self._slide(m.tau, 0.0, self.direction, side), max(self.p["F_C"], self.p["F_S"])
-            return self._forces(m, x, 0.0, root(lambda F: -self._flow(m, self._forces(m, x, 0.0, F).phi), -most, most, 1e-16 * most)[1])
-        low, high = sorted((self._flow(m, FLATTEST), self._flow(m, STEEPEST)))
+            x = self._slide(m.tau, 0.0, self.direction, side)
+            back, forth = (self._answer(m, way * 1e-300, z, way, self._along(m, z, way)[1]).F for way in (-1.0, 1.0))  # ends of the jump
+            close = 1e-16 * (abs(back) + abs(forth))
+            return self._forces(m, x, 0.0, root(lambda F: -self._flow(m, self._forces(m, x, 0.0, F).phi), back, forth, close)[1])
+        low, high = self._flow(m, FLATTEST), self._flow(m, math.inf)
         close = 1e-16 * max(abs(low), abs(high))
         v = root(lambda v: v - self._flow(m, self._answer(m, v, z, direction, side).phi), low, high, close)[1]
         point = self._answer(m, v, z, direction, side)
-        point.x.kinks += [point.phi - FLATTEST, STEEPEST - point.phi]
+        point.x.kinks += [point.phi - FLATTEST, STEEPEST + self.p["rake_angle"] - point.phi]
         return point
 
+    def _along(self, m: Moment, z: float, direction: float) -> tuple[float, float]:
+        """How fast the chip slips in a direction (below 0: it does not slip that way), and on which side of its jump the law then is."""
+        x = self._slide(m.tau, 0.0 if self._current_angle else m.v, direction, self.side)
+        side = 1.0 if self.law.switch(x, z) > 0 else -1.0
+        return direction * (self._cutting(m, z, direction, side).x.v if self._current_angle else m.v), side
+
     def _sides(self, m: Moment, z: float) -> tuple[float, float]:
-        """Which way the chip slips (0: neither way agrees with itself, it sticks), and the side of the law's jump."""
+        """Which way the chip slips (0: neither way, it sticks), and the side of the law's jump."""
         for direction in (self.direction, -self.direction):
-            x = self._slide(m.tau, 0.0 if self._current_angle else m.v, direction, self.side)
-            side = 1.0 if self.law.switch(x, z) > 0 else -1.0
-            if direction * (self._cutting(m, z, direction, side).x.v if self._current_angle else m.v) >= 0:
+            speed, side = self._along(m, z, direction)
+            if speed >= 0:
                 self.direction, self.side = direction, side
                 return direction, side
-        return 0.0, 1.0
+        return 0.0, self.side
 
     def _watched(self, m: Moment, z: float, point: Point, direction: float, side: float) -> list[float]:
         """Numbers at whose change of sign a step is cut; the first two are above 0 as long as direction and side hold."""
         if direction == 0:
-            return [-d * self._cutting(m, z, d, side).x.v for d in (1.0, -1.0)]
+            return [-self._along(m, z, way)[0] for way in (1.0, -1.0)]
         return [direction * point.x.v, side * self.law.switch(point.x, z), *point.x.kinks]
 
     def evaluate(self) -> None:
@@ -671,10 +678,8 @@ def root(f: Callable[[float], float], low: float, high: float, resolution: float
     if (f_a < 0) == (f_b < 0):
         return (low, low) if abs(f_b) < abs(f_a) else (high, high)
     low_is_below, share = f_b < 0, 0.5
-    while abs(b - a) > resolution:
+    while abs(b - a) > (close := max(resolution, 4.5e-16 * max(abs(a), abs(b)))):  # two units of the last place at least
         t = a + share * (b - a)
-        if t in (a, b):
-            break
         f_t = f(t)
         if (f_t < 0) == (f_a < 0):
             c, f_c = a, f_a
@@ -685,7 +690,7 @@ def root(f: Callable[[float], float], low: float, high: float, resolution: float
             xi, phi = (a - b) / (c - b), (f_a - f_b) / (f_c - f_b)
             if phi * phi < xi and (1 - phi) * (1 - phi) < 1 - xi:  # inverse parabola
                 share = f_a / (f_b - f_a) * f_c / (f_b - f_c) + (c - a) / (b - a) * f_a / (f_c - f_a) * f_b / (f_c - f_b)
-        least = min(0.5 * resolution / abs(b - a), 0.5)
+        least = min(0.5 * close / abs(b - a), 0.5)
         share = min(max(share, least), 1 - least)
     return (a, b) if (f_a < 0) == low_is_below else (b, a)
 
@@ -730,21 +735,22 @@ def mean(nodes: Nodes, what: Callable[[Point], float]) -> float:
 
 def collocate(rate: Callable[[int, float], float], z: float, h: float, grain: float) -> list[float]:
     """One Radau step of length h from z with dz/dt = rate(node, z): z at the nodes; empty where Newton's method finds none."""
-    places, probe, before = range(len(NODES)), 1e-3 * grain, math.inf
+    places, probe, before, matrix = range(len(NODES)), 1e-6 * grain, math.inf, None
     Z = [z for _ in places]
-    dz = [rate(n, z) for n in places]
-    slope = [(rate(n, z + probe) - dz[n]) / probe for n in places]
-    matrix = [[(i == j) - h * MATRIX[i][j] * slope[j] for j in places] for i in places]
     for _ in range(30):
+        dz = [rate(n, Z[n]) for n in places]
         miss = [z - Z[i] + h * sum(map(float.__mul__, MATRIX[i], dz)) for i in places]
         if not any(miss):
             return Z
+        if matrix is None:
+            slope = [(rate(n, Z[n] + probe) - dz[n]) / probe for n in places]
+            matrix = [[(i == j) - h * MATRIX[i][j] * slope[j] for j in places] for i in places]
         move = solve(matrix, miss)
         size, scale = max(map(abs, move)), grain + max(map(abs, Z))
         if not math.isfinite(size):
             return []
         if size <= 2e-16 * scale or before <= size <= 1e-12 * scale:
             return Z
+        matrix = matrix if size < 0.1 * before else None  # slow: slopes anew
         Z, before = [a + b for a, b in zip(Z, move, strict=True)], size
-        dz = [rate(n, Z[n]) for n in places]
     return []

@@ -6,7 +6,7 @@ from math import exp, pi, sqrt
 
 import numpy as np
 import pytest
-from driving import OUTSIDE, read, slide, started
+from driving import OMEGA, OUTSIDE, at_speed_ratio, read, slide, started
 from evat import kernel
 
 LAWS = kernel.variable("friction_law").choices
@@ -158,6 +158,16 @@ def test_bonds_are_reproducible_and_follow_their_seed() -> None:
 
     np.testing.assert_array_equal(run(7), run(7))
     assert np.abs(run(7) - run(8)).max() > 0.1 * SET["F_C"]
+
+
+def test_separated_bonds_are_those_of_a_fresh_contact() -> None:
+    """Out of contact nothing is left of the bonds that were, nor of how often they broke: every cycle begins alike."""
+    values = {**at_speed_ratio(0.3), **SET, "sigma0": 1e7, "friction_law": "bristle"}
+    used, fresh = started(values), started(values, time=3.0 / OMEGA)
+    used.advance(1.2 / OMEGA)
+    assert used.get("friction_force") != 0
+    used.advance(1.8 / OMEGA)
+    assert [list(row) for row in used._contact.memory] == [list(row) for row in fresh._contact.memory]
 
 
 @pytest.mark.parametrize(("F_C", "F_S"), [(9.97, 0.1309), (9.0, 12.0)])

@@ -5,13 +5,14 @@ from __future__ import annotations
 import lugre_1995 as published
 import numpy as np
 import pytest
+from evat import parameter_sets
 from evat.kernel import Contact
 
-SET = {"sigma0": 1e5, "sigma1": np.sqrt(1e5), "sigma2": 0.4, "F_C": 1.0, "F_S": 1.5, "v_s": 1e-3}
+SET = parameter_sets.load("lugre-1995").values
 
 
 def contact(**values: float | str) -> Contact:
-    made = Contact({**published.DRIVEN_FROM_OUTSIDE, **SET, **values})
+    made = Contact({**SET, **published.DRIVEN_FROM_OUTSIDE, **values})
     made.start()
     return made
 

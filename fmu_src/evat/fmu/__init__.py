@@ -43,7 +43,8 @@ def facts(version: Version) -> Facts:
 
 def model_description(version: Version) -> bytes:
     """modelDescription.xml."""
-    return {2: fmi2, 3: fmi3}[version].model_description(facts(version))
+    write = fmi2.model_description if version == 2 else fmi3.model_description
+    return write(facts(version))
 
 
 def file_name(version: Version) -> str:

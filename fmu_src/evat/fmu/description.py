@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, timezone
-
-from lxml import etree
 
 from .. import __version__
 from ..model import Law, Variable
 from .archive import generation_time
-from .shown import Scalar, Shown
+from .shown import Shown
 from .simple_types import FIRST_ITEM, Enumeration, RealType, SimpleTypes, simple_types
 from .structure import Structure
 from .unit_definitions import definitions
-
-Element = etree._Element
+from .xml import Element, Scalar, add, top
 
 CAUSALITIES = {
     "independent": "independent",
@@ -46,23 +43,6 @@ class Facts:
     def types(self) -> SimpleTypes:
         """The type definitions."""
         return simple_types(self.variables, self.laws, self.shown.quantities)
-
-
-def text(value: Scalar) -> str:
-    """A value as XML writes it; a float in the shortest form that reads back as the same number."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return repr(float(value)) if isinstance(value, float) else str(value)
-
-
-def attributes(pairs: Mapping[str, Scalar | None]) -> dict[str, str]:
-    """The pairs as XML attributes; None stands for an absent one."""
-    return {name: text(value) for name, value in pairs.items() if value is not None}
-
-
-def add(parent: Element, tag: str, pairs: Mapping[str, Scalar | None] | None = None) -> Element:
-    """A new child element."""
-    return etree.SubElement(parent, tag, attributes(pairs or {}))
 
 
 def value_of(variable: Variable, number: float) -> Scalar:
@@ -119,7 +99,7 @@ def described(variable: Variable) -> str:
 def root(version: str, token_name: str, facts: Facts) -> Element:
     """The root element with what both versions say of the model."""
     moment = datetime.fromtimestamp(generation_time(), timezone.utc)
-    head = {
+    head: dict[str, Scalar | None] = {
         "fmiVersion": version,
         "modelName": facts.shown.model_name,
         token_name: facts.token,
@@ -131,7 +111,7 @@ def root(version: str, token_name: str, facts: Facts) -> Element:
         "generationDateAndTime": moment.strftime("%Y-%m-%dT%H:%M:%SZ"),
         "variableNamingConvention": "structured",
     }
-    return etree.Element("fmiModelDescription", attributes(head))
+    return top("fmiModelDescription", head)
 
 
 def add_units(parent: Element, facts: Facts) -> None:
@@ -166,8 +146,3 @@ def add_experiment(parent: Element, facts: Facts) -> None:
         add(categories, "Category", {"name": name, "description": meaning})
     tolerance = next(variable.start for variable in facts.variables if variable.name == "relative_tolerance")
     add(parent, "DefaultExperiment", {**facts.shown.default_experiment, "tolerance": tolerance})
-
-
-def serialised(element: Element) -> bytes:
-    """The bytes of an XML file."""
-    return bytes(etree.tostring(element, xml_declaration=True, encoding="UTF-8", pretty_print=True))

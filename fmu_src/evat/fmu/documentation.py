@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
 from importlib import metadata
-from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from .. import __version__, kernel
+from .. import __version__, kernel, parameter_sets
 from ..model import Variable
+from ..page import render
 from . import picture
 from .shown import FmuError, Shown
 
@@ -73,14 +71,12 @@ def _inline(svg: bytes) -> Markup:
     return Markup(drawing[drawing.index("<svg") :])  # our own drawing: nothing in it comes from outside
 
 
-def page(shown: Shown, drawing: picture.Picture, sets: Sequence[Any] = ()) -> bytes:
+def page(shown: Shown, drawing: picture.Picture) -> bytes:
     """documentation/index.html."""
-    environment = Environment(
-        loader=PackageLoader("evat", "templates"), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
     variables = kernel.variables()
     parameters = [variable for variable in variables if variable.causality == "parameter"]
-    text = environment.get_template("documentation.html.j2").render(
+    text = render(
+        "documentation.html.j2",
         shown=shown,
         version=__version__,
         token=kernel.token(),
@@ -91,7 +87,7 @@ def page(shown: Shown, drawing: picture.Picture, sets: Sequence[Any] = ()) -> by
         parameters=parameters,
         guesses=sum(variable.source.startswith("guess") for variable in parameters),
         indicator_count=len(kernel.indicators()),
-        sets=sets,
+        sets=[parameter_sets.load(name) for name in parameter_sets.names()],
         groups=[(title, [v for v in variables if _group(v) == key]) for key, title in _TITLES.items()],
         shown_start=_start,
         bound=_bound,

@@ -7,10 +7,7 @@ from collections.abc import Sequence
 from ..model import Variable
 from .description import (
     CAUSALITIES,
-    Element,
     Facts,
-    Scalar,
-    add,
     add_experiment,
     add_items,
     add_units,
@@ -20,10 +17,10 @@ from .description import (
     real_attributes,
     real_type,
     root,
-    serialised,
     start,
 )
 from .structure import Unknown
+from .xml import Element, Scalar, add, serialised
 
 _ELEMENTS = {"real": "Real", "integer": "Integer", "boolean": "Boolean", "choice": "Enumeration"}
 
@@ -50,7 +47,7 @@ def _add_types(parent: Element, facts: Facts) -> None:
 
 
 def _add_variable(parent: Element, variable: Variable, facts: Facts, places: dict[str, int]) -> None:
-    head = {
+    head: dict[str, Scalar | None] = {
         "name": variable.name,
         "valueReference": variable.index,
         "description": described(variable),
@@ -80,18 +77,18 @@ def _add_unknowns(parent: Element, tag: str, unknowns: Sequence[Unknown]) -> Non
 
 def model_description(facts: Facts) -> bytes:
     """modelDescription.xml of FMI 2.0."""
-    top = root("2.0", "guid", facts)
-    top.set("numberOfEventIndicators", str(len(facts.structure.indicators)))
-    _add_interfaces(top, facts)
-    add_units(top, facts)
-    _add_types(top, facts)
-    add_experiment(top, facts)
-    variables = add(top, "ModelVariables")
+    document = root("2.0", "guid", facts)
+    document.set("numberOfEventIndicators", str(len(facts.structure.indicators)))
+    _add_interfaces(document, facts)
+    add_units(document, facts)
+    _add_types(document, facts)
+    add_experiment(document, facts)
+    variables = add(document, "ModelVariables")
     places = {variable.name: _place(variable) for variable in facts.variables}
     for variable in facts.variables:
         _add_variable(variables, variable, facts, places)
-    structure = add(top, "ModelStructure")
+    structure = add(document, "ModelStructure")
     _add_unknowns(structure, "Outputs", facts.structure.outputs)
     _add_unknowns(structure, "Derivatives", facts.structure.derivatives)
     _add_unknowns(structure, "InitialUnknowns", facts.structure.initial_unknowns)
-    return serialised(top)
+    return serialised(document)

@@ -7,10 +7,7 @@ from collections.abc import Sequence
 from ..model import Variable
 from .description import (
     CAUSALITIES,
-    Element,
     Facts,
-    Scalar,
-    add,
     add_experiment,
     add_items,
     add_units,
@@ -20,10 +17,10 @@ from .description import (
     real_attributes,
     real_type,
     root,
-    serialised,
     start,
 )
 from .structure import Unknown
+from .xml import Element, Scalar, add, serialised
 
 _ELEMENTS = {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "choice": "Enumeration"}
 
@@ -68,19 +65,19 @@ def _add_unknowns(parent: Element, tag: str, unknowns: Sequence[Unknown]) -> Non
 
 def model_description(facts: Facts) -> bytes:
     """modelDescription.xml of FMI 3.0."""
-    top = root("3.0", "instantiationToken", facts)
+    document = root("3.0", "instantiationToken", facts)
     for name, flags in facts.shown.fmi3.items():
-        add(top, name, {"modelIdentifier": facts.shown.model_name, **flags})
-    add_units(top, facts)
-    _add_types(top, facts)
-    add_experiment(top, facts)
-    variables = add(top, "ModelVariables")
+        add(document, name, {"modelIdentifier": facts.shown.model_name, **flags})
+    add_units(document, facts)
+    _add_types(document, facts)
+    add_experiment(document, facts)
+    variables = add(document, "ModelVariables")
     references = {variable.name: variable.index for variable in facts.variables}
     for variable in facts.variables:
         _add_variable(variables, variable, facts, references)
-    structure = add(top, "ModelStructure")
+    structure = add(document, "ModelStructure")
     _add_unknowns(structure, "Output", facts.structure.outputs)
     _add_unknowns(structure, "ContinuousStateDerivative", facts.structure.derivatives)
     _add_unknowns(structure, "InitialUnknown", facts.structure.initial_unknowns)
     _add_unknowns(structure, "EventIndicator", facts.structure.indicators)
-    return serialised(top)
+    return serialised(document)

@@ -6,6 +6,7 @@ import io
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -79,7 +80,7 @@ def _ellipse(axes: Axes, a: float, b: float, width: float) -> None:
 def _paint_diagram(axes: Axes) -> None:
     _scene(axes, 1.2)
     _ellipse(axes, 1.25, 0.8, 1.6)
-    label = {"fontsize": 11, "ha": "center", "va": "center"}
+    label: dict[str, Any] = {"fontsize": 11, "ha": "center", "va": "center"}
     _arrow(axes, (6.4, -0.85), (4.6, -0.85), "#3b4a2f")
     axes.text(5.5, -1.2, r"work, $v_c$", **label)
     _arrow(axes, (0.0, 2.1), (0.0, 3.3), _FORCE, 2)

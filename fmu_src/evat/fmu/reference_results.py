@@ -6,11 +6,10 @@ import hashlib
 import io
 
 import numpy as np
-from lxml import etree
 
 from .. import kernel
-from .description import add, serialised, text
 from .shown import Shown
+from .xml import add, serialised, text, top
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 _NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
@@ -24,7 +23,7 @@ _MANIFEST = {
 def _table(shown: Shown) -> bytes:
     experiment, columns = shown.default_experiment, list(shown.reference_results["columns"])
     first, last, step = (experiment[name] for name in ("startTime", "stopTime", "stepSize"))
-    times = first + step * np.arange(round((last - first) / step) + 1)
+    times = np.asarray(first + step * np.arange(round((last - first) / step) + 1), dtype=np.float64)
     contact = kernel.Contact()
     contact.start(first)
     values = contact.run(times, {}, columns)
@@ -48,14 +47,15 @@ def _options(shown: Shown) -> bytes:
 def reference_files(shown: Shown) -> dict[str, bytes]:
     """The folder of the layered standard: manifest, results, options of the run."""
     contents = {f"{shown.model_name}_ref.csv": _table(shown), f"{shown.model_name}_ref.opt": _options(shown)}
-    top = etree.Element("fmiReferences", {f"{{{_NAMESPACE}}}{key}": value for key, value in _MANIFEST.items()}, nsmap={"fmi-ls": _NAMESPACE})
+    identity = {f"{{{_NAMESPACE}}}{key}": value for key, value in _MANIFEST.items()}
+    manifest = top("fmiReferences", identity, {"fmi-ls": _NAMESPACE})
     about = (
         ("text/csv", "result", "outputs over the default experiment at start values, from co-simulation"),
         ("text/plain", "configuration", "start, stop, communication step and tolerance of that run"),
     )
     for (name, content), (mime, role, meaning) in zip(contents.items(), about, strict=True):
         checksum = hashlib.sha3_256(content).hexdigest()
-        add(top, "Related", {"type": mime, "source": name, "role": role, "description": meaning, "checksum": checksum})
+        add(manifest, "Related", {"type": mime, "source": name, "role": role, "description": meaning, "checksum": checksum})
     files = {f"{FOLDER}/{name}": content for name, content in contents.items()}
-    files[f"{FOLDER}/fmi-ls-manifest.xml"] = serialised(top)
+    files[f"{FOLDER}/fmi-ls-manifest.xml"] = serialised(manifest)
     return files

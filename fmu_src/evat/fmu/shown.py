@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ..model import EvatError
+from .xml import Scalar
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -16,7 +17,6 @@ else:
     import tomli as tomllib
 
 Version = Literal[2, 3]
-Scalar = bool | int | float | str
 
 
 class FmuError(EvatError):

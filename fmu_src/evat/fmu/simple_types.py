@@ -79,7 +79,8 @@ def simple_types(variables: Sequence[Variable], laws: Sequence[Law], quantities:
             of[variable.name] = name
         elif variable.type == "choice":
             items = tuple(
-                Item(choice, place, _item_description(variable, choice, meanings)) for place, choice in enumerate(variable.choices, FIRST_ITEM)
+                Item(choice, place, _item_description(variable, choice, meanings))
+                for place, choice in enumerate(variable.choices, FIRST_ITEM)
             )
             enumerations.append(Enumeration(_camel(variable.name), variable.meaning, items))
             of[variable.name] = _camel(variable.name)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..compile import FLAGS, Target, compile_library, fmi_headers, include_folders, kernel_sources, shell_sources, source_root
-from .description import add, etree, serialised
 from .shown import Shown, Version
+from .xml import add, serialised, top
 
 
 def compiled_sources(version: Version) -> list[Path]:
@@ -33,16 +33,16 @@ def source_files(version: Version, shown: Shown) -> dict[str, bytes]:
 def build_description(version: Version, shown: Shown) -> bytes:
     """buildDescription.xml. Its format is FMI 3's in an FMI 2 archive, too."""
     root = source_root()
-    top = etree.Element("fmiBuildDescription", {"fmiVersion": "3.0"})
+    document = top("fmiBuildDescription", {"fmiVersion": "3.0"})
     text = "C99 with its mathematical library; the headers of FMI are the importer's"
-    configuration = add(top, "BuildConfiguration", {"modelIdentifier": shown.model_name, "description": text})
+    configuration = add(document, "BuildConfiguration", {"modelIdentifier": shown.model_name, "description": text})
     options = " ".join(flag for flag in FLAGS if flag.startswith(("-std", "-ff", "-fv")))
     files = add(configuration, "SourceFileSet", {"language": "C99", "compiler": "clang", "compilerOptions": options})
     for name in source_names(version):
         add(files, "SourceFile", {"name": name})
     for folder in include_folders(root):
         add(files, "IncludeDirectory", {"name": folder.relative_to(root).as_posix()})
-    return serialised(top)
+    return serialised(document)
 
 
 def binary_name(version: Version, target: Target, shown: Shown) -> str:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from ..model import Variable
 from . import picture
-from .description import add, etree, serialised
 from .shown import FmuError, Shown
+from .xml import Scalar, add, serialised, top
 
 _FOLDER = "terminalsAndIcons"
 _EXTENT = {"x1": -100.0, "y1": -100.0, "x2": 100.0, "y2": 100.0}
@@ -16,11 +16,11 @@ _EXTENT = {"x1": -100.0, "y1": -100.0, "x2": 100.0, "y2": 100.0}
 def terminals_xml(shown: Shown, variables: Sequence[Variable]) -> bytes:
     """terminalsAndIcons.xml."""
     causalities = {variable.name: variable.causality for variable in variables}
-    top = etree.Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
-    graphics = add(top, "GraphicalRepresentation")
+    document = top("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
+    graphics = add(document, "GraphicalRepresentation")
     add(graphics, "CoordinateSystem", {**_EXTENT, "suggestedScalingFactorTo_mm": 0.1})
     add(graphics, "Icon", _EXTENT)
-    parent = add(top, "Terminals")
+    parent = add(document, "Terminals")
     for terminal in shown.terminals:
         head = {
             "name": terminal["name"],
@@ -35,9 +35,12 @@ def terminals_xml(shown: Shown, variables: Sequence[Variable]) -> bytes:
             names = {"variableName": member["variable"], "memberName": member["member"], "variableKind": member["kind"]}
             add(element, "TerminalMemberVariable", names)
         place = dict(zip(("x1", "y1", "x2", "y2"), terminal["place"], strict=True))
-        look = {"defaultConnectionColor": " ".join(map(str, terminal["color"])), "defaultConnectionStrokeSize": 1.0}
+        look: dict[str, Scalar | None] = {
+            "defaultConnectionColor": " ".join(map(str, terminal["color"])),
+            "defaultConnectionStrokeSize": 1.0,
+        }
         add(element, "TerminalGraphicalRepresentation", {**look, **place, "iconBaseName": terminal["name"]})
-    return serialised(top)
+    return serialised(document)
 
 
 def terminal_files(shown: Shown, variables: Sequence[Variable]) -> dict[str, bytes]:

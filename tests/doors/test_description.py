@@ -1,0 +1,512 @@
+"""Does an FMU say of itself what the kernel's tables say, and is what it says of its structure true?"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import io
+import math
+import random
+import re
+import zipfile
+from functools import lru_cache
+from html.parser import HTMLParser
+from pathlib import Path, PurePosixPath
+
+import fmpy
+import numpy as np
+import pytest
+from evat import fmu, kernel
+from evat.compile import compile_library, fmi_headers, host_target
+from evat.fmu import archive
+from evat.fmu.shown import load
+from evat.kernel import Contact
+from evat.model import EvatError, SimulationError, Variable
+from fmpy import extract, read_model_description, simulate_fmu
+from fmpy.model_description import ModelDescription, read_build_description
+from fmpy.validation import validate_fmu
+from lxml import etree
+
+SCHEMAS = Path(fmpy.__file__).parent / "schema"
+TYPES = {
+    2: {"real": "Real", "integer": "Integer", "boolean": "Boolean", "choice": "Enumeration"},
+    3: {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "choice": "Enumeration"},
+}
+
+
+@pytest.fixture(params=[2, 3])
+def version(request: pytest.FixtureRequest) -> int:
+    return int(request.param)
+
+
+@pytest.fixture
+def path(version: int, fmi2_fmu: Path, fmi3_fmu: Path) -> Path:
+    return {2: fmi2_fmu, 3: fmi3_fmu}[version]
+
+
+@pytest.fixture
+def description(path: Path) -> ModelDescription:
+    return read_model_description(str(path), validate=True, validate_variable_names=True, validate_model_structure=True)
+
+
+def content(path: Path, name: str) -> bytes:
+    with zipfile.ZipFile(path) as opened:
+        return opened.read(name)
+
+
+# ---- the tables, word for word ----
+
+
+def test_checkers_find_nothing(path: Path) -> None:
+    assert validate_fmu(str(path)) == []
+
+
+def test_every_variable_is_told_as_the_table_has_it(version: int, description: ModelDescription) -> None:
+    rows, told = kernel.variables(), description.modelVariables
+    assert [v.name for v in told] == [v.name for v in rows]
+    for row, found in zip(rows, told, strict=True):
+        assert found.valueReference == row.index, row.name
+        assert found.type == TYPES[version][row.type], row.name
+        assert found.causality == row.causality, row.name
+        assert found.variability == row.variability, row.name
+        assert found.description == f"{row.meaning} [{row.source}]", row.name
+        if row.type == "real":
+            assert found.unit == row.unit, row.name
+            assert found.displayUnit == row.display_unit, row.name
+            assert float(found.nominal or 1) == row.nominal, row.name
+            assert (found.derivative.name if found.derivative else None) == row.derivative_of, row.name
+        if row.type in ("real", "integer"):
+            assert float(found.min or -math.inf) == row.min, row.name
+            assert float(found.max or math.inf) == row.max, row.name
+
+
+def test_starts_are_told_where_a_start_may_be_set(description: ModelDescription) -> None:
+    for row, found in zip(kernel.variables(), description.modelVariables, strict=True):
+        if row.causality in ("parameter", "input") or row.name in kernel.states():
+            assert found.initial == "exact", row.name
+            number = {"true": 1.0, "false": 0.0}.get(found.start) if row.type == "boolean" else float(found.start)
+            assert number == row.start + (row.type == "choice"), row.name  # items of FMI count from 1
+        else:
+            assert found.start is None, row.name
+            assert found.initial == (None if row.causality == "independent" else "calculated"), row.name
+
+
+def test_choices_are_enumerations_with_a_word_on_each_item(description: ModelDescription) -> None:
+    laws = {law.name: law.meaning for law in kernel.laws()}
+    for row, found in zip(kernel.variables(), description.modelVariables, strict=True):
+        if row.type != "choice":
+            continue
+        items = found.declaredType.items
+        assert [item.name for item in items] == list(row.choices)
+        assert [int(item.value) for item in items] == list(range(1, len(row.choices) + 1))
+        words = [item.description for item in items]
+        assert all(words), row.name
+        assert len(set(words)) == len(words), row.name
+        if row.name == "friction_law":
+            assert words == list(laws.values())
+
+
+def test_token_and_model_identifier_bind_binary_and_description(description: ModelDescription) -> None:
+    assert description.guid == kernel.token()
+    assert description.coSimulation.modelIdentifier == description.modelExchange.modelIdentifier == description.modelName
+    assert description.generationDateAndTime.endswith("Z")
+
+
+# What a person knows of these units; the description has it from pint.
+@pytest.mark.parametrize(
+    ("name", "exponents"),
+    [
+        ("N", {"kg": 1, "m": 1, "s": -2}),
+        ("Pa", {"kg": 1, "m": -1, "s": -2}),
+        ("N.s/m", {"kg": 1, "s": -1}),
+        ("N.s", {"kg": 1, "m": 1, "s": -1}),
+        ("W", {"kg": 1, "m": 2, "s": -3}),
+        ("rad", {"rad": 1}),
+        ("K", {"K": 1}),
+        ("1", {}),
+    ],
+)
+def test_units_by_their_si_exponents(description: ModelDescription, name: str, exponents: dict[str, int]) -> None:
+    base = next(unit for unit in description.unitDefinitions if unit.name == name).baseUnit
+    assert {part: getattr(base, part) for part in ("kg", "m", "s", "A", "K", "mol", "cd", "rad") if getattr(base, part)} == exponents
+    assert (base.factor, base.offset) == (1, 0)  # the kernel is in SI
+
+
+@pytest.mark.parametrize(
+    ("unit", "value", "display", "shown"),
+    [
+        ("K", 300.0, "degC", 26.85),
+        ("rad", math.pi, "deg", 180.0),
+        ("m/s", 1.0, "m/min", 60.0),
+        ("m", 5e-6, "um", 5.0),
+        ("N/m", 1e6, "N/um", 1.0),
+        ("Pa", 4e8, "MPa", 400.0),
+    ],
+)
+def test_display_units_by_known_values(description: ModelDescription, unit: str, value: float, display: str, shown: float) -> None:
+    found = next(u for u in description.unitDefinitions if u.name == unit)
+    part = next(d for d in found.displayUnits if d.name == display)
+    assert part.factor * value + part.offset == pytest.approx(shown, rel=1e-14)  # rounding of one product and one sum
+
+
+# ---- the model structure, against the kernel itself ----
+
+
+def drawn(variable: Variable, luck: random.Random) -> float:
+    """Any value of an order that occurs; the tests draw by rules of their own."""
+    if variable.type != "real":
+        return float(luck.randint(int(variable.min), int(variable.max)))
+    size = max(abs(variable.start), variable.nominal if variable.start == 0 else 0.0)
+    value = luck.choice((variable.start, luck.gauss(0, 1) * size, luck.uniform(0.3, 3) * size, 10 ** luck.uniform(-4, 0.5) * size))
+    return min(max(value, variable.min), variable.max)
+
+
+class Point:
+    """A random contact at a random moment."""
+
+    def __init__(self, seed: int) -> None:
+        self.luck = random.Random(seed)
+        self.contact = Contact()
+        for variable in kernel.variables():
+            if variable.causality in ("parameter", "input") or variable.name in kernel.states():
+                self.contact.set(variable.name, drawn(variable, self.luck))
+        if self.contact.get("chip_flow_angle"):
+            self.contact.set("initial_state", "at_rest")  # else one start may take a second
+        self.time = self.luck.uniform(0, 1e-3)
+        self.fresh = self.contact.state()
+
+    def change(self, known: Variable) -> None:
+        if known.causality == "independent":
+            self.contact.time += self.luck.uniform(0, 2) / self.contact.get("vibration_frequency")
+        else:
+            self.contact.set(known.name, drawn(known, self.luck))
+
+    def run(self) -> bytes:
+        """Started, moved on, with new inputs and states."""
+        self.contact.start(self.time)
+        for variable in kernel.variables():
+            if variable.causality in ("independent", "input") or variable.name in kernel.states():
+                self.change(variable)
+        self.contact.event()
+        return self.contact.state()
+
+    def seen(self, names: tuple[str, ...]) -> list[tuple[float, float]]:
+        """Values in continuous time, and after an event."""
+        self.contact.evaluate()
+        before = [self.contact.get(name) for name in names]
+        self.contact.event()
+        return list(zip(before, (self.contact.get(name) for name in names), strict=True))
+
+
+@lru_cache(maxsize=64)
+def reactions(count: int, seed: int, knowns: tuple[Variable, ...], unknowns: tuple[str, ...]) -> set[tuple[str, str]]:
+    """Which unknown reacted to which known, at random points."""
+    found = set()
+    for number in range(count):
+        point = Point(seed + number)
+        try:
+            here = point.run()
+            base = point.seen(unknowns)
+            for known in knowns:
+                point.contact.restore(here)
+                point.change(known)
+                found |= {(name, known.name) for name, old, new in zip(unknowns, base, point.seen(unknowns), strict=True) if new != old}
+        except SimulationError:
+            continue
+    return found
+
+
+def listed(unknowns: list[object]) -> set[tuple[str, str]]:
+    return {(u.variable.name, known.name) for u in unknowns for known in u.dependencies}  # type: ignore[attr-defined]
+
+
+def running_knowns() -> tuple[Variable, ...]:
+    states = kernel.states()
+    return tuple(v for v in kernel.variables() if v.causality in ("independent", "input") or v.name in states)
+
+
+def test_what_is_not_listed_does_not_react(description: ModelDescription) -> None:
+    states = kernel.states()
+    unknowns = [*description.outputs, *description.derivatives, *description.eventIndicators]
+    names = tuple(sorted({u.variable.name for u in unknowns} - set(states)))
+    reacted = reactions(400, 1000, running_knowns(), names)
+    assert reacted - listed(unknowns) == set()
+    assert len(reacted) > 150  # else the points were dull, and nothing was shown
+
+
+def test_what_is_listed_reacts_somewhere(fmi2_fmu: Path) -> None:
+    description = read_model_description(str(fmi2_fmu))
+    states = kernel.states()
+    claimed = {pair for pair in listed([*description.outputs, *description.derivatives]) if pair[0] not in states}
+    knowns, missing = running_knowns(), set(claimed)
+    for round_ in range(30):
+        names = tuple(sorted({unknown for unknown, _ in missing}))
+        wanted = {known for _, known in missing}
+        missing -= reactions(200, 50_000 + 200 * round_, tuple(v for v in knowns if v.name in wanted), names)
+        if not missing:
+            break
+    assert missing == set()
+    assert len(claimed) > 150
+
+
+@lru_cache(maxsize=1)
+def reactions_of_the_start(count: int, seed: int, unknowns: tuple[str, ...]) -> set[tuple[str, str]]:
+    """Which unknown, read after a start, reacted to which known that was set before it."""
+    knowns = [v for v in kernel.variables() if v.causality in ("independent", "input", "parameter") or v.name in kernel.states()]
+    found = set()
+    for number in range(count):
+        point = Point(seed + number)
+        try:
+            point.contact.start(point.time)
+            base = [point.contact.get(name) for name in unknowns]
+            for known in point.luck.sample(knowns, 25):
+                point.contact.restore(point.fresh)
+                point.contact.time = point.time
+                point.change(known)
+                if point.contact.get("chip_flow_angle") and point.contact.get("initial_state"):
+                    continue  # see Point
+                point.contact.start(point.contact.time)
+                found |= {(name, known.name) for name, old in zip(unknowns, base, strict=True) if point.contact.get(name) != old}
+        except SimulationError:
+            continue
+    return found
+
+
+def test_what_is_not_listed_for_the_start_does_not_react(description: ModelDescription) -> None:
+    reacted = reactions_of_the_start(150, 9000, tuple(u.variable.name for u in description.initialUnknowns))
+    assert reacted - listed(description.initialUnknowns) == set()
+    assert len(reacted) > 200
+
+
+def test_states_follow_themselves_alone(description: ModelDescription) -> None:
+    for unknown in description.outputs:
+        if unknown.variable.name in kernel.states():
+            assert [known.name for known in unknown.dependencies] == [unknown.variable.name]
+            assert unknown.dependenciesKind == ["constant"]
+
+
+def test_derivatives_are_those_of_the_states_in_order(description: ModelDescription) -> None:
+    assert tuple(u.variable.derivative.name for u in description.derivatives) == kernel.states()
+
+
+def test_event_indicators_are_variables_in_fmi3(fmi2_fmu: Path, fmi3_fmu: Path) -> None:
+    told = read_model_description(str(fmi3_fmu)).eventIndicators
+    assert tuple(u.variable.name for u in told) == kernel.indicators()
+    assert int(read_model_description(str(fmi2_fmu)).numberOfEventIndicators) == len(kernel.indicators())
+
+
+def test_factor_of_a_tunable_dependency_is_that_of_the_paper(description: ModelDescription) -> None:
+    """HSR = v_c / (2 pi f a): linear in the cutting speed, with a factor of parameters of which the amplitude may be tuned."""
+    ratio = next(u for u in description.outputs if u.variable.name == "speed_ratio")
+    kinds = dict(zip((known.name for known in ratio.dependencies), ratio.dependenciesKind, strict=True))
+    assert kinds["cutting_speed"] == "tunable"
+    contact = Contact({"cutting_speed": 0.3, "vibration_frequency": 17e3, "amplitude_x": 4e-6})
+    contact.start()
+    assert contact.derivative("speed_ratio", "cutting_speed") == pytest.approx(1 / (2 * math.pi * 17e3 * 4e-6), rel=1e-6)  # differences
+
+
+def test_linear_kinds_are_linear(description: ModelDescription) -> None:
+    """constant, fixed: one factor for all points of one choice of fixed parameters."""
+    claims = [
+        (u.variable.name, known)
+        for u in (*description.outputs, *description.derivatives)
+        for known, kind in zip(u.dependencies, u.dependenciesKind, strict=True)
+        if kind in ("constant", "fixed") and u.variable.name not in kernel.states()
+    ]
+    assert claims
+    for unknown, known in claims:
+        looked = 0
+        for number in range(40):
+            point, factors = Point(70 + number), []
+            try:
+                for _ in range(3):
+                    point.run()
+                    rows = []
+                    for _ in range(2):
+                        point.change(kernel.variable(known.name))
+                        point.contact.evaluate()
+                        rows.append((point.contact.get(known.name), point.contact.get(unknown)))
+                    (x, y), (x_2, y_2) = rows
+                    if abs(x - x_2) > 1e-3 * abs(x):  # else rounding decides
+                        factors.append((y - y_2) / (x - x_2))
+            except SimulationError:
+                continue
+            looked += len(factors) > 1
+            assert factors == pytest.approx(factors[:1] * len(factors), rel=1e-9), (unknown, known.name)
+        assert looked > 10, (unknown, known.name)
+
+
+# ---- the archive ----
+
+
+def test_archive_is_plain(path: Path) -> None:
+    with zipfile.ZipFile(path) as opened:
+        entries = opened.infolist()
+    names = [entry.filename for entry in entries]
+    assert names == sorted(set(names))
+    for entry in entries:
+        parts = PurePosixPath(entry.filename).parts
+        assert "\\" not in entry.orig_filename
+        assert ":" not in entry.filename
+        assert not entry.filename.startswith("/")
+        assert ".." not in parts
+        assert entry.external_attr >> 16 == 0o100644  # a file: no folder, no link
+        assert entry.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+        assert entry.date_time == entries[0].date_time
+
+
+@pytest.mark.parametrize("name", ["../evil", "/etc/evil", "a/../../evil", "a\\b", "c:evil", "", "a//b", "./a"])
+def test_no_path_leads_outside(tmp_path: Path, name: str) -> None:
+    with pytest.raises(fmu.FmuError, match="not a path inside"):
+        archive.write({"modelDescription.xml": b"", name: b"x"}, tmp_path / "out.fmu")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_failed_write_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    output = archive.write({"a": b"old"}, tmp_path / "out.fmu")
+    old = output.read_bytes()
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError("no space left")
+
+    monkeypatch.setattr(zipfile.ZipFile, "writestr", full)
+    with pytest.raises(OSError, match="no space left"):
+        archive.write({"a": b"new"}, output)
+    assert output.read_bytes() == old
+    assert [p.name for p in tmp_path.iterdir()] == ["out.fmu"]
+
+
+def test_two_builds_give_the_same_bytes(version: int, tmp_path: Path) -> None:
+    target = [host_target().fmi3_folder]
+    first, second = (fmu.build_fmu(version, tmp_path / name, target).read_bytes() for name in ("one.fmu", "two.fmu"))  # type: ignore[arg-type]
+    assert hashlib.sha256(first).digest() == hashlib.sha256(second).digest()
+
+
+def test_source_date_epoch_is_the_date(version: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    output = fmu.build_fmu(version, tmp_path / "out.fmu", [host_target().fmi3_folder])  # type: ignore[arg-type]
+    assert read_model_description(str(output)).generationDateAndTime == "2023-11-14T22:13:20Z"
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "tomorrow")
+    with pytest.raises(fmu.FmuError, match="SOURCE_DATE_EPOCH"):
+        archive.write({}, tmp_path / "none.fmu")
+
+
+def test_bad_orders_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(EvatError, match="targets are x86_64-linux"):
+        fmu.build_fmu(3, tmp_path / "out.fmu", ["sparc-solaris"])
+    with pytest.raises(EvatError, match="version 2 or 3"):
+        fmu.build_fmu(1, tmp_path / "out.fmu")  # type: ignore[arg-type]
+    with pytest.raises(EvatError, match="without any binary"):
+        fmu.build_fmu(2, tmp_path / "out.fmu", [])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_table_of_what_is_shown_has_no_stray_keys(tmp_path: Path) -> None:
+    (tmp_path / "odd.toml").write_text('model_name = "A"\nmodel_nmae = "B"\n')
+    with pytest.raises(fmu.FmuError, match="model_nmae"):
+        load(tmp_path / "odd.toml")
+
+
+# ---- what travels along ----
+
+
+@pytest.mark.parametrize(
+    ("name", "schema"),
+    [
+        ("terminalsAndIcons/terminalsAndIcons.xml", "fmi3/fmi3TerminalsAndIcons.xsd"),
+        ("sources/buildDescription.xml", "fmi3/fmi3BuildDescription.xsd"),
+    ],
+)
+def test_other_xml_fits_its_schema(path: Path, name: str, schema: str) -> None:
+    etree.XMLSchema(file=str(SCHEMAS / schema)).assertValid(etree.fromstring(content(path, name)))
+
+
+def test_terminals_name_variables_and_pictures_that_exist(path: Path, description: ModelDescription) -> None:
+    causalities = {v.name: v.causality for v in description.modelVariables}
+    terminals = etree.fromstring(content(path, "terminalsAndIcons/terminalsAndIcons.xml")).findall("Terminals/Terminal")
+    assert len(terminals) == 2
+    for terminal in terminals:
+        members = terminal.findall("TerminalMemberVariable")
+        assert len({m.get("memberName") for m in members}) == len(members) > 0
+        assert all(causalities[m.get("variableName")] in ("input", "output") for m in members)
+        base = terminal.find("TerminalGraphicalRepresentation").get("iconBaseName")
+        assert content(path, f"terminalsAndIcons/{base}.png").startswith(b"\x89PNG")
+    for picture in ("terminalsAndIcons/icon.png", "model.png", "documentation/diagram.png"):
+        assert content(path, picture).startswith(b"\x89PNG")
+    for drawing in ("terminalsAndIcons/icon.svg", "documentation/diagram.svg"):
+        assert etree.fromstring(content(path, drawing)).tag.endswith("svg")
+
+
+def test_reference_results_come_out_of_the_fmu(path: Path) -> None:
+    table = np.genfromtxt(io.BytesIO(content(path, "extra/org.fmi-standard.fmi-ls-ref/EvatContact_ref.csv")), delimiter=",", names=True)
+    columns = list(table.dtype.names or ())[1:]
+    result = simulate_fmu(str(path), fmi_type="CoSimulation", output=columns, stop_time=1e-3, step_size=1e-6, output_interval=1e-6)
+    assert len(result) == len(table) == 1001
+    for name in columns:
+        scale = np.max(np.abs(table[name]))
+        assert scale > 0, name
+        assert np.max(np.abs(result[name] - table[name])) <= 1e-8 * scale, name  # the file has 9 digits
+
+
+def test_manifest_has_the_checksums_of_its_files(path: Path) -> None:
+    folder = "extra/org.fmi-standard.fmi-ls-ref"
+    manifest = etree.fromstring(content(path, f"{folder}/fmi-ls-manifest.xml"))
+    assert manifest.get("{http://fmi-standard.org/fmi-ls-manifest}fmi-ls-name") == "org.fmi-standard.fmi-ls-ref"
+    related = manifest.findall("Related")
+    assert {r.get("source") for r in related} == {"EvatContact_ref.csv", "EvatContact_ref.opt"}
+    for one in related:
+        assert one.get("checksum") == hashlib.sha3_256(content(path, f"{folder}/{one.get('source')}")).hexdigest()
+
+
+def test_sources_compile_as_they_are_listed(version: int, path: Path, tmp_path: Path) -> None:
+    folder = Path(extract(str(path), unzipdir=str(tmp_path / "fmu")))
+    configuration = read_build_description(str(folder))[0]
+    files = configuration.sourceFileSets[0].sourceFiles
+    if version == 2:
+        assert read_model_description(str(folder)).buildConfigurations[0].sourceFileSets[0].sourceFiles == files
+    assert not list(folder.rglob("fmi[23]*.h"))  # the importer's own headers count
+    sources = [folder / "sources" / name for name in files]
+    binary = compile_library(sources, tmp_path / f"Again{host_target().extension}", host_target(), include=[fmi_headers()])
+    get_version = getattr(ctypes.CDLL(str(binary)), f"fmi{version}GetVersion")
+    get_version.restype = ctypes.c_char_p
+    assert get_version().startswith(f"{version}.0".encode())
+
+
+class Links(HTMLParser):
+    """Anchors and references of a page."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.anchors: set[str] = set()
+        self.links: set[str] = set()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name == "id" and value:
+                self.anchors.add(value)
+            if name == "href" and value and tag == "a":
+                self.links.add(value)
+
+
+def test_documentation_tells_all_and_links_nowhere_else(path: Path) -> None:
+    page = content(path, "documentation/index.html").decode()
+    text = re.sub(r"&#?\w+;", lambda m: {"&lt;": "<", "&gt;": ">", "&amp;": "&", "&#39;": "'", "&#34;": '"'}.get(m[0], m[0]), page)
+    for law in kernel.laws():
+        assert law.equation in text, law.name
+    for effect in kernel.effects():
+        assert effect.equation in text, effect.name
+    found = Links()
+    found.feed(page)
+    assert {v.name for v in kernel.variables()} <= found.anchors
+    with zipfile.ZipFile(path) as opened:
+        files = {f"documentation/{link}" for link in found.links if not link.startswith("#")}
+        assert files <= set(opened.namelist())
+    assert {link[1:] for link in found.links if link.startswith("#")} <= found.anchors
+    assert "<script" not in page
+
+
+def test_licence_and_dependencies_are_there(path: Path) -> None:
+    licence = content(path, "documentation/licenses/license.txt").decode()
+    assert licence.startswith("MIT License")
+    assert read_model_description(str(path)).copyright in licence
+    assert content(path, "documentation/externalDependencies.txt") == b"none\n"

@@ -1,0 +1,117 @@
+"""Does the C touch memory that is not its own, or do what C leaves undefined? The tests of the doors once more, under sanitizers.
+
+AddressSanitizer and UndefinedBehaviorSanitizer stop the process at the first finding and write a report. That they would is tried on a
+copy with two faults planted.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from evat.compile import (
+    CompileError,
+    compile_library,
+    fmi_headers,
+    host_target,
+    include_folders,
+    kernel_sources,
+    sanitizer_runtime,
+    shell_sources,
+    source_root,
+)
+
+HERE = Path(__file__).resolve().parent
+TESTED = ("test_values", "test_fmu_state", "test_life_cycle", "test_event_mode", "test_solver_side", "test_same_bits")
+# The library shows the kernel beside the FMI functions; and a step of 100 000 internal ones is slow under sanitizers.
+LEFT_OUT = "not nothing_else and not ends_halfway"
+
+UNDER_TEST = """
+import sys
+from pathlib import Path
+import evat.kernel
+import pytest
+evat.kernel.kernel_library_path = lambda: Path(sys.argv[1])
+sys.exit(pytest.main(sys.argv[2:]))
+"""
+ONE_CALL = """
+import sys
+from pathlib import Path
+from raw_fmi import Door, Instance
+one = Instance(Door(Path(sys.argv[1]), Path(sys.argv[2])))
+one.start() if sys.argv[3] == "start" else one.call("Reset")
+"""
+OPENING = "enum Answer component_{}(struct Component *c)\n{{\n"
+WRITE_BEHIND_THE_END = "    ((volatile char *)c)[sizeof *c + 5] = 1;\n"
+OVERFLOW = "    volatile int largest = 0x7fffffff; largest = largest + (c != NULL);\n"
+
+
+@pytest.fixture(scope="module")
+def preload() -> str:
+    """What a program must load first; the C++ library too, or exceptions of Python's own extensions are a finding."""
+    try:
+        runtime = sanitizer_runtime()
+    except CompileError as error:
+        pytest.skip(str(error))
+    answer = subprocess.run(["gcc", "-print-file-name=libstdc++.so.6"], capture_output=True, text=True, check=True)
+    return f"{runtime} {Path(answer.stdout.strip()).resolve()}"
+
+
+def sanitized(root: Path, folder: Path, fmus: dict[str, Path]) -> Path:
+    """Kernel and both shells from `root` in one library, and FMUs around it; the library."""
+    sources = sorted({*kernel_sources(root), *shell_sources(root, 2), *shell_sources(root, 3)})
+    include = [*include_folders(root), fmi_headers()]
+    target = host_target()
+    library = compile_library(sources, folder / f"all{target.extension}", target, include=include, exports=["kernel.h"], sanitize=True)
+    for fmu in (fmus["fmi2"], fmus["fmi3"]):
+        with zipfile.ZipFile(fmu) as plain, zipfile.ZipFile(folder / fmu.name, "w") as made:
+            for name in plain.namelist():
+                made.writestr(name, library.read_bytes() if name.endswith(target.extension) else plain.read(name))
+    return library
+
+
+def run(preload: str, folder: Path, script: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """A program over the FMUs in `folder`. Findings come on its error stream."""
+    environment = os.environ | {
+        "LD_PRELOAD": preload,
+        "ASAN_OPTIONS": "detect_leaks=0",  # Python keeps memory to its end; growth has a test of its own
+        "UBSAN_OPTIONS": "print_stacktrace=1",
+        "EVAT_TEST_FMUS": str(folder),
+    }
+    command = [sys.executable, "-c", script, *arguments]
+    return subprocess.run(command, cwd=HERE, env=environment, capture_output=True, text=True, errors="replace", check=False)
+
+
+def test_the_tests_of_the_doors_under_sanitizers(preload: str, fmus: dict[str, Path], tmp_path: Path) -> None:
+    library = sanitized(source_root(), tmp_path, fmus)
+    files = [f"{name}.py" for name in TESTED]
+    options = ["-q", "-x", "-p", "no:cacheprovider", "--capture=sys", "-k", LEFT_OUT, f"--basetemp={tmp_path / 'inner'}"]
+    done = run(preload, tmp_path, UNDER_TEST, str(library), *options, *files)
+    assert "AddressSanitizer" not in done.stderr, done.stderr[:5000]
+    assert "runtime error" not in done.stderr, done.stderr[:5000]
+    assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-5000:]
+
+
+@pytest.mark.parametrize(
+    ("at", "fault", "finding"),
+    [("start", WRITE_BEHIND_THE_END, "heap-buffer-overflow"), ("reset", OVERFLOW, "signed integer overflow")],
+    ids=["memory", "arithmetic"],
+)
+def test_a_planted_fault_is_found(preload: str, fmus: dict[str, Path], tmp_path: Path, at: str, fault: str, finding: str) -> None:
+    root = tmp_path / "copy"
+    for name in ("kernel", "fmi", "fmus"):
+        shutil.copytree(source_root() / name, root / name)
+    component = root / "fmi" / "component.c"
+    plain = component.read_text()
+    component.write_text(plain.replace(OPENING.format(at), OPENING.format(at) + fault))
+    assert component.read_text() != plain
+    sanitized(root, tmp_path, fmus)
+    done = run(preload, tmp_path, ONE_CALL, str(tmp_path / fmus["fmi2"].name), str(tmp_path), at)
+    assert done.returncode != 0
+    assert finding in done.stderr
+    assert f"component_{at}" in done.stderr
