@@ -181,7 +181,7 @@ static enum Status march(struct Contact *contact, const struct Wiring *w, double
     struct Point points[3], *start = &points[0], *middle = &points[1], *end = &points[2];
     lanes h, to_window, difference;
     int jumps = 0;
-    const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-9 * step : 1e-9 / w->p[VIBRATION_FREQUENCY][0];
+    const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VIBRATION_FREQUENCY][0];
     point_at(contact, w, s, start);
     let_go(contact, w, start);
     EACH_LANE start->z[i] = contact->value[BRISTLE_DEFLECTION][i];

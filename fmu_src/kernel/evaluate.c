@@ -53,11 +53,16 @@ enum Status kernel_evaluate(struct Contact *contact)
     struct Point x;
     if (!ordered_temperatures(contact))
         return KERNEL_TEMPERATURES;
-    if (w.kinematics == KINEMATICS_EXTERNAL) /* inputs may jump without an event: sides follow them */
+    lanes held[INDICATORS]; /* looking must not touch */
+    for (int k = 0; k < INDICATORS; ++k)
+        EACH_LANE held[k][i] = contact->sign[k][i];
+    if (w.kinematics == KINEMATICS_EXTERNAL) /* inputs may jump without an event: what is shown follows them */
         settle_sides(contact, &w, here, 0, &x);
     else
         point_at(contact, &w, here, &x);
     show(contact, &w, &x);
+    for (int k = 0; k < INDICATORS; ++k)
+        EACH_LANE contact->sign[k][i] = held[k][i];
     EACH_LANE if (!isfinite(x.F_p[i]) || !isfinite(x.dz[i])) return KERNEL_DIVERGED;
     return KERNEL_OK;
 }

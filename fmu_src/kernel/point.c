@@ -142,4 +142,10 @@ void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes t
         settle_sides(contact, w, tau, ahead, x);
     }
     point_at(contact, w, tau, x);
+    if (!w->law->event)
+        return;
+    int again = 0; /* where the law has acted, its next event still lies ahead, however near */
+    EACH_LANE if (x->law[i] > 0 && contact->sign[AT_LAW][i] < 0) contact->sign[AT_LAW][i] = again = 1;
+    if (again)
+        point_at(contact, w, tau, x);
 }

@@ -7,18 +7,15 @@ from math import cos, exp, pi, sin
 
 import numpy as np
 import pytest
-from driving import OUTSIDE, at_speed_ratio, slide, started
+from driving import AMPLITUDE, OMEGA, PERIOD, at_speed_ratio, slide, started
 from evat import kernel
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as some
 from scipy.integrate import quad
+from work import EFFECTS, SAMPLES, Cycles
 
-EFFECTS = ("thermal_softening", "thermal_damping")
-TOLERANCE = 1e-8
-ROUNDING = (10 * TOLERANCE) ** 0.6  # of the work that goes to and fro: what the steps may leave unexplained
-SAMPLES, CYCLES = 96, 4
-
-ordinary = settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+BUSY = [HealthCheck.too_slow, HealthCheck.filter_too_much]
+ordinary = settings(max_examples=100, deadline=None, derandomize=True, suppress_health_check=BUSY)
 
 
 def between(low: float, high: float) -> some.SearchStrategy[float]:
@@ -45,27 +42,8 @@ friction = some.fixed_dictionaries(
 effects = some.sampled_from([(), EFFECTS[:1], EFFECTS[1:], EFFECTS])
 # up to three harmonics in m/s and their phases, a mean, and the way in break-away deflections F_C/sigma0
 harmonic = some.tuples(between(1e-4, 2), some.floats(0, 2 * pi))
-slip = some.tuples(some.lists(harmonic, min_size=1, max_size=3), some.sampled_from([0.0, 0.0, 0.5]))
+slip = some.tuples(some.lists(harmonic, min_size=1, max_size=3), some.sampled_from([0.0, 0.5, 1.5]))
 way = between(1e-3, 30)
-
-
-class Cycles:
-    """Work, stored energy and work to and fro of each cycle of a periodic slip velocity v(angle)."""
-
-    def __init__(self, v: Callable[[float], float], frequency: float, values: Mapping[str, float | str], on: tuple[str, ...]) -> None:
-        turns = np.arange(SAMPLES * CYCLES + 1) / SAMPLES
-        speed = np.array([v(2 * pi * turn) for turn in turns])
-        names = ("dissipated_energy", "friction_force", "bristle_deflection", "theta_used")
-        values = {**OUTSIDE, "relative_tolerance": TOLERANCE, **values}
-        self.energy, self.F, self.z, theta = slide(turns / frequency, speed, values, *names, on=on).T
-        self.work = np.diff(self.energy[::SAMPLES])
-        fro = np.abs(self.F * speed)
-        self.to_and_fro = np.add.reduceat((fro[1:] + fro[:-1]) / 2, np.arange(0, SAMPLES * CYCLES, SAMPLES)) / (SAMPLES * frequency)
-        self.s0 = np.full(theta.shape, float(values["sigma0"]))
-        if EFFECTS[0] in on:
-            self.s0 -= values["thermal_softening.k_Q"] * (theta / values["theta_ref"]) ** values["thermal_softening.Q"]
-        self.s0 = np.maximum(self.s0, 1e-3 * values["sigma0"])
-        self.stored = 0.5 * self.s0[::SAMPLES] * self.z[::SAMPLES] ** 2
 
 
 def sum_of(harmonics: list[tuple[float, float]], mean: float) -> Callable[[float], float]:
@@ -85,21 +63,20 @@ def turns_per_second(values: Mapping[str, float], v: float, share: float) -> flo
 def test_at_a_steady_temperature_friction_takes_energy(
     law: str, source: str, values: dict, on: tuple[str, ...], motion: tuple, share: float, speed: float
 ) -> None:
-    """Work plus the energy that the bristles give back is never negative: over a cycle that leaves them as they were, the work itself."""
+    """From sample to sample, and so over every closed cycle: no more comes out than the bristles have stored."""
     harmonics, mean = motion
     frequency = turns_per_second(values, harmonics[0][0], share)
     cycles = Cycles(sum_of(harmonics, mean), frequency, {**values, "friction_law": law, "proxy_source": source, source: speed}, on)
-    slack = ROUNDING * cycles.to_and_fro
     stored = cycles.stored
     if law in ("coulomb", "karnopp"):
-        stored = np.zeros(CYCLES + 1)
+        stored = np.zeros(cycles.energy.shape)
     if law == "reset_integrator":
         stored = stored * values["F_S"] / values["F_C"]
     if law == "bristle":  # the bonds' own energy does not show; they began with d^2/24 each, d = 3 F_C/P
         P = cycles.s0[0] if values["rate_stiffness"] == "thermal" else values["sigma0"]
-        assert cycles.energy[-1] + cycles.s0[0] * (3 * values["F_C"] / P) ** 2 / 24 >= -slack.sum()
+        assert np.all(cycles.energy + cycles.s0[0] * (3 * values["F_C"] / P) ** 2 / 24 >= -cycles.slack)
         return
-    assert np.all(cycles.work - np.diff(stored) >= -slack)
+    assert np.all(np.diff(cycles.energy - stored) >= -cycles.slack)
 
 
 @ordinary
@@ -112,9 +89,10 @@ def test_softening_by_the_slip_itself_gives_away_no_more_than_the_stiffening_of_
     harmonics, mean = motion
     frequency = turns_per_second(values, harmonics[0][0], share)
     cycles = Cycles(sum_of(harmonics, mean), frequency, {**values, "friction_law": "lugre"}, on)
-    rises = np.maximum(np.diff(cycles.s0), 0) * np.maximum(cycles.z[1:] ** 2, cycles.z[:-1] ** 2) / 2
-    given_away = np.add.reduceat(rises, np.arange(0, SAMPLES * CYCLES, SAMPLES))
-    assert np.all(cycles.work - np.diff(cycles.stored) + given_away >= -ROUNDING * cycles.to_and_fro - 0.02 * given_away)
+    rises, z = np.maximum(np.diff(cycles.s0), 0), np.maximum(np.abs(cycles.z[1:]), np.abs(cycles.z[:-1]))
+    turns = cycles.speed[1:] * cycles.speed[:-1] < 0  # within such a sample s0 rises to sigma0, and z may have its peak
+    rises[turns], z[turns] = values["sigma0"] - cycles.s0[:-1][turns], np.abs(cycles.z).max()
+    assert np.all(np.diff(cycles.energy - cycles.stored) + rises * z**2 / 2 >= -cycles.slack)
 
 
 @ordinary
@@ -125,8 +103,8 @@ def test_one_harmonic_of_slip_takes_energy_also_from_bristles_that_soften_with_i
     """The way out is as fast as the way back at every deflection, so nothing is gained."""
     frequency = turns_per_second(values, amplitude, share)
     cycles = Cycles(lambda angle: amplitude * cos(angle), frequency, {**values, "friction_law": "lugre"}, on)
-    periodic = abs(cycles.stored[-1] - cycles.stored[-2]) <= 1e-3 * cycles.work[-1]
-    assert cycles.work[-1] >= -ROUNDING * cycles.to_and_fro[-1] or not periodic
+    assume(abs(np.diff(cycles.stored[::SAMPLES])[-1]) <= 1e-3 * abs(cycles.work[-1]))  # the cycle has closed
+    assert cycles.work[-1] >= -cycles.slack
 
 
 SOFTENING = {
@@ -190,52 +168,17 @@ def test_two_harmonics_are_enough_to_give_energy_away(twist: float) -> None:
     assert cycles.work == pytest.approx(work, rel=2e-2)  # sliding adds a share of the order of z sigma0/g
 
 
-# ---- as published ----
-
-
-def test_published_damping_gives_energy_away() -> None:
-    """Inconel 718 of the paper's table 1 with speeds in m/s, |v| s1/(4 g) far above 1: slip that never reverses, 1.2 +- 1 times v_s at
-    100 Hz. The lag of the bristles behind the falling Stribeck curve, times a huge s1, returns more than sliding takes."""
-    values = {"sigma0": 482200.0, "sigma1": 98333.0, "sigma2": 0.523, "F_C": 0.7379, "F_S": 2.56, "v_s": 0.00468, "theta_ref": 1.0}
-    values |= {"thermal_softening.k_Q": 1.0, "thermal_softening.Q": 5.34, "thermal_damping.alpha2": 0.0365, "friction_law": "lugre"}
-    work, force = {}, {}
-    for mode in ("as_published", "dissipative"):
-        cycles = Cycles(lambda angle: 0.00468 * (1.2 + cos(angle)), 100.0, {**values, "damping_mode": mode}, EFFECTS)
-        work[mode], force[mode] = cycles.work[-1], np.abs(cycles.F).max()
-    assert work["as_published"] == pytest.approx(-4.9e-4, rel=0.05)  # J a cycle
-    assert work["dissipative"] == pytest.approx(5.8e-5, rel=0.05)  # between F_C and F_S times the 56 um of way
-    assert 0.7379 < work["dissipative"] / (1.2 * 0.00468 / 100) < 2.56
-    assert force["as_published"] > 100
-    assert force["dissipative"] < 2.56
-
-
-@pytest.mark.parametrize(
-    ("material", "P", "alpha1", "alpha2", "F_C", "F_S", "v_s", "excess"),
-    [("Al 7075", 962800, 851.5, 0.499, 8.97, 7.49, 0.00987, 8), ("Inconel 718", 482200, 98333, 0.0365, 0.7379, 2.56, 0.00468, 16000)],
-)
-def test_published_damping_makes_spikes(
-    material: str, P: float, alpha1: float, alpha2: float, F_C: float, F_S: float, v_s: float, excess: float
-) -> None:
-    """At 0.5 m/s the damping is 8 to 16 000 times what keeps the law dissipative (speeds in m/s); reversing slip makes s1 v of force."""
-    s1 = alpha1 * 0.5**alpha2
-    assert 0.5 * s1 / (4 * F_C) == pytest.approx(excess, rel=0.06)
-    values = {"sigma0": P, "sigma1": alpha1, "sigma2": 0.0, "F_C": F_C, "F_S": F_S, "v_s": v_s, "theta_ref": 1.0, "friction_law": "lugre"}
-    values |= {"thermal_damping.alpha2": alpha2}
-    peak = {}
-    for mode in ("as_published", "dissipative"):
-        cycles = Cycles(lambda angle: 0.5 * cos(angle), 20e3, {**values, "damping_mode": mode, "damping_margin": 0.1}, EFFECTS[1:])
-        peak[mode] = np.abs(cycles.F).max()
-    assert 0.5 * 0.5 * s1 < peak["as_published"] < 2 * 0.5 * s1
-    assert peak["dissipative"] < max(F_C, F_S) * 1.8  # g and, for reversed bristles, twice 4 c g with c = 0.1
-
-
-@pytest.mark.parametrize("mode", ["dissipative", "as_published"])
-def test_a_vibration_cycle_takes_energy(mode: str) -> None:
-    """On the ellipse with the start values: every cycle dissipates, at most F_S and the viscous force over the whole of the slip."""
-    values = at_speed_ratio(0.3, feed=1e-4, damping_mode=mode, sigma1=0.0)
+def test_a_vibration_cycle_takes_energy() -> None:
+    """On the ellipse, softened by the slip: every cycle takes some, and no more than F_S and the viscous force along the whole slip."""
+    r, phi, F_S, sigma2 = 0.3, pi / 6, 10.0, 1.0
+    values = at_speed_ratio(r, feed=1e-4, sigma0=1e8, sigma1=0.0, F_S=F_S, sigma2=sigma2, chip_flow_shear_angle=phi)
     contact = started(values, EFFECTS[:1])
     energy = []
     for _ in range(4):
-        contact.advance(1 / 20e3)
+        contact.advance(PERIOD)
         energy.append(contact.get("dissipated_energy"))
-    assert np.all(np.diff(energy) > 0)
+    psi = np.linspace(0, 2 * pi, 10001)
+    speed = np.abs(AMPLITUDE * OMEGA * ((r + np.cos(psi)) * np.tan(phi) - np.sin(psi)))
+    most = (F_S + sigma2 * speed.max()) * speed.mean() * PERIOD
+    assert np.all(np.diff(energy) > 0.1 * most)
+    assert np.all(np.diff(energy) < most)
