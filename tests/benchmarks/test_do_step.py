@@ -82,7 +82,7 @@ def test_from_c(benchmark: Any, summary: Summary, loops: ct.CDLL, fmi2: OpenFmu,
 def test_call_overhead(benchmark: Any, summary: Summary, loops: ct.CDLL, fmi2: OpenFmu, fmi3: OpenFmu) -> None:
     """Limit: the call. An empty function with doStep's arguments is called in the same three ways."""
     fmpy2, fmpy3, raw, empty = (started(fmi, "external") for fmi in (fmi2, fmi3, fmi2, fmi2))
-    types = [ct.c_void_p, ct.c_double, ct.c_double, ct.c_int]
+    types: Any = [ct.c_void_p, ct.c_double, ct.c_double, ct.c_int]
     nothing = loops.nothing_2
     nothing.argtypes = types
     # fmpy keeps the functions that it calls by their names; there is no FMU without work to load

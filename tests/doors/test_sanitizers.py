@@ -46,9 +46,10 @@ from raw_fmi import Door, Instance
 one = Instance(Door(Path(sys.argv[1]), Path(sys.argv[2])))
 one.start() if sys.argv[3] == "start" else one.call("Reset")
 """
-OPENING = "enum Answer component_{}(struct Component *c)\n{{\n"
-WRITE_BEHIND_THE_END = "    ((volatile char *)c)[sizeof *c + 5] = 1;\n"
-OVERFLOW = "    volatile int largest = 0x7fffffff; largest = largest + (c != NULL);\n"
+FAULTS = {
+    "start": "    ((volatile char *)c)[sizeof *c + 5] = 1;\n",
+    "reset": "    volatile int largest = 0x7fffffff; largest = largest + (c != NULL);\n",
+}
 
 
 @pytest.fixture(scope="module")
@@ -97,21 +98,27 @@ def test_the_tests_of_the_doors_under_sanitizers(preload: str, fmus: dict[str, P
     assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-5000:]
 
 
-@pytest.mark.parametrize(
-    ("at", "fault", "finding"),
-    [("start", WRITE_BEHIND_THE_END, "heap-buffer-overflow"), ("reset", OVERFLOW, "signed integer overflow")],
-    ids=["memory", "arithmetic"],
-)
-def test_a_planted_fault_is_found(preload: str, fmus: dict[str, Path], tmp_path: Path, at: str, fault: str, finding: str) -> None:
-    root = tmp_path / "copy"
+@pytest.fixture(scope="module")
+def planted(preload: str, fmus: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """FMUs of a copy that writes behind its memory at the start and overflows an integer at a reset."""
+    assert preload
+    folder = tmp_path_factory.mktemp("planted")
     for name in ("kernel", "fmi", "fmus"):
-        shutil.copytree(source_root() / name, root / name)
-    component = root / "fmi" / "component.c"
-    plain = component.read_text()
-    component.write_text(plain.replace(OPENING.format(at), OPENING.format(at) + fault))
-    assert component.read_text() != plain
-    sanitized(root, tmp_path, fmus)
-    done = run(preload, tmp_path, ONE_CALL, str(tmp_path / fmus["fmi2"].name), str(tmp_path), at)
+        shutil.copytree(source_root() / name, folder / "copy" / name)
+    component = folder / "copy" / "fmi" / "component.c"
+    text = component.read_text()
+    for function, fault in FAULTS.items():
+        opening = f"enum Answer component_{function}(struct Component *c)\n{{\n"
+        assert opening in text
+        text = text.replace(opening, opening + fault)
+    component.write_text(text)
+    sanitized(folder / "copy", folder, fmus)
+    return folder
+
+
+@pytest.mark.parametrize(("function", "finding"), [("start", "heap-buffer-overflow"), ("reset", "signed integer overflow")])
+def test_a_planted_fault_is_found(preload: str, planted: Path, fmus: dict[str, Path], function: str, finding: str) -> None:
+    done = run(preload, planted, ONE_CALL, str(planted / fmus["fmi2"].name), str(planted), function)
     assert done.returncode != 0
     assert finding in done.stderr
-    assert f"component_{at}" in done.stderr
+    assert f"component_{function}" in done.stderr

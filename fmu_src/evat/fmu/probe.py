@@ -107,6 +107,7 @@ class Probe:
         self.starts = (*self.fixed, *self.tunable, *self.driven)
         self.factors = _Factors(len(self.unknowns), len(self.driven))
         self.initial = np.zeros((len(self.unknowns), len(self.starts)), dtype=bool)
+        self.of_the_start = np.array([unknown not in self.indicators for unknown in self.unknowns])  # FMI asks no more
         self.reinit = np.zeros(len(self.states), dtype=bool)
         self.luck = random.Random(_SEED)
         self.state_places = np.array([v.index for v in self.states])
@@ -151,7 +152,7 @@ class Probe:
         self.factors.forget("tunable")
 
     def initialise(self, contact: Contact) -> None:
-        """Change one known before the start: one in two of them, one in eight where the start is to find the periodic state."""
+        """Change one known before the start; only one in eight of them where the start is to find the periodic state."""
         fresh, time = contact.state(), 0.0
         for _ in range(4):  # mostly one that starts in contact
             contact.restore(fresh)
@@ -161,14 +162,14 @@ class Probe:
                 break
         base, started = contact.values()[self.places], contact.state()
         every = range(len(self.starts))
-        for place in self.luck.sample(every, len(every) // (8 if contact.get("initial_state") else 2)):
+        for place in self.luck.sample(every, len(every) // 8) if contact.get("initial_state") else every:
             known = self.starts[place]
             contact.restore(fresh)
             contact.time = time
             _put(contact, known, _other(contact, known, self.luck))
             if not _dear(contact):
                 contact.start(contact.time)
-                self.initial[:, place] |= contact.values()[self.places] != base
+                self.initial[:, place] |= self.of_the_start & (contact.values()[self.places] != base)
         contact.restore(started)
 
     def move(self, contact: Contact) -> None:
