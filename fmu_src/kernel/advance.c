@@ -23,8 +23,12 @@ static void try_step(const struct Contact *contact, const struct Wiring *w, cons
     for (int n = 0; n < passes && moving; ++n) {
         lanes before;
         EACH_LANE before[i] = end->z[i];
-        open_point(contact, w, half, 1, middle);
-        open_point(contact, w, whole, 1, end);
+        if (w->held) /* nothing but the bristle moves */
+            *middle = *end = *start;
+        else {
+            open_point(contact, w, half, 1, middle);
+            open_point(contact, w, whole, 1, end);
+        }
         bristle_step(w->law->relaxes || w->current_angle, !w->current_angle, h, start, middle, end, middle->z, end->z, difference);
         moving = 0;
         EACH_LANE moving |= fabs(end->z[i] - before[i]) > 1e-3 * w->p[RELATIVE_TOLERANCE][i] * fabs(end->z[i]);
@@ -133,7 +137,7 @@ static void accumulate(struct Contact *contact, int i, double h, const struct Po
     value[NORMAL_IMPULSE][i] += h / 6 * (a->N[i] + 4 * m->N[i] + b->N[i]);
     value[CONTACT_TIME][i] += h * a->cutting[i];
     value[STEP_COUNT][i] += 1;
-    value[CLAMPED_COUNT][i] += b->clamped[i] > 0;
+    value[CLAMPED_COUNT][i] += b->clamped[i] + b->outside[i] > 0;
 }
 
 static double longest_step(const struct Wiring *w, int i)
@@ -163,7 +167,7 @@ static int accurate(struct Contact *contact, const struct Wiring *w, double shor
 {
     int all = 1;
     EACH_LANE {
-        const double bad = badness(contact, i, start, middle, end, difference[i]), factor = bad > 0 ? 0.9 / cbrt(bad) : 4;
+        const double bad = badness(contact, i, start, middle, end, difference[i]), factor = bad > 0.011 ? 0.9 / cbrt(bad) : 4;
         if (h[i] <= shortest && bad > 1)
             continue;
         const double next = h[i] * smaller(larger(factor, 0.1), bad > 1 ? 0.7 : 4);
@@ -224,6 +228,7 @@ static enum Status march(struct Contact *contact, const struct Wiring *w, double
         if (shorter)
             try_step(contact, w, s, h, start, middle, end, difference);
         contact->warnings |= end->warnings;
+        EACH_LANE contact->warnings |= end->outside[i] != 0 ? WARN_FORCE_DOMAIN : 0u;
         EACH_LANE {
             accumulate(contact, i, h[i], start, middle, end);
             s[i] = h[i] == step - s[i] ? step : s[i] + h[i];

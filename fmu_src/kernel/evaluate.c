@@ -38,6 +38,7 @@ static void show(struct Contact *contact, const struct Wiring *w, const struct P
             value[mean_of[n]][i] = now[n];
     }
     contact->warnings |= x->warnings;
+    EACH_LANE contact->warnings |= x->outside[i] != 0 ? WARN_FORCE_DOMAIN : 0u;
 }
 
 int ordered_temperatures(const struct Contact *contact)

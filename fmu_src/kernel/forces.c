@@ -39,8 +39,7 @@ void forces_at(const struct Wiring *w, struct Point *x)
         const int by_energy = chosen(p, SHEAR_ANGLE_PRINCIPLE, i) == MINIMUM_ENERGY;
         const double N = by_energy ? normal_by_energy(F, k, cos_rake, sin_rake) : normal_by_shear_stress(F, k, cos_rake, sin_rake);
         const int outside = N < 0 || (by_energy && k + F * cos_rake < 0);
-        x->clamped[i] += outside;
-        x->warnings |= outside ? WARN_FORCE_DOMAIN : 0u;
+        x->outside[i] = outside;
         x->N[i] = larger(N, 0);
         x->F_p[i] = x->N[i] * cos_rake + F * sin_rake;
         x->F_f[i] = F * cos_rake - x->N[i] * sin_rake;

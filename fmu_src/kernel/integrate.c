@@ -18,11 +18,11 @@ static void moments(double D, double I[3])
         I[2] = D * D - 2 * I[1];
         return;
     }
-    static const double inverse_factorial[10] = {1. / 6, 1. / 24, 1. / 120, 1. / 720, 1. / 5040, 1. / 40320, 1. / 362880,
-                                                 1. / 3628800, 1. / 39916800, 1. / 479001600};
-    double phi3 = 0;
-    for (int n = 9; n >= 0; --n)
-        phi3 = inverse_factorial[n] - D * phi3;
+    /* phi3 by its series, in pairs that do not wait for one another */
+    const double x = -D, x2 = x * x, x4 = x2 * x2;
+    const double low = (1. / 6 + x * (1. / 24)) + (1. / 120 + x * (1. / 720)) * x2;
+    const double high = (1. / 5040 + x * (1. / 40320)) + (1. / 362880 + x * (1. / 3628800)) * x2;
+    const double phi3 = low + high * x4 + (1. / 39916800 + x * (1. / 479001600)) * (x4 * x4);
     const double phi2 = 0.5 - D * phi3, phi1 = 1 - D * phi2;
     I[0] = D * phi1;
     I[1] = D * D * phi2;
@@ -46,18 +46,26 @@ void bristle_step(int relaxes, int clip, const lanes h, const struct Point *star
         }
         const double a0 = start->rate[i], am = middle->rate[i], a1 = end->rate[i];
         const double q0 = start->target[i], qm = middle->target[i], q1 = end->target[i];
-        const double D = h[i] / 6 * (a0 + 4 * am + a1), M = smaller(larger(h[i] / 24 * (5 * a0 + 8 * am - a1), 0), D);
-        /* target = q0 + slope A + bend A^2 through (0, q0), (M, qm), (D, q1); `chord` is the straight one through the ends */
-        const double first = M > 0 ? (qm - q0) / M : 0, last = D > M ? (q1 - qm) / (D - M) : first;
-        const double bend = D > 0 ? (last - first) / D : 0, slope = first - bend * M, chord = D > 0 ? (q1 - q0) / D : 0;
+        const double part = h[i] * (1. / 24), D = part * (4 * a0 + 16 * am + 4 * a1), per_D = D > 0 ? 1 / D : 0;
+        const double M = smaller(larger(part * (5 * a0 + 8 * am - a1), 0), D);
+        /* target = q + slope A + bend A^2 through (0, q0), (M, qm), (D, q1); `chord` is the straight one through the ends */
+        double first = M > 0 ? (qm - q0) / M : 0, last = D > M ? (q1 - qm) / (D - M) : first;
+        const double chord = (q1 - q0) * per_D, bend_seen = (last - first) * per_D, slope_seen = first - bend_seen * M;
+        /* Where the slip reverses the rate is 0 and the bristle does not follow its target, whose dip of static friction is far narrower
+         * than the step: that end is left out, and the target is straight. */
+        const int from_reversal = a0 < 1e-3 * am && D > M, to_reversal = !from_reversal && a1 < 1e-3 * am && M > 0;
+        first = from_reversal ? last : first;
+        last = to_reversal ? first : last;
+        const double q = from_reversal ? qm - last * M : q0, bend = (last - first) * per_D, slope = first - bend * M;
+        const double q_end = to_reversal ? qm + first * (D - M) : q1;
         double I[3];
         moments(M, I);
-        z_middle[i] = z + (q0 - z) * I[0] + slope * I[1] + bend * I[2];
+        z_middle[i] = z + (q - z) * I[0] + slope * I[1] + bend * I[2];
         moments(D, I);
-        const double reached = z + (q0 - z) * I[0] + slope * I[1] + bend * I[2];
+        const double reached = z + (q - z) * I[0] + slope * I[1] + bend * I[2];
         /* of the target's bend, and of the rate's: it shifts D, of which only the last relaxation is remembered */
         const double shift = h[i] / 3 * fabs(a0 - 2 * am + a1) / (1 + D);
-        difference[i] = fabs((slope - chord) * I[1] + bend * I[2]) + shift * fabs(q1 - reached);
+        difference[i] = fabs((slope_seen - chord) * I[1] + bend_seen * I[2]) + shift * fabs(q_end - reached);
         /* no bristle bends further than its largest target, which the parabola may overshoot */
         const double bound = larger(larger(reach(start, i), reach(end, i)), fabs(z));
         z_end[i] = clip ? larger(smaller(reached, bound), -bound) : reached;

@@ -200,6 +200,7 @@ struct Point {
     uint32_t warnings;
     /* forces */
     lanes N, F_p, F_f;
+    lanes outside;         /* 1 where the force lies outside the domain of the shear-angle principle */
 };
 
 /* A friction law: dz/dt = drive - rate z and F(z, dz/dt). p: the values of its own table. */

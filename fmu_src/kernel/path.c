@@ -19,12 +19,17 @@ double slip_along_rake(const struct Wiring *w, const struct Point *x, int lane, 
     return x->approach[lane] * tan_flow + x->u_x[lane] * w->sin_rake[lane] - x->u_y[lane] * w->cos_rake[lane];
 }
 
+struct Turn turn_at(double r)
+{
+    return r < 1 ? (struct Turn){r, acos(-r), sqrt(1 - r * r)} : (struct Turn){r, 0, 0};
+}
+
 /* Angle in the previous cycle at which the tool stood at the same place X (in units of amplitude_x) on its way forward:
  * r chi + sin(chi) = X, |chi| <= last. The slope vanishes at `last`, so the search starts from the series there,
  * top - X = bend d^2/2 + r d^3/6 - bend d^4/24 with d = last - chi, and goes on by Halley's rule. */
-static double angle_at(double X, double r, double last)
+static double angle_at(double X, const struct Turn *t)
 {
-    const double bend = sqrt(1 - r * r), top = r * last + bend, d = sqrt(2 * larger(top - X, 0) / bend), q = r / bend;
+    const double r = t->r, last = t->last, bend = t->bend, top = r * last + bend, d = sqrt(2 * larger(top - X, 0) / bend), q = r / bend;
     double low = -last, high = last, chi = last - d * (1 - d * q / 6 + d * d * (3 + 5 * q * q) / 72);
     for (int n = 0; n < 60; ++n) {
         chi = chi > low && chi < high ? chi : 0.5 * (low + high);
@@ -40,16 +45,6 @@ static double angle_at(double X, double r, double last)
             break;
     }
     return smaller(larger(chi, -last), last);
-}
-
-/* Height over the vibration's centre of the surface that the previous cycle left where the tool is; *surface tells how far that
- * surface still reaches (AT_SURFACE), past its end its last height stands. psi: vibration angle, 0 where the tool is fastest. */
-static double previous_surface(double psi, double sin_psi, double r, double b, double lead, double *surface)
-{
-    const double last = acos(-r); /* where the tool stops moving forward */
-    const double X = r * psi + sin_psi;
-    *surface = r * (last - 2 * PI) + sqrt(1 - r * r) - X;
-    return b * cos((*surface > 0 ? angle_at(X + 2 * PI * r, r, last) : last) + lead);
 }
 
 static void ellipse_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
@@ -75,12 +70,18 @@ static void ellipse_at(const struct Contact *contact, const struct Wiring *w, co
         x->surface[i] = -1;
         x->h[i] = nominal - y;
         if (r < 1 && x->approach[i] > 0) {
+            const struct Turn t = r == w->turn[i].r ? w->turn[i] : turn_at(r);
+            /* psi: vibration angle, 0 where the tool is fastest; X: its place in units of a; the surface that the previous cycle left
+             * reaches up to where that cycle turned, and past it its last height stands */
             const double ahead = turn + p[PHASE_X][i] + PI / 2; /* -3/2 pi .. 9/2 pi */
-            const double psi = ahead - 2 * PI * (whole(ahead / (2 * PI) + 1.5) - 1);
+            const double psi = ahead - 2 * PI * (whole(ahead / (2 * PI) + 1.5) - 1), X = r * psi + cos_x;
             const double lead = p[PHASE_Y][i] - p[PHASE_X][i] - PI / 2;
-            const double left = r > 0 ? previous_surface(psi, cos_x, r, b, lead, &x->surface[i]) : y;
+            if (r > 0)
+                x->surface[i] = r * (t.last - 2 * PI) + t.bend - X;
             const int on_left = contact->sign[AT_CONTACT][i] > 0 ? contact->sign[AT_SURFACE][i] > 0 : r == 0 || x->surface[i] > 0;
-            x->h[i] = on_left ? smaller(nominal, left) - y : x->h[i];
+            const double there = on_left && x->surface[i] > 0 ? angle_at(X + 2 * PI * r, &t) : t.last;
+            if (on_left)
+                x->h[i] = smaller(nominal, r > 0 ? b * cos(there + lead) : y) - y;
         }
     }
 }

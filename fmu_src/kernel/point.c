@@ -18,7 +18,7 @@ static int anywhere(const lanes flag)
 static void coast(const struct Wiring *w, struct Point *x)
 {
     EACH_LANE {
-        x->k[i] = x->F[i] = x->N[i] = x->F_p[i] = x->F_f[i] = x->drive[i] = x->target[i] = x->clamped[i] = 0;
+        x->k[i] = x->F[i] = x->N[i] = x->F_p[i] = x->F_f[i] = x->drive[i] = x->target[i] = x->clamped[i] = x->outside[i] = 0;
         x->rate[i] = w->p[RELEASE_TIME][i] > 0 ? 1 / w->p[RELEASE_TIME][i] : 0;
         x->F_C[i] = w->p[F_C][i];
         x->F_S[i] = w->p[F_S][i];

@@ -156,19 +156,24 @@ enum Status kernel_derivative(const struct Contact *contact, int unknown, int kn
 {
     struct Contact probe = *contact;
     const struct Variable *variable = kernel_variable(known);
-    double side[2];
     if (!variable || !kernel_variable(unknown))
         return KERNEL_NO_SUCH_VARIABLE;
-    /* Central differences: the step balances rounding and truncation, both near 1e-10 of the nominal. */
+    /* Central differences, of second order from within where a bound is near (a magnitude at 0 has no other side). The step balances
+     * rounding and truncation, both near 1e-10 of the nominal. */
     const double value = contact->value[known][0], scale = variable->nominal > 0 ? variable->nominal : 1;
     const double h = cbrt(2.3e-16) * larger(fabs(value), 1e-2 * scale);
-    for (int n = 0; n < 2; ++n) {
-        EACH_LANE probe.value[known][i] = contact->value[known][i] + (n ? h : -h);
+    static const double place[3][3] = {{-1, 0, 1}, {0, 1, 2}, {-2, -1, 0}}, weight[3][3] = {{-0.5, 0, 0.5}, {-1.5, 2, -0.5}, {0.5, -2, 1.5}};
+    const int kind = value - h < variable->min ? 1 : value + h > variable->max ? 2 : 0;
+    double sum = 0;
+    for (int n = 0; n < 3; ++n) {
+        if (weight[kind][n] == 0)
+            continue;
+        EACH_LANE probe.value[known][i] = contact->value[known][i] + place[kind][n] * h;
         const enum Status status = kernel_evaluate(&probe);
         if (status != KERNEL_OK)
             return status;
-        side[n] = probe.value[unknown][0];
+        sum += weight[kind][n] * probe.value[unknown][0];
     }
-    *derivative = (side[1] - side[0]) / ((value + h) - (value - h));
+    *derivative = sum / h;
     return KERNEL_OK;
 }

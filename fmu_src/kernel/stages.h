@@ -7,6 +7,11 @@
 
 #define EACH_LANE for (int i = 0; i < LANES; ++i)
 
+/* Where in its cycle the tool stops moving forward: last = acos(-r), and bend = sin(last), of the speed ratio r < 1; else 0. */
+struct Turn {
+    double r, last, bend;
+};
+
 /* What a run of points has in common: which law and effects are on, found once per call. */
 struct Wiring {
     const lanes *p;                 /* the base table's values */
@@ -15,11 +20,13 @@ struct Wiring {
     const struct Effect *on[EFFECT_COUNT];    /* effects that are on, and their parameters */
     const lanes *on_p[EFFECT_COUNT];
     int on_count;
+    int held;                       /* external kinematics and no input changes: nothing but the bristle moves */
     enum Kinematics kinematics;
     int current_angle;              /* chip_flow_angle = current_shear_angle: slip and force are solved together */
     lanes cycle;                    /* place in the vibration cycle at value[TIME], 0..1 */
     lanes cos_rake, sin_rake;
     lanes cos_x, sin_x, cos_y, sin_y; /* of the phases */
+    struct Turn turn[LANES];        /* at the speed ratio that holds at value[TIME] */
     lanes tan_flow;                 /* of chip_flow_shear_angle - rake_angle */
 };
 
@@ -27,6 +34,8 @@ struct Wiring {
 struct Wiring wire(const struct Contact *contact);
 void act(const struct Wiring *w, enum Stage stage, struct Point *x);
 
+/* path.c: r = v_c / (a w). */
+struct Turn turn_at(double r);
 /* path.c: u, h, approach, the path's indicators, at `tau` [s] after value[TIME]. */
 void path_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
 /* path.c: chip slip along the rake; tan_flow: of the shear angle less the rake angle. */

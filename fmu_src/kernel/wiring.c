@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#define PI 3.14159265358979323846
+
 struct Wiring wire(const struct Contact *contact)
 {
     struct Wiring w = {.p = contact->value, .kinematics = (enum Kinematics)chosen(contact->value, KINEMATICS, 0)};
@@ -15,15 +17,20 @@ struct Wiring wire(const struct Contact *contact)
             w.on[w.on_count] = kernel_effect(n);
             w.on_p[w.on_count++] = contact->value + at;
         }
+    w.held = w.kinematics == KINEMATICS_EXTERNAL;
+    for (int k = 0; k < INPUT_END - INPUT_FIRST; ++k)
+        EACH_LANE w.held &= contact->slope[k][i] == 0;
     EACH_LANE {
         const double rake = contact->value[RAKE_ANGLE][i], turns = contact->value[VIBRATION_FREQUENCY][i] * contact->value[TIME][i];
-        w.cos_rake[i] = cos(rake);
-        w.sin_rake[i] = sin(rake);
+        w.cos_rake[i] = rake == 0 ? 1 : cos(rake);
+        w.sin_rake[i] = rake == 0 ? 0 : sin(rake);
         if (w.kinematics == KINEMATICS_EXTERNAL)
             continue;
         w.cycle[i] = turns - floor(turns);
         const double phase_x = contact->value[PHASE_X][i], phase_y = contact->value[PHASE_Y][i];
         w.tan_flow[i] = tan(contact->value[CONSTANT_SHEAR_ANGLE][i] - rake);
+        const double fastest = 2 * PI * w.p[VIBRATION_FREQUENCY][i] * w.p[AMPLITUDE_X][i];
+        w.turn[i] = turn_at(fastest > 0 ? w.p[CUTTING_SPEED][i] / fastest : INFINITY);
         w.cos_x[i] = cos(phase_x);
         w.sin_x[i] = sin(phase_x);
         w.cos_y[i] = cos(phase_y);

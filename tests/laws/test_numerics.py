@@ -56,8 +56,13 @@ def test_error_follows_the_tolerance() -> None:
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
 @pytest.mark.parametrize("name", STRIBECK_DIPS)
 def test_a_narrow_stribeck_dip_is_not_jumped_over(name: str, tolerance: float) -> None:
-    """On the ellipse, where the slip passes a dip in a thousandth of a cycle."""
-    assert error(STRIBECK_DIPS[name], tolerance) < unexplained(tolerance)
+    """On the ellipse, where the slip passes a dip in a thousandth of a cycle; read nine times in a cut, and once at any angle of it."""
+    values, angles = STRIBECK_DIPS[name], np.linspace(-0.5, acos(-0.27) - 1e-3, 9)
+    exact = cycle_by_runge_kutta(values, 0.27, pi / 6, angles)
+    once = np.concatenate([cut(values, 0.27, angles[n : n + 1], tolerance) for n in range(9)])
+    for found in (cut(values, 0.27, angles, tolerance), once):
+        error = np.max(np.abs(found - exact) / np.abs(exact).max(axis=0))
+        assert error < 6 * tolerance + 5e-7  # measured: 0.2 to 4.2 tolerances; 4e-7 where events are found to a rounding of the time
 
 
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])

@@ -14,12 +14,12 @@ static void rates(const lanes *p, struct Point *x)
 {
     (void)p;
     EACH_LANE {
-        const double g = stribeck(x, i), P = x->P[i];
+        const double most = stribeck(x, i) / x->P[i];
         x->drive[i] = x->v[i];
-        x->rate[i] = P * x->speed[i] / g;
-        x->target[i] = x->direction[i] * g / P;
+        x->rate[i] = x->speed[i] / most;
+        x->target[i] = x->direction[i] * most;
         /* dissipative: |v| s1 <= 4 c g; with s0 below P the bound that keeps v F above the growth of s0 z^2/2 shrinks by s0/P */
-        x->s1[i] = smaller(x->s1[i], 4 * x->margin[i] * g / larger(x->speed[i], 1e-300) * (x->s0[i] / P));
+        x->s1[i] = smaller(x->s1[i], 4 * x->margin[i] * most * x->s0[i] / larger(x->speed[i], 1e-300));
     }
 }
 
