@@ -550,17 +550,20 @@ class Contact:
                 yield end if end < step - 1e-9 * length else step
 
     def _edges(self, step: float) -> Iterator[float]:
-        """Times in (0, step) at which contact, or the surface that the chip has, changes: to the last bit, by bisection."""
+        """Times in (0, step) at which contact, the surface that the chip has, or the way of the tool changes: to the last bit, by
+        bisection. Out of contact too it counts where the tool turns and the earlier surface ends: there the shortest contacts lie."""
         p = self.p
 
-        def mode(tau: float) -> str:
+        def mode(tau: float) -> tuple[bool, bool, bool]:
             m = self._moment(tau)
-            return m.surface if m.in_contact else "apart"
+            return m.in_contact, m.approach > 0, m.surface == "earlier" if m.in_contact else m.reach >= 0
 
         samples = {0.0, step}
         if p["kinematics"] != "external":
             f, share = p["vibration_frequency"], math.fmod(p["vibration_frequency"] * self.time, 1.0)
-            for angle in (p["phase_y"], p["phase_x"] + math.pi / 2):  # lowest point and fastest retreat are among the samples
+            a, b, alpha = p["amplitude_x"], p["amplitude_y"], p["rake_angle"]
+            into = [a * math.cos(alpha) * c(p["phase_x"]) + b * math.sin(alpha) * c(p["phase_y"]) for c in (math.sin, math.cos)]
+            for angle in (p["phase_y"], math.atan2(*into)):  # the lowest point and the fastest approach are among the samples
                 first = share + angle / (2 * math.pi)
                 samples |= {(n / 32 - first) / f for n in range(math.ceil(32 * first), math.ceil(32 * (first + f * step)))}
         times = sorted(tau for tau in samples if 0 <= tau <= step)
@@ -583,6 +586,8 @@ class Contact:
             step = Step(self, tau, surface, direction, side, [False, False, *signs[2:]])
             h = min(h, end - tau) if end - tau > 1.01 * h else end - tau
             h, changed = step.up_to_event(h, resolution)
+            least = 4 * resolution * 8**idle  # the same event again and again within rounding: a little further behind it
+            h = min(max(h, least), end - tau) if idle and changed is not None else h
             nodes, bad = step.doubled(h, end - start)
             before = math.inf
             while (
@@ -600,8 +605,8 @@ class Contact:
             if direction != 0 and changed in (0, 1):
                 self.z = self.law.event(last.x, self.z)
                 self.direction, self.side = (-direction, side) if changed == 0 else (direction, -side)
-            idle = idle + 1 if h <= 4 * resolution else 0
-            if idle > 100:
+            idle = idle + 1 if changed is not None and h <= least else 0
+            if idle > 12:
                 raise ContactError(f"the friction law keeps changing sides at {self.time + tau} s; change the law or chip_flow_angle.")
             grown = h * min(max(0.8 * max(bad, 1e-9) ** (-1 / 8), 0.2), 4.0)
             self.h = h = grown if changed is None or math.isinf(self.h) else max(grown, self.h)  # short for an event only

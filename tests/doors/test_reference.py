@@ -335,6 +335,16 @@ def test_random_contacts_as_the_kernel_does(seed: int) -> None:
     assert_same(both(drawn(luck), [luck.uniform(0.2e-6, 6e-6) for _ in range(25)]))
 
 
+@pytest.mark.parametrize("seed", [5047, 5262, 5276, 5429, 5655])
+def test_shortest_contacts_are_found(seed: int) -> None:
+    """Cycles with two contacts, one of them below a hundredth of the cycle: found by looking at 20 000 moments one by one."""
+    values, count = {**drawn(random.Random(seed)), "friction_law": "coulomb", "relative_tolerance": 1e-4}, 20000
+    contact = started(values)
+    looked = sum(contact._moment(PERIOD * (n + 0.5) / count).in_contact for n in range(count)) / count
+    contact.advance(PERIOD)
+    assert contact.get("mean_contact_ratio") == pytest.approx(looked, abs=4 / count)  # one moment at each end of two contacts
+
+
 # ---- life --------------------------------------------------------------------------------------------------------------------------------
 
 

@@ -139,11 +139,7 @@ def test_kernel_and_fmu_step_alike(make: Make, case: str, law: str) -> None:
 @every_law
 @every_case
 def test_to_look_is_not_to_touch(make: Make, case: str, law: str) -> None:
-    """Outputs read before and after every step, or once at the end: one run.
-
-    With external kinematics a look at new inputs takes their side of the events, which a step would else find out by a trial: the
-    internal steps then differ, within the tolerance.
-    """
+    """Outputs read before and after every step, or once at the end: one run, also where inputs and parameters jump."""
     values, effects = {**CASES[case][0], "friction_law": law}, CASES[case][1]
     looking, blind = (make().start(in_fmi(values, effects)) for _ in range(2))
     time = 0.0
@@ -156,11 +152,7 @@ def test_to_look_is_not_to_touch(make: Make, case: str, law: str) -> None:
             if one is looking:
                 of_fmu(one)
         time += step
-    if case.startswith("external"):
-        integrals = ("friction_impulse", "principal_impulse", "dissipated_energy", "contact_time")
-        assert looking.get(*integrals) == pytest.approx(blind.get(*integrals), rel=0.3 * unexplained(1e-4))
-    else:
-        assert not differing(of_fmu(looking), of_fmu(blind))
+    assert not differing(of_fmu(looking), of_fmu(blind))
 
 
 @every_law
