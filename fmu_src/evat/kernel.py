@@ -55,6 +55,10 @@ def _text(pointer: Any) -> str:
     return ffi.string(pointer).decode() if pointer != ffi.NULL else ""
 
 
+def _names(pointer: Any) -> tuple[str, ...]:
+    return tuple(filter(None, re.split(r",\s*", _text(pointer))))
+
+
 @functools.lru_cache(maxsize=1)
 def variables() -> tuple[Variable, ...]:
     """Every quantity of the component, in the order of its value references."""
@@ -80,7 +84,8 @@ def variables() -> tuple[Variable, ...]:
                 causality=CAUSALITIES[row.causality],
                 variability=VARIABILITIES[row.variability],
                 choices=tuple(choices),
-                derivative_of=_text(rows[row.derivative_of].name) if row.derivative_of else None,
+                derivative_of=_text(rows[of].name) if (of := library.kernel_derivative_of(index)) else None,
+                neutral=row.neutral,
                 index=index,
             )
         )
@@ -123,15 +128,28 @@ def effects() -> tuple[Effect, ...]:
     found = []
     for place in range(library.kernel_effect_count()):
         row, at = library.kernel_effect(place), library.kernel_effect_switch(place)
-        switch, rivals = variables()[at], tuple(filter(None, re.split(r",\s*", _text(row.rivals))))
-        found.append(Effect(switch.name, switch.meaning, _text(row.equation), switch.source, variables()[at + 1 : at + row.count], rivals))
+        own = variables()[at : at + row.count]
+        found.append(
+            Effect(
+                name=own[0].name,
+                meaning=own[0].meaning,
+                equation=_text(row.equation),
+                source=own[0].source,
+                variables=own[1 : row.count - 2 * row.states],
+                rivals=_names(row.rivals),
+                signature=_text(row.signature),
+                stage=_text(library.kernel_stage_name(row.stage)),
+                needs=_names(row.needs),
+                states=own[row.count - 2 * row.states : row.count - row.states],
+            )
+        )
     return tuple(found)
 
 
 def states() -> tuple[str, ...]:
     """Names of the continuous states."""
     _, library = _library()
-    return tuple(variables()[library.kernel_state(place)].name for place in range(library.STATES))
+    return tuple(variables()[library.kernel_state(place)].name for place in range(library.kernel_state_count()))
 
 
 def indicators() -> tuple[str, ...]:
@@ -310,20 +328,13 @@ class Contact:
             _check_column(variable(name), np.asarray(column, dtype=np.float64))
         table = np.ascontiguousarray(np.column_stack(list(columns.values())) if columns else np.empty((times.size, 0)), dtype=np.float64)
         found = np.empty((times.size, len(names)))
-        done = ffi.new("int64_t *")
-        status = self._library.kernel_run(
-            self._contact,
-            times.size,
-            ffi.from_buffer("double[]", times),
-            len(columns),
-            [variable(name).index for name in columns],
-            ffi.from_buffer("double[]", table),
-            len(names),
-            [variable(name).index for name in names],
-            ffi.from_buffer("double[]", found),
-            done,
-        )
-        self._done(status, f"sample {done[0]} of {times.size}")
+        places, wanted = (ffi.new("int[]", [variable(name).index for name in some]) for some in (columns, names))
+        record, answer = ffi.new("struct Record *"), ffi.new("struct Yield *")
+        record.count, record.times = times.size, ffi.from_buffer("double[]", times)
+        record.input_count, record.input_index, record.inputs = len(columns), places, ffi.from_buffer("double[]", table)
+        answer.output_count, answer.output_index, answer.rows = len(names), wanted, ffi.from_buffer("double[]", found)
+        status = self._library.kernel_follow(self._contact, record, answer, ffi.NULL)
+        self._done(status, f"sample {answer.samples_done} of {times.size}")
         return found
 
 

@@ -32,7 +32,8 @@ class SimulationError(EvatError):
 class Variable:
     """One quantity of a model: the seven facts (name, unit, start, min, max, meaning, source) and its role.
 
-    `start`, `min` and `max` are in `unit`. A choice holds the place of its name in `choices`.
+    `start`, `min` and `max` are in `unit`. A choice holds the place of its name in `choices`. `neutral` is for parameters of effects: with
+    all of an effect's at their neutral values it changes nothing; nan where the value has no say in that.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Variable:
     display_unit: str | None = None
     choices: tuple[str, ...] = ()
     derivative_of: str | None = None
+    neutral: float = math.nan
     index: int = -1
 
     def check(self, value: float | int | bool | str) -> float:
@@ -82,7 +84,7 @@ class Law:
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """A switchable effect; `variables` are its own parameters, at whose start values "on" may differ from "off"."""
+    """A switchable effect: `variables` are its own parameters, `states` its own states, `needs` the inputs without which it says nothing."""
 
     name: str
     meaning: str
@@ -90,6 +92,10 @@ class Effect:
     source: str
     variables: tuple[Variable, ...] = ()
     rivals: tuple[str, ...] = ()
+    signature: str = ""
+    stage: str = ""
+    needs: tuple[str, ...] = ()
+    states: tuple[Variable, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,8 +16,8 @@ static unsigned when_settable(const struct Component *c, int index, const struct
         return before | RUNNING;
     if (v->causality == PARAMETER)
         return v->variability == TUNABLE ? before | tuning : before;
-    for (int i = 0; i < STATES; ++i)
-        if (kernel_state(i) == index)
+    for (int i = 0; i < c->state_count; ++i)
+        if (c->state[i] == index)
             return before; /* its start value */
     return 0;
 }
@@ -25,14 +25,17 @@ static unsigned when_settable(const struct Component *c, int index, const struct
 static int learn_tables(struct Component *c)
 {
     c->count = kernel_variable_count();
-    if (c->count > CAPACITY || kernel_size() != sizeof(struct Contact))
+    c->state_count = kernel_state_count();
+    if (c->count > CAPACITY || c->state_count > STATES || kernel_size() != sizeof(struct Contact))
         return 0;
+    for (int n = 0; n < c->state_count; ++n)
+        c->state[n] = kernel_state(n);
     for (int i = 0; i < c->count; ++i) {
         const struct Variable *v = kernel_variable(i);
         c->type[i] = (uint8_t)v->type;
         c->settable[i] = (uint16_t)when_settable(c, i, v);
-        for (int n = 0; n < STATES; ++n)
-            if (v->derivative_of && v->derivative_of == kernel_state(n))
+        for (int n = 0; n < c->state_count; ++n)
+            if (kernel_derivative_of(i) == c->state[n])
                 c->rate[n] = i;
     }
     kernel_token(c->token);

@@ -57,7 +57,7 @@ struct Component {
     const char *function;   /* the FMI function at work */
     uint32_t told;          /* warnings that this run has logged */
     int count;              /* of variables */
-    int rate[STATES];       /* index of each state's rate */
+    int state_count, state[STATES], rate[STATES]; /* indices of the states and of their rates */
     uint16_t settable[CAPACITY]; /* modes in which each variable may be set */
     uint8_t type[CAPACITY];
     char token[40];
@@ -141,6 +141,7 @@ enum Answer get_states(struct Component *c, double *states, size_t count);
 enum Answer get_rates(struct Component *c, double *rates, size_t count);
 enum Answer get_nominals(struct Component *c, double *nominals, size_t count);
 enum Answer get_indicators(struct Component *c, double *indicators, size_t count);
+enum Answer complete_step(struct Component *c);
 /* result = J seed, or with `adjoint` result = J^T seed; J = d unknowns / d knowns. */
 enum Answer get_derivative(struct Component *c, int adjoint, const uint32_t *unknowns, size_t unknown_count, const uint32_t *knowns,
                            size_t known_count, const double *seed, double *result);

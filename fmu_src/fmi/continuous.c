@@ -23,44 +23,44 @@ enum Answer set_time(struct Component *c, double time)
 
 enum Answer set_states(struct Component *c, const double *states, size_t count)
 {
-    if (!is_count(c, states, count, STATES, "states"))
+    if (!is_count(c, states, count, (size_t)c->state_count, "states"))
         return ANSWER_ERROR;
-    for (int i = 0; i < STATES; ++i)
+    for (int i = 0; i < c->state_count; ++i)
         if (!isfinite(states[i]))
             return report(c, ANSWER_ERROR, "the state %s is %g; a finite number is needed. All states are kept.",
-                          kernel_variable(kernel_state(i))->name, states[i]);
-    for (int i = 0; i < STATES; ++i)
-        c->contact.value[kernel_state(i)][0] = states[i];
+                          kernel_variable(c->state[i])->name, states[i]);
+    for (int i = 0; i < c->state_count; ++i)
+        c->contact.value[c->state[i]][0] = states[i];
     c->life.stale = 1;
     return ANSWER_OK;
 }
 
 enum Answer get_states(struct Component *c, double *states, size_t count)
 {
-    if (!is_count(c, states, count, STATES, "states"))
+    if (!is_count(c, states, count, (size_t)c->state_count, "states"))
         return ANSWER_ERROR;
     const enum Answer answer = c->life.mode == INITIALIZING ? refresh(c) : ANSWER_OK;
-    for (int i = 0; i < STATES; ++i)
-        states[i] = shown(c)->value[kernel_state(i)][0];
+    for (int i = 0; i < c->state_count; ++i)
+        states[i] = shown(c)->value[c->state[i]][0];
     return answer;
 }
 
 enum Answer get_rates(struct Component *c, double *rates, size_t count)
 {
-    if (!is_count(c, rates, count, STATES, "rates"))
+    if (!is_count(c, rates, count, (size_t)c->state_count, "rates"))
         return ANSWER_ERROR;
     const enum Answer answer = refresh(c);
-    for (int i = 0; i < STATES; ++i)
+    for (int i = 0; i < c->state_count; ++i)
         rates[i] = shown(c)->value[c->rate[i]][0];
     return answer;
 }
 
 enum Answer get_nominals(struct Component *c, double *nominals, size_t count)
 {
-    if (!is_count(c, nominals, count, STATES, "nominals"))
+    if (!is_count(c, nominals, count, (size_t)c->state_count, "nominals"))
         return ANSWER_ERROR;
-    for (int i = 0; i < STATES; ++i) {
-        const double nominal = kernel_variable(kernel_state(i))->nominal;
+    for (int i = 0; i < c->state_count; ++i) {
+        const double nominal = kernel_variable(c->state[i])->nominal;
         nominals[i] = nominal > 0 ? nominal : 1;
     }
     return ANSWER_OK;
@@ -78,10 +78,18 @@ enum Answer get_indicators(struct Component *c, double *indicators, size_t count
     return answer;
 }
 
-static int is_state(int index)
+enum Answer complete_step(struct Component *c)
 {
-    for (int i = 0; i < STATES; ++i)
-        if (kernel_state(i) == index)
+    const enum Status status = kernel_step_completed(&c->contact);
+    if (status != KERNEL_OK)
+        return report_kernel(c, ANSWER_ERROR, status);
+    return component_warn(c);
+}
+
+static int is_state(const struct Component *c, int index)
+{
+    for (int i = 0; i < c->state_count; ++i)
+        if (c->state[i] == index)
             return 1;
     return 0;
 }
@@ -92,7 +100,7 @@ static int derivable(struct Component *c, const uint32_t *references, size_t cou
         const int there = references[i] < (uint32_t)c->count, index = there ? (int)references[i] : 0;
         const enum Causality role = kernel_variable(index)->causality;
         const int fits = there && c->type[index] == REAL &&
-                         (known ? role == INPUT || is_state(index) : role == OUTPUT || role == LOCAL);
+                         (known ? role == INPUT || is_state(c, index) : role == OUTPUT || role == LOCAL);
         if (!fits) {
             report(c, ANSWER_ERROR, "value reference %lu%s%s is no %s; allowed are %s.", (unsigned long)references[i], there ? ", " : "",
                    there ? kernel_variable(index)->name : "", known ? "known" : "unknown",

@@ -226,7 +226,7 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
     if (enterEventMode == NULL || terminateSimulation == NULL)
         ANSWER(report(c, ANSWER_ERROR, "a pointer to a result is NULL."));
     *enterEventMode = *terminateSimulation = fmi2False;
-    ANSWER(component_warn(c));
+    ANSWER(complete_step(c));
 }
 
 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)

@@ -441,7 +441,7 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetF
     if (enterEventMode == NULL || terminateSimulation == NULL)
         ANSWER(report(instance, ANSWER_ERROR, "a pointer to a result is NULL."));
     *enterEventMode = *terminateSimulation = fmi3False;
-    ANSWER(component_warn(instance));
+    ANSWER(complete_step(instance));
 }
 
 fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time)
@@ -507,7 +507,7 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *nEventI
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nContinuousStates)
 {
     ENTER(ANY_MODE);
-    return count_of(instance, STATES, nContinuousStates);
+    return count_of(instance, (size_t)((struct Component *)instance)->state_count, nContinuousStates);
 }
 
 /* ---- co-simulation ---- */

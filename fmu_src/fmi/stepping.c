@@ -120,8 +120,8 @@ enum Answer component_step(struct Component *c, double time, double step, struct
 enum Answer component_event(struct Component *c, struct News *news)
 {
     double before[STATES];
-    for (int i = 0; i < STATES; ++i)
-        before[i] = c->contact.value[kernel_state(i)][0];
+    for (int i = 0; i < c->state_count; ++i)
+        before[i] = c->contact.value[c->state[i]][0];
     const enum Status status = kernel_event(&c->contact);
     if (status != KERNEL_OK)
         return report_kernel(c, ANSWER_ERROR, status);
@@ -130,8 +130,8 @@ enum Answer component_event(struct Component *c, struct News *news)
     *news = (struct News){.next_event = kernel_next_event(&c->contact)};
     /* Within a step of co-simulation the contact closes its averaging windows itself: the host need not stop there. */
     news->next_event_defined = c->life.interface == MODEL_EXCHANGE && isfinite(news->next_event);
-    for (int i = 0; i < STATES; ++i)
-        news->states_changed |= c->contact.value[kernel_state(i)][0] != before[i];
+    for (int i = 0; i < c->state_count; ++i)
+        news->states_changed |= c->contact.value[c->state[i]][0] != before[i];
     report(c, ANSWER_OK, "event at time %.17g s%s.", c->contact.value[TIME][0], news->states_changed ? ", states changed" : "");
     return component_warn(c);
 }

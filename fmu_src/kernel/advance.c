@@ -8,31 +8,62 @@
 
 #include <math.h>
 
-/* One trial step of h[i] from s[i]: fills middle and end from start; `difference` is what a lower order would have changed. */
+static double moved(const struct Wiring *w, const struct Point *x, const struct Point *before, int i)
+{
+    const double force = larger(larger(x->F_C[i], x->F_S[i]), larger(fabs(x->F[i]), fabs(x->F_p[i])));
+    const double by = larger(fabs(x->F[i] - before->F[i]), larger(fabs(x->F_p[i] - before->F_p[i]), fabs(x->F_f[i] - before->F_f[i])));
+    return by / (1e-3 * w->p[RELATIVE_TOLERANCE][i] * force);
+}
+
+/* How far the contact has slid at middle and end, by the parabola of its speed. */
+static void slide(const lanes h, const struct Point *a, struct Point *m, struct Point *b)
+{
+    EACH_LANE {
+        const double s_0 = a->cutting[i] * a->speed[i], s_m = m->cutting[i] * m->speed[i], s_1 = b->cutting[i] * b->speed[i];
+        m->distance[i] = a->distance[i] + h[i] / 24 * (5 * s_0 + 8 * s_m - s_1);
+        b->distance[i] = a->distance[i] + h[i] / 6 * (s_0 + 4 * s_m + s_1);
+    }
+}
+
+/* One trial step of h[i] from s[i]: fills middle and end from start; `difference` is what a lower order would have changed, infinite
+ * where the states that forces drive have not come to rest. */
 static void try_step(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
                      struct Point *middle, struct Point *end, lanes difference)
 {
-    const int passes = w->current_angle ? 20 : 1; /* the rates then depend on z: fixed-point iteration */
+    const int feedback = w->drivers >> DRIVEN_BY_FORCE & 1; /* then forces move the path, */
+    const int bends = w->current_angle || w->bends;         /* or the rates depend on z: fixed-point iteration */
     lanes half, whole;
     EACH_LANE {
         half[i] = s[i] + 0.5 * h[i];
         whole[i] = s[i] + h[i];
         middle->z[i] = end->z[i] = start->z[i];
     }
+    for (int k = 0; w->drivers && k < EFFECT_STATES; ++k)
+        EACH_LANE middle->state[k][i] = end->state[k][i] = start->state[k][i];
     int moving = 1;
-    for (int n = 0; n < passes && moving; ++n) {
-        lanes before;
-        EACH_LANE before[i] = end->z[i];
-        if (w->held) /* nothing but the bristle moves */
+    for (int n = 0; n < (bends || feedback ? 30 : 1) && moving; ++n) {
+        const struct Point before = *end;
+        if (w->held)
             *middle = *end = *start;
         else {
+            engage_point(contact, w, half, middle);
+            engage_point(contact, w, whole, end);
+            slide(h, start, middle, end);
+            move_states(w, DRIVEN_BY_MOTION, h, start, middle, end);
             open_point(contact, w, half, 1, middle);
             open_point(contact, w, whole, 1, end);
         }
         bristle_step(w->law->relaxes || w->current_angle, !w->current_angle, h, start, middle, end, middle->z, end->z, difference);
         moving = 0;
-        EACH_LANE moving |= fabs(end->z[i] - before[i]) > 1e-3 * w->p[RELATIVE_TOLERANCE][i] * fabs(end->z[i]);
+        EACH_LANE moving |= bends && fabs(end->z[i] - before.z[i]) > 1e-3 * w->p[RELATIVE_TOLERANCE][i] * fabs(end->z[i]);
+        if (!feedback)
+            continue;
+        close_point(contact, w, 1, middle);
+        close_point(contact, w, 1, end);
+        move_states(w, DRIVEN_BY_FORCE, h, start, middle, end);
+        EACH_LANE moving |= n == 0 || moved(w, end, &before, i) > 1;
     }
+    EACH_LANE difference[i] = feedback && moving ? INFINITY : difference[i];
     close_point(contact, w, 1, middle);
     close_point(contact, w, 1, end);
 }
@@ -47,7 +78,7 @@ static double indicator_at(const struct Contact *contact, const struct Wiring *w
         from[i] = s;
         h[i] = tau - s;
     }
-    if (k == AT_LAW)
+    if (k == AT_LAW || w->drivers >> DRIVEN_BY_FORCE & 1)
         try_step(contact, w, from, h, start, &middle, &end, now[0]);
     else {
         EACH_LANE from[i] = tau;
@@ -126,23 +157,35 @@ static double badness(const struct Contact *contact, int i, const struct Point *
     return worst / contact->largest_difference[i];
 }
 
-static void accumulate(struct Contact *contact, int i, double h, const struct Point *a, const struct Point *m, const struct Point *b)
+/* Integral by Simpson's rule of what start, middle and end show. */
+#define SUM(field) (h / 6 * (a->field[i] + 4 * m->field[i] + b->field[i]))
+
+static void accumulate(struct Contact *contact, const struct Wiring *w, int i, double h, const struct Point *a, const struct Point *m,
+                       const struct Point *b)
 {
     lanes *value = contact->value;
     value[BRISTLE_DEFLECTION][i] = b->z[i];
     value[DISSIPATED_ENERGY][i] += h / 6 * (a->F[i] * a->v[i] + 4 * m->F[i] * m->v[i] + b->F[i] * b->v[i]);
-    value[FRICTION_IMPULSE][i] += h / 6 * (a->F[i] + 4 * m->F[i] + b->F[i]);
-    value[PRINCIPAL_IMPULSE][i] += h / 6 * (a->F_p[i] + 4 * m->F_p[i] + b->F_p[i]);
-    value[FEED_IMPULSE][i] += h / 6 * (a->F_f[i] + 4 * m->F_f[i] + b->F_f[i]);
-    value[NORMAL_IMPULSE][i] += h / 6 * (a->N[i] + 4 * m->N[i] + b->N[i]);
+    value[SLIDING_DISTANCE][i] += a->cutting[i] * SUM(speed);
+    value[FRICTION_IMPULSE][i] += SUM(F);
+    value[PRINCIPAL_IMPULSE][i] += SUM(F_p);
+    value[FEED_IMPULSE][i] += SUM(F_f);
+    value[NORMAL_IMPULSE][i] += SUM(N);
     value[CONTACT_TIME][i] += h * a->cutting[i];
+    value[MEASURED_FRICTION_IMPULSE][i] += SUM(measured[0]);
+    value[MEASURED_PRINCIPAL_IMPULSE][i] += SUM(measured[1]);
+    value[MEASURED_FEED_IMPULSE][i] += SUM(measured[2]);
     value[STEP_COUNT][i] += 1;
     value[CLAMPED_COUNT][i] += b->clamped[i] + b->outside[i] > 0;
+    store_states(contact, w, b, i);
+    if (w->looks_back && h > 0)
+        remember(contact, i, h, a, m, b);
 }
 
 static double longest_step(const struct Wiring *w, int i)
 {
-    return w->kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w->p[VIBRATION_FREQUENCY][i]);
+    const double vibration = w->kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w->p[VIBRATION_FREQUENCY][i]);
+    return smaller(vibration, resolving_step(w, i));
 }
 
 /* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step and the averaging window.
@@ -161,34 +204,44 @@ static int choose_step(const struct Contact *contact, const struct Wiring *w, do
     return running;
 }
 
-/* Is the step within the tolerance in every lane? Chooses the next step, or the shorter one to try again with. */
+/* Is the step within the tolerance in every lane? Chooses the next step; or, in the lanes where it is not, the shorter one to try again
+ * with: the others then repeat the step that they have, so that no lane's steps depend on its neighbours. */
 static int accurate(struct Contact *contact, const struct Wiring *w, double shortest, const lanes h, const struct Point *start,
                     const struct Point *middle, const struct Point *end, const lanes difference)
 {
     int all = 1;
+    lanes next;
     EACH_LANE {
         const double bad = badness(contact, i, start, middle, end, difference[i]), factor = bad > 0.011 ? 0.9 / cbrt(bad) : 4;
-        if (h[i] <= shortest && bad > 1)
+        const double changed = h[i] * smaller(larger(factor, 0.1), bad > 1 ? 0.7 : 4);
+        next[i] = contact->next_step[i];
+        if (h[i] <= shortest && bad > 1 && isfinite(bad))
             continue;
-        const double next = h[i] * smaller(larger(factor, 0.1), bad > 1 ? 0.7 : 4);
         /* a step that was short because it had to end somewhere says nothing against a longer one */
-        contact->next_step[i] = smaller(factor < 1 ? next : larger(next, contact->next_step[i]), longest_step(w, i));
-        all &= bad <= 1;
+        next[i] = smaller(factor < 1 ? changed : larger(changed, contact->next_step[i]), longest_step(w, i));
+        if (bad > 1) {
+            contact->next_step[i] = next[i];
+            all = 0;
+        }
     }
+    EACH_LANE contact->next_step[i] = all ? next[i] : contact->next_step[i];
     return all;
 }
 
-static enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s)
+enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s, struct Course *course)
 {
     /* for each vibration cycle that is passed a hundred times what tight tolerances take; solving for the slip makes steps dear */
     const double most_steps = smaller((w->current_angle ? 1e4 : 1e5) * (1 + step * w->p[VIBRATION_FREQUENCY][0]), 1e9);
-    struct Point points[3], *start = &points[0], *middle = &points[1], *end = &points[2];
+    struct Point *start = &course->room[course->now], *middle = &course->room[(course->now + 1) % 3], *end = &course->room[(course->now + 2) % 3];
     lanes h, to_window, difference;
     int jumps = 0;
     const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VIBRATION_FREQUENCY][0];
-    point_at(contact, w, s, start);
-    let_go(contact, w, start);
-    EACH_LANE start->z[i] = contact->value[BRISTLE_DEFLECTION][i];
+    if (!course->known) {
+        point_at(contact, w, s, start);
+        let_go(contact, w, start);
+        EACH_LANE start->z[i] = contact->value[BRISTLE_DEFLECTION][i];
+    }
+    course->known = 0;
     for (double n = 0; choose_step(contact, w, step, s, h, to_window); ++n) {
         int cut[LANES], shorter = 0, event = 0, jump = 0;
         if (n >= most_steps)
@@ -229,8 +282,11 @@ static enum Status march(struct Contact *contact, const struct Wiring *w, double
             try_step(contact, w, s, h, start, middle, end, difference);
         contact->warnings |= end->warnings;
         EACH_LANE contact->warnings |= end->outside[i] != 0 ? WARN_FORCE_DOMAIN : 0u;
+        measure_step(contact, w, h, start, middle, end);
         EACH_LANE {
-            accumulate(contact, i, h[i], start, middle, end);
+            accumulate(contact, w, i, h[i], start, middle, end);
+            if (w->looks_back && !recall_reaches(contact, i, end->t[i] - look_back(w, i)))
+                return KERNEL_HISTORY_SHORT;
             s[i] = h[i] == step - s[i] ? step : s[i] + h[i];
         }
         EACH_LANE if (to_window[i] != 0) close_window(contact, i);
@@ -247,7 +303,19 @@ static enum Status march(struct Contact *contact, const struct Wiring *w, double
             start = reached;
         }
     }
+    course->now = (int)(start - course->room);
+    course->known = 1;
     return KERNEL_OK;
+}
+
+/* Time and inputs, s later. */
+void move_on(struct Contact *contact, const lanes s)
+{
+    EACH_LANE {
+        contact->value[TIME][i] += s[i];
+        for (int k = INPUT_FIRST; k < INPUT_END; ++k)
+            contact->value[k][i] += contact->slope[k - INPUT_FIRST][i] * s[i];
+    }
 }
 
 enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken)
@@ -258,13 +326,10 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
     if (!ordered_temperatures(contact))
         return KERNEL_TEMPERATURES;
     const struct Wiring w = wire(contact);
+    struct Course course = {.known = 0};
     lanes s = {0};
-    const enum Status status = march(contact, &w, step, stop_at_events, s);
-    EACH_LANE {
-        contact->value[TIME][i] += s[i];
-        for (int k = INPUT_FIRST; k < INPUT_END; ++k)
-            contact->value[k][i] += contact->slope[k - INPUT_FIRST][i] * s[i];
-    }
+    const enum Status status = march(contact, &w, step, stop_at_events, s, &course);
+    move_on(contact, s);
     *taken = s[0];
     return status;
 }

@@ -12,7 +12,7 @@ static void watched_indicators(const struct Contact *contact, const struct Wirin
         EACH_LANE if (!watched(contact, k, i)) indicator[k][i] = 1;
 }
 
-static void show(struct Contact *contact, const struct Wiring *w, const struct Point *x)
+void show_outputs(struct Contact *contact, const struct Wiring *w, const struct Point *x)
 {
     lanes *value = contact->value;
     watched_indicators(contact, w, x, value + CONTACT_INDICATOR);
@@ -30,13 +30,19 @@ static void show(struct Contact *contact, const struct Wiring *w, const struct P
         value[SPEED_RATIO][i] = x->speed_ratio[i];
         value[IN_CONTACT][i] = value[CONTACT_RATE][i] = x->cutting[i];
         value[DISSIPATED_POWER][i] = x->F[i] * x->v[i];
+        value[SLIDING_SPEED][i] = x->cutting[i] * x->speed[i];
+        for (int k = 0; k < CHANNELS; ++k)
+            value[MEASURED_FRICTION_FORCE + k][i] = x->measured[k][i];
         value[BRISTLE_RATE][i] = x->dz[i];
         if (window_length(contact, i) > 0)
             continue;
-        const double now[MEANS] = {x->F[i], x->F_p[i], x->F_f[i], x->N[i], x->cutting[i]};
+        const double now[MEANS] = {x->F[i], x->F_p[i], x->F_f[i], x->N[i], x->cutting[i],
+                                   x->measured[0][i], x->measured[1][i], x->measured[2][i]};
         for (int n = 0; n < MEANS; ++n)
             value[mean_of[n]][i] = now[n];
     }
+    if (w->drivers)
+        show_rates(contact, w, x);
     contact->warnings |= x->warnings;
     EACH_LANE contact->warnings |= x->outside[i] != 0 ? WARN_FORCE_DOMAIN : 0u;
 }
@@ -61,7 +67,7 @@ enum Status kernel_evaluate(struct Contact *contact)
         settle_sides(contact, &w, here, 0, &x);
     else
         point_at(contact, &w, here, &x);
-    show(contact, &w, &x);
+    show_outputs(contact, &w, &x);
     for (int k = 0; k < INDICATORS; ++k)
         EACH_LANE contact->sign[k][i] = held[k][i];
     EACH_LANE if (!isfinite(x.F_p[i]) || !isfinite(x.dz[i])) return KERNEL_DIVERGED;
@@ -84,6 +90,21 @@ enum Status kernel_event(struct Contact *contact)
     act_on_event(contact, &w, here, 1e-9 / w.p[VIBRATION_FREQUENCY][0] + 1e-12 * fabs(w.p[TIME][0]), &x);
     EACH_LANE if (contact->value[TIME][i] >= window_end(contact, i) - 1e-9 * window_length(contact, i)) close_window(contact, i);
     return kernel_evaluate(contact);
+}
+
+enum Status kernel_step_completed(struct Contact *contact)
+{
+    const struct Wiring w = wire(contact);
+    struct Point x;
+    if (!w.looks_back)
+        return KERNEL_OK;
+    point_at(contact, &w, here, &x);
+    EACH_LANE {
+        remember_host_step(contact, i, &x);
+        if (!recall_reaches(contact, i, x.t[i] - look_back(&w, i)))
+            return KERNEL_HISTORY_SHORT;
+    }
+    return KERNEL_OK;
 }
 
 double kernel_next_event(const struct Contact *contact) { return window_end(contact, 0); }

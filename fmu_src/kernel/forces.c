@@ -12,13 +12,6 @@
 
 #define PI 3.14159265358979323846
 
-void load_at(const struct Wiring *w, struct Point *x)
-{
-    EACH_LANE x->k[i] = w->p[SHEAR_STRESS][i] * w->p[WIDTH][i] * x->h[i];
-    act(w, STAGE_LOAD, x);
-    EACH_LANE x->k[i] = x->cutting[i] * larger(x->k[i], 0);
-}
-
 static double normal_by_shear_stress(double F, double k, double cos_rake, double sin_rake)
 {
     /* sqrt(2) cos(s) = cos - sin, sqrt(2) sin(s) = cos + sin of the rake */
@@ -31,18 +24,39 @@ static double normal_by_energy(double F, double k, double cos_rake, double sin_r
     return (2 * sqrt(larger(k * (k + F * cos_rake), 0)) - load * sin_rake) / (cos_rake * cos_rake);
 }
 
-void forces_at(const struct Wiring *w, struct Point *x)
+static double normal_force(const struct Wiring *w, double F, double k, int i)
+{
+    const int by_energy = chosen(w->p, SHEAR_ANGLE_PRINCIPLE, i) == MINIMUM_ENERGY;
+    return by_energy ? normal_by_energy(F, k, w->cos_rake[i], w->sin_rake[i]) : normal_by_shear_stress(F, k, w->cos_rake[i], w->sin_rake[i]);
+}
+
+void load_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
+    act(w, STAGE_TEMPERATURE, x);
     EACH_LANE {
-        const double F = x->F[i], k = x->k[i], cos_rake = w->cos_rake[i], sin_rake = w->sin_rake[i];
-        const int by_energy = chosen(p, SHEAR_ANGLE_PRINCIPLE, i) == MINIMUM_ENERGY;
-        const double N = by_energy ? normal_by_energy(F, k, cos_rake, sin_rake) : normal_by_shear_stress(F, k, cos_rake, sin_rake);
-        const int outside = N < 0 || (by_energy && k + F * cos_rake < 0);
-        x->outside[i] = outside;
+        x->theta_ratio[i] = x->theta[i] / p[THETA_REF][i];
+        x->tau_s[i] = p[SHEAR_STRESS][i];
+        x->w[i] = p[WIDTH][i];
+        x->edge_p[i] = x->edge_f[i] = 0;
+    }
+    act(w, STAGE_SHEAR, x);
+    EACH_LANE x->k[i] = x->cutting[i] * larger(x->tau_s[i] * x->w[i] * x->h[i], 0);
+    act(w, STAGE_LOAD, x);
+    if (w->on_count > 0) {
+        const int given = w->kinematics == KINEMATICS_EXTERNAL;
+        EACH_LANE x->load[i] = given ? input_at(contact, NORMAL_LOAD, i, tau[i]) : normal_force(w, 0, x->k[i], i);
+    }
+}
+
+void forces_at(const struct Wiring *w, struct Point *x)
+{
+    EACH_LANE {
+        const double F = x->F[i], k = x->k[i], cos_rake = w->cos_rake[i], sin_rake = w->sin_rake[i], N = normal_force(w, F, k, i);
+        x->outside[i] = N < 0 || (chosen(w->p, SHEAR_ANGLE_PRINCIPLE, i) == MINIMUM_ENERGY && k + F * cos_rake < 0);
         x->N[i] = larger(N, 0);
-        x->F_p[i] = x->N[i] * cos_rake + F * sin_rake;
-        x->F_f[i] = F * cos_rake - x->N[i] * sin_rake;
+        x->F_p[i] = x->N[i] * cos_rake + F * sin_rake + x->cutting[i] * x->edge_p[i];
+        x->F_f[i] = F * cos_rake - x->N[i] * sin_rake + x->cutting[i] * x->edge_f[i];
     }
     act(w, STAGE_FORCES, x);
 }

@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-static double proxy(const struct Contact *contact, const struct Wiring *w, int i, double tau, struct Point *x)
+static double given_proxy(const struct Contact *contact, const struct Wiring *w, int i, double tau, struct Point *x)
 {
     const lanes *p = w->p;
     switch ((enum ProxySource)chosen(p, PROXY_SOURCE, 0)) {
@@ -22,15 +22,24 @@ static double proxy(const struct Contact *contact, const struct Wiring *w, int i
     return x->speed[i];
 }
 
+void proxy_open(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+{
+    x->warnings = 0;
+    EACH_LANE {
+        x->clamped[i] = 0;
+        x->speed[i] = larger(x->direction[i] * x->v[i], 0);
+        x->theta_ref[i] = w->p[THETA_REF][i];
+        x->theta[i] = larger(given_proxy(contact, w, i, tau[i], x), 0);
+        /* a speed of slip says nothing of heat where nothing touches */
+        x->theta_given[i] = chosen(w->p, PROXY_SOURCE, 0) == PROXY_IS_SLIP_SPEED ? x->cutting[i] * x->theta[i] : x->theta[i];
+    }
+}
+
 void friction_open(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
-    x->warnings = 0;
     EACH_LANE {
-        x->clamped[i] = x->sticking[i] = 0;
-        x->speed[i] = larger(x->direction[i] * x->v[i], 0);
-        x->theta[i] = larger(proxy(contact, w, i, tau[i], x), 0);
-        x->theta_ratio[i] = x->theta[i] / p[THETA_REF][i];
+        x->sticking[i] = 0;
         x->applied[i] = input_at(contact, APPLIED_FORCE, i, tau[i]);
         x->F_C[i] = p[F_C][i];
         x->F_S[i] = p[F_S][i];
@@ -55,6 +64,7 @@ void friction_open(const struct Contact *contact, const struct Wiring *w, const 
 void friction_rates(const struct Wiring *w, struct Point *x)
 {
     w->law->rates(w->law_p, x);
+    act(w, STAGE_BRISTLE, x);
     EACH_LANE if (x->cutting[i] == 0) {
         const double release_time = w->p[RELEASE_TIME][i];
         x->rate[i] = release_time > 0 ? 1 / release_time : 0;
@@ -72,6 +82,8 @@ void friction_force(const struct Wiring *w, struct Point *x)
 static void answer(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
     EACH_LANE x->direction[i] = x->v[i] < 0 ? -1 : 1;
+    proxy_open(contact, w, tau, x);
+    load_at(contact, w, tau, x);
     friction_open(contact, w, tau, x);
     if (w->law->indicator) {
         w->law->indicator(w->law_p, contact->memory, x);

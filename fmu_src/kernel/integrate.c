@@ -9,8 +9,8 @@
 
 #include <math.h>
 
-/* I[k] = integral from 0 to D of e^-(D - A) A^k dA = k! D^(k+1) phi_(k+1)(-D). */
-static void moments(double D, double I[3])
+/* k! D^(k+1) phi_(k+1)(-D) */
+void moments(double D, double I[3])
 {
     if (D > 0.25) { /* by parts; below it would cancel */
         I[0] = 1 - exp(-D);

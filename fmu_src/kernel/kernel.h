@@ -5,8 +5,9 @@
  * pointer, and copying its bytes copies the contact. Every quantity is in SI. Names, units, starts, bounds and sources stand in tables
  * (`struct Variable`); the FMI shells, Python, the documentation and the systems learn them by asking (kernel_variable).
  *
- * Stages of one time point: path -> engagement -> load -> friction -> forces. A friction law or an effect opens fields of
- * `struct Point`, never the contact, keeps no state of its own, and does the same arithmetic in every lane.
+ * Stages of one time point: path -> engagement -> temperature -> shear -> load -> friction -> bristle -> forces -> measurement; the
+ * states that forces drive (structure) are moved last. A friction law or an effect changes fields of `struct Point`, never the contact,
+ * keeps nothing beside its states in the table, and does the same arithmetic in every lane.
  */
 #ifndef KERNEL_H
 #define KERNEL_H
@@ -35,16 +36,18 @@ struct Variable {
     enum Causality causality;
     enum Variability variability;
     const char *const *choices; /* CHOICE: the names, ended by NULL; the value is the place in the list */
-    int derivative_of;          /* index of the state whose rate this is; 0: none */
+    int derivative_of;          /* index of the state whose rate this is; 0: none (of an effect's: see kernel_derivative_of) */
+    double neutral;             /* of an effect's parameter: with all at their neutral values on equals off; NAN: shape, has no say */
 };
 
-enum Stage { STAGE_PATH, STAGE_ENGAGEMENT, STAGE_LOAD, STAGE_FRICTION, STAGE_FORCES };
+enum Stage { STAGE_PATH, STAGE_ENGAGEMENT, STAGE_TEMPERATURE, STAGE_SHEAR, STAGE_LOAD, STAGE_FRICTION, STAGE_BRISTLE, STAGE_FORCES,
+             STAGE_MEASUREMENT, STAGE_COUNT };
 
 /* The indices of the base table. Tables of laws and effects follow it in the order of registry.c. */
 enum Base {
     TIME,
     /* inputs */
-    SLIP_VELOCITY, PROXY_SPEED, CONTACT_TEMPERATURE, UNCUT_THICKNESS, CUTTING_SPEED, APPLIED_FORCE,
+    SLIP_VELOCITY, PROXY_SPEED, CONTACT_TEMPERATURE, UNCUT_THICKNESS, NORMAL_LOAD, CUTTING_SPEED, APPLIED_FORCE,
     TOOL_DISPLACEMENT_X, TOOL_DISPLACEMENT_Y, TOOL_VELOCITY_X, TOOL_VELOCITY_Y,
     /* choices, fixed */
     KINEMATICS, FRICTION_LAW, SHEAR_ANGLE_PRINCIPLE, CHIP_FLOW_ANGLE, PROXY_SOURCE, DAMPING_MODE, RATE_STIFFNESS, INITIAL_STATE,
@@ -59,10 +62,13 @@ enum Base {
     /* outputs */
     FRICTION_FORCE, PRINCIPAL_FORCE, FEED_FORCE, NORMAL_FORCE, TOOL_FORCE_X, TOOL_FORCE_Y,
     MEAN_FRICTION_FORCE, MEAN_PRINCIPAL_FORCE, MEAN_FEED_FORCE, MEAN_NORMAL_FORCE, MEAN_CONTACT_RATIO,
+    MEASURED_FRICTION_FORCE, MEASURED_PRINCIPAL_FORCE, MEASURED_FEED_FORCE,
+    MEAN_MEASURED_FRICTION_FORCE, MEAN_MEASURED_PRINCIPAL_FORCE, MEAN_MEASURED_FEED_FORCE,
     SLIP_VELOCITY_USED, UNCUT_THICKNESS_USED, THETA_USED, SHEAR_ANGLE, SPEED_RATIO, IN_CONTACT,
-    BRISTLE_DEFLECTION, DISSIPATED_POWER, DISSIPATED_ENERGY, CLAMPED_COUNT, STEP_COUNT,
+    BRISTLE_DEFLECTION, DISSIPATED_POWER, DISSIPATED_ENERGY, SLIDING_SPEED, SLIDING_DISTANCE, CLAMPED_COUNT, STEP_COUNT,
     /* locals: the rate of the bristle and the running integrals behind the cycle means */
-    BRISTLE_RATE, FRICTION_IMPULSE, PRINCIPAL_IMPULSE, FEED_IMPULSE, NORMAL_IMPULSE, CONTACT_TIME, CONTACT_RATE,
+    BRISTLE_RATE, FRICTION_IMPULSE, PRINCIPAL_IMPULSE, FEED_IMPULSE, NORMAL_IMPULSE, CONTACT_TIME,
+    MEASURED_FRICTION_IMPULSE, MEASURED_PRINCIPAL_IMPULSE, MEASURED_FEED_IMPULSE, CONTACT_RATE,
     /* locals: the event indicators, in the order of enum Indicator */
     CONTACT_INDICATOR, SURFACE_INDICATOR, SLIP_INDICATOR, LAW_INDICATOR,
     BASE_COUNT
@@ -77,9 +83,14 @@ enum RateStiffness { REFERENCE_STIFFNESS, THERMAL_STIFFNESS };
 enum InitialState { AT_REST, PERIODIC };
 
 enum Limits {
-    CAPACITY = 160,      /* values of one contact: base, laws and effects together (a test holds the tables to it) */
+    CAPACITY = 320,      /* values of one contact: base, laws and effects together (a test holds the tables to it) */
     MEMORY = 24,         /* what a law remembers between events, beside its bristle deflection */
-    STATES = 7,          /* continuous states, in the order of kernel_state */
+    BASE_STATES = 11,    /* continuous states of the base table, the first of kernel_state */
+    EFFECT_STATES = 24,  /* at most so many states of all effects together follow them */
+    STATES = BASE_STATES + EFFECT_STATES,
+    HISTORY = 256,       /* internal steps whose forces are kept while an effect looks back */
+    CHANNELS = 3,        /* forces that are measured: friction, principal, feed */
+    MEANS = 8,           /* quantities with a mean over the averaging window: four forces, contact, three measured forces */
     INDICATORS = 4,      /* zero crossings that are events: see enum Indicator */
     INPUT_FIRST = SLIP_VELOCITY,
     INPUT_END = TOOL_VELOCITY_Y + 1
@@ -94,7 +105,8 @@ enum Indicator {
 };
 
 enum Status { KERNEL_OK, KERNEL_NO_SUCH_VARIABLE, KERNEL_NOT_FINITE, KERNEL_OUT_OF_BOUNDS, KERNEL_BAD_STEP, KERNEL_TOO_MANY_STEPS,
-              KERNEL_DIVERGED, KERNEL_TEMPERATURES, KERNEL_STATUS_COUNT };
+              KERNEL_DIVERGED, KERNEL_TEMPERATURES, KERNEL_RIVALS, KERNEL_HISTORY_SHORT, KERNEL_STOPPED,
+              KERNEL_STATUS_COUNT };
 
 /* Things that are legal but worth one line in the log; bits of kernel_warnings. */
 enum Warning { WARN_STIFFNESS_FLOOR = 1, WARN_FORCE_DOMAIN = 2, WARN_TEMPERATURE = 4, WARN_UNUSED_SLIP = 8,
@@ -109,23 +121,51 @@ struct Contact {
     lanes sign[INDICATORS];                  /* +1 or -1: on which side of each event the contact is */
     lanes next_step;                         /* internal step that the tolerance asks for [s] */
     lanes largest_difference;                /* what relative_tolerance allows a lower order to change in one step */
-    lanes window_start[5];                   /* the impulses (STATES order, from FRICTION_IMPULSE) when the averaging window opened */
+    lanes window_start[MEANS];               /* the integrals behind the means when the averaging window opened */
     lanes window;                            /* averaging windows closed so far */
     double window_origin;                    /* time at which the first window opened [s] */
     uint32_t warnings;
     uint32_t started;
+    /* The last internal steps: end [s], length [s], and the forces at start, middle and end; a ring. Empty unless an effect looks back. */
+    lanes past_count;
+    lanes past_end[HISTORY], past_length[HISTORY], past_force[HISTORY][CHANNELS][3];
+};
+
+/* What to follow. Inputs are linear between the samples: inputs[sample * input_count + j], or with per_lane nonzero a value for each
+ * lane there. keep[sample] nonzero: outputs are wanted at it; keep NULL: at all. */
+struct Record {
+    int64_t count;
+    const double *times;
+    int input_count;
+    const int *input_index;
+    const double *inputs;
+    int per_lane;
+    const unsigned char *keep;
+};
+
+/* What to bring back, each may be NULL: rows[(row * output_count + j) * LANES + lane] of the kept samples; their sums, and their squared
+ * distances from data[row * output_count + j] (NAN: none there), [j * LANES + lane], added to what stands there. */
+struct Yield {
+    int output_count;
+    const int *output_index;
+    double *rows, *sums, *squares;
+    const double *data;
+    int64_t samples_done, rows_done;
 };
 
 /* ---- asking ---- */
 
 int kernel_variable_count(void);
 const struct Variable *kernel_variable(int index);
+int kernel_state_count(void);
 int kernel_state(int place);                       /* index of the place-th continuous state */
+int kernel_derivative_of(int index);               /* index of the state whose rate variable `index` is; 0: none */
 int kernel_indicator(int place);                   /* index of the place-th event indicator */
 int kernel_law_count(void);
 const struct FrictionLaw *kernel_law(int place);   /* the order is that of the choice friction_law */
 int kernel_effect_count(void);
 const struct Effect *kernel_effect(int place);
+const char *kernel_stage_name(enum Stage stage);
 int kernel_effect_switch(int place);               /* index of the effect's Boolean; its parameters follow it */
 const char *kernel_status_text(enum Status status);
 const char *kernel_warning_text(int bit);          /* bit 0 .. WARNING_COUNT-1 */
@@ -147,6 +187,8 @@ enum Status kernel_start(struct Contact *contact, double time);
 enum Status kernel_evaluate(struct Contact *contact);
 /* Event indicators at value[TIME]; 1 for an event that does not matter at present. kernel_evaluate shows the same as variables. */
 void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS]);
+/* Model exchange: the host's integrator has completed a step that ends at value[TIME]; effects that look back keep it. */
+enum Status kernel_step_completed(struct Contact *contact);
 /* An event has happened at value[TIME]: take sides anew, let separated bristles go, close an averaging window that has ended. */
 enum Status kernel_event(struct Contact *contact);
 /* Time of the next averaging-window end, of lane 0; infinity where no means are formed. */
@@ -154,11 +196,9 @@ double kernel_next_event(const struct Contact *contact);
 /* Advance by `step` [s] in internal steps. With stop_at_events nonzero, return at the first contact event before it is acted upon
  * (kernel_event does that), *taken telling how far it went. */
 enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken);
-/* Follow `count` samples: inputs[sample * input_count + j] is the value at times[sample] of the variable input_index[j], linear in
- * between. After each sample (the first is the state as it stands) the variables output_index are written to outputs in the same
- * layout. *done tells how many rows of outputs are valid, also on failure. */
-enum Status kernel_run(struct Contact *contact, int64_t count, const double *times, int input_count, const int *input_index,
-                       const double *inputs, int output_count, const int *output_index, double *outputs, int64_t *done);
+/* Follow a record from its first sample, where the contact stands, to its last; see struct Record and struct Yield. A nonzero *stop (may
+ * be NULL) breaks off after the sample that is being followed. */
+enum Status kernel_follow(struct Contact *contact, const struct Record *record, struct Yield *yield, const volatile int *stop);
 /* d unknown / d known at the current point, by central differences on a copy. known: inputs and states. */
 enum Status kernel_derivative(const struct Contact *contact, int unknown, int known, double *derivative);
 
@@ -166,22 +206,40 @@ enum Status kernel_derivative(const struct Contact *contact, int unknown, int kn
 
 /* One time point of one block: every stage reads what earlier stages wrote. */
 struct Point {
-    /* path and engagement */
+    lanes t;               /* [s] */
+    lanes state[EFFECT_STATES]; /* of the effects, by place */
+    const struct Past *past;    /* where an effect that looks back finds earlier forces */
+    /* path: what the ellipse runs with, and the motion of its centre beside the cutting speed */
+    lanes a, b;            /* amplitudes [m] */
+    lanes phase_y;         /* [rad] */
+    lanes centre_y;        /* [m] */
+    lanes centre_u_x, centre_u_y; /* [m/s] */
+    lanes raised;          /* nominal surface above its mean height [m] */
+    /* engagement */
     lanes u_x, u_y;        /* tool velocity relative to the work [m/s] */
     lanes h;               /* uncut thickness [m] */
     lanes approach;        /* tool velocity into the chip, normal to the rake [m/s] */
+    lanes shear_speed;     /* that sets the strain rate: approach, or where only the slip is given the slip speed [m/s] */
     lanes surface;         /* indicator AT_SURFACE */
     lanes contact;         /* indicator AT_CONTACT */
     lanes cutting;         /* 1 in contact, else 0 */
     lanes speed_ratio;     /* HSR = v_c / (a w); infinity without vibration */
-    /* load */
-    lanes k;               /* shear load tau_s w h [N] */
-    /* friction */
     lanes v;               /* slip velocity of the chip along the rake [m/s] */
     lanes direction;       /* +1 or -1: which way it slips */
     lanes speed;           /* |v| [m/s] */
+    /* temperature */
+    lanes theta_given;     /* temperature proxy as its source gives it [m/s] */
     lanes theta;           /* temperature proxy [m/s] */
-    lanes theta_ratio;     /* theta / theta_ref */
+    lanes theta_ratio;     /* theta / theta_ref, after the stage */
+    lanes theta_ref;       /* [m/s] */
+    /* shear and load */
+    lanes tau_s;           /* shear stress [Pa] */
+    lanes w;               /* width of cut [m] */
+    lanes k;               /* shear load tau_s w h [N] */
+    lanes edge_p, edge_f;  /* forces of the edge and the flank on the tool, beside those of the chip [N] */
+    lanes load;            /* normal load on the contact: given, or that of a chip without friction [N] */
+    lanes distance;        /* slid so far [m] */
+    /* friction */
     lanes z;               /* mean bristle deflection [m] */
     lanes F_C, F_S, v_s;   /* [N], [N], [m/s] */
     lanes P;               /* stiffness in the rate equation [N/m] */
@@ -201,6 +259,8 @@ struct Point {
     /* forces */
     lanes N, F_p, F_f;
     lanes outside;         /* 1 where the force lies outside the domain of the shear-angle principle */
+    /* measurement */
+    lanes measured[CHANNELS]; /* friction, principal and feed force as a dynamometer shows them [N] */
 };
 
 /* A friction law: dz/dt = drive - rate z and F(z, dz/dt). p: the values of its own table. */
@@ -218,14 +278,31 @@ struct FrictionLaw {
     void (*rest)(const lanes *p, const struct Point *x, lanes *memory);
 };
 
-/* A switchable effect: variables[0] is its Boolean switch and says name, meaning and source; its own parameters follow, named
- * "<effect>.<parameter>". `act` adds to or scales fields of its stage. */
+/* What moves an effect's states: nothing (it has none), the motion (path, slip, temperature), the forces, which feed back within the
+ * step, or what is measured. */
+enum Driver { NO_STATES, DRIVEN_BY_MOTION, DRIVEN_BY_FORCE, DRIVEN_BY_SENSOR };
+
+/* A switchable effect. variables[0] is its Boolean switch and says name, meaning and source; then come its parameters, named
+ * "<effect>.<parameter>", then its states, then their rates in the same order. p: the values of its table; state, rate: its states. */
 struct Effect {
-    const char *equation, *rivals; /* rivals: names, comma-separated, of which at most one may be on; may be NULL */
+    const char *equation, *signature; /* the law, and what it does to a record */
+    const char *rivals;               /* names, comma-separated, of which at most one may be on; may be NULL */
+    const char *needs;                /* inputs without which it says nothing, comma-separated; may be NULL */
     enum Stage stage;
     const struct Variable *variables;
-    int count;
-    void (*act)(const lanes *p, struct Point *x);
+    int count, states;
+    enum Driver driver;
+    int bends;                        /* it makes the rate of the bristle depend on the deflection: solved by iteration */
+    int forgets;                      /* states are 0 again after separation */
+    /* Add to or scale fields of its stage. */
+    void (*act)(const lanes *p, const lanes *state, struct Point *x);
+    /* States from the start of a step of h to its middle and end; and their rates at a point. */
+    void (*move)(const lanes *p, const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end,
+                 const lanes *from, lanes *half, lanes *whole);
+    void (*rate)(const lanes *p, const struct Point *x, const lanes *state, lanes *rate);
+    /* Longest internal step that resolves what it does, and how far back it recalls forces [s]; may be NULL. */
+    double (*longest_step)(const lanes *p, int lane);
+    double (*looks_back)(const lanes *p, int lane);
 };
 
 #endif

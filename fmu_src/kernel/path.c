@@ -47,26 +47,42 @@ static double angle_at(double X, const struct Turn *t)
     return smaller(larger(chi, -last), last);
 }
 
+/* The fields that the stage opens. The ellipse of a tool that nothing disturbs; its centre moves as a machine model says. */
+static void open_path(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+{
+    const int carried = w->kinematics == KINEMATICS_COMBINED;
+    EACH_LANE {
+        x->t[i] = w->p[TIME][i] + tau[i];
+        x->a[i] = w->p[AMPLITUDE_X][i];
+        x->b[i] = w->p[AMPLITUDE_Y][i];
+        x->phase_y[i] = w->p[PHASE_Y][i];
+        x->centre_y[i] = carried ? input_at(contact, TOOL_DISPLACEMENT_Y, i, tau[i]) : 0;
+        x->centre_u_x[i] = carried ? input_at(contact, TOOL_VELOCITY_X, i, tau[i]) : 0;
+        x->centre_u_y[i] = carried ? input_at(contact, TOOL_VELOCITY_Y, i, tau[i]) : 0;
+        x->raised[i] = 0;
+    }
+}
+
 static void ellipse_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
     EACH_LANE {
-        const double f = p[VIBRATION_FREQUENCY][i], omega = 2 * PI * f, a = p[AMPLITUDE_X][i], b = p[AMPLITUDE_Y][i];
+        const double f = p[VIBRATION_FREQUENCY][i], omega = 2 * PI * f, a = x->a[i], b = x->b[i];
         const double v_c = input_at(contact, CUTTING_SPEED, i, tau[i]);
         const double turns = w->cycle[i] + f * tau[i], turn = 2 * PI * (turns - whole(turns)), c = cos(turn), s = sin(turn);
+        const int shifted = x->phase_y[i] != p[PHASE_Y][i];
+        const double c_y = shifted ? cos(x->phase_y[i]) : w->cos_y[i], s_y = shifted ? sin(x->phase_y[i]) : w->sin_y[i];
         const double cos_x = c * w->cos_x[i] - s * w->sin_x[i], sin_x = s * w->cos_x[i] + c * w->sin_x[i];
-        const double cos_y = c * w->cos_y[i] - s * w->sin_y[i], sin_y = s * w->cos_y[i] + c * w->sin_y[i];
+        const double cos_y = c * c_y - s * s_y, sin_y = s * c_y + c * s_y;
         const double r = a > 0 ? v_c / (a * omega) : INFINITY;
-        const int carried = w->kinematics == KINEMATICS_COMBINED;
-        const double rise = carried ? input_at(contact, TOOL_DISPLACEMENT_Y, i, tau[i]) : 0;
-        x->u_x[i] = v_c - a * omega * sin_x + (carried ? input_at(contact, TOOL_VELOCITY_X, i, tau[i]) : 0);
-        x->u_y[i] = -b * omega * sin_y + (carried ? input_at(contact, TOOL_VELOCITY_Y, i, tau[i]) : 0);
+        x->u_x[i] = v_c - a * omega * sin_x + x->centre_u_x[i];
+        x->u_y[i] = -b * omega * sin_y + x->centre_u_y[i];
         x->speed_ratio[i] = a > 0 ? r : 0;
         x->approach[i] = x->u_x[i] * w->cos_rake[i] + x->u_y[i] * w->sin_rake[i];
 
         /* Heights over the vibration's centre; the previous cycle is taken to have had the same centre. Without separation (r >= 1)
-         * no place is passed twice, and only the nominal surface stands. */
-        const double y = b * cos_y, nominal = p[FEED][i] - b - rise;
+         * no place is passed twice, and only the nominal surface stands, `feed` above the lowest point of the undisturbed ellipse. */
+        const double y = b * cos_y, nominal = p[FEED][i] - p[AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i];
         x->surface[i] = -1;
         x->h[i] = nominal - y;
         if (r < 1 && x->approach[i] > 0) {
@@ -75,7 +91,7 @@ static void ellipse_at(const struct Contact *contact, const struct Wiring *w, co
              * reaches up to where that cycle turned, and past it its last height stands */
             const double ahead = turn + p[PHASE_X][i] + PI / 2; /* -3/2 pi .. 9/2 pi */
             const double psi = ahead - 2 * PI * (whole(ahead / (2 * PI) + 1.5) - 1), X = r * psi + cos_x;
-            const double lead = p[PHASE_Y][i] - p[PHASE_X][i] - PI / 2;
+            const double lead = x->phase_y[i] - p[PHASE_X][i] - PI / 2;
             if (r > 0)
                 x->surface[i] = r * (t.last - 2 * PI) + t.bend - X;
             const int on_left = contact->sign[AT_CONTACT][i] > 0 ? contact->sign[AT_SURFACE][i] > 0 : r == 0 || x->surface[i] > 0;
@@ -86,22 +102,33 @@ static void ellipse_at(const struct Contact *contact, const struct Wiring *w, co
     }
 }
 
+/* Slip and thickness are given; what effects do to the path comes on top. */
+static void given_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+{
+    EACH_LANE {
+        x->u_x[i] = x->centre_u_x[i];
+        x->u_y[i] = x->centre_u_y[i];
+        x->approach[i] = x->u_x[i] * w->cos_rake[i] + x->u_y[i] * w->sin_rake[i];
+        x->v[i] = input_at(contact, SLIP_VELOCITY, i, tau[i]) + slip_along_rake(w, x, i, w->tan_flow[i]);
+        x->h[i] = input_at(contact, UNCUT_THICKNESS, i, tau[i]) + x->raised[i] - x->centre_y[i];
+        x->speed_ratio[i] = 0;
+        x->surface[i] = x->approach[i] = 1;
+    }
+}
+
 void path_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
-    if (w->kinematics == KINEMATICS_EXTERNAL) {
-        EACH_LANE {
-            x->u_x[i] = x->u_y[i] = x->speed_ratio[i] = 0;
-            x->surface[i] = x->approach[i] = 1;
-            x->h[i] = input_at(contact, UNCUT_THICKNESS, i, tau[i]);
-            x->v[i] = input_at(contact, SLIP_VELOCITY, i, tau[i]);
-            x->contact[i] = x->h[i];
-        }
-        return;
-    }
-    ellipse_at(contact, w, tau, x);
+    const int given = w->kinematics == KINEMATICS_EXTERNAL;
+    open_path(contact, w, tau, x);
     act(w, STAGE_PATH, x);
+    if (given)
+        given_at(contact, w, tau, x);
+    else
+        ellipse_at(contact, w, tau, x);
+    act(w, STAGE_ENGAGEMENT, x);
     EACH_LANE {
-        x->v[i] = slip_along_rake(w, x, i, w->tan_flow[i]);
-        x->contact[i] = smaller(x->h[i] / 1e-6, x->approach[i]); /* both of order 1, in um and m/s */
+        x->v[i] = given ? x->v[i] : slip_along_rake(w, x, i, w->tan_flow[i]);
+        x->shear_speed[i] = given ? fabs(x->v[i]) : larger(x->approach[i], 0);
+        x->contact[i] = given ? x->h[i] : smaller(x->h[i] / 1e-6, x->approach[i]); /* both of order 1, in um and m/s */
     }
 }

@@ -18,7 +18,7 @@ static int anywhere(const lanes flag)
 static void coast(const struct Wiring *w, struct Point *x)
 {
     EACH_LANE {
-        x->k[i] = x->F[i] = x->N[i] = x->F_p[i] = x->F_f[i] = x->drive[i] = x->target[i] = x->clamped[i] = x->outside[i] = 0;
+        x->k[i] = x->F[i] = x->N[i] = x->F_p[i] = x->F_f[i] = x->drive[i] = x->target[i] = x->clamped[i] = x->outside[i] = x->edge_p[i] = x->edge_f[i] = 0;
         x->rate[i] = w->p[RELEASE_TIME][i] > 0 ? 1 / w->p[RELEASE_TIME][i] : 0;
         x->F_C[i] = w->p[F_C][i];
         x->F_S[i] = w->p[F_S][i];
@@ -27,8 +27,8 @@ static void coast(const struct Wiring *w, struct Point *x)
     x->warnings = 0;
 }
 
-/* Stages up to the rates, z given in x. passing: a point within a step, whose outputs nobody looks at. */
-void open_point(const struct Contact *contact, const struct Wiring *w, const lanes tau, int passing, struct Point *x)
+/* Motion and temperature: all that does not wait for the bristle. */
+void engage_point(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
     path_at(contact, w, tau, x);
     EACH_LANE {
@@ -36,16 +36,23 @@ void open_point(const struct Contact *contact, const struct Wiring *w, const lan
         x->stuck[i] = contact->sign[AT_LAW][i] > 0;
         x->direction[i] = x->cutting[i] != 0 ? contact->sign[AT_SLIP][i] : x->v[i] < 0 ? -1 : 1;
         x->law[i] = 1;
+        x->distance[i] = contact->value[SLIDING_DISTANCE][i];
     }
+    proxy_open(contact, w, tau, x);
+}
+
+/* Stages up to the rates, z given in x. passing: a point within a step, whose outputs nobody looks at. */
+void open_point(const struct Contact *contact, const struct Wiring *w, const lanes tau, int passing, struct Point *x)
+{
     if (passing && !anywhere(x->cutting)) {
         coast(w, x);
         return;
     }
-    load_at(w, x);
     if (w->current_angle) {
         friction_solved(contact, w, tau, x);
         return;
     }
+    load_at(contact, w, tau, x);
     friction_open(contact, w, tau, x);
     friction_rates(w, x);
 }
@@ -90,6 +97,7 @@ void let_go(struct Contact *contact, const struct Wiring *w, const struct Point 
         contact->value[BRISTLE_DEFLECTION][i] = 0;
         for (int n = 0; w->law->rest && n < MEMORY; ++n)
             contact->memory[n][i] = fresh[n][i];
+        forget_states(contact, w, i);
     }
 }
 
@@ -110,8 +118,11 @@ static int take_sides(struct Contact *contact, const struct Wiring *w, const str
 void point_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
     EACH_LANE x->z[i] = contact->value[BRISTLE_DEFLECTION][i];
+    load_states(contact, w, x);
+    engage_point(contact, w, tau, x);
     open_point(contact, w, tau, 0, x);
     close_point(contact, w, 0, x);
+    measure(contact, w, x);
 }
 
 /* Sides as the indicators shortly after tau say, until none changes: entry decides which surface and which way of slip count. Shortly

@@ -53,10 +53,40 @@ const struct Variable *kernel_variable(int index)
     return NULL;
 }
 
-static const int states[STATES] = {BRISTLE_DEFLECTION, DISSIPATED_ENERGY, FRICTION_IMPULSE, PRINCIPAL_IMPULSE,
-                                   FEED_IMPULSE, NORMAL_IMPULSE, CONTACT_TIME};
+static const int base_states[BASE_STATES] = {BRISTLE_DEFLECTION, DISSIPATED_ENERGY, SLIDING_DISTANCE,
+                                             FRICTION_IMPULSE, PRINCIPAL_IMPULSE, FEED_IMPULSE, NORMAL_IMPULSE, CONTACT_TIME,
+                                             MEASURED_FRICTION_IMPULSE, MEASURED_PRINCIPAL_IMPULSE, MEASURED_FEED_IMPULSE};
 
-int kernel_state(int place) { return place >= 0 && place < STATES ? states[place] : -1; }
+int kernel_state_count(void)
+{
+    int count = BASE_STATES;
+    for (int n = 0; n < EFFECT_COUNT; ++n)
+        count += effects[n]->states;
+    return count;
+}
+
+int kernel_state(int place)
+{
+    if (place < BASE_STATES)
+        return place >= 0 ? base_states[place] : -1;
+    place -= BASE_STATES;
+    for (int n = 0; n < EFFECT_COUNT; place -= effects[n++]->states)
+        if (place < effects[n]->states)
+            return kernel_effect_switch(n) + effects[n]->count - 2 * effects[n]->states + place;
+    return -1;
+}
+
+int kernel_derivative_of(int index)
+{
+    if (index < 0 || index < BASE_COUNT)
+        return index < 0 ? 0 : base_variables[index].derivative_of;
+    for (int n = 0, end = kernel_effect_switch(0); n < EFFECT_COUNT; ++n) {
+        end += effects[n]->count;
+        if (index < end)
+            return index >= end - effects[n]->states ? index - effects[n]->states : 0;
+    }
+    return 0;
+}
 
 int kernel_indicator(int place) { return place >= 0 && place < INDICATORS ? CONTACT_INDICATOR + place : -1; }
 
@@ -80,8 +110,8 @@ static uint64_t hash_tables(uint64_t hash)
     const int count = kernel_variable_count();
     for (int i = 0; i < count; ++i) {
         const struct Variable *v = kernel_variable(i);
-        const double numbers[] = {v->start, v->min, v->max, v->nominal};
-        const int32_t kinds[] = {(int32_t)v->type, (int32_t)v->causality, (int32_t)v->variability, v->derivative_of};
+        const double numbers[] = {v->start, v->min, v->max, v->nominal, v->neutral};
+        const int32_t kinds[] = {(int32_t)v->type, (int32_t)v->causality, (int32_t)v->variability, kernel_derivative_of(i)};
         hash = mix_text(mix_text(mix_text(hash, v->name), v->unit), v->display_unit);
         hash = mix_text(mix_text(hash, v->meaning), v->source);
         hash = mix(mix(hash, numbers, sizeof numbers), kinds, sizeof kinds);
@@ -91,7 +121,7 @@ static uint64_t hash_tables(uint64_t hash)
     for (int i = 0; i < LAW_COUNT; ++i)
         hash = mix_text(mix_text(mix_text(hash, laws[i]->meaning), laws[i]->equation), laws[i]->source);
     for (int i = 0; i < EFFECT_COUNT; ++i)
-        hash = mix_text(mix_text(hash, effects[i]->equation), effects[i]->rivals);
+        hash = mix_text(mix_text(mix_text(mix_text(hash, effects[i]->equation), effects[i]->signature), effects[i]->rivals), effects[i]->needs);
     return hash;
 }
 
@@ -116,6 +146,9 @@ static const char *const status_texts[KERNEL_STATUS_COUNT] = {
     [KERNEL_BAD_STEP] = "the step is not a positive finite number",
     [KERNEL_TOO_MANY_STEPS] = "the step needs more internal steps than allowed: shorten it or loosen relative_tolerance",
     [KERNEL_DIVERGED] = "force or bristle deflection is no longer a finite number",
+    [KERNEL_RIVALS] = "two effects are on that are rivals of each other: switch one of them off",
+    [KERNEL_HISTORY_SHORT] = "an effect looks back further than the 256 internal steps that are kept: shorten its time or loosen the tolerance",
+    [KERNEL_STOPPED] = "stopped on request",
     [KERNEL_TEMPERATURES] = "reference_temperature must lie above ambient_temperature",
 };
 const char *kernel_status_text(enum Status status)
@@ -131,6 +164,13 @@ static const char *const warning_texts[WARNING_COUNT] = {
     "initial_state = periodic: no periodic steady state was found (not every law has one, external kinematics has none)",
 };
 const char *kernel_warning_text(int bit) { return bit >= 0 && bit < WARNING_COUNT ? warning_texts[bit] : "unknown warning"; }
+
+static const char *const stage_names[STAGE_COUNT] = {
+    [STAGE_PATH] = "path", [STAGE_ENGAGEMENT] = "engagement", [STAGE_TEMPERATURE] = "temperature", [STAGE_SHEAR] = "shear",
+    [STAGE_LOAD] = "load", [STAGE_FRICTION] = "friction", [STAGE_BRISTLE] = "bristle", [STAGE_FORCES] = "forces",
+    [STAGE_MEASUREMENT] = "measurement",
+};
+const char *kernel_stage_name(enum Stage stage) { return stage < STAGE_COUNT ? stage_names[stage] : "unknown stage"; }
 
 size_t kernel_size(void) { return sizeof(struct Contact); }
 int kernel_lanes(void) { return LANES; }

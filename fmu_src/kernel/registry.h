@@ -10,9 +10,35 @@
     LINE(bristle) \
     LINE(reset_integrator)
 
+/* In the order of their stages, so that no file order matters but this one. */
 #define EFFECTS(LINE) \
+    LINE(holder_compliance) \
+    LINE(amplitude_loss) \
+    LINE(ellipse_phase_error) \
+    LINE(run_out) \
+    LINE(proxy_lag) \
+    LINE(size_effect) \
+    LINE(flow_stress_softening) \
+    LINE(edge_force) \
+    LINE(flank_wear) \
+    LINE(process_damping) \
     LINE(thermal_softening) \
-    LINE(thermal_damping)
+    LINE(thermal_damping) \
+    LINE(thermal_viscosity) \
+    LINE(direction_asymmetry) \
+    LINE(load_dependence) \
+    LINE(viscous_friction) \
+    LINE(stribeck) \
+    LINE(dwell_strengthening) \
+    LINE(friction_wear) \
+    LINE(elasto_plastic) \
+    LINE(sensor_delay) \
+    LINE(cross_talk) \
+    LINE(dynamometer_resonance) \
+    LINE(sensor_lowpass) \
+    LINE(sensor_gain) \
+    LINE(sensor_offset) \
+    LINE(sensor_drift)
 
 #define COUNT_LINE(name) +1
 enum { LAW_COUNT = 0 FRICTION_LAWS(COUNT_LINE), EFFECT_COUNT = 0 EFFECTS(COUNT_LINE) };

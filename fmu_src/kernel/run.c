@@ -1,4 +1,4 @@
-/* How does a contact begin, follow a record, and what are its derivatives? Life of one contact around advance.c. */
+/* How does a contact begin, and what are its derivatives? Life of one contact around advance.c. */
 #include "stages.h"
 
 #include <math.h>
@@ -51,56 +51,23 @@ static enum Status begin(struct Contact *contact)
         contact->largest_difference[i] = pow(10 * contact->value[RELATIVE_TOLERANCE][i], 0.6); /* see badness in advance.c */
     }
     if (w.law->rest) {
-        path_at(contact, &w, now, &x);
+        load_states(contact, &w, &x);
+        engage_point(contact, &w, now, &x);
         EACH_LANE x.direction[i] = x.cutting[i] = 1;
+        load_at(contact, &w, now, &x);
         friction_open(contact, &w, now, &x);
         w.law->rest(w.law_p, &x, contact->memory);
     }
     return kernel_event(contact);
 }
 
-/* The bristle deflection that one vibration cycle brings back. For a law that is linear in z one cycle maps z to c + E z, and two
- * cycles give z_0 = c / (1 - E); otherwise the same secant is repeated. */
-static enum Status find_periodic(struct Contact *contact)
-{
-    const double start = contact->value[TIME][0], period = 1 / contact->value[VIBRATION_FREQUENCY][0];
-    struct Contact trial = *contact;
-    lanes z = {0}, miss = {0}, z_before, miss_before;
-    int found = 0;
-    for (int n = 0; n < 20 && !found; ++n) {
-        double taken;
-        EACH_LANE {
-            trial.value[BRISTLE_DEFLECTION][i] = z[i];
-            trial.value[TIME][i] = start;
-            z_before[i] = n == 0 ? 0 : z_before[i];
-            miss_before[i] = n == 0 ? 0 : miss_before[i];
-        }
-        const enum Status begun = kernel_event(&trial);
-        const enum Status status = begun == KERNEL_OK ? kernel_advance(&trial, period, 0, &taken) : begun;
-        if (status != KERNEL_OK)
-            return status;
-        found = 1;
-        EACH_LANE {
-            const double reach = larger(trial.value[F_C][i], trial.value[F_S][i]) / trial.value[SIGMA0][i];
-            miss[i] = trial.value[BRISTLE_DEFLECTION][i] - z[i];
-            found &= fabs(miss[i]) <= 1e-2 * trial.value[RELATIVE_TOLERANCE][i] * reach;
-            const double slope = n > 0 && z[i] != z_before[i] ? (miss[i] - miss_before[i]) / (z[i] - z_before[i]) : -1;
-            z_before[i] = z[i];
-            miss_before[i] = miss[i];
-            z[i] -= found ? 0 : slope < 0 ? miss[i] / slope : -miss[i];
-        }
-    }
-    EACH_LANE contact->value[BRISTLE_DEFLECTION][i] = z[i];
-    for (int n = 0; n < MEMORY; ++n)
-        EACH_LANE contact->memory[n][i] = trial.memory[n][i];
-    contact->warnings |= found ? 0u : WARN_NOT_PERIODIC;
-    return KERNEL_OK;
-}
-
 enum Status kernel_start(struct Contact *contact, double time)
 {
+    const struct Wiring w = wire(contact);
     if (!isfinite(time))
         return KERNEL_NOT_FINITE;
+    if (rivals_on(&w))
+        return KERNEL_RIVALS;
     EACH_LANE contact->value[TIME][i] = contact->window_origin = time;
     contact->started = 1;
     enum Status status = begin(contact);
@@ -111,45 +78,10 @@ enum Status kernel_start(struct Contact *contact, double time)
         if (status == KERNEL_OK)
             status = kernel_event(contact);
     }
-    for (int n = 0; n < MEANS; ++n)
-        EACH_LANE contact->window_start[n][i] = contact->value[kernel_state(n + 2)][i];
+    EACH_LANE open_window(contact, i);
     if (contact->value[SLIP_VELOCITY][0] != 0 && chosen(contact->value, KINEMATICS, 0) == KINEMATICS_INTERNAL)
         contact->warnings |= WARN_UNUSED_SLIP;
     return status;
-}
-
-enum Status kernel_run(struct Contact *contact, int64_t count, const double *times, int input_count, const int *input_index,
-                       const double *inputs, int output_count, const int *output_index, double *outputs, int64_t *done)
-{
-    *done = 0;
-    for (int64_t n = 0; n < count; ++n) {
-        const double step = n > 0 ? times[n] - times[n - 1] : 0;
-        enum Status status = KERNEL_OK;
-        double taken;
-        for (int j = 0; j < input_count; ++j) {
-            const double *column = inputs + j, now = column[n * input_count], before = column[(n > 0 ? n - 1 : 0) * input_count];
-            const int at = input_index[j] - INPUT_FIRST;
-            status = status == KERNEL_OK ? kernel_check(input_index[j], now) : status;
-            EACH_LANE contact->slope[at][i] = n > 0 ? (now - before) / step : 0;
-        }
-        if (status == KERNEL_OK && n > 0)
-            status = kernel_advance(contact, step, 0, &taken);
-        for (int j = 0; j < input_count && status == KERNEL_OK; ++j) {
-            status = kernel_set(contact, input_index[j], 0, inputs[n * input_count + j]);
-            EACH_LANE {
-                contact->slope[input_index[j] - INPUT_FIRST][i] = 0;
-                contact->value[input_index[j]][i] = inputs[n * input_count + j];
-            }
-        }
-        if (status == KERNEL_OK)
-            status = kernel_evaluate(contact);
-        if (status != KERNEL_OK)
-            return status;
-        for (int j = 0; j < output_count; ++j)
-            outputs[n * output_count + j] = contact->value[output_index[j]][0];
-        *done = n + 1;
-    }
-    return KERNEL_OK;
 }
 
 enum Status kernel_derivative(const struct Contact *contact, int unknown, int known, double *derivative)

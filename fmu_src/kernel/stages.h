@@ -17,10 +17,15 @@ struct Wiring {
     const lanes *p;                 /* the base table's values */
     const struct FrictionLaw *law;
     const lanes *law_p;
-    const struct Effect *on[EFFECT_COUNT];    /* effects that are on, and their parameters */
-    const lanes *on_p[EFFECT_COUNT];
+    const struct Effect *on[EFFECT_COUNT];    /* effects that are on, */
+    const lanes *on_p[EFFECT_COUNT];          /* their parameters, */
+    int on_state[EFFECT_COUNT];               /* the place of their first state in struct Point, */
+    int on_value[EFFECT_COUNT];               /* and its index in the table */
     int on_count;
-    int held;                       /* external kinematics and no input changes: nothing but the bristle moves */
+    int stages;                     /* bit n: an effect acts in stage n */
+    int drivers;                    /* bit n: states of an effect are driven by enum Driver n */
+    int looks_back, bends;          /* whether an effect does */
+    int held;                       /* external kinematics, no input changes, no effect moves: nothing but the bristle does */
     enum Kinematics kinematics;
     int current_angle;              /* chip_flow_angle = current_shear_angle: slip and force are solved together */
     lanes cycle;                    /* place in the vibration cycle at value[TIME], 0..1 */
@@ -32,17 +37,52 @@ struct Wiring {
 
 /* wiring.c */
 struct Wiring wire(const struct Contact *contact);
+void wire_time(const struct Contact *contact, struct Wiring *w);
+
+/* effects.c: let the effects of a stage act; move the states of one driver over a step; show states and their rates; the longest step
+ * that resolves what is on. */
 void act(const struct Wiring *w, enum Stage stage, struct Point *x);
+void move_states(const struct Wiring *w, enum Driver driver, const lanes h, const struct Point *start, struct Point *middle,
+                 struct Point *end);
+void measure(const struct Contact *contact, const struct Wiring *w, struct Point *x);
+void measure_step(const struct Contact *contact, const struct Wiring *w, const lanes h, const struct Point *start, struct Point *middle,
+                  struct Point *end);
+void load_states(const struct Contact *contact, const struct Wiring *w, struct Point *x);
+void store_states(struct Contact *contact, const struct Wiring *w, const struct Point *x, int lane);
+void show_rates(struct Contact *contact, const struct Wiring *w, const struct Point *x);
+void forget_states(struct Contact *contact, const struct Wiring *w, int lane);
+double resolving_step(const struct Wiring *w, int lane);
+double look_back(const struct Wiring *w, int lane);
+int rivals_on(const struct Wiring *w);
+
+/* history.c: where the forces before a point are found: in the contact's ring, and in the step that is being taken (NULL: none). */
+struct Past {
+    const struct Contact *contact;
+    const struct Point *start, *middle, *end;
+};
+void remember(struct Contact *contact, int lane, double h, const struct Point *start, const struct Point *middle, const struct Point *end);
+/* Measured channel `channel` of the chip's forces at time t <= x->t; before all that is known, the first that is known. */
+double recall(const struct Point *x, int channel, int lane, double t);
+void remember_host_step(struct Contact *contact, int lane, const struct Point *x);
+int recall_reaches(const struct Contact *contact, int lane, double t);
+
+/* respond.c: exact answers of linear states to a drive that is a parabola over the step, through u at start, middle and end.
+ * relax: dy/dt = (u - y)/T after half and whole of h; swing: d2y/dt2 = w^2 (u - y) - 2 zeta w dy/dt for y and its rate. */
+void relax(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole);
+void swing(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2], double whole[2]);
 
 /* path.c: r = v_c / (a w). */
 struct Turn turn_at(double r);
-/* path.c: u, h, approach, the path's indicators, at `tau` [s] after value[TIME]. */
+/* path.c: u, h, approach, slip, the path's indicators, at `tau` [s] after value[TIME]; uses the states in x. */
 void path_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
 /* path.c: chip slip along the rake; tan_flow: of the shear angle less the rake angle. */
 double slip_along_rake(const struct Wiring *w, const struct Point *x, int lane, double tan_flow);
 
-/* forces.c: the shear load. */
-void load_at(const struct Wiring *w, struct Point *x);
+/* friction.c: theta as its source gives it. */
+void proxy_open(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
+
+/* forces.c: the shear load, once theta is known. */
+void load_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
 
 /* friction.c: open the law's fields (theta, F_C, ...), and what follows from z. */
 void friction_open(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
@@ -55,8 +95,9 @@ void friction_solved(const struct Contact *contact, const struct Wiring *w, cons
 void forces_at(const struct Wiring *w, struct Point *x);
 double shear_angle(const struct Wiring *w, const struct Point *x, int lane);
 
-/* point.c: all stages at tau; z given in x for open and close, taken from the contact by point_at. passing: a point within a step, whose
- * outputs nobody looks at. */
+/* point.c: all stages at tau; z and states given in x for the first three, taken from the contact by point_at. engage: motion and theta;
+ * open: up to the rates; close: the rest. passing: a point within a step, whose outputs nobody looks at. */
+void engage_point(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
 void open_point(const struct Contact *contact, const struct Wiring *w, const lanes tau, int passing, struct Point *x);
 void close_point(const struct Contact *contact, const struct Wiring *w, int passing, struct Point *x);
 void point_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
@@ -67,16 +108,32 @@ void let_go(struct Contact *contact, const struct Wiring *w, const struct Point 
 void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x);
 void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x);
 
+/* advance.c: from value[TIME] on by `step`, s telling how far it went; the point reached is room[now], where known. */
+struct Course {
+    struct Point room[3];
+    int now, known;
+};
+enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s, struct Course *course);
+void move_on(struct Contact *contact, const lanes s);
+
+/* evaluate.c: the point x as outputs, derivatives and indicators. */
+void show_outputs(struct Contact *contact, const struct Wiring *w, const struct Point *x);
+
 /* window.c: length and end [s] of the present averaging window, 0 and infinity where no means are formed. */
-enum { MEANS = 5 };
 extern const int mean_of[MEANS];
 double window_length(const struct Contact *contact, int i);
 double window_end(const struct Contact *contact, int i);
+void open_window(struct Contact *contact, int i);
 void close_window(struct Contact *contact, int i);
 
 /* evaluate.c: reference above ambient, where the proxy is a temperature. */
 int ordered_temperatures(const struct Contact *contact);
 
+/* periodic.c: sets the states from which one vibration cycle comes back to itself. */
+enum Status find_periodic(struct Contact *contact);
+
+/* integrate.c: I[k] = integral from 0 to D of e^-(D - A) A^k dA, D >= 0. */
+void moments(double D, double I[3]);
 /* integrate.c: bristle deflection after half and after the whole of h, from the rates at start, middle and end; and the change that a
  * lower order would have made of the end (for the choice of step). relaxes: by exponentials, else by Simpson's rule; clip: |z| is
  * bounded by the largest target. */

@@ -16,13 +16,22 @@ double window_end(const struct Contact *contact, int i)
     return length > 0 ? contact->window_origin + (contact->window[i] + 1) * length : INFINITY;
 }
 
-const int mean_of[MEANS] = {MEAN_FRICTION_FORCE, MEAN_PRINCIPAL_FORCE, MEAN_FEED_FORCE, MEAN_NORMAL_FORCE, MEAN_CONTACT_RATIO};
+const int mean_of[MEANS] = {MEAN_FRICTION_FORCE, MEAN_PRINCIPAL_FORCE, MEAN_FEED_FORCE, MEAN_NORMAL_FORCE, MEAN_CONTACT_RATIO,
+                            MEAN_MEASURED_FRICTION_FORCE, MEAN_MEASURED_PRINCIPAL_FORCE, MEAN_MEASURED_FEED_FORCE};
+
+enum { FIRST_INTEGRAL = BASE_STATES - MEANS }; /* the integrals are the last base states, in this order */
+
+void open_window(struct Contact *contact, int i)
+{
+    for (int n = 0; n < MEANS; ++n)
+        contact->window_start[n][i] = contact->value[kernel_state(FIRST_INTEGRAL + n)][i];
+}
 
 void close_window(struct Contact *contact, int i)
 {
     const double length = window_length(contact, i);
     for (int n = 0; n < MEANS; ++n) {
-        const double integral = contact->value[kernel_state(n + 2)][i];
+        const double integral = contact->value[kernel_state(FIRST_INTEGRAL + n)][i];
         contact->value[mean_of[n]][i] = (integral - contact->window_start[n][i]) / length;
         contact->window_start[n][i] = integral;
     }

@@ -5,6 +5,24 @@
 
 #define PI 3.14159265358979323846
 
+/* What changes with value[TIME] and the slopes of the inputs. */
+void wire_time(const struct Contact *contact, struct Wiring *w)
+{
+    w->held = w->kinematics == KINEMATICS_EXTERNAL && w->on_count == 0;
+    for (int k = 0; k < INPUT_END - INPUT_FIRST; ++k)
+        EACH_LANE w->held &= contact->slope[k][i] == 0;
+    if (w->kinematics == KINEMATICS_EXTERNAL)
+        return;
+    EACH_LANE {
+        const double turns = w->p[VIBRATION_FREQUENCY][i] * w->p[TIME][i];
+        const double fastest = 2 * PI * w->p[VIBRATION_FREQUENCY][i] * w->p[AMPLITUDE_X][i];
+        const double r = fastest > 0 ? w->p[CUTTING_SPEED][i] / fastest : INFINITY;
+        w->cycle[i] = turns - floor(turns);
+        if (!(w->turn[i].r == r))
+            w->turn[i] = turn_at(r);
+    }
+}
+
 struct Wiring wire(const struct Contact *contact)
 {
     struct Wiring w = {.p = contact->value, .kinematics = (enum Kinematics)chosen(contact->value, KINEMATICS, 0)};
@@ -12,36 +30,34 @@ struct Wiring wire(const struct Contact *contact)
     w.law = kernel_law(law);
     w.law_p = contact->value + law_values(law);
     w.current_angle = chosen(contact->value, CHIP_FLOW_ANGLE, 0) == CURRENT_ANGLE && w.kinematics != KINEMATICS_EXTERNAL;
-    for (int n = 0, at = kernel_effect_switch(0); n < EFFECT_COUNT; at += kernel_effect(n++)->count)
+    for (int n = 0, at = kernel_effect_switch(0), state = 0; n < EFFECT_COUNT; ++n) {
+        const struct Effect *effect = kernel_effect(n);
         if (contact->value[at][0] != 0) {
-            w.on[w.on_count] = kernel_effect(n);
-            w.on_p[w.on_count++] = contact->value + at;
+            w.on[w.on_count] = effect;
+            w.on_p[w.on_count] = contact->value + at;
+            w.on_state[w.on_count] = state;
+            w.on_value[w.on_count++] = at + effect->count - 2 * effect->states;
+            w.stages |= 1 << effect->stage;
+            w.drivers |= (effect->driver != NO_STATES) << effect->driver;
+            w.looks_back |= effect->looks_back != NULL;
+            w.bends |= effect->bends;
         }
-    w.held = w.kinematics == KINEMATICS_EXTERNAL;
-    for (int k = 0; k < INPUT_END - INPUT_FIRST; ++k)
-        EACH_LANE w.held &= contact->slope[k][i] == 0;
+        at += effect->count;
+        state += effect->states;
+    }
     EACH_LANE {
-        const double rake = contact->value[RAKE_ANGLE][i], turns = contact->value[VIBRATION_FREQUENCY][i] * contact->value[TIME][i];
+        const double rake = contact->value[RAKE_ANGLE][i];
         w.cos_rake[i] = rake == 0 ? 1 : cos(rake);
         w.sin_rake[i] = rake == 0 ? 0 : sin(rake);
-        if (w.kinematics == KINEMATICS_EXTERNAL)
+        if (w.kinematics == KINEMATICS_EXTERNAL && w.on_count == 0)
             continue;
-        w.cycle[i] = turns - floor(turns);
         const double phase_x = contact->value[PHASE_X][i], phase_y = contact->value[PHASE_Y][i];
         w.tan_flow[i] = tan(contact->value[CONSTANT_SHEAR_ANGLE][i] - rake);
-        const double fastest = 2 * PI * w.p[VIBRATION_FREQUENCY][i] * w.p[AMPLITUDE_X][i];
-        w.turn[i] = turn_at(fastest > 0 ? w.p[CUTTING_SPEED][i] / fastest : INFINITY);
         w.cos_x[i] = cos(phase_x);
         w.sin_x[i] = sin(phase_x);
         w.cos_y[i] = cos(phase_y);
         w.sin_y[i] = sin(phase_y);
     }
+    wire_time(contact, &w);
     return w;
-}
-
-void act(const struct Wiring *w, enum Stage stage, struct Point *x)
-{
-    for (int n = 0; n < w->on_count; ++n)
-        if (w->on[n]->stage == stage)
-            w->on[n]->act(w->on_p[n], x);
 }

@@ -76,7 +76,7 @@ def test_model_exchange_and_the_kernels_own_steps_agree(law: str, values: dict[s
     assert read(host, *names) == pytest.approx(read(own, *names), rel=2e-6)
     means = ("mean_friction_force", "mean_principal_force", "mean_feed_force", "mean_normal_force", "mean_contact_ratio")
     assert read(host, *means) == pytest.approx(read(own, *means), rel=2e-6)
-    assert host.get("bristle_deflection") == pytest.approx(own.get("bristle_deflection"), rel=1e-5, abs=1e-13)
+    assert host.get("bristle_deflection") == pytest.approx(own.get("bristle_deflection"), rel=3e-5, abs=1e-13)
 
 
 def test_model_exchange_and_the_kernels_own_steps_agree_for_karnopp() -> None:

@@ -1,23 +1,23 @@
 /* Thermal damping: the sensitivity to strain rate changes with temperature. The paper, eq. 5, with sigma1 as its alpha1. */
-#include "../stages.h"
-
-#include <math.h>
+#include "effect.h"
 
 enum { ON, ALPHA2, COUNT };
 
 static const struct Variable variables[COUNT] = {
-    [ON] = {.name = "thermal_damping", .unit = "1", .max = 1, .type = BOOLEAN, .causality = PARAMETER, .variability = FIXED,
+    [ON] = {.name = "thermal_damping", SWITCH,
             .meaning = "switch: bristle damping changes with the temperature proxy", .source = "the paper, eq. 5"},
-    [ALPHA2] = {.name = "thermal_damping.alpha2", .unit = "1", .start = 0.02245, .min = 0, .max = 5, .causality = PARAMETER,
-                .variability = TUNABLE, .meaning = "exponent of the damping; 0: none of it changes", .source = "the paper, table 1, Al 6061"},
+    [ALPHA2] = {.name = "thermal_damping.alpha2", .unit = "1", .start = 0.02245, .min = 0, .max = 5, TUNED, .meaning = "exponent of the damping; 0: none of it changes", .source = "the paper, table 1, Al 6061"},
 };
 
-static void damp(const lanes *p, struct Point *x)
+static void damp(const lanes *p, const lanes *state, struct Point *x)
 {
+    (void)state;
     EACH_LANE x->s1[i] *= pow(x->theta_ratio[i], p[ALPHA2][i]);
 }
 
 const struct Effect effect_thermal_damping = {
     .equation = "s1(theta) = sigma1 (theta/theta_ref)^alpha2",
+    .signature = "presliding damping changes with the temperature proxy; steady sliding does not",
+    .needs = "proxy_speed",
     .stage = STAGE_FRICTION, .variables = variables, .count = COUNT, .act = damp,
 };

@@ -1,0 +1,151 @@
+/* How do the effects that are on take part in a point and in a step? In the order of the registry, whatever the order of switching. */
+#include "stages.h"
+
+#include <math.h>
+
+void act(const struct Wiring *w, enum Stage stage, struct Point *x)
+{
+    if (!(w->stages >> stage & 1))
+        return;
+    for (int n = 0; n < w->on_count; ++n)
+        if (w->on[n]->stage == stage && w->on[n]->act)
+            w->on[n]->act(w->on_p[n], x->state + w->on_state[n], x);
+}
+
+static void move_one(const struct Wiring *w, int n, const lanes h, const struct Point *start, struct Point *middle, struct Point *end)
+{
+    const int at = w->on_state[n];
+    w->on[n]->move(w->on_p[n], h, start, middle, end, start->state + at, middle->state + at, end->state + at);
+}
+
+void move_states(const struct Wiring *w, enum Driver driver, const lanes h, const struct Point *start, struct Point *middle,
+                 struct Point *end)
+{
+    for (int n = 0; n < w->on_count && w->drivers >> driver & 1; ++n)
+        if (w->on[n]->driver == driver)
+                move_one(w, n, h, start, middle, end);
+}
+
+static void open_measured(struct Point *x)
+{
+    EACH_LANE {
+        x->measured[0][i] = x->F[i];
+        x->measured[1][i] = x->F_p[i];
+        x->measured[2][i] = x->F_f[i];
+    }
+}
+
+void measure(const struct Contact *contact, const struct Wiring *w, struct Point *x)
+{
+    const struct Past past = {.contact = contact};
+    open_measured(x);
+    x->past = &past;
+    act(w, STAGE_MEASUREMENT, x);
+    x->past = NULL;
+}
+
+/* Each effect of the chain hears what the one before it shows, over the whole step. */
+void measure_step(const struct Contact *contact, const struct Wiring *w, const lanes h, const struct Point *start, struct Point *middle,
+                  struct Point *end)
+{
+    open_measured(middle);
+    open_measured(end);
+    if (!(w->stages >> STAGE_MEASUREMENT & 1))
+        return;
+    struct Point heard = *start; /* start->measured has passed the whole chain already */
+    const struct Past past = {contact, start, middle, end};
+    heard.past = middle->past = end->past = &past;
+    open_measured(&heard);
+    for (int n = 0; n < w->on_count; ++n) {
+        const struct Effect *effect = w->on[n];
+        if (effect->stage != STAGE_MEASUREMENT)
+            continue;
+        if (effect->driver == DRIVEN_BY_SENSOR)
+            move_one(w, n, h, &heard, middle, end);
+        effect->act(w->on_p[n], heard.state + w->on_state[n], &heard);
+        effect->act(w->on_p[n], middle->state + w->on_state[n], middle);
+        effect->act(w->on_p[n], end->state + w->on_state[n], end);
+    }
+    middle->past = end->past = NULL;
+}
+
+void load_states(const struct Contact *contact, const struct Wiring *w, struct Point *x)
+{
+    for (int n = 0; n < w->on_count; ++n)
+        for (int k = 0; k < w->on[n]->states; ++k)
+            EACH_LANE x->state[w->on_state[n] + k][i] = contact->value[w->on_value[n] + k][i];
+}
+
+void store_states(struct Contact *contact, const struct Wiring *w, const struct Point *x, int lane)
+{
+    for (int n = 0; n < w->on_count; ++n)
+        for (int k = 0; k < w->on[n]->states; ++k)
+            contact->value[w->on_value[n] + k][lane] = x->state[w->on_state[n] + k][lane];
+}
+
+/* The drive of a sensor's state is what the chain shows before it, so the chain is run once more. */
+void show_rates(struct Contact *contact, const struct Wiring *w, const struct Point *x)
+{
+    const struct Past past = {.contact = contact};
+    struct Point heard = *x;
+    heard.past = &past;
+    open_measured(&heard);
+    for (int n = 0; n < w->on_count; ++n) {
+        const struct Effect *effect = w->on[n];
+        if (effect->rate)
+            effect->rate(w->on_p[n], &heard, heard.state + w->on_state[n], contact->value + w->on_value[n] + effect->states);
+        if (effect->stage == STAGE_MEASUREMENT)
+            effect->act(w->on_p[n], heard.state + w->on_state[n], &heard);
+    }
+}
+
+void forget_states(struct Contact *contact, const struct Wiring *w, int lane)
+{
+    for (int n = 0; n < w->on_count; ++n)
+        for (int k = 0; w->on[n]->forgets && k < w->on[n]->states; ++k)
+            contact->value[w->on_value[n] + k][lane] = 0;
+}
+
+double resolving_step(const struct Wiring *w, int lane)
+{
+    double longest = INFINITY;
+    for (int n = 0; n < w->on_count; ++n)
+        if (w->on[n]->longest_step)
+            longest = smaller(longest, w->on[n]->longest_step(w->on_p[n], lane));
+    return longest;
+}
+
+double look_back(const struct Wiring *w, int lane)
+{
+    double furthest = 0;
+    for (int n = 0; n < w->on_count; ++n)
+        if (w->on[n]->looks_back)
+            furthest = larger(furthest, w->on[n]->looks_back(w->on_p[n], lane));
+    return furthest;
+}
+
+/* Is `name` one of the comma-separated names of the list? */
+static int names(const char *list, const char *name)
+{
+    while (list && *list) {
+        while (*list == ' ' || *list == ',')
+            ++list;
+        int n = 0;
+        while (name[n] && list[n] == name[n])
+            ++n;
+        if (!name[n] && (list[n] == ',' || !list[n]))
+            return 1;
+        while (*list && *list != ',')
+            ++list;
+    }
+    return 0;
+}
+
+int rivals_on(const struct Wiring *w)
+{
+    for (int n = 0; n < w->on_count; ++n)
+        for (int m = 0; m < w->on_count; ++m)
+            if (names(w->on[n]->rivals, w->on[m]->variables[0].name))
+                return 1;
+    return 0;
+}

@@ -1,0 +1,78 @@
+/* Dynamometer resonance: the platform on its quartzes is a mass on a spring. */
+#include "effect.h"
+
+enum { ON, PERIOD, DAMPING_RATIO, FIRST, RATES = FIRST + 2 * CHANNELS, COUNT = RATES + 2 * CHANNELS };
+
+static const struct Variable variables[COUNT] = {
+    [ON] = {.name = "dynamometer_resonance", SWITCH, .meaning = "switch: the measured forces pass through a resonance",
+            .source = "definition: a linear oscillator, gain 1 at rest"},
+    [PERIOD] = {.name = "dynamometer_resonance.natural_period", .unit = "s", .start = 2.5e-4, .min = 0, .max = 1, .display_unit = "us", .nominal = 1e-4, TUNED,
+        .meaning = "period of the undamped natural vibration, 1/f_n; 0: infinitely stiff", .source = "guess: 4 kHz, ordinary for a mounted dynamometer"},
+    [DAMPING_RATIO] = {.name = "dynamometer_resonance.damping_ratio", .unit = "1", .start = 0.05, .min = 0, .max = 2, SHAPE, TUNED,
+        .meaning = "damping ratio", .source = "guess"},
+    [FIRST + 0] = {.name = "dynamometer_resonance.friction_force", .unit = "N", .nominal = 10, STATE,
+        .meaning = "friction_force that the platform passes on", .source = "definition"},
+    [FIRST + 1] = {.name = "dynamometer_resonance.friction_force_speed", .unit = "N/s", .nominal = 1e5, STATE,
+        .meaning = "rate of change of the friction_force that the platform passes on", .source = "definition"},
+    [FIRST + 2] = {.name = "dynamometer_resonance.principal_force", .unit = "N", .nominal = 10, STATE,
+        .meaning = "principal_force that the platform passes on", .source = "definition"},
+    [FIRST + 3] = {.name = "dynamometer_resonance.principal_force_speed", .unit = "N/s", .nominal = 1e5, STATE,
+        .meaning = "rate of change of the principal_force that the platform passes on", .source = "definition"},
+    [FIRST + 4] = {.name = "dynamometer_resonance.feed_force", .unit = "N", .nominal = 10, STATE,
+        .meaning = "feed_force that the platform passes on", .source = "definition"},
+    [FIRST + 5] = {.name = "dynamometer_resonance.feed_force_speed", .unit = "N/s", .nominal = 1e5, STATE,
+        .meaning = "rate of change of the feed_force that the platform passes on", .source = "definition"},
+    [RATES + 0] = {.name = "dynamometer_resonance.friction_force_rate", .unit = "N/s", STATE,
+        .meaning = "rate of friction_force", .source = "definition"},
+    [RATES + 1] = {.name = "dynamometer_resonance.friction_force_acceleration", .unit = "N/s^2", STATE,
+        .meaning = "rate of friction_force_speed", .source = "definition"},
+    [RATES + 2] = {.name = "dynamometer_resonance.principal_force_rate", .unit = "N/s", STATE,
+        .meaning = "rate of principal_force", .source = "definition"},
+    [RATES + 3] = {.name = "dynamometer_resonance.principal_force_acceleration", .unit = "N/s^2", STATE,
+        .meaning = "rate of principal_force_speed", .source = "definition"},
+    [RATES + 4] = {.name = "dynamometer_resonance.feed_force_rate", .unit = "N/s", STATE,
+        .meaning = "rate of feed_force", .source = "definition"},
+    [RATES + 5] = {.name = "dynamometer_resonance.feed_force_acceleration", .unit = "N/s^2", STATE,
+        .meaning = "rate of feed_force_speed", .source = "definition"},
+};
+
+static double omega(const lanes *p, int i) { return 2 * 3.14159265358979323846 / p[PERIOD][i]; }
+
+static void ring(const lanes *p, const lanes *state, struct Point *x)
+{
+    for (int k = 0; k < CHANNELS; ++k)
+        EACH_LANE x->measured[k][i] += p[PERIOD][i] > 0 ? state[2 * k][i] - x->measured[k][i] : 0;
+}
+
+static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, const lanes *from,
+                 lanes *half, lanes *whole)
+{
+    for (int k = 0; k < CHANNELS; ++k)
+        EACH_LANE {
+            const double y[2] = {from[2 * k][i], from[2 * k + 1][i]};
+            double at_half[2] = {m->measured[k][i], 0}, at_end[2] = {b->measured[k][i], 0};
+            if (p[PERIOD][i] > 0)
+                swing(h[i], omega(p, i), p[DAMPING_RATIO][i], a->measured[k][i], m->measured[k][i], b->measured[k][i], y, at_half, at_end);
+            for (int n = 0; n < 2; ++n) {
+                half[2 * k + n][i] = at_half[n];
+                whole[2 * k + n][i] = at_end[n];
+            }
+        }
+}
+
+static void rate(const lanes *p, const struct Point *x, const lanes *state, lanes *rate)
+{
+    for (int k = 0; k < CHANNELS; ++k)
+        EACH_LANE {
+            const double w = p[PERIOD][i] > 0 ? omega(p, i) : 0, y = state[2 * k][i], s = state[2 * k + 1][i];
+            rate[2 * k][i] = p[PERIOD][i] > 0 ? s : 0;
+            rate[2 * k + 1][i] = w * w * (x->measured[k][i] - y) - 2 * p[DAMPING_RATIO][i] * w * s;
+        }
+}
+
+const struct Effect effect_dynamometer_resonance = {
+    .equation = "y'' + 2 zeta w y' + w^2 y = w^2 F, w = 2 pi/natural_period",
+    .signature = "entries and exits ring at the natural frequency; harmonics near it are raised, those above it cut off",
+    .stage = STAGE_MEASUREMENT, .driver = DRIVEN_BY_SENSOR, .states = 2 * CHANNELS, .act = ring, .move = move, .rate = rate,
+    .variables = variables, .count = COUNT,
+};

@@ -1,0 +1,14 @@
+/* What do the tables of all effects have in common? */
+#ifndef EFFECT_H
+#define EFFECT_H
+
+#include "../stages.h"
+
+#include <math.h>
+
+#define SWITCH .unit = "1", .max = 1, .type = BOOLEAN, .causality = PARAMETER, .variability = FIXED
+#define TUNED .causality = PARAMETER, .variability = TUNABLE
+#define SHAPE .neutral = NAN
+#define STATE .causality = LOCAL, .variability = CONTINUOUS, .min = -INFINITY, .max = INFINITY
+
+#endif

@@ -1,0 +1,80 @@
+/* How does a contact follow a record? Sample by sample with inputs linear in between, giving whole rows, or sums against data. */
+#include "stages.h"
+
+#include <math.h>
+
+static double sample_of(const struct Record *r, int64_t n, int j, int lane)
+{
+    const int64_t at = n * r->input_count + j;
+    return r->per_lane ? r->inputs[at * LANES + lane] : r->inputs[at];
+}
+
+/* Inputs that lead to sample n, and their slopes from the one before. */
+static enum Status set_slopes(struct Contact *contact, const struct Record *r, int64_t n)
+{
+    const double step = n > 0 ? r->times[n] - r->times[n - 1] : 0;
+    for (int j = 0; j < r->input_count; ++j)
+        EACH_LANE {
+            const double now = sample_of(r, n, j, i);
+            const enum Status status = kernel_check(r->input_index[j], now);
+            if (status != KERNEL_OK)
+                return status;
+            contact->slope[r->input_index[j] - INPUT_FIRST][i] = n > 0 ? (now - sample_of(r, n - 1, j, i)) / step : 0;
+        }
+    return KERNEL_OK;
+}
+
+static void land(struct Contact *contact, const struct Record *r, int64_t n)
+{
+    EACH_LANE contact->value[TIME][i] = r->times[n];
+    for (int j = 0; j < r->input_count; ++j)
+        EACH_LANE {
+            contact->value[r->input_index[j]][i] = sample_of(r, n, j, i);
+            contact->slope[r->input_index[j] - INPUT_FIRST][i] = 0;
+        }
+}
+
+static void give(const struct Contact *contact, struct Yield *y)
+{
+    for (int j = 0; j < y->output_count; ++j)
+        EACH_LANE {
+            const double value = contact->value[y->output_index[j]][i];
+            const int64_t cell = y->rows_done * y->output_count + j;
+            if (y->rows)
+                y->rows[cell * LANES + i] = value;
+            if (y->sums)
+                y->sums[j * LANES + i] += value;
+            if (y->squares && !isnan(y->data[cell]))
+                y->squares[j * LANES + i] += (value - y->data[cell]) * (value - y->data[cell]);
+        }
+    y->rows_done += 1;
+}
+
+enum Status kernel_follow(struct Contact *contact, const struct Record *record, struct Yield *yield, const volatile int *stop)
+{
+    struct Wiring w = wire(contact);
+    struct Course course = {.known = 0};
+    enum Status status = ordered_temperatures(contact) ? KERNEL_OK : KERNEL_TEMPERATURES;
+    for (int64_t n = 0; n < record->count && status == KERNEL_OK; ++n) {
+        yield->samples_done = n;
+        status = stop && *stop ? KERNEL_STOPPED : set_slopes(contact, record, n);
+        if (status == KERNEL_OK && n > 0) {
+            const double step = record->times[n] - record->times[n - 1];
+            lanes s = {0};
+            wire_time(contact, &w);
+            status = step > 0 && isfinite(step) ? march(contact, &w, step, 0, s, &course) : KERNEL_BAD_STEP;
+        }
+        if (status != KERNEL_OK)
+            break;
+        land(contact, record, n);
+        if (!record->keep || record->keep[n]) {
+            if (course.known)
+                show_outputs(contact, &w, &course.room[course.now]);
+            else
+                status = kernel_evaluate(contact);
+            give(contact, yield);
+        }
+        yield->samples_done = n + (status == KERNEL_OK);
+    }
+    return status;
+}

@@ -1,0 +1,88 @@
+/* What were the forces some time ago? The last internal steps, each with its forces at start, middle and end, in a ring. */
+#include "stages.h"
+
+#include <math.h>
+
+/* Bytes from outside (a restored state) steer no array index. */
+static int64_t steps_kept(const struct Contact *contact, int lane)
+{
+    const double count = contact->past_count[lane];
+    return count > 0 && count < 9e15 ? (int64_t)count : 0;
+}
+
+static const lanes *forces_of(const struct Point *x, int channel) { return channel == 0 ? &x->F : channel == 1 ? &x->F_p : &x->F_f; }
+
+void remember(struct Contact *contact, int lane, double h, const struct Point *start, const struct Point *middle, const struct Point *end)
+{
+    const int64_t count = steps_kept(contact, lane), at = count % HISTORY;
+    const struct Point *const at_time[3] = {start, middle, end};
+    contact->past_end[at][lane] = end->t[lane];
+    contact->past_length[at][lane] = h;
+    for (int k = 0; k < CHANNELS; ++k)
+        for (int n = 0; n < 3; ++n)
+            contact->past_force[at][k][n][lane] = (*forces_of(at_time[n], k))[lane];
+    contact->past_count[lane] = (double)(count + 1);
+}
+
+/* Straight from the end of the last step. */
+void remember_host_step(struct Contact *contact, int lane, const struct Point *x)
+{
+    const int64_t count = steps_kept(contact, lane), at = count % HISTORY, last = (count + HISTORY - 1) % HISTORY;
+    const double length = count > 0 ? x->t[lane] - contact->past_end[last][lane] : 0;
+    for (int k = 0; k < CHANNELS; ++k) {
+        const double now = (*forces_of(x, k))[lane], before = length > 0 ? contact->past_force[last][k][2][lane] : now;
+        contact->past_force[at][k][0][lane] = before;
+        contact->past_force[at][k][1][lane] = 0.5 * (before + now);
+        contact->past_force[at][k][2][lane] = now;
+    }
+    contact->past_end[at][lane] = x->t[lane];
+    contact->past_length[at][lane] = larger(length, 0);
+    contact->past_count[lane] = (double)(count + 1);
+}
+
+/* On the parabola through three values at share 0, 1/2 and 1. */
+static double between(double share, double u_0, double u_m, double u_1)
+{
+    return u_0 + share * (4 * u_m - 3 * u_0 - u_1 + 2 * share * (u_0 - 2 * u_m + u_1));
+}
+
+double recall(const struct Point *x, int channel, int lane, double t)
+{
+    const struct Contact *contact = x->past->contact;
+    const struct Point *a = x->past->start, *m = x->past->middle, *b = x->past->end;
+    const double now = (*forces_of(x, channel))[lane];
+    const int64_t count = steps_kept(contact, lane), oldest = count > HISTORY ? count - HISTORY : 0;
+    if (t >= x->t[lane])
+        return now;
+    if (a && t >= a->t[lane]) {
+        const double length = b->t[lane] - a->t[lane], share = length > 0 ? (t - a->t[lane]) / length : 1;
+        return between(share, (*forces_of(a, channel))[lane], (*forces_of(m, channel))[lane], (*forces_of(b, channel))[lane]);
+    }
+    if (count == 0)
+        return a ? (*forces_of(a, channel))[lane] : now;
+    const int64_t newest = (count - 1) % HISTORY;
+    const double end = contact->past_end[newest][lane];
+    if (t >= end) { /* a host's step that is not completed yet: straight on from the last one */
+        const double last = contact->past_force[newest][channel][2][lane], span = x->t[lane] - end;
+        return span > 0 ? last + (now - last) * (t - end) / span : last;
+    }
+    int64_t low = oldest, high = count - 1; /* the first step that ends at t or later */
+    while (low < high) {
+        const int64_t half = (low + high) / 2;
+        if (contact->past_end[half % HISTORY][lane] < t)
+            low = half + 1;
+        else
+            high = half;
+    }
+    const int64_t at = low % HISTORY;
+    const double length = contact->past_length[at][lane], share = length > 0 ? 1 - (contact->past_end[at][lane] - t) / length : 1;
+    const lanes *u = contact->past_force[at][channel];
+    return between(larger(share, 0), u[0][lane], u[1][lane], u[2][lane]);
+}
+
+/* Is what was at t still there? It is as long as nothing has been overwritten. */
+int recall_reaches(const struct Contact *contact, int lane, double t)
+{
+    const int64_t count = steps_kept(contact, lane), oldest = count > HISTORY ? (count - HISTORY) % HISTORY : 0;
+    return count <= HISTORY || t >= contact->past_end[oldest][lane] - contact->past_length[oldest][lane];
+}

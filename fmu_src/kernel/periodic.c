@@ -1,0 +1,189 @@
+/* From which state does one vibration cycle come back to itself? */
+#include "stages.h"
+
+#include <math.h>
+
+/* The bristle deflection that one vibration cycle brings back. For a law that is linear in z one cycle maps z to c + E z, and two
+ * cycles give z_0 = c / (1 - E); otherwise the same secant is repeated. */
+static enum Status find_deflection(struct Contact *contact)
+{
+    const double start = contact->value[TIME][0], period = 1 / contact->value[VIBRATION_FREQUENCY][0];
+    struct Contact trial = *contact;
+    lanes z = {0}, miss = {0}, z_before, miss_before;
+    int found = 0;
+    for (int n = 0; n < 20 && !found; ++n) {
+        double taken;
+        EACH_LANE {
+            trial.value[BRISTLE_DEFLECTION][i] = z[i];
+            trial.value[TIME][i] = start;
+            z_before[i] = n == 0 ? 0 : z_before[i];
+            miss_before[i] = n == 0 ? 0 : miss_before[i];
+        }
+        const enum Status begun = kernel_event(&trial);
+        const enum Status status = begun == KERNEL_OK ? kernel_advance(&trial, period, 0, &taken) : begun;
+        if (status != KERNEL_OK)
+            return status;
+        found = 1;
+        EACH_LANE {
+            const double reach = larger(trial.value[F_C][i], trial.value[F_S][i]) / trial.value[SIGMA0][i];
+            miss[i] = trial.value[BRISTLE_DEFLECTION][i] - z[i];
+            found &= fabs(miss[i]) <= 1e-2 * trial.value[RELATIVE_TOLERANCE][i] * reach;
+            const double slope = n > 0 && z[i] != z_before[i] ? (miss[i] - miss_before[i]) / (z[i] - z_before[i]) : -1;
+            z_before[i] = z[i];
+            miss_before[i] = miss[i];
+            z[i] -= found ? 0 : slope < 0 ? miss[i] / slope : -miss[i];
+        }
+    }
+    EACH_LANE contact->value[BRISTLE_DEFLECTION][i] = z[i];
+    for (int n = 0; n < MEMORY; ++n)
+        EACH_LANE contact->memory[n][i] = trial.memory[n][i];
+    contact->warnings |= found ? 0u : WARN_NOT_PERIODIC;
+    return KERNEL_OK;
+}
+
+/* ---- with effects that have states of their own: Newton's method on all of them ---- */
+
+enum { UNKNOWNS = 1 + EFFECT_STATES };
+
+static int unknown_index(const struct Wiring *w, int n)
+{
+    if (n == 0)
+        return BRISTLE_DEFLECTION;
+    for (int k = 0, left = n - 1; k < w->on_count; left -= w->on[k++]->states)
+        if (left < w->on[k]->states)
+            return w->on_value[k] + left;
+    return -1;
+}
+
+static double scale_of(const struct Contact *contact, int index, int i)
+{
+    const double nominal = kernel_variable(index)->nominal, reach = larger(contact->value[F_C][i], contact->value[F_S][i]) / contact->value[SIGMA0][i];
+    return index == BRISTLE_DEFLECTION ? reach : larger(1e-3 * (nominal > 0 ? nominal : 1), fabs(contact->value[index][i]));
+}
+
+/* What one cycle makes of the states `from`. */
+static enum Status cycle(const struct Contact *contact, const struct Wiring *w, int count, const lanes *from, lanes *to, struct Contact *trial)
+{
+    double taken;
+    *trial = *contact;
+    for (int n = 0; n < count; ++n)
+        EACH_LANE trial->value[unknown_index(w, n)][i] = from[n][i];
+    enum Status status = kernel_event(trial);
+    if (status == KERNEL_OK)
+        status = kernel_advance(trial, 1 / contact->value[VIBRATION_FREQUENCY][0], 0, &taken);
+    for (int n = 0; n < count; ++n)
+        EACH_LANE to[n][i] = trial->value[unknown_index(w, n)][i];
+    return status;
+}
+
+/* Solves A x = b of `count` unknowns in place, by elimination with pivots; a column without a pivot leaves its unknown at 0. */
+static void solve(int count, double A[UNKNOWNS][UNKNOWNS], double x[UNKNOWNS])
+{
+    for (int c = 0; c < count; ++c) {
+        int best = c;
+        for (int r = c + 1; r < count; ++r)
+            best = fabs(A[r][c]) > fabs(A[best][c]) ? r : best;
+        for (int k = 0; k < count && best != c; ++k) {
+            const double swap = A[c][k];
+            A[c][k] = A[best][k];
+            A[best][k] = swap;
+        }
+        const double other = x[c];
+        x[c] = x[best];
+        x[best] = best == c ? x[best] : other;
+        for (int r = c + 1; r < count && A[c][c] != 0; ++r) {
+            const double part = A[r][c] / A[c][c];
+            for (int k = c; k < count; ++k)
+                A[r][k] -= part * A[c][k];
+            x[r] -= part * x[c];
+        }
+    }
+    for (int c = count - 1; c >= 0; --c) {
+        for (int k = c + 1; k < count; ++k)
+            x[c] -= A[c][k] * x[k];
+        x[c] = A[c][c] != 0 ? x[c] / A[c][c] : 0;
+    }
+}
+
+static enum Status find_states(struct Contact *contact, const struct Wiring *w)
+{
+    const int count = 1 + kernel_state_count() - BASE_STATES;
+    struct Contact trial;
+    lanes from[UNKNOWNS] = {{0}}, to[UNKNOWNS], beside[UNKNOWNS], slope[UNKNOWNS][UNKNOWNS], step;
+    int used = 0, found = 0;
+    while (used < count && unknown_index(w, used) >= 0)
+        ++used;
+    for (int tries = 0; tries < 12 && !found; ++tries) {
+        enum Status status = cycle(contact, w, used, (const lanes *)from, to, &trial);
+        if (status != KERNEL_OK)
+            return status;
+        found = 1;
+        for (int n = 0; n < used; ++n)
+            EACH_LANE {
+                const double scale = larger(scale_of(&trial, unknown_index(w, n), i), fabs(from[n][i]));
+                found &= fabs(to[n][i] - from[n][i]) <= 1e-1 * trial.value[RELATIVE_TOLERANCE][i] * scale;
+            }
+        for (int c = 0; c < used && !found; ++c) {
+            lanes other[UNKNOWNS];
+            for (int n = 0; n < used; ++n)
+                EACH_LANE beside[n][i] = from[n][i];
+            EACH_LANE {
+                step[i] = 1e-2 * scale_of(&trial, unknown_index(w, c), i);
+                beside[c][i] += step[i];
+            }
+            struct Contact second;
+            status = cycle(contact, w, used, (const lanes *)beside, other, &second);
+            if (status != KERNEL_OK)
+                return status;
+            for (int n = 0; n < used; ++n)
+                EACH_LANE slope[n][c][i] = (other[n][i] - to[n][i]) / step[i];
+        }
+        for (int i = 0; i < LANES && !found; ++i) {
+            double A[UNKNOWNS][UNKNOWNS], x[UNKNOWNS];
+            for (int n = 0; n < used; ++n) {
+                x[n] = to[n][i] - from[n][i];
+                for (int c = 0; c < used; ++c)
+                    A[n][c] = (n == c) - slope[n][c][i];
+            }
+            solve(used, A, x);
+            for (int n = 0; n < used; ++n)
+                from[n][i] += x[n];
+        }
+    }
+    for (int n = 0; n < used; ++n)
+        EACH_LANE contact->value[unknown_index(w, n)][i] = from[n][i];
+    for (int n = 0; n < MEMORY; ++n)
+        EACH_LANE contact->memory[n][i] = trial.memory[n][i];
+    contact->warnings |= found ? 0u : WARN_NOT_PERIODIC;
+    return KERNEL_OK;
+}
+
+/* Forces of the cycles before, for effects that look back. */
+static enum Status fill_history(struct Contact *contact, const struct Wiring *w)
+{
+    const double period = 1 / contact->value[VIBRATION_FREQUENCY][0];
+    double back = 0, taken;
+    EACH_LANE back = larger(back, look_back(w, i));
+    struct Contact before = *contact;
+    EACH_LANE before.value[TIME][i] = contact->value[TIME][i] - ceil(back / period) * period;
+    enum Status status = kernel_event(&before);
+    if (status == KERNEL_OK)
+        status = kernel_advance(&before, ceil(back / period) * period, 0, &taken);
+    for (int n = 0; n < HISTORY; ++n)
+        EACH_LANE {
+            contact->past_end[n][i] = before.past_end[n][i];
+            contact->past_length[n][i] = before.past_length[n][i];
+            for (int k = 0; k < CHANNELS; ++k)
+                for (int place = 0; place < 3; ++place)
+                    contact->past_force[n][k][place][i] = before.past_force[n][k][place][i];
+        }
+    EACH_LANE contact->past_count[i] = before.past_count[i];
+    return status;
+}
+
+enum Status find_periodic(struct Contact *contact)
+{
+    const struct Wiring w = wire(contact);
+    const enum Status status = w.drivers ? find_states(contact, &w) : find_deflection(contact);
+    return status == KERNEL_OK && w.looks_back ? fill_history(contact, &w) : status;
+}

@@ -1,0 +1,76 @@
+/* How does a linear state follow a drive that is known over a step? Exactly, where the drive is the parabola through start, middle, end. */
+#include "stages.h"
+
+#include <math.h>
+
+static double relaxed(double D, double u_0, double slope, double bend, double y)
+{
+    double I[3];
+    moments(D, I);
+    return y + (u_0 - y) * I[0] + slope * I[1] + bend * I[2];
+}
+
+/* In units of T: dy/dA = u - y, A = t/T. */
+void relax(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole)
+{
+    if (h < 1e-12 * T || !(T > 0)) { /* nothing has moved, or it follows at once */
+        *half = T > 0 ? y : u_m;
+        *whole = T > 0 ? y : u_1;
+        return;
+    }
+    const double D = h / T, bend = 2 * (u_0 - 2 * u_m + u_1) / (D * D), slope = (4 * u_m - 3 * u_0 - u_1) / D;
+    *half = relaxed(0.5 * D, u_0, slope, bend, y);
+    *whole = relaxed(D, u_0, slope, bend, y);
+}
+
+/* Short steps, where the coefficients of the parabola would cancel: the classical Runge-Kutta scheme, of error (w h)^5/120. */
+static void swung_a_little(double turn, double zeta, const double u[3], const double y[2], double after[2])
+{
+    double k[4][2];
+    for (int n = 0; n < 4; ++n) {
+        const double part = n == 0 ? 0 : n == 3 ? 1 : 0.5, drive = u[n == 0 ? 0 : n == 3 ? 2 : 1];
+        const double x = n ? y[0] + part * turn * k[n - 1][0] : y[0], s = n ? y[1] + part * turn * k[n - 1][1] : y[1];
+        k[n][0] = s;
+        k[n][1] = drive - x - 2 * zeta * s;
+    }
+    for (int c = 0; c < 2; ++c)
+        after[c] = y[c] + turn / 6 * (k[0][c] + 2 * k[1][c] + 2 * k[2][c] + k[3][c]);
+}
+
+/* In units of 1/w: x'' + 2 zeta x' + x = c_0 + c_1 s + c_2 s^2, solved by a parabola and a free oscillation. */
+static void swung(double turn, double zeta, const double c[3], const double y[2], double after[2])
+{
+    const double p_2 = c[2], p_1 = c[1] - 4 * zeta * p_2, p_0 = c[0] - 2 * zeta * p_1 - 2 * p_2;
+    const double x = y[0] - p_0, s = y[1] - p_1, square = 1 - zeta * zeta;
+    double cosine, sine; /* e^(-zeta turn) cos(n turn), and the sine over n; n^2 = 1 - zeta^2 */
+    if (fabs(square) < 1e-8) {
+        cosine = exp(-zeta * turn);
+        sine = turn * cosine;
+    } else if (square > 0) {
+        const double n = sqrt(square), decay = exp(-zeta * turn);
+        cosine = decay * cos(n * turn);
+        sine = decay * sin(n * turn) / n;
+    } else { /* two exponentials, so that neither overflows */
+        const double n = sqrt(-square), slow = exp((n - zeta) * turn), fast = exp(-(n + zeta) * turn);
+        cosine = 0.5 * (slow + fast);
+        sine = 0.5 * (slow - fast) / n;
+    }
+    after[0] = x * (cosine + zeta * sine) + s * sine + p_0 + p_1 * turn + p_2 * turn * turn;
+    after[1] = s * (cosine - zeta * sine) - x * sine + p_1 + 2 * p_2 * turn;
+}
+
+void swing(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2], double whole[2])
+{
+    const double turn = w * h, from[2] = {y[0], y[1] / w};
+    if (turn < 0.05) {
+        const double u_1_4 = 0.375 * u_0 + 0.75 * u_m - 0.125 * u_1, first[3] = {u_0, u_1_4, u_m}, all[3] = {u_0, u_m, u_1};
+        swung_a_little(0.5 * turn, zeta, first, from, half);
+        swung_a_little(turn, zeta, all, from, whole);
+    } else {
+        const double c[3] = {u_0, (4 * u_m - 3 * u_0 - u_1) / turn, 2 * (u_0 - 2 * u_m + u_1) / (turn * turn)};
+        swung(0.5 * turn, zeta, c, from, half);
+        swung(turn, zeta, c, from, whole);
+    }
+    half[1] *= w;
+    whole[1] *= w;
+}

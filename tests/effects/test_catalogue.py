@@ -1,0 +1,179 @@
+"""Does every effect of the catalogue keep the promises that all effects make? One conformance test over all of them.
+
+New effects are found by asking the kernel; nothing here names one, beside the list of those that must exist.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from evat import kernel, units
+from evat.compile import source_root
+from evat.kernel import Contact
+from evat.model import Effect, SimulationError
+
+PERIOD = 5e-5  # [s], of the vibration at its start value
+EFFECTS = {effect.name: effect for effect in kernel.effects()}
+CONTRACT = """holder_compliance amplitude_loss ellipse_phase_error run_out size_effect flow_stress_softening edge_force flank_wear
+    process_damping thermal_softening thermal_damping thermal_viscosity direction_asymmetry load_dependence viscous_friction stribeck
+    elasto_plastic dwell_strengthening friction_wear proxy_lag sensor_delay sensor_gain sensor_offset sensor_drift cross_talk
+    sensor_lowpass dynamometer_resonance""".split()
+MOTIONS: dict[str, dict[str, float | str]] = {
+    "internal": {"cutting_speed": 0.2},
+    "external": {"kinematics": "external"},
+    "combined": {"kinematics": "combined", "cutting_speed": 0.2, "tool_velocity_y": 0.01, "release_time": 1e-5},
+}
+
+every_effect = pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+every_motion = pytest.mark.parametrize("motion", MOTIONS)
+
+
+def begun(motion: str, on: tuple[str, ...] = (), **values: float | str) -> Contact:
+    contact = Contact({"sigma1": 5.0, **MOTIONS[motion], **values}, on)
+    contact.start()
+    return contact
+
+
+def course(contact: Contact, count: int = 40, step: float = 7e-6) -> np.ndarray:
+    """All variables after each step, while slip, thickness, load and temperature change (where they are inputs that count)."""
+    rows = []
+    for n in range(count):
+        contact.set("slip_velocity", 0.1 * math.cos(0.3 * n))
+        contact.set("uncut_thickness", 1e-4 * (1 - 2 * (n % 10 == 9)))
+        contact.set("normal_load", 10 + 5 * math.sin(0.2 * n))
+        contact.advance(step)
+        rows.append(contact.values())
+    return np.array(rows)
+
+
+def own_places(effects: tuple[Effect, ...]) -> list[int]:
+    """Places of switches and parameters of the effects: what is different on purpose."""
+    return [kernel.variable(name).index for effect in effects for name in (effect.name, *(v.name for v in effect.variables))]
+
+
+def test_the_catalogue_of_the_contract_is_complete() -> None:
+    assert set(CONTRACT) <= set(EFFECTS)
+
+
+def test_an_effect_is_listed_if_its_file_exists() -> None:
+    assert {path.stem for path in (source_root() / "kernel" / "effects").glob("*.c")} == set(EFFECTS)
+
+
+@every_effect
+def test_the_table_tells_all(effect: Effect) -> None:
+    switch = kernel.variable(effect.name)
+    assert (switch.type, switch.variability, switch.start) == ("boolean", "fixed", 0)
+    assert effect.equation and effect.signature and effect.stage
+    assert effect.variables
+    for variable in (switch, *effect.variables, *effect.states):
+        units.parse(variable.unit)
+        assert variable.meaning and variable.source
+        assert variable.min <= variable.start <= variable.max
+    for variable in effect.variables:
+        assert variable.name.startswith(f"{effect.name}.")
+        assert variable.variability == "tunable"
+        assert math.isfinite(variable.min) and math.isfinite(variable.max) and variable.min < variable.max
+        assert math.isnan(variable.neutral) or variable.min <= variable.neutral <= variable.max
+    assert any(math.isfinite(variable.neutral) for variable in effect.variables)
+    assert any(variable.start != variable.neutral for variable in effect.variables if math.isfinite(variable.neutral))  # on is not off
+    assert all(rival in EFFECTS and effect.name in EFFECTS[rival].rivals for rival in effect.rivals)
+    assert all(kernel.variable(need).causality == "input" for need in effect.needs)
+
+
+@every_motion
+@every_effect
+def test_neutral_is_off_to_the_last_bit(effect: Effect, motion: str) -> None:
+    neutral = {variable.name: variable.neutral for variable in effect.variables if math.isfinite(variable.neutral)}
+    off, on = course(begun(motion)), course(begun(motion, (effect.name,), **neutral))
+    own = own_places((effect,)) + [variable.index for variable in effect.states]
+    own += [v.index for v in kernel.variables() if v.derivative_of in {state.name for state in effect.states}]
+    rest = np.setdiff1d(np.arange(off.shape[1]), own)
+    assert np.array_equal(off[:, rest], on[:, rest])
+
+
+@every_effect
+def test_on_is_not_off(effect: Effect) -> None:
+    """At its starting values each effect shows in some output, in one motion at least."""
+    shown = [kernel.variable(name).index for name in kernel.outputs() if name not in ("step_count", "clamped_count")]
+    changed = [np.max(np.abs(course(begun(motion, (effect.name,))) - course(begun(motion)))[:, shown]) for motion in MOTIONS]
+    assert max(changed) > 1e-9
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_order_of_switching_does_not_matter(seed: int) -> None:
+    luck = np.random.default_rng(seed)
+    on = tuple(luck.choice(CONTRACT, 5, replace=False))
+    while any(rival in on for name in on for rival in EFFECTS[name].rivals):
+        on = tuple(luck.choice(CONTRACT, 5, replace=False))
+    motion = list(MOTIONS)[seed % 3]
+    first, second = course(begun(motion, on)), course(begun(motion, tuple(luck.permutation(on))))
+    assert np.array_equal(first, second)
+
+
+@every_motion
+@every_effect
+def test_corners_of_the_bounds_stay_finite(effect: Effect, motion: str) -> None:
+    """Every corner of the parameters' box: finite numbers, or a clear refusal to go on."""
+    corners = itertools.product(*((variable.min, variable.max) for variable in effect.variables))
+    for corner in corners:
+        values = dict(zip((variable.name for variable in effect.variables), corner, strict=True))
+        contact = Contact({**MOTIONS[motion], **values}, (effect.name,))
+        try:
+            contact.start()
+            rows = course(contact, 8)
+        except SimulationError as error:
+            assert "internal steps" in str(error), (values, error)
+        else:
+            assert np.all(np.isfinite(rows[:, [kernel.variable(name).index for name in kernel.outputs()]])), values
+
+
+@every_effect
+def test_states_return_to_rest(effect: Effect) -> None:
+    """A contact that has worked and is then left alone forgets what its states held."""
+    contact = begun("external", (effect.name,))
+    course(contact, 33)
+    worked = [abs(contact.get(state.name)) for state in effect.states]
+    contact.set("slip_velocity", 0.0)
+    contact.set("uncut_thickness", -1e-4)
+    for _ in range(50):
+        contact.advance(1e-3)
+    for state, before in zip(effect.states, worked, strict=True):
+        assert abs(contact.get(state.name)) <= 1e-6 * max(before, state.nominal), state.name
+
+
+@every_effect
+def test_a_state_taken_in_mid_cycle_goes_on_to_the_last_bit(effect: Effect) -> None:
+    contact = begun("internal", (effect.name,))
+    course(contact, 5)
+    twin = contact.copy()
+    assert np.array_equal(course(contact, 15), course(twin, 15))
+
+
+@every_effect
+def test_a_periodic_start_is_periodic(effect: Effect) -> None:
+    """With states of its own too: after one cycle all come back. What grows with time or turns with the spindle can not."""
+    contact = Contact({"initial_state": "periodic", "cutting_speed": 0.2, "relative_tolerance": 1e-6, "sigma1": 5.0}, (effect.name,))
+    contact.start()
+    names = ["bristle_deflection", *(state.name for state in effect.states)]
+    before = [contact.get(name) for name in names]
+    contact.advance(PERIOD)
+    after = [contact.get(name) for name in names]
+    scale = [max(abs(value), 1e-3 * kernel.variable(name).nominal) for name, value in zip(names, before, strict=True)]
+    assert not any("periodic" in warning for warning in contact.warnings())
+    assert np.max(np.abs(np.subtract(after, before)) / scale) < 1e-5
+
+
+def test_rivals_together_are_refused() -> None:
+    rivals = [(effect.name, rival) for effect in EFFECTS.values() for rival in effect.rivals]
+    assert rivals
+    for pair in rivals:
+        with pytest.raises(SimulationError, match="rivals"):
+            Contact({}, pair).start()
+
+
+def test_a_file_that_is_no_effect_is_not_there() -> None:
+    assert all(path.suffix in (".c", ".h") for path in Path(source_root() / "kernel" / "effects").iterdir())

@@ -1,0 +1,104 @@
+"""Do the sensor effects show the true forces as real sensors do? Gain and phase, steps, late waves, straight lines."""
+
+from __future__ import annotations
+
+from math import atan2, exp, pi, sqrt
+
+import numpy as np
+import pytest
+from asking import FASTEST, FREQUENCY, OUTSIDE, PERIOD, VISCOUS, begun, course, follow, line, read
+from evat.model import SimulationError
+
+FORCES = ("friction_force", "principal_force", "feed_force")
+MEASURED = tuple(f"measured_{name}" for name in FORCES)
+SENSORS = {
+    "sensor_delay": {"sensor_delay.time": 7e-6},
+    "sensor_gain": {f"sensor_gain.{name}": 1.3 for name in FORCES},
+    "sensor_offset": {},
+    "sensor_drift": {f"sensor_drift.{name}": 5e3 for name in FORCES},
+    "cross_talk": {},
+    "sensor_lowpass": {},
+    "dynamometer_resonance": {"dynamometer_resonance.natural_period": 2.1e-4, "dynamometer_resonance.damping_ratio": 0.3},
+}
+CUT = {"cutting_speed": 0.3 * FASTEST, "initial_state": "periodic", "relative_tolerance": 1e-7}
+
+
+def response(frequency: float, values: dict[str, float], on: str, cycles: int, samples: int = 400) -> np.ndarray:
+    """Complex gain from true to measured force of each channel, once `cycles` periods of a sine have passed. The force is straight between
+    the samples: what that takes from its line, (sin x/x)^2 with x = pi/samples, is taken from the measured one too."""
+    times = np.arange((cycles + 1) * samples) / (samples * frequency)
+    speed = 2 + np.sin(2 * pi * frequency * times)
+    found = follow(times, {"slip_velocity": speed}, {**VISCOUS, **values}, [on], *FORCES, *MEASURED)
+    true, shown = np.split(line(frequency, times[-samples:], found[:, -samples:]), 2)
+    assert np.abs(true) == pytest.approx(1, rel=1e-5)  # each channel holds the friction force, at no rake
+    return shown / true / np.sinc(1 / samples) ** 2
+
+
+def test_resonance_passes_a_second_order_systems_gain_and_phase() -> None:
+    """1/(2 zeta) and a quarter turn at f_n; a hundredth and nearly half a turn at 10 f_n; 1 and nothing far below."""
+    f_n, zeta = 4e3, 0.2  # a free oscillation is down to e^-19 after 15 periods
+    values = {"dynamometer_resonance.natural_period": 1 / f_n, "dynamometer_resonance.damping_ratio": zeta}
+    at, above, below = (
+        response(part * f_n, values, "dynamometer_resonance", cycles) for part, cycles in ((1, 15), (10, 150), (1e-3, 1))
+    )
+    # the tolerances: 1/samples^2 of the neighbours of the line, of which the resonance passes the more, the higher they lie
+    assert np.abs(at) == pytest.approx(1 / (2 * zeta), rel=1e-4)
+    assert np.angle(at) == pytest.approx(-pi / 2, abs=1e-4)
+    assert np.abs(above) == pytest.approx(1 / sqrt(99**2 + (20 * zeta) ** 2), rel=1e-4)
+    assert np.angle(above) == pytest.approx(-pi + atan2(20 * zeta, 99), abs=1e-4)
+    assert np.abs(below - 1) == pytest.approx(0, abs=1e-3)  # 2 zeta f/f_n = 4e-4, and the samples
+
+
+def test_resonance_rings_after_a_step() -> None:
+    """A force that sets in overshoots by e^(-pi zeta/sqrt(1 - zeta^2)) half a damped period later, and ends as it is."""
+    T, zeta = 3e-4, 0.05
+    half = 0.5 * T / sqrt(1 - zeta**2)
+    contact = begun({**OUTSIDE, **VISCOUS, "slip_velocity": 1.0, "dynamometer_resonance.natural_period": T}, ["dynamometer_resonance"])
+    peaks = course(contact, half * np.array([0, 1, 2, 200]), *MEASURED) / read(contact, *FORCES)[:, None] - 1
+    over = exp(-pi * zeta / sqrt(1 - zeta**2))
+    assert peaks == pytest.approx(np.tile([-1, over, -(over**2), 0], (3, 1)), abs=1e-9)  # solved exactly; rounding of long swings
+
+
+def test_lowpass_is_3_db_and_45_degrees_down_at_its_cut_off() -> None:
+    """And a tenth per decade above it; a step has 1 - 1/e after one time constant."""
+    cut_off = 1e3
+    values = {"sensor_lowpass.time_constant": 1 / (2 * pi * cut_off)}
+    at, above = (response(part * cut_off, values, "sensor_lowpass", 4 * part, 800) for part in (1, 100))
+    assert 20 * np.log10(np.abs(at)) == pytest.approx(-3.0103, abs=1e-4)
+    assert np.angle(at, deg=True) == pytest.approx(-45, abs=1e-2)
+    assert np.abs(above) == pytest.approx(1e-2, rel=1e-3)
+    contact = begun({**OUTSIDE, **VISCOUS, "slip_velocity": 1.0, **values}, ["sensor_lowpass"])
+    contact.advance(values["sensor_lowpass.time_constant"])
+    assert read(contact, *MEASURED) / read(contact, *FORCES) == pytest.approx(1 - exp(-1), rel=1e-12)
+
+
+@pytest.mark.parametrize("tau", [0.3e-6, 10e-6, 37.3e-6])
+def test_delay_turns_a_sine_and_keeps_its_form(tau: float) -> None:
+    """By 2 pi f tau, gain 1; shorter than an internal step, as long as a communication step (10 us) and longer. The force goes straight from
+    sample to sample, corners and all, and is the same later: to rounding."""
+    frequency, samples = 1e3, 100
+    times = np.arange(3 * samples) / (samples * frequency)
+    speed = 2 + np.sin(2 * pi * frequency * times) + 0.3 * np.sign(np.sin(6 * pi * frequency * times + 1e-3))
+    found = follow(times, {"slip_velocity": speed}, {**VISCOUS, "sensor_delay.time": tau}, ["sensor_delay"], *FORCES, *MEASURED)
+    for true, shown in zip(found[:3], found[3:], strict=True):
+        assert shown == pytest.approx(np.interp(times - tau, times, true), rel=1e-9)  # before the start: the first force
+    gain = response(frequency, {"sensor_delay.time": tau}, "sensor_delay", 1, samples)
+    exact = np.exp(-2j * pi * frequency * tau)
+    # between samples the polyline lacks up to (pi/samples)^2/2 of the sine: none at a whole step, all of it in the middle
+    assert np.abs(gain * np.sinc(1 / samples) ** 2 - exact) == pytest.approx(0, abs=0.5 * (pi / samples) ** 2)
+
+
+def test_delay_across_entries_and_exits() -> None:
+    """What a vibrating tool's sensor shows late is what a prompt one has shown, jumps of the force and all."""
+    tau, times = 1.237e-5, np.linspace(0, 2 * PERIOD, 301)
+    values = {**CUT, "sensor_delay.time": tau}
+    late = course(begun(values, ["sensor_delay"]), times, *MEASURED)
+    prompt = course(begun(values), np.sort(np.concatenate([times, times[1:] + PERIOD - tau])), "time", *FORCES)
+    same = np.isin(prompt[0], times[1:] + PERIOD - tau)
+    ...
+
+
+def test_delay_too_long_is_refused() -> None:
+    contact = begun({**CUT, "initial_state": "at_rest", "sensor_delay.time": 1.0}, ["sensor_delay"])
+    with pytest.raises(SimulationError, match="looks back further than the 256 internal steps"):
+        contact.advance(20 * PERIOD)
