@@ -7,12 +7,21 @@
 #include "stages.h"
 
 #include <math.h>
+#include <stddef.h>
 
 static double moved(const struct Wiring *w, const struct Point *x, const struct Point *before, int i)
 {
     const double force = larger(larger(x->F_C[i], x->F_S[i]), larger(fabs(x->F[i]), fabs(x->F_p[i])));
     const double by = larger(fabs(x->F[i] - before->F[i]), larger(fabs(x->F_p[i] - before->F_p[i]), fabs(x->F_f[i] - before->F_f[i])));
     return by / (1e-3 * w->p[RELATIVE_TOLERANCE][i] * force);
+}
+
+enum { POINT_LANES = offsetof(struct Point, past) / sizeof(lanes) };
+
+static void copy_lane(lanes *to, const lanes *from, int count, int i)
+{
+    for (int k = 0; k < count; ++k)
+        to[k][i] = from[k][i];
 }
 
 /* How far the contact has slid at middle and end, by the parabola of its speed. */
@@ -25,47 +34,76 @@ static void slide(const lanes h, const struct Point *a, struct Point *m, struct 
     }
 }
 
-/* One trial step of h[i] from s[i]: fills middle and end from start; `difference` is what a lower order would have changed, infinite
- * where the states that forces drive have not come to rest. */
+/* All stages at middle and end, with the z and the states that stand there, and from their rates the bristle's new z. */
+static void pass(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
+                 struct Point *middle, struct Point *end, lanes difference)
+{
+    if (w->held)
+        *middle = *end = *start;
+    else {
+        lanes half, whole;
+        EACH_LANE {
+            half[i] = s[i] + 0.5 * h[i];
+            whole[i] = s[i] + h[i];
+        }
+        engage_point(contact, w, half, middle);
+        engage_point(contact, w, whole, end);
+        slide(h, start, middle, end);
+        move_states(w, DRIVEN_BY_MOTION, h, start, middle, end);
+        open_point(contact, w, half, 1, middle);
+        open_point(contact, w, whole, 1, end);
+    }
+    bristle_step(w->law->relaxes || w->current_angle, !w->current_angle, h, start, middle, end, middle->z, end->z, difference);
+    if (w->iterates && !w->feedback)
+        return;
+    close_point(contact, w, 1, middle);
+    close_point(contact, w, 1, end);
+    move_states(w, DRIVEN_BY_FORCE, h, start, middle, end);
+}
+
+/* Where forces move the path or the rates depend on z: the pass is repeated until neither moves. A lane that has settled keeps its bits,
+ * whatever the others still do; `difference` is infinite where forces have not. */
+static void settle(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
+                   struct Point *middle, struct Point *end, lanes difference)
+{
+    int settled[LANES] = {0}, all = 0;
+    for (int n = 0; n < 30 && !all; ++n) {
+        const struct Point before = *end, before_middle = *middle;
+        lanes before_difference;
+        for (int i = 0; i < LANES; ++i)
+            before_difference[i] = difference[i];
+        pass(contact, w, s, h, start, middle, end, difference);
+        all = 1;
+        for (int i = 0; i < LANES; ++i) {
+            if (settled[i]) {
+                copy_lane((lanes *)middle, (const lanes *)&before_middle, POINT_LANES, i);
+                copy_lane((lanes *)end, (const lanes *)&before, POINT_LANES, i);
+                difference[i] = before_difference[i];
+                continue;
+            }
+            const double tolerance = 1e-3 * w->p[RELATIVE_TOLERANCE][i];
+            const int bent = (w->current_angle || w->bends) && fabs(end->z[i] - before.z[i]) > tolerance * fabs(end->z[i]);
+            settled[i] = !bent && !(w->feedback && (n == 0 || moved(w, end, &before, i) > 1));
+            all &= settled[i];
+        }
+    }
+    for (int i = 0; i < LANES; ++i)
+        difference[i] = w->feedback && !settled[i] ? INFINITY : difference[i];
+    close_point(contact, w, 1, middle);
+    close_point(contact, w, 1, end);
+}
+
+/* One trial step of h[i] from s[i]: fills middle and end from start; `difference` is what a lower order would have changed. */
 static void try_step(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
                      struct Point *middle, struct Point *end, lanes difference)
 {
-    const int feedback = w->drivers >> DRIVEN_BY_FORCE & 1; /* then forces move the path, */
-    const int bends = w->current_angle || w->bends;         /* or the rates depend on z: fixed-point iteration */
-    lanes half, whole;
     EACH_LANE {
-        half[i] = s[i] + 0.5 * h[i];
-        whole[i] = s[i] + h[i];
+        difference[i] = 0;
         middle->z[i] = end->z[i] = start->z[i];
     }
     for (int k = 0; w->drivers && k < EFFECT_STATES; ++k)
         EACH_LANE middle->state[k][i] = end->state[k][i] = start->state[k][i];
-    int moving = 1;
-    for (int n = 0; n < (bends || feedback ? 30 : 1) && moving; ++n) {
-        const struct Point before = *end;
-        if (w->held)
-            *middle = *end = *start;
-        else {
-            engage_point(contact, w, half, middle);
-            engage_point(contact, w, whole, end);
-            slide(h, start, middle, end);
-            move_states(w, DRIVEN_BY_MOTION, h, start, middle, end);
-            open_point(contact, w, half, 1, middle);
-            open_point(contact, w, whole, 1, end);
-        }
-        bristle_step(w->law->relaxes || w->current_angle, !w->current_angle, h, start, middle, end, middle->z, end->z, difference);
-        moving = 0;
-        EACH_LANE moving |= bends && fabs(end->z[i] - before.z[i]) > 1e-3 * w->p[RELATIVE_TOLERANCE][i] * fabs(end->z[i]);
-        if (!feedback)
-            continue;
-        close_point(contact, w, 1, middle);
-        close_point(contact, w, 1, end);
-        move_states(w, DRIVEN_BY_FORCE, h, start, middle, end);
-        EACH_LANE moving |= n == 0 || moved(w, end, &before, i) > 1;
-    }
-    EACH_LANE difference[i] = feedback && moving ? INFINITY : difference[i];
-    close_point(contact, w, 1, middle);
-    close_point(contact, w, 1, end);
+    (w->iterates ? settle : pass)(contact, w, s, h, start, middle, end, difference);
 }
 
 /* Indicator k at tau, reached from s by a step on the held sides. */
@@ -78,7 +116,7 @@ static double indicator_at(const struct Contact *contact, const struct Wiring *w
         from[i] = s;
         h[i] = tau - s;
     }
-    if (k == AT_LAW || w->drivers >> DRIVEN_BY_FORCE & 1)
+    if (k == AT_LAW || w->feedback)
         try_step(contact, w, from, h, start, &middle, &end, now[0]);
     else {
         EACH_LANE from[i] = tau;
@@ -104,20 +142,30 @@ static double locate(const struct Contact *contact, const struct Wiring *w, int 
 
 enum Cut { NO_EVENT = -1, JUMP = -2 };
 
+/* Which lanes see an event between start and end, by its signs at middle and end? Most steps see none. */
+static int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *middle, const struct Point *end, int seen[LANES])
+{
+    lanes at_middle[INDICATORS], at_end[INDICATORS];
+    int any = 0;
+    indicators(w, middle, at_middle);
+    indicators(w, end, at_end);
+    EACH_LANE seen[i] = 0;
+    for (int k = 0; k < INDICATORS; ++k)
+        EACH_LANE seen[i] |= (contact->sign[k][i] * at_middle[k][i] < 0) | (contact->sign[k][i] * at_end[k][i] < 0);
+    EACH_LANE any |= seen[i];
+    return any;
+}
+
 /* Does an event fall into the step? If so shorten h to it and say which; JUMP: it has happened already, before the start. The event
  * `known` to lie at the end is passed over. */
 static int cut_at_event(const struct Contact *contact, const struct Wiring *w, int i, int known, double s, double *h,
                         const struct Point *start, const struct Point *middle, const struct Point *end)
 {
     lanes at_start[INDICATORS], at_middle[INDICATORS], at_end[INDICATORS];
-    int first = NO_EVENT, any = 0;
+    int first = NO_EVENT;
     double step = *h;
     indicators(w, middle, at_middle);
     indicators(w, end, at_end);
-    for (int k = 0; k < INDICATORS; ++k)
-        any |= contact->sign[k][i] * at_middle[k][i] < 0 || contact->sign[k][i] * at_end[k][i] < 0;
-    if (!any)
-        return NO_EVENT;
     indicators(w, start, at_start);
     for (int k = 0; k < INDICATORS; ++k) {
         const double side = contact->sign[k][i], half = 0.5 * *h;
@@ -158,34 +206,31 @@ static double badness(const struct Contact *contact, int i, const struct Point *
 }
 
 /* Integral by Simpson's rule of what start, middle and end show. */
-#define SUM(field) (h / 6 * (a->field[i] + 4 * m->field[i] + b->field[i]))
+#define SUM(field) (h[i] / 6 * (a->field[i] + 4 * m->field[i] + b->field[i]))
 
-static void accumulate(struct Contact *contact, const struct Wiring *w, int i, double h, const struct Point *a, const struct Point *m,
+static void accumulate(struct Contact *contact, const struct Wiring *w, const lanes h, const struct Point *a, const struct Point *m,
                        const struct Point *b)
 {
     lanes *value = contact->value;
-    value[BRISTLE_DEFLECTION][i] = b->z[i];
-    value[DISSIPATED_ENERGY][i] += h / 6 * (a->F[i] * a->v[i] + 4 * m->F[i] * m->v[i] + b->F[i] * b->v[i]);
-    value[SLIDING_DISTANCE][i] += a->cutting[i] * SUM(speed);
-    value[FRICTION_IMPULSE][i] += SUM(F);
-    value[PRINCIPAL_IMPULSE][i] += SUM(F_p);
-    value[FEED_IMPULSE][i] += SUM(F_f);
-    value[NORMAL_IMPULSE][i] += SUM(N);
-    value[CONTACT_TIME][i] += h * a->cutting[i];
-    value[MEASURED_FRICTION_IMPULSE][i] += SUM(measured[0]);
-    value[MEASURED_PRINCIPAL_IMPULSE][i] += SUM(measured[1]);
-    value[MEASURED_FEED_IMPULSE][i] += SUM(measured[2]);
-    value[STEP_COUNT][i] += 1;
-    value[CLAMPED_COUNT][i] += b->clamped[i] + b->outside[i] > 0;
-    store_states(contact, w, b, i);
-    if (w->looks_back && h > 0)
-        remember(contact, i, h, a, m, b);
-}
-
-static double longest_step(const struct Wiring *w, int i)
-{
-    const double vibration = w->kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w->p[VIBRATION_FREQUENCY][i]);
-    return smaller(vibration, resolving_step(w, i));
+    EACH_LANE {
+        value[BRISTLE_DEFLECTION][i] = b->z[i];
+        value[DISSIPATED_ENERGY][i] += h[i] / 6 * (a->F[i] * a->v[i] + 4 * m->F[i] * m->v[i] + b->F[i] * b->v[i]);
+        value[SLIDING_DISTANCE][i] += a->cutting[i] * SUM(speed);
+        value[FRICTION_IMPULSE][i] += SUM(F);
+        value[PRINCIPAL_IMPULSE][i] += SUM(F_p);
+        value[FEED_IMPULSE][i] += SUM(F_f);
+        value[NORMAL_IMPULSE][i] += SUM(N);
+        value[CONTACT_TIME][i] += h[i] * a->cutting[i];
+        value[MEASURED_FRICTION_IMPULSE][i] += SUM(measured[0]);
+        value[MEASURED_PRINCIPAL_IMPULSE][i] += SUM(measured[1]);
+        value[MEASURED_FEED_IMPULSE][i] += SUM(measured[2]);
+        value[STEP_COUNT][i] += h[i] > 0;
+        value[CLAMPED_COUNT][i] += h[i] > 0 && b->cutting[i] != 0 && b->clamped[i] + b->outside[i] > 0;
+    }
+    store_states(contact, w, b);
+    for (int i = 0; w->looks_back && i < LANES; ++i)
+        if (h[i] > 0)
+            remember(contact, i, h[i], a, m, b);
 }
 
 /* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step and the averaging window.
@@ -195,7 +240,7 @@ static int choose_step(const struct Contact *contact, const struct Wiring *w, do
     int running = 0;
     EACH_LANE {
         const double left = step - s[i], window = larger(window_end(contact, i) - contact->value[TIME][i] - s[i], 0);
-        const double whole = smaller(left, window), wanted = smaller(contact->next_step[i], longest_step(w, i));
+        const double whole = smaller(left, window), wanted = smaller(contact->next_step[i], w->longest[i]);
         const int last = whole <= wanted;
         h[i] = left <= 0 ? 0 : last ? whole : whole < 2 * wanted ? 0.5 * whole : wanted; /* two even steps, not one and a remnant */
         to_window[i] = left > 0 && last && window <= left;
@@ -204,28 +249,79 @@ static int choose_step(const struct Contact *contact, const struct Wiring *w, do
     return running;
 }
 
-/* Is the step within the tolerance in every lane? Chooses the next step; or, in the lanes where it is not, the shorter one to try again
- * with: the others then repeat the step that they have, so that no lane's steps depend on its neighbours. */
-static int accurate(struct Contact *contact, const struct Wiring *w, double shortest, const lanes h, const struct Point *start,
-                    const struct Point *middle, const struct Point *end, const lanes difference)
+/* Is the step within the tolerance? Chooses each lane's next step, or where `fits` is not set the shorter one to try again with. */
+static int accurate(const struct Contact *contact, const struct Wiring *w, double shortest, const lanes h, const struct Point *start,
+                    const struct Point *middle, const struct Point *end, const lanes difference, lanes next, int fits[LANES])
 {
     int all = 1;
-    lanes next;
     EACH_LANE {
         const double bad = badness(contact, i, start, middle, end, difference[i]), factor = bad > 0.011 ? 0.9 / cbrt(bad) : 4;
         const double changed = h[i] * smaller(larger(factor, 0.1), bad > 1 ? 0.7 : 4);
-        next[i] = contact->next_step[i];
-        if (h[i] <= shortest && bad > 1 && isfinite(bad))
-            continue;
+        const int shortest_of_all = h[i] <= shortest && bad > 1 && isfinite(bad);
         /* a step that was short because it had to end somewhere says nothing against a longer one */
-        next[i] = smaller(factor < 1 ? changed : larger(changed, contact->next_step[i]), longest_step(w, i));
-        if (bad > 1) {
-            contact->next_step[i] = next[i];
-            all = 0;
+        const double wanted = smaller(factor < 1 ? changed : larger(changed, next[i]), w->longest[i]);
+        next[i] = shortest_of_all ? next[i] : wanted;
+        fits[i] = shortest_of_all || bad <= 1;
+        all &= fits[i];
+    }
+    return all;
+}
+
+/* A step is tried again because some lanes ask for it: only they take what they have chosen, the others repeat the step that they had. */
+static void try_again(struct Contact *contact, const int asks[LANES], const lanes next)
+{
+    EACH_LANE contact->next_step[i] = asks[i] ? next[i] : contact->next_step[i];
+}
+
+/* What an event in one lane must not touch in another. */
+struct Aside {
+    lanes sign[INDICATORS], memory[MEMORY], z, state[EFFECT_STATES];
+    struct Point point;
+};
+
+/* act_on_event in the lanes where `event` is set: the others keep their sides, bristles and point to the last bit. */
+static void act_in_lanes(struct Contact *contact, const struct Wiring *w, const lanes s, double ahead, const int event[LANES], struct Point *x)
+{
+    struct Aside aside;
+    int all = 1;
+    EACH_LANE all &= event[i];
+    if (!all) {
+        aside.point = *x;
+        load_states(contact, w, &aside.point);
+        for (int i = 0; i < LANES; ++i) {
+            copy_lane(aside.sign, (const lanes *)contact->sign, INDICATORS, i);
+            copy_lane(aside.memory, (const lanes *)contact->memory, MEMORY, i);
+            aside.z[i] = contact->value[BRISTLE_DEFLECTION][i];
         }
     }
-    EACH_LANE contact->next_step[i] = all ? next[i] : contact->next_step[i];
-    return all;
+    act_on_event(contact, w, s, ahead, x);
+    for (int i = 0; i < LANES && !all; ++i) {
+        if (event[i])
+            continue;
+        copy_lane(contact->sign, (const lanes *)aside.sign, INDICATORS, i);
+        copy_lane(contact->memory, (const lanes *)aside.memory, MEMORY, i);
+        contact->value[BRISTLE_DEFLECTION][i] = aside.z[i];
+        store_state_of(contact, w, &aside.point, i);
+        copy_lane((lanes *)x, (const lanes *)&aside.point, POINT_LANES, i);
+    }
+}
+
+/* With a slip that is solved for, the law's own events are acted upon at the end of each step: in the lanes that have stepped and have no
+ * event of their own. */
+static void act_at_step_end(struct Contact *contact, const struct Wiring *w, const lanes h, const int event[LANES],
+                            const struct Point *end)
+{
+    lanes z, memory[MEMORY];
+    EACH_LANE z[i] = contact->value[BRISTLE_DEFLECTION][i];
+    for (int i = 0; i < LANES; ++i)
+        copy_lane(memory, (const lanes *)contact->memory, MEMORY, i);
+    w->law->event(w->law_p, end, contact->value[BRISTLE_DEFLECTION], contact->memory);
+    for (int i = 0; i < LANES; ++i) {
+        if (h[i] > 0 && !event[i])
+            continue;
+        contact->value[BRISTLE_DEFLECTION][i] = z[i];
+        copy_lane(contact->memory, (const lanes *)memory, MEMORY, i);
+    }
 }
 
 enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s, struct Course *course)
@@ -243,23 +339,32 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
     }
     course->known = 0;
     for (double n = 0; choose_step(contact, w, step, s, h, to_window); ++n) {
-        int cut[LANES], shorter = 0, event = 0, jump = 0;
+        int cut[LANES], acts[LANES], fits[LANES], misfits[LANES], shorter = 0, event = 0, jump = 0;
+        lanes next;
+        EACH_LANE next[i] = contact->next_step[i];
         if (n >= most_steps)
             return KERNEL_TOO_MANY_STEPS;
         try_step(contact, w, s, h, start, middle, end, difference);
         EACH_LANE if (!isfinite(end->z[i]) || !isfinite(end->F_p[i])) return KERNEL_DIVERGED;
-        if (!accurate(contact, w, 1e-12 * step, h, start, middle, end, difference))
+        if (!accurate(contact, w, 1e-12 * step, h, start, middle, end, difference, next, fits)) {
+            EACH_LANE misfits[i] = !fits[i];
+            try_again(contact, misfits, next);
             continue;
-        EACH_LANE {
+        }
+        int seen[LANES];
+        EACH_LANE cut[i] = NO_EVENT;
+        for (int i = 0; any_event(contact, w, middle, end, seen) && i < LANES; ++i) {
             const double wanted = h[i];
-            cut[i] = wanted > 0 ? cut_at_event(contact, w, i, NO_EVENT, s[i], &h[i], start, middle, end) : NO_EVENT;
+            cut[i] = wanted > 0 && seen[i] ? cut_at_event(contact, w, i, NO_EVENT, s[i], &h[i], start, middle, end) : NO_EVENT;
             shorter |= h[i] < wanted;
             jump |= cut[i] == JUMP;
             event |= cut[i] >= 0;
             to_window[i] *= cut[i] == NO_EVENT;
         }
         if (jump && jumps++ < INDICATORS) { /* an input has jumped across an event */
-            act_on_event(contact, w, s, ahead, start);
+            EACH_LANE acts[i] = cut[i] == JUMP;
+            try_again(contact, acts, next);
+            act_in_lanes(contact, w, s, ahead, acts, start);
             continue;
         }
         jumps = 0;
@@ -267,7 +372,7 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
         int within = 1;
         for (int tries = 0; shorter && within && tries < INDICATORS; ++tries) {
             try_step(contact, w, s, h, start, middle, end, difference);
-            within = accurate(contact, w, 1e-12 * step, h, start, middle, end, difference);
+            within = accurate(contact, w, 1e-12 * step, h, start, middle, end, difference, next, fits);
             shorter = 0;
             EACH_LANE {
                 const double wanted = h[i];
@@ -276,32 +381,35 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
                 shorter |= h[i] < wanted;
             }
         }
-        if (!within)
+        if (!within) {
+            EACH_LANE misfits[i] = !fits[i];
+            try_again(contact, misfits, next);
             continue;
+        }
+        EACH_LANE contact->next_step[i] = next[i];
         if (shorter)
             try_step(contact, w, s, h, start, middle, end, difference);
         contact->warnings |= end->warnings;
         EACH_LANE contact->warnings |= end->outside[i] != 0 ? WARN_FORCE_DOMAIN : 0u;
         measure_step(contact, w, h, start, middle, end);
-        EACH_LANE {
-            accumulate(contact, w, i, h[i], start, middle, end);
-            if (w->looks_back && !recall_reaches(contact, i, end->t[i] - look_back(w, i)))
+        accumulate(contact, w, h, start, middle, end);
+        for (int i = 0; w->looks_back && i < LANES; ++i)
+            if (!recall_reaches(contact, i, end->t[i] - look_back(w, i)))
                 return KERNEL_HISTORY_SHORT;
-            s[i] = h[i] == step - s[i] ? step : s[i] + h[i];
-        }
+        EACH_LANE s[i] = h[i] == step - s[i] ? step : s[i] + h[i];
         EACH_LANE if (to_window[i] != 0) close_window(contact, i);
         if (event && stop_at_events)
             break;
-        if (event)
-            act_on_event(contact, w, s, ahead, start);
-        else if (w->current_angle && w->law->event) {
-            w->law->event(w->law_p, end, contact->value[BRISTLE_DEFLECTION], contact->memory);
+        struct Point *const reached = end;
+        end = start;
+        start = reached;
+        EACH_LANE acts[i] = cut[i] >= 0;
+        if (w->current_angle && w->law->event) {
+            act_at_step_end(contact, w, h, acts, start);
             point_at(contact, w, s, start);
-        } else {
-            struct Point *const reached = end;
-            end = start;
-            start = reached;
         }
+        if (event)
+            act_in_lanes(contact, w, s, ahead, acts, start);
     }
     course->now = (int)(start - course->room);
     course->known = 1;

@@ -76,11 +76,17 @@ void load_states(const struct Contact *contact, const struct Wiring *w, struct P
             EACH_LANE x->state[w->on_state[n] + k][i] = contact->value[w->on_value[n] + k][i];
 }
 
-void store_states(struct Contact *contact, const struct Wiring *w, const struct Point *x, int lane)
+void store_state_of(struct Contact *contact, const struct Wiring *w, const struct Point *x, int lane)
 {
     for (int n = 0; n < w->on_count; ++n)
         for (int k = 0; k < w->on[n]->states; ++k)
             contact->value[w->on_value[n] + k][lane] = x->state[w->on_state[n] + k][lane];
+}
+
+void store_states(struct Contact *contact, const struct Wiring *w, const struct Point *x)
+{
+    for (int i = 0; i < LANES; ++i)
+        store_state_of(contact, w, x, i);
 }
 
 /* The drive of a sensor's state is what the chain shows before it, so the chain is run once more. */
@@ -106,13 +112,11 @@ void forget_states(struct Contact *contact, const struct Wiring *w, int lane)
             contact->value[w->on_value[n] + k][lane] = 0;
 }
 
-double resolving_step(const struct Wiring *w, int lane)
+void resolving_step(const struct Wiring *w, lanes longest)
 {
-    double longest = INFINITY;
     for (int n = 0; n < w->on_count; ++n)
-        if (w->on[n]->longest_step)
-            longest = smaller(longest, w->on[n]->longest_step(w->on_p[n], lane));
-    return longest;
+        for (int i = 0; i < LANES && w->on[n]->longest_step; ++i)
+            longest[i] = smaller(longest[i], w->on[n]->longest_step(w->on_p[n], i));
 }
 
 double look_back(const struct Wiring *w, int lane)

@@ -16,7 +16,7 @@ static enum Status set_slopes(struct Contact *contact, const struct Record *r, i
     for (int j = 0; j < r->input_count; ++j)
         EACH_LANE {
             const double now = sample_of(r, n, j, i);
-            const enum Status status = kernel_check(r->input_index[j], now);
+            const enum Status status = i == 0 || r->per_lane ? kernel_check(r->input_index[j], now) : KERNEL_OK;
             if (status != KERNEL_OK)
                 return status;
             contact->slope[r->input_index[j] - INPUT_FIRST][i] = n > 0 ? (now - sample_of(r, n - 1, j, i)) / step : 0;
@@ -36,17 +36,17 @@ static void land(struct Contact *contact, const struct Record *r, int64_t n)
 
 static void give(const struct Contact *contact, struct Yield *y)
 {
-    for (int j = 0; j < y->output_count; ++j)
-        EACH_LANE {
-            const double value = contact->value[y->output_index[j]][i];
-            const int64_t cell = y->rows_done * y->output_count + j;
-            if (y->rows)
-                y->rows[cell * LANES + i] = value;
-            if (y->sums)
-                y->sums[j * LANES + i] += value;
-            if (y->squares && !isnan(y->data[cell]))
-                y->squares[j * LANES + i] += (value - y->data[cell]) * (value - y->data[cell]);
-        }
+    for (int j = 0; j < y->output_count; ++j) {
+        const double *value = contact->value[y->output_index[j]];
+        const int64_t cell = y->rows_done * y->output_count + j;
+        const double data = y->squares ? y->data[cell] : NAN;
+        for (int i = 0; i < LANES && y->rows; ++i)
+            y->rows[cell * LANES + i] = value[i];
+        for (int i = 0; i < LANES && y->sums; ++i)
+            y->sums[j * LANES + i] += value[i];
+        for (int i = 0; i < LANES && !isnan(data); ++i)
+            y->squares[j * LANES + i] += (value[i] - data) * (value[i] - data);
+    }
     y->rows_done += 1;
 }
 

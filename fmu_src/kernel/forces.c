@@ -26,8 +26,7 @@ static double normal_by_energy(double F, double k, double cos_rake, double sin_r
 
 static double normal_force(const struct Wiring *w, double F, double k, int i)
 {
-    const int by_energy = chosen(w->p, SHEAR_ANGLE_PRINCIPLE, i) == MINIMUM_ENERGY;
-    return by_energy ? normal_by_energy(F, k, w->cos_rake[i], w->sin_rake[i]) : normal_by_shear_stress(F, k, w->cos_rake[i], w->sin_rake[i]);
+    return w->by_energy ? normal_by_energy(F, k, w->cos_rake[i], w->sin_rake[i]) : normal_by_shear_stress(F, k, w->cos_rake[i], w->sin_rake[i]);
 }
 
 void load_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
@@ -53,7 +52,7 @@ void forces_at(const struct Wiring *w, struct Point *x)
 {
     EACH_LANE {
         const double F = x->F[i], k = x->k[i], cos_rake = w->cos_rake[i], sin_rake = w->sin_rake[i], N = normal_force(w, F, k, i);
-        x->outside[i] = N < 0 || (chosen(w->p, SHEAR_ANGLE_PRINCIPLE, i) == MINIMUM_ENERGY && k + F * cos_rake < 0);
+        x->outside[i] = N < 0 || (w->by_energy && k + F * cos_rake < 0);
         x->N[i] = larger(N, 0);
         x->F_p[i] = x->N[i] * cos_rake + F * sin_rake + x->cutting[i] * x->edge_p[i];
         x->F_f[i] = F * cos_rake - x->N[i] * sin_rake + x->cutting[i] * x->edge_f[i];
@@ -64,6 +63,5 @@ void forces_at(const struct Wiring *w, struct Point *x)
 double shear_angle(const struct Wiring *w, const struct Point *x, int lane)
 {
     const double beta = x->F[lane] == 0 ? 0 : atan2(x->F[lane], x->N[lane]);
-    const int by_energy = chosen(w->p, SHEAR_ANGLE_PRINCIPLE, lane) == MINIMUM_ENERGY;
-    return PI / 4 - (by_energy ? 0.5 : 1) * (beta - w->p[RAKE_ANGLE][lane]);
+    return PI / 4 - (w->by_energy ? 0.5 : 1) * (beta - w->p[RAKE_ANGLE][lane]);
 }

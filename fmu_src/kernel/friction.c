@@ -4,34 +4,33 @@
 
 #include <math.h>
 
-static double given_proxy(const struct Contact *contact, const struct Wiring *w, int i, double tau, struct Point *x)
+/* The paper, eq. 3, turned round. */
+static double of_temperature(const struct Contact *contact, const struct Wiring *w, int i, double tau, struct Point *x)
 {
     const lanes *p = w->p;
-    switch ((enum ProxySource)chosen(p, PROXY_SOURCE, 0)) {
-    case PROXY_IS_INPUT: return input_at(contact, PROXY_SPEED, i, tau);
-    case PROXY_IS_CUTTING_SPEED: return input_at(contact, CUTTING_SPEED, i, tau);
-    case PROXY_IS_TEMPERATURE: {
-        const double rise = input_at(contact, CONTACT_TEMPERATURE, i, tau) - p[AMBIENT_TEMPERATURE][i];
-        const double share = rise / (p[REFERENCE_TEMPERATURE][i] - p[AMBIENT_TEMPERATURE][i]);
-        x->clamped[i] += share < 0;
-        x->warnings |= share < 0 ? WARN_TEMPERATURE : 0u;
-        return p[THETA_REF][i] * pow(larger(share, 0), 1 / p[ALPHA_T][i]); /* the paper, eq. 3, turned round */
-    }
-    case PROXY_IS_SLIP_SPEED: break;
-    }
-    return x->speed[i];
+    const double rise = input_at(contact, CONTACT_TEMPERATURE, i, tau) - p[AMBIENT_TEMPERATURE][i];
+    const double share = rise / (p[REFERENCE_TEMPERATURE][i] - p[AMBIENT_TEMPERATURE][i]);
+    x->clamped[i] += share < 0;
+    x->warnings |= share < 0 ? WARN_TEMPERATURE : 0u;
+    return p[THETA_REF][i] * pow(larger(share, 0), 1 / p[ALPHA_T][i]);
 }
 
 void proxy_open(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
+    const int given = w->proxy_source == PROXY_IS_CUTTING_SPEED ? CUTTING_SPEED : PROXY_SPEED;
     x->warnings = 0;
     EACH_LANE {
         x->clamped[i] = 0;
-        x->speed[i] = larger(x->direction[i] * x->v[i], 0);
         x->theta_ref[i] = w->p[THETA_REF][i];
-        x->theta[i] = larger(given_proxy(contact, w, i, tau[i], x), 0);
-        /* a speed of slip says nothing of heat where nothing touches */
-        x->theta_given[i] = chosen(w->p, PROXY_SOURCE, 0) == PROXY_IS_SLIP_SPEED ? x->cutting[i] * x->theta[i] : x->theta[i];
+        x->speed[i] = larger(x->direction[i] * x->v[i], 0);
+        x->theta[i] = x->speed[i];
+        x->theta_given[i] = x->cutting[i] * x->speed[i]; /* a speed of slip says nothing of heat where nothing touches */
+    }
+    if (w->proxy_source == PROXY_IS_SLIP_SPEED)
+        return;
+    EACH_LANE {
+        const int hot = w->proxy_source == PROXY_IS_TEMPERATURE;
+        x->theta[i] = x->theta_given[i] = hot ? of_temperature(contact, w, i, tau[i], x) : larger(input_at(contact, given, i, tau[i]), 0);
     }
 }
 
@@ -47,7 +46,7 @@ void friction_open(const struct Contact *contact, const struct Wiring *w, const 
         x->P[i] = x->s0[i] = p[SIGMA0][i];
         x->s1[i] = p[SIGMA1][i];
         x->sigma2[i] = p[SIGMA2][i];
-        x->margin[i] = chosen(p, DAMPING_MODE, i) == DISSIPATIVE ? p[DAMPING_MARGIN][i] : INFINITY;
+        x->margin[i] = w->dissipative ? p[DAMPING_MARGIN][i] : INFINITY;
     }
     act(w, STAGE_FRICTION, x);
     EACH_LANE {
@@ -56,7 +55,7 @@ void friction_open(const struct Contact *contact, const struct Wiring *w, const 
         x->clamped[i] += below;
         x->warnings |= below ? WARN_STIFFNESS_FLOOR : 0u;
         x->s0[i] = larger(x->s0[i], floor); /* the paper, eq. 7 */
-        x->P[i] = chosen(p, RATE_STIFFNESS, i) == THERMAL_STIFFNESS ? x->s0[i] : x->P[i];
+        x->P[i] = w->thermal_rate ? x->s0[i] : x->P[i];
     }
 }
 

@@ -9,41 +9,56 @@
 
 #include <math.h>
 
-/* k! D^(k+1) phi_(k+1)(-D) */
-void moments(double D, double I[3])
+/* k! D^(k+1) phi_(k+1)(-D). By parts; below D = 0.25, where that would cancel, by the series of phi_3, in pairs that do not wait for one
+ * another. Many lanes take both, to stay side by side. */
+static inline void integrals(double D, double I[3])
 {
-    if (D > 0.25) { /* by parts; below it would cancel */
-        I[0] = 1 - exp(-D);
-        I[1] = D - I[0];
-        I[2] = D * D - 2 * I[1];
-        return;
+    const int large = D > 0.25, both = LANES > 1;
+    double by_parts[3] = {0}, by_series[3] = {0};
+    if (both || large) {
+        by_parts[0] = 1 - exponential(-D);
+        by_parts[1] = D - by_parts[0];
+        by_parts[2] = D * D - 2 * by_parts[1];
     }
-    /* phi3 by its series, in pairs that do not wait for one another */
-    const double x = -D, x2 = x * x, x4 = x2 * x2;
-    const double low = (1. / 6 + x * (1. / 24)) + (1. / 120 + x * (1. / 720)) * x2;
-    const double high = (1. / 5040 + x * (1. / 40320)) + (1. / 362880 + x * (1. / 3628800)) * x2;
-    const double phi3 = low + high * x4 + (1. / 39916800 + x * (1. / 479001600)) * (x4 * x4);
-    const double phi2 = 0.5 - D * phi3, phi1 = 1 - D * phi2;
-    I[0] = D * phi1;
-    I[1] = D * D * phi2;
-    I[2] = 2 * D * D * D * phi3;
+    if (both || !large) {
+        const double x = large ? -0.25 : -D, x2 = x * x, x4 = x2 * x2;
+        const double low = (1. / 6 + x * (1. / 24)) + (1. / 120 + x * (1. / 720)) * x2;
+        const double high = (1. / 5040 + x * (1. / 40320)) + (1. / 362880 + x * (1. / 3628800)) * x2;
+        const double phi3 = low + high * x4 + (1. / 39916800 + x * (1. / 479001600)) * (x4 * x4);
+        const double phi2 = 0.5 - D * phi3, phi1 = 1 - D * phi2;
+        by_series[0] = D * phi1;
+        by_series[1] = D * D * phi2;
+        by_series[2] = 2 * D * D * D * phi3;
+    }
+    for (int k = 0; k < 3; ++k)
+        I[k] = large ? by_parts[k] : by_series[k];
 }
 
+void moments(double D, double I[3]) { integrals(D, I); }
+
 static double reach(const struct Point *x, int i) { return larger(x->F_C[i], x->F_S[i]) / x->P[i]; }
+
+/* A law without a rate; out of contact it relaxes like any other. */
+static void by_simpson(const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end, lanes z_middle,
+                       lanes z_end, lanes difference)
+{
+    EACH_LANE {
+        const double c0 = start->drive[i], cm = middle->drive[i], c1 = end->drive[i], half = exponential(-0.5 * h[i] * middle->rate[i]);
+        z_middle[i] = half * start->z[i] + h[i] / 24 * (5 * c0 + 8 * cm - c1);
+        z_end[i] = half * half * start->z[i] + h[i] / 6 * (c0 + 4 * cm + c1);
+        difference[i] = h[i] / 3 * fabs(c0 - 2 * cm + c1);
+    }
+}
 
 void bristle_step(int relaxes, int clip, const lanes h, const struct Point *start, const struct Point *middle,
                   const struct Point *end, lanes z_middle, lanes z_end, lanes difference)
 {
+    if (!relaxes) {
+        by_simpson(h, start, middle, end, z_middle, z_end, difference);
+        return;
+    }
     EACH_LANE {
         const double z = start->z[i];
-        if (!relaxes) {
-            const double c0 = start->drive[i], cm = middle->drive[i], c1 = end->drive[i], r = middle->rate[i];
-            const double half = exp(-0.5 * h[i] * r); /* 1, or the release out of contact */
-            z_middle[i] = half * z + h[i] / 24 * (5 * c0 + 8 * cm - c1);
-            z_end[i] = half * half * z + h[i] / 6 * (c0 + 4 * cm + c1);
-            difference[i] = h[i] / 3 * fabs(c0 - 2 * cm + c1);
-            continue;
-        }
         const double a0 = start->rate[i], am = middle->rate[i], a1 = end->rate[i];
         const double q0 = start->target[i], qm = middle->target[i], q1 = end->target[i];
         const double part = h[i] * (1. / 24), D = part * (4 * a0 + 16 * am + 4 * a1), per_D = D > 0 ? 1 / D : 0;
@@ -59,9 +74,9 @@ void bristle_step(int relaxes, int clip, const lanes h, const struct Point *star
         const double q = from_reversal ? qm - last * M : q0, bend = (last - first) * per_D, slope = first - bend * M;
         const double q_end = to_reversal ? qm + first * (D - M) : q1;
         double I[3];
-        moments(M, I);
+        integrals(M, I);
         z_middle[i] = z + (q - z) * I[0] + slope * I[1] + bend * I[2];
-        moments(D, I);
+        integrals(D, I);
         const double reached = z + (q - z) * I[0] + slope * I[1] + bend * I[2];
         /* of the target's bend, and of the rate's: it shifts D, of which only the last relaxation is remembered */
         const double shift = h[i] / 3 * fabs(a0 - 2 * am + a1) / (1 + D);

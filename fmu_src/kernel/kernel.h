@@ -208,12 +208,12 @@ enum Status kernel_derivative(const struct Contact *contact, int unknown, int kn
 struct Point {
     lanes t;               /* [s] */
     lanes state[EFFECT_STATES]; /* of the effects, by place */
-    const struct Past *past;    /* where an effect that looks back finds earlier forces */
     /* path: what the ellipse runs with, and the motion of its centre beside the cutting speed */
     lanes a, b;            /* amplitudes [m] */
     lanes phase_y;         /* [rad] */
     lanes centre_y;        /* [m] */
     lanes centre_u_x, centre_u_y; /* [m/s] */
+    lanes cos_x;           /* x of the vibration over its amplitude */
     lanes raised;          /* nominal surface above its mean height [m] */
     /* engagement */
     lanes u_x, u_y;        /* tool velocity relative to the work [m/s] */
@@ -255,12 +255,13 @@ struct Point {
     lanes F;               /* friction force on the tool along the chip flow [N] */
     lanes law;             /* indicator AT_LAW */
     lanes clamped;         /* how many values had to be clamped */
-    uint32_t warnings;
     /* forces */
     lanes N, F_p, F_f;
     lanes outside;         /* 1 where the force lies outside the domain of the shear-angle principle */
     /* measurement */
     lanes measured[CHANNELS]; /* friction, principal and feed force as a dynamometer shows them [N] */
+    const struct Past *past; /* where an effect that looks back finds earlier forces; the first that is no lane */
+    uint32_t warnings;
 };
 
 /* A friction law: dz/dt = drive - rate z and F(z, dz/dt). p: the values of its own table. */

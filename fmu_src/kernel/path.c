@@ -63,18 +63,40 @@ static void open_path(const struct Contact *contact, const struct Wiring *w, con
     }
 }
 
+/* Where the tool passes a place again: thickness over the surface that the previous cycle left there. It reaches up to where that cycle
+ * turned, and past it its last height stands. psi: vibration angle, 0 where the tool is fastest; X: its place in units of a. */
+static void on_what_is_left(const struct Contact *contact, const struct Wiring *w, double tau, int i, struct Point *x)
+{
+    const lanes *p = w->p;
+    const double r = x->speed_ratio[i], nominal = p[FEED][i] - p[AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i];
+    const struct Turn t = r == w->turn[i].r ? w->turn[i] : turn_at(r);
+    const double turns = w->cycle[i] + p[VIBRATION_FREQUENCY][i] * tau, turn = 2 * PI * (turns - whole(turns));
+    const double ahead = turn + p[PHASE_X][i] + PI / 2; /* -3/2 pi .. 9/2 pi */
+    const double psi = ahead - 2 * PI * (whole(ahead / (2 * PI) + 1.5) - 1), X = r * psi + x->cos_x[i];
+    const double lead = x->phase_y[i] - p[PHASE_X][i] - PI / 2, y = nominal - x->h[i];
+    if (r > 0)
+        x->surface[i] = r * (t.last - 2 * PI) + t.bend - X;
+    const int on_left = contact->sign[AT_CONTACT][i] > 0 ? contact->sign[AT_SURFACE][i] > 0 : r == 0 || x->surface[i] > 0;
+    const double there = on_left && x->surface[i] > 0 ? angle_at(X + 2 * PI * r, &t) : t.last;
+    if (on_left)
+        x->h[i] = smaller(nominal, r > 0 ? x->b[i] * cos(there + lead) : y) - y;
+}
+
 static void ellipse_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
     EACH_LANE {
         const double f = p[VIBRATION_FREQUENCY][i], omega = 2 * PI * f, a = x->a[i], b = x->b[i];
         const double v_c = input_at(contact, CUTTING_SPEED, i, tau[i]);
-        const double turns = w->cycle[i] + f * tau[i], turn = 2 * PI * (turns - whole(turns)), c = cos(turn), s = sin(turn);
+        const double turns = w->cycle[i] + f * tau[i], share = turns - whole(turns);
+        double c, s;
+        cos_sin(share, &c, &s);
         const int shifted = x->phase_y[i] != p[PHASE_Y][i];
         const double c_y = shifted ? cos(x->phase_y[i]) : w->cos_y[i], s_y = shifted ? sin(x->phase_y[i]) : w->sin_y[i];
-        const double cos_x = c * w->cos_x[i] - s * w->sin_x[i], sin_x = s * w->cos_x[i] + c * w->sin_x[i];
+        const double sin_x = s * w->cos_x[i] + c * w->sin_x[i];
         const double cos_y = c * c_y - s * s_y, sin_y = s * c_y + c * s_y;
         const double r = a > 0 ? v_c / (a * omega) : INFINITY;
+        x->cos_x[i] = c * w->cos_x[i] - s * w->sin_x[i];
         x->u_x[i] = v_c - a * omega * sin_x + x->centre_u_x[i];
         x->u_y[i] = -b * omega * sin_y + x->centre_u_y[i];
         x->speed_ratio[i] = a > 0 ? r : 0;
@@ -85,21 +107,8 @@ static void ellipse_at(const struct Contact *contact, const struct Wiring *w, co
         const double y = b * cos_y, nominal = p[FEED][i] - p[AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i];
         x->surface[i] = -1;
         x->h[i] = nominal - y;
-        if (r < 1 && x->approach[i] > 0) {
-            const struct Turn t = r == w->turn[i].r ? w->turn[i] : turn_at(r);
-            /* psi: vibration angle, 0 where the tool is fastest; X: its place in units of a; the surface that the previous cycle left
-             * reaches up to where that cycle turned, and past it its last height stands */
-            const double ahead = turn + p[PHASE_X][i] + PI / 2; /* -3/2 pi .. 9/2 pi */
-            const double psi = ahead - 2 * PI * (whole(ahead / (2 * PI) + 1.5) - 1), X = r * psi + cos_x;
-            const double lead = x->phase_y[i] - p[PHASE_X][i] - PI / 2;
-            if (r > 0)
-                x->surface[i] = r * (t.last - 2 * PI) + t.bend - X;
-            const int on_left = contact->sign[AT_CONTACT][i] > 0 ? contact->sign[AT_SURFACE][i] > 0 : r == 0 || x->surface[i] > 0;
-            const double there = on_left && x->surface[i] > 0 ? angle_at(X + 2 * PI * r, &t) : t.last;
-            if (on_left)
-                x->h[i] = smaller(nominal, r > 0 ? b * cos(there + lead) : y) - y;
-        }
     }
+    EACH_LANE if (x->speed_ratio[i] < 1 && x->a[i] > 0 && x->approach[i] > 0) on_what_is_left(contact, w, tau[i], i, x);
 }
 
 /* Slip and thickness are given; what effects do to the path comes on top. */

@@ -10,7 +10,7 @@ static enum Status find_deflection(struct Contact *contact)
     const double start = contact->value[TIME][0], period = 1 / contact->value[VIBRATION_FREQUENCY][0];
     struct Contact trial = *contact;
     lanes z = {0}, miss = {0}, z_before, miss_before;
-    int found = 0;
+    int found = 0, done[LANES] = {0};
     for (int n = 0; n < 20 && !found; ++n) {
         double taken;
         EACH_LANE {
@@ -27,11 +27,12 @@ static enum Status find_deflection(struct Contact *contact)
         EACH_LANE {
             const double reach = larger(trial.value[F_C][i], trial.value[F_S][i]) / trial.value[SIGMA0][i];
             miss[i] = trial.value[BRISTLE_DEFLECTION][i] - z[i];
-            found &= fabs(miss[i]) <= 1e-2 * trial.value[RELATIVE_TOLERANCE][i] * reach;
+            done[i] |= fabs(miss[i]) <= 1e-2 * trial.value[RELATIVE_TOLERANCE][i] * reach;
+            found &= done[i];
             const double slope = n > 0 && z[i] != z_before[i] ? (miss[i] - miss_before[i]) / (z[i] - z_before[i]) : -1;
             z_before[i] = z[i];
             miss_before[i] = miss[i];
-            z[i] -= found ? 0 : slope < 0 ? miss[i] / slope : -miss[i];
+            z[i] -= done[i] ? 0 : slope < 0 ? miss[i] / slope : -miss[i];
         }
     }
     EACH_LANE contact->value[BRISTLE_DEFLECTION][i] = z[i];
@@ -110,7 +111,7 @@ static enum Status find_states(struct Contact *contact, const struct Wiring *w)
     const int count = 1 + kernel_state_count() - BASE_STATES;
     struct Contact trial;
     lanes from[UNKNOWNS] = {{0}}, to[UNKNOWNS], beside[UNKNOWNS], slope[UNKNOWNS][UNKNOWNS], step;
-    int used = 0, found = 0;
+    int used = 0, found = 0, done[LANES] = {0};
     while (used < count && unknown_index(w, used) >= 0)
         ++used;
     for (int tries = 0; tries < 12 && !found; ++tries) {
@@ -118,11 +119,15 @@ static enum Status find_states(struct Contact *contact, const struct Wiring *w)
         if (status != KERNEL_OK)
             return status;
         found = 1;
-        for (int n = 0; n < used; ++n)
-            EACH_LANE {
+        for (int i = 0; i < LANES; ++i) {
+            int near = 1;
+            for (int n = 0; n < used; ++n) {
                 const double scale = larger(scale_of(&trial, unknown_index(w, n), i), fabs(from[n][i]));
-                found &= fabs(to[n][i] - from[n][i]) <= 1e-1 * trial.value[RELATIVE_TOLERANCE][i] * scale;
+                near &= fabs(to[n][i] - from[n][i]) <= 1e-1 * trial.value[RELATIVE_TOLERANCE][i] * scale;
             }
+            done[i] |= near;
+            found &= done[i];
+        }
         for (int c = 0; c < used && !found; ++c) {
             lanes other[UNKNOWNS];
             for (int n = 0; n < used; ++n)
@@ -139,6 +144,8 @@ static enum Status find_states(struct Contact *contact, const struct Wiring *w)
                 EACH_LANE slope[n][c][i] = (other[n][i] - to[n][i]) / step[i];
         }
         for (int i = 0; i < LANES && !found; ++i) {
+            if (done[i])
+                continue;
             double A[UNKNOWNS][UNKNOWNS], x[UNKNOWNS];
             for (int n = 0; n < used; ++n) {
                 x[n] = to[n][i] - from[n][i];

@@ -2,10 +2,16 @@
 #ifndef STAGES_H
 #define STAGES_H
 
+#include "elementary.h"
 #include "kernel.h"
 #include "registry.h"
 
+/* Lanes do not touch each other: a compiler may take them side by side. */
+#if LANES > 1 && defined(__clang__)
+#define EACH_LANE _Pragma("clang loop vectorize(assume_safety)") for (int i = 0; i < LANES; ++i)
+#else
 #define EACH_LANE for (int i = 0; i < LANES; ++i)
+#endif
 
 /* Where in its cycle the tool stops moving forward: last = acos(-r), and bend = sin(last), of the speed ratio r < 1; else 0. */
 struct Turn {
@@ -25,8 +31,13 @@ struct Wiring {
     int stages;                     /* bit n: an effect acts in stage n */
     int drivers;                    /* bit n: states of an effect are driven by enum Driver n */
     int looks_back, bends;          /* whether an effect does */
+    int feedback;                   /* forces move the path within a step */
+    int iterates;                   /* one pass over a step does not do */
     int held;                       /* external kinematics, no input changes, no effect moves: nothing but the bristle does */
-    enum Kinematics kinematics;
+    enum Kinematics kinematics;     /* the choices are fixed, and the same in all lanes of a block: */
+    enum ProxySource proxy_source;
+    int by_energy, dissipative, thermal_rate;
+    lanes longest;                  /* internal step that resolves vibration and effects [s] */
     int current_angle;              /* chip_flow_angle = current_shear_angle: slip and force are solved together */
     lanes cycle;                    /* place in the vibration cycle at value[TIME], 0..1 */
     lanes cos_rake, sin_rake;
@@ -48,10 +59,11 @@ void measure(const struct Contact *contact, const struct Wiring *w, struct Point
 void measure_step(const struct Contact *contact, const struct Wiring *w, const lanes h, const struct Point *start, struct Point *middle,
                   struct Point *end);
 void load_states(const struct Contact *contact, const struct Wiring *w, struct Point *x);
-void store_states(struct Contact *contact, const struct Wiring *w, const struct Point *x, int lane);
+void store_states(struct Contact *contact, const struct Wiring *w, const struct Point *x);
+void store_state_of(struct Contact *contact, const struct Wiring *w, const struct Point *x, int lane);
 void show_rates(struct Contact *contact, const struct Wiring *w, const struct Point *x);
 void forget_states(struct Contact *contact, const struct Wiring *w, int lane);
-double resolving_step(const struct Wiring *w, int lane);
+void resolving_step(const struct Wiring *w, lanes longest);
 double look_back(const struct Wiring *w, int lane);
 int rivals_on(const struct Wiring *w);
 

@@ -29,6 +29,10 @@ struct Wiring wire(const struct Contact *contact)
     const int law = chosen(contact->value, FRICTION_LAW, 0);
     w.law = kernel_law(law);
     w.law_p = contact->value + law_values(law);
+    w.proxy_source = (enum ProxySource)chosen(contact->value, PROXY_SOURCE, 0);
+    w.by_energy = chosen(contact->value, SHEAR_ANGLE_PRINCIPLE, 0) == MINIMUM_ENERGY;
+    w.dissipative = chosen(contact->value, DAMPING_MODE, 0) == DISSIPATIVE;
+    w.thermal_rate = chosen(contact->value, RATE_STIFFNESS, 0) == THERMAL_STIFFNESS;
     w.current_angle = chosen(contact->value, CHIP_FLOW_ANGLE, 0) == CURRENT_ANGLE && w.kinematics != KINEMATICS_EXTERNAL;
     for (int n = 0, at = kernel_effect_switch(0), state = 0; n < EFFECT_COUNT; ++n) {
         const struct Effect *effect = kernel_effect(n);
@@ -45,6 +49,8 @@ struct Wiring wire(const struct Contact *contact)
         at += effect->count;
         state += effect->states;
     }
+    w.feedback = w.drivers >> DRIVEN_BY_FORCE & 1;
+    w.iterates = w.feedback || w.bends || w.current_angle;
     EACH_LANE {
         const double rake = contact->value[RAKE_ANGLE][i];
         w.cos_rake[i] = rake == 0 ? 1 : cos(rake);
@@ -58,6 +64,8 @@ struct Wiring wire(const struct Contact *contact)
         w.cos_y[i] = cos(phase_y);
         w.sin_y[i] = sin(phase_y);
     }
+    EACH_LANE w.longest[i] = w.kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w.p[VIBRATION_FREQUENCY][i]);
+    resolving_step(&w, w.longest);
     wire_time(contact, &w);
     return w;
 }

@@ -2,12 +2,10 @@
  * paper's eq. 8 through s0 and s1. */
 #include "../stages.h"
 
-#include <math.h>
-
 static double stribeck(const struct Point *x, int i) /* g(v), a force here */
 {
     const double ratio = x->speed[i] / x->v_s[i];
-    return x->F_C[i] + (x->F_S[i] - x->F_C[i]) * exp(-smaller(ratio * ratio, 700)); /* exp(-700) is nothing, and no slow underflow */
+    return x->F_C[i] + (x->F_S[i] - x->F_C[i]) * exponential(-(ratio * ratio));
 }
 
 static void rates(const lanes *p, struct Point *x)
