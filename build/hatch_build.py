@@ -34,12 +34,12 @@ class KernelHook(BuildHookInterface[Any]):
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{compile_c.host_target().wheel}"
         if version == "editable":
-            compile_c.build_kernel_library(root / "fmu_src" / "evat" / "_lib")
+            compile_c.build_kernel_libraries(root / "fmu_src" / "evat" / "_lib")
             return
         self.folder = tempfile.TemporaryDirectory(prefix="evat-kernel-")
-        library = compile_c.build_kernel_library(Path(self.folder.name))
         included = build_data["force_include"]
-        included[str(library)] = f"evat/_lib/{library.name}"
+        for library in compile_c.build_kernel_libraries(Path(self.folder.name)):
+            included[str(library)] = f"evat/_lib/{library.name}"
         for part in ("kernel", "fmi", "fmus"):
             included[str(root / "fmu_src" / part)] = f"evat/_source/{part}"
 

@@ -32,6 +32,7 @@ HERE = Path(__file__).resolve().parent
 
 # One set of flags for the Python library and for every FMU, so that both give the same bits: no contraction, no fast-math, the
 # baseline processor of the architecture.
+MANY_LANES = 8  # two to four vectors of today's processors; more do not pay
 FLAGS = (
     "-std=c99",
     "-ffp-contract=off",
@@ -186,22 +187,34 @@ def compile_library(
     return output
 
 
-def build_kernel_library(output_dir: Path) -> Path:
-    """The kernel for Python in `output_dir`, compiled only where its sources, flags or compiler have changed."""
+def _library_name(lanes: int) -> str:
+    return f"{KERNEL_LIBRARY}{'' if lanes == 1 else f'_{lanes}'}{host_target().extension}"
+
+
+def build_kernel_library(output_dir: Path, lanes: int = 1) -> Path:
+    """The kernel for Python in `output_dir`, compiled only where its sources, flags or compiler have changed.
+
+    `lanes` contacts run side by side in one block of the library.
+    """
     root, target = source_root(), host_target()
-    output = output_dir / f"{KERNEL_LIBRARY}{target.extension}"
+    output = output_dir / _library_name(lanes)
     stamp = output_dir / f"{output.name}.sha256"
     state = _fingerprint(root, target)
     if not (output.is_file() and stamp.is_file() and stamp.read_text(encoding="ascii") == state):
         stamp.unlink(missing_ok=True)
-        compile_library(kernel_sources(root), output, target, include=[root / "kernel"], exports=["kernel.h"])
+        compile_library(kernel_sources(root), output, target, include=[root / "kernel"], exports=["kernel.h"], defines={"LANES": lanes})
         stamp.write_text(state, encoding="ascii")
     return output
 
 
-def kernel_library_path() -> Path:
+def build_kernel_libraries(output_dir: Path) -> list[Path]:
+    """The kernel with one lane and with many."""
+    return [build_kernel_library(output_dir, lanes) for lanes in (1, MANY_LANES)]
+
+
+def kernel_library_path(lanes: int = 1) -> Path:
     """The compiled kernel that came with this package."""
-    path = HERE / "_lib" / f"{KERNEL_LIBRARY}{host_target().extension}"
+    path = HERE / "_lib" / _library_name(lanes)
     if not path.is_file():
         raise CompileError(
             f"the compiled kernel is not there: {path}. In a checkout run `python -m evat.compile`; else install evat again, "
@@ -254,4 +267,4 @@ def _fingerprint(root: Path, target: Target) -> str:
 
 
 if __name__ == "__main__":
-    print(build_kernel_library(HERE / "_lib"))
+    print(*build_kernel_libraries(HERE / "_lib"), sep="\n")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import shutil
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -38,11 +39,11 @@ class Driver:
             self.description = fmpy.read_model_description(str(fmu), validate=False)
         except Exception as error:  # fmpy raises what its parsers raise
             raise FmuError(f"{fmu}: this is no FMU that can be read ({error}).") from error
-        if self.description.coSimulation is None:
-            raise FmuError(f"{fmu}: it has no co-simulation interface.")
+        if self.description.coSimulation is None or self.description.fmiVersion.startswith("1"):
+            raise FmuError(f"{fmu}: an FMU for co-simulation by FMI 2 or 3 is needed; this one is of FMI {self.description.fmiVersion}.")
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
-        self._values, self._tolerance, self._log = dict(values), relative_tolerance, list[str]()
-        self._folder = fmpy.extract(str(fmu))
+        self._path, self._values, self._tolerance, self._log = fmu, dict(values), relative_tolerance, list[str]()
+        self._folder: Path | None = None
         self._fmu: Any = None
 
     @property
@@ -51,10 +52,29 @@ class Driver:
         return tuple(self._log)
 
     def __enter__(self) -> Driver:
+        try:
+            self._instantiate()
+            for name, value in self._values.items():
+                self._set(name, value)
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def _instantiate(self) -> None:
+        self._folder = Path(tempfile.mkdtemp(prefix="evat-"))
+        try:
+            fmpy.extract(str(self._path), str(self._folder))
+            self._load()
+        except Exception as error:  # fmpy raises plain Exceptions: a path that leaves the archive, no binary for this platform
+            said = f"; it said: {self._log[-1]}" if self._log else ""
+            raise FmuError(f"{self._path}: it cannot be instantiated here ({error}){said}.") from error
+
+    def _load(self) -> None:
         kind = FMU3Slave if self.description.fmiVersion.startswith("3") else FMU2Slave
         self._fmu = kind(
             guid=self.description.guid,
-            unzipDirectory=self._folder,
+            unzipDirectory=str(self._folder),
             modelIdentifier=self.description.coSimulation.modelIdentifier,
             instanceName="evat",
         )
@@ -67,14 +87,12 @@ class Driver:
             callbacks.allocateMemory = fmpy.fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.fmi2.calloc)
             callbacks.freeMemory = fmpy.fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.fmi2.free)
             self._fmu.instantiate(loggingOn=True, callbacks=callbacks)
-        for name, value in self._values.items():
-            self._set(name, value)
-        return self
 
     def __exit__(self, *_: object) -> None:
-        if self._fmu is not None:
+        if getattr(self._fmu, "component", None):
             self._fmu.freeInstance()
-        shutil.rmtree(self._folder, ignore_errors=True)
+        if self._folder is not None:
+            shutil.rmtree(self._folder, ignore_errors=True)
 
     def _call(self, doing: str, function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
         try:
@@ -89,8 +107,12 @@ class Driver:
         variable, three = self.variables[name], self.description.fmiVersion.startswith("3")
         references, doing = [variable.valueReference], f"setting {name} = {value}"
         if variable.type in ("Real", "Float64"):
+            if isinstance(value, str):
+                raise ParameterError(f"{name} = {value!r}: a number in {_unit(variable)} is needed.")
             self._call(doing, self._fmu.setFloat64 if three else self._fmu.setReal, references, [float(value)])
         elif variable.type == "Boolean":
+            if value not in (0, 1):
+                raise ParameterError(f"{name} = {value!r}: allowed are True and False.")
             self._call(doing, self._fmu.setBoolean, references, [bool(value)])
         elif variable.type in ("Enumeration", "Integer", "Int32"):
             number = self._item(variable, value)
@@ -102,12 +124,13 @@ class Driver:
     @staticmethod
     def _item(variable: Any, value: float | str | bool) -> int:
         items = variable.declaredType.items if variable.declaredType is not None and variable.declaredType.items else []
-        if not isinstance(value, str):
+        if not isinstance(value, str) and value == value // 1:
             return int(value)
         for item in items:
             if item.name == value:
                 return int(item.value)
-        raise ParameterError(f"{variable.name} = {value!r}: allowed are {', '.join(item.name for item in items)}.")
+        allowed = ", ".join(item.name for item in items) or "whole numbers"
+        raise ParameterError(f"{variable.name} = {value!r}: allowed are {allowed}.")
 
     def follow(self, run: Run, progress: Progress | None = None) -> FloatArray:
         """Follow the record with one communication step from sample to sample; shape (samples, outputs).
@@ -116,6 +139,7 @@ class Driver:
         """
         three = self.description.fmiVersion.startswith("3")
         times, names = run.times, list(run.inputs)
+        _check_run(run)
         table = np.column_stack([run.inputs[name] for name in names]) if names else np.empty((times.size, 0))
         for name in (*names, *run.outputs):
             if name not in self.variables:
@@ -145,6 +169,15 @@ class Driver:
                 progress(n / times.size)
         self._call("the end", self._fmu.terminate)
         return found
+
+
+def _check_run(run: Run) -> None:
+    times = run.times
+    if times.ndim != 1 or times.size < 2 or not np.all(np.isfinite(times)) or not np.all(np.diff(times) > 0):
+        raise ParameterError("sample times must be a row of at least 2 finite, increasing numbers in s.")
+    for name, column in run.inputs.items():
+        if np.shape(column) != times.shape:
+            raise ParameterError(f"{name} has {np.size(column)} samples, the clock has {times.size}.")
 
 
 class _Loop:

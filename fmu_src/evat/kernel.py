@@ -33,25 +33,25 @@ CAUSALITIES: tuple[Causality, ...] = ("independent", "parameter", "calculated", 
 VARIABILITIES: tuple[Variability, ...] = ("fixed", "tunable", "discrete", "continuous")
 
 
-@functools.lru_cache(maxsize=1)
-def _library() -> tuple[Any, Any]:
-    """The compiled kernel, its structures and functions as kernel.h declares them."""
+@functools.lru_cache(maxsize=2)
+def library(lanes: int = 1) -> tuple[Any, Any]:
+    """The compiled kernel with that many contacts in a block (1 or MANY_LANES): cffi's view of kernel.h, and the library itself."""
     header = (source_root() / "kernel" / "kernel.h").read_text(encoding="utf-8")
     header = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
-    header = re.sub(r"^\s*#.*$", "", header, flags=re.MULTILINE).replace("[LANES]", "[1]")
+    header = re.sub(r"^\s*#.*$", "", header, flags=re.MULTILINE).replace("[LANES]", f"[{lanes}]")
     ffi = cffi.FFI()
     ffi.cdef(header)
-    library: Any = ffi.dlopen(str(kernel_library_path()))
-    if library.kernel_size() != ffi.sizeof("struct Contact"):
+    loaded: Any = ffi.dlopen(str(kernel_library_path(lanes)))
+    if loaded.kernel_size() != ffi.sizeof("struct Contact"):
         raise EvatError(
-            f"the compiled kernel does not fit its header: a contact has {library.kernel_size()} bytes there, "
+            f"the compiled kernel does not fit its header: a contact has {loaded.kernel_size()} bytes there, "
             f"{ffi.sizeof('struct Contact')} here. Install evat again, which compiles the kernel."
         )
-    return ffi, library
+    return ffi, loaded
 
 
 def _text(pointer: Any) -> str:
-    ffi, _ = _library()
+    ffi, _ = library()
     return ffi.string(pointer).decode() if pointer != ffi.NULL else ""
 
 
@@ -62,8 +62,8 @@ def _names(pointer: Any) -> tuple[str, ...]:
 @functools.lru_cache(maxsize=1)
 def variables() -> tuple[Variable, ...]:
     """Every quantity of the component, in the order of its value references."""
-    ffi, library = _library()
-    rows = [library.kernel_variable(index) for index in range(library.kernel_variable_count())]
+    ffi, loaded = library()
+    rows = [loaded.kernel_variable(index) for index in range(loaded.kernel_variable_count())]
     found = []
     for index, row in enumerate(rows):
         choices: list[str] = []
@@ -84,7 +84,7 @@ def variables() -> tuple[Variable, ...]:
                 causality=CAUSALITIES[row.causality],
                 variability=VARIABILITIES[row.variability],
                 choices=tuple(choices),
-                derivative_of=_text(rows[of].name) if (of := library.kernel_derivative_of(index)) else None,
+                derivative_of=_text(rows[of].name) if (of := loaded.kernel_derivative_of(index)) else None,
                 neutral=row.neutral,
                 index=index,
             )
@@ -112,10 +112,10 @@ def variable(name: str) -> Variable:
 @functools.lru_cache(maxsize=1)
 def laws() -> tuple[Law, ...]:
     """The friction laws, in the order of the choice friction_law."""
-    _, library = _library()
-    found, at = [], library.BASE_COUNT
+    _, loaded = library()
+    found, at = [], loaded.BASE_COUNT
     for place, name in enumerate(variable("friction_law").choices):
-        row = library.kernel_law(place)
+        row = loaded.kernel_law(place)
         found.append(Law(name, _text(row.meaning), _text(row.equation), _text(row.source), variables()[at : at + row.count]))
         at += row.count
     return tuple(found)
@@ -124,10 +124,10 @@ def laws() -> tuple[Law, ...]:
 @functools.lru_cache(maxsize=1)
 def effects() -> tuple[Effect, ...]:
     """The switchable effects; each one's name is also its Boolean variable."""
-    _, library = _library()
+    _, loaded = library()
     found = []
-    for place in range(library.kernel_effect_count()):
-        row, at = library.kernel_effect(place), library.kernel_effect_switch(place)
+    for place in range(loaded.kernel_effect_count()):
+        row, at = loaded.kernel_effect(place), loaded.kernel_effect_switch(place)
         own = variables()[at : at + row.count]
         found.append(
             Effect(
@@ -138,7 +138,7 @@ def effects() -> tuple[Effect, ...]:
                 variables=own[1 : row.count - 2 * row.states],
                 rivals=_names(row.rivals),
                 signature=_text(row.signature),
-                stage=_text(library.kernel_stage_name(row.stage)),
+                stage=_text(loaded.kernel_stage_name(row.stage)),
                 needs=_names(row.needs),
                 states=own[row.count - 2 * row.states : row.count - row.states],
             )
@@ -148,14 +148,14 @@ def effects() -> tuple[Effect, ...]:
 
 def states() -> tuple[str, ...]:
     """Names of the continuous states."""
-    _, library = _library()
-    return tuple(variables()[library.kernel_state(place)].name for place in range(library.kernel_state_count()))
+    _, loaded = library()
+    return tuple(variables()[loaded.kernel_state(place)].name for place in range(loaded.kernel_state_count()))
 
 
 def indicators() -> tuple[str, ...]:
     """Names of the event indicators."""
-    _, library = _library()
-    return tuple(variables()[library.kernel_indicator(place)].name for place in range(library.INDICATORS))
+    _, loaded = library()
+    return tuple(variables()[loaded.kernel_indicator(place)].name for place in range(loaded.INDICATORS))
 
 
 def inputs() -> tuple[str, ...]:
@@ -168,14 +168,14 @@ def outputs() -> tuple[str, ...]:
 
 def token() -> str:
     """Hash over all tables: the GUID / instantiation token of the FMUs."""
-    ffi, library = _library()
+    ffi, loaded = library()
     text = ffi.new("char[39]")
-    library.kernel_token(text)
+    loaded.kernel_token(text)
     return _text(text)
 
 
 def status_text(status: int) -> str:
-    return _text(_library()[1].kernel_status_text(status))
+    return _text(library()[1].kernel_status_text(status))
 
 
 def check_values(values: Mapping[str, float | int | bool | str], on: Sequence[str] = ()) -> dict[str, float]:
@@ -206,7 +206,7 @@ class Contact:
     """
 
     def __init__(self, values: Mapping[str, float | int | bool | str] | None = None, on: Sequence[str] = ()) -> None:
-        ffi, self._library = _library()
+        ffi, self._library = library()
         self._ffi = ffi
         self._contact = ffi.new("struct Contact *")
         self._taken = ffi.new("double *")
@@ -325,7 +325,7 @@ class Contact:
                 raise ParameterError(f"{name} is not an input; inputs are {', '.join(inputs())}.")
             if np.shape(column) != times.shape:
                 raise ParameterError(f"{name} has {np.size(column)} samples, the clock has {times.size}.")
-            _check_column(variable(name), np.asarray(column, dtype=np.float64))
+            check_column(variable(name), np.asarray(column, dtype=np.float64))
         table = np.ascontiguousarray(np.column_stack(list(columns.values())) if columns else np.empty((times.size, 0)), dtype=np.float64)
         found = np.empty((times.size, len(names)))
         places, wanted = (ffi.new("int[]", [variable(name).index for name in some]) for some in (columns, names))
@@ -338,7 +338,7 @@ class Contact:
         return found
 
 
-def _check_column(found: Variable, column: FloatArray) -> None:
+def check_column(found: Variable, column: FloatArray) -> None:
     bad = ~np.isfinite(column) | (column < found.min) | (column > found.max)
     if np.any(bad):
         row = int(np.argmax(bad))

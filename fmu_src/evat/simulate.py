@@ -28,10 +28,16 @@ SHOWN = (
 )
 
 
+MOST_SAMPLES = 1e8  # 0.8 GB for each column
+
+
 def vibration_clock(cycles: float, frequency: float, samples_per_cycle: int = 200) -> FloatArray:
     """Sample times [s] over `cycles` vibration cycles of `frequency` [Hz], the last one included."""
-    if not cycles > 0 or samples_per_cycle < 2:
-        raise ParameterError(f"cycles = {cycles:g}, samples_per_cycle = {samples_per_cycle}: more than 0 and at least 2 are needed.")
+    if not (cycles > 0 and samples_per_cycle >= 2 and cycles * samples_per_cycle <= MOST_SAMPLES):
+        raise ParameterError(
+            f"cycles = {cycles:g}, samples_per_cycle = {samples_per_cycle}: more than 0, at least 2, and at most {MOST_SAMPLES:g} samples "
+            "in all are needed."
+        )
     count = max(2, round(cycles * samples_per_cycle) + 1)
     return np.arange(count, dtype=np.float64) / (samples_per_cycle * frequency)
 
@@ -70,5 +76,12 @@ def simulate(
             raise ParameterError("inputs were given without sample times.")
         frequency = kernel.check_values(values).get("vibration_frequency", kernel.variable("vibration_frequency").start)
         times = vibration_clock(cycles, frequency, samples_per_cycle)
-    run = Run(np.asarray(times, dtype=np.float64), dict(inputs or {}), tuple(outputs))
+    clock = np.asarray(times, dtype=np.float64)
+    columns = {name: np.asarray(column, dtype=np.float64) for name, column in (inputs or {}).items()}
+    if clock.ndim != 1 or clock.size == 0:
+        raise ParameterError(f"times have the shape {clock.shape}: one row of at least one sample time in s is needed.")
+    for name, column in columns.items():
+        if column.shape != clock.shape:
+            raise ParameterError(f"{name} has the shape {column.shape}: one value for each of the {clock.size} sample times is needed.")
+    run = Run(clock, columns, tuple(outputs))
     return kernel.ContactModel().simulate(run, tuple(effects), values)

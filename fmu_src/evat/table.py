@@ -18,7 +18,8 @@ import pyarrow.parquet
 from evat.model import EvatError, FloatArray, Trace
 from evat.units import affine
 
-HEADER = re.compile(r"\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*")
+# A name, and its unit in brackets at the end: "F [N]", "F (N)", "c [N/(m/min)]".
+HEADER = re.compile(r".*?(?:\[(?P<square>[^][]*)\]|\((?P<round>(?:[^()]|\([^()]*\))*)\))\s*", re.DOTALL)
 
 
 class RecordError(EvatError):
@@ -31,6 +32,7 @@ class Table:
 
     path: Path
     columns: Mapping[str, FloatArray]
+    without_numbers: tuple[str, ...] = ()  # headers of columns that hold something else
 
     def column(self, header: str, unit: str) -> FloatArray:
         """The column in `unit`; its header's unit is converted, a header without one is taken to be in `unit`.
@@ -39,6 +41,10 @@ class Table:
         ------
         RecordError, where there is no such column, its unit does not fit, or a value is missing or not finite.
         """
+        if header in self.without_numbers:
+            raise RecordError(
+                f"{self.path.name}, column {header!r}: not all of it is numbers. Numbers have a decimal point; missing ones are left empty."
+            )
         if header not in self.columns:
             raise RecordError(f"{self.path.name}: there is no column {header!r}; it has {', '.join(map(repr, self.columns))}.")
         values = self.columns[header]
@@ -48,13 +54,15 @@ class Table:
                 f"{self.path.name}, column {header!r}, data row {row + 1}: no finite number. Nothing is filled in; mend or cut it."
             )
         match = HEADER.fullmatch(header)
+        if match is None and header.rstrip().endswith(("]", ")")):
+            raise RecordError(f"{self.path.name}, column {header!r}: the brackets at its end hold no unit; write it like 'v [mm/s]'.")
         if match is None:
             return values
         try:
-            factor, offset = affine(match["unit"], unit)
+            factor, offset = affine((match["round"] if match["square"] is None else match["square"]).strip(), unit)
         except EvatError as error:
             raise RecordError(f"{self.path.name}, column {header!r}: {error}") from error
-        return values * factor + offset
+        return values if (factor, offset) == (1, 0) else values * factor + offset  # adding 0 would lose the sign of -0
 
     def clock(self, header: str) -> FloatArray:
         """The column as an increasing clock in s; RecordError where it stands still or runs backwards."""
@@ -80,30 +88,38 @@ def read_table(path: Path) -> Table:
         raise RecordError(f"{path}: {error.strerror or error}.") from error
     except pa.ArrowException as error:
         raise RecordError(f"{path.name}: this is no table of numbers ({error}).") from error
+    try:
+        names = table.column_names
+    except UnicodeDecodeError as error:
+        raise RecordError(f"{path.name}: the headers are not written in UTF-8; save the file anew in that encoding.") from error
     columns = {}
-    for name in table.column_names:
-        kind = table.schema.field(name).type
-        if pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_null(kind):
-            columns[name] = table[name].to_numpy().astype(np.float64)
+    for field, column in zip(table.schema, table.columns, strict=True):
+        if field.name in columns:
+            raise RecordError(f"{path.name}: two columns have the header {field.name!r}; give each its own.")
+        if pa.types.is_floating(field.type) or pa.types.is_integer(field.type) or pa.types.is_null(field.type):
+            columns[field.name] = column.to_numpy().astype(np.float64)
     if not columns:
         raise RecordError(f"{path.name}: no column of numbers was found; the first line is taken as the header.")
-    return Table(path, columns)
+    return Table(path, columns, tuple(name for name in names if name not in columns))
 
 
 def write_trace(trace: Trace, path: Path) -> Path:
-    """Write a trace as Parquet or, by any other suffix, CSV; headers carry the units, Parquet also how it was made. Atomic."""
+    """Write a trace as Parquet or, by any other suffix, CSV; headers carry the units, Parquet also how it was made.
+
+    The file appears whole or not at all; RecordError where it cannot be written.
+    """
     names = {"time [s]": trace.times} | {f"{name} [{trace.units[name]}]": column for name, column in trace.columns.items()}
     made_by = json.dumps(trace.made_by, sort_keys=True, default=str)
     table = pa.table(names).replace_schema_metadata({"made_by": made_by})
-    path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, scratch = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    os.close(descriptor)
     try:
-        if path.suffix.lower() in (".parquet", ".pq"):
-            pa.parquet.write_table(table, scratch)
-        else:
-            pa.csv.write_csv(table, scratch)
-        os.replace(scratch, path)
-    finally:
-        Path(scratch).unlink(missing_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=path.parent, prefix=".evat-") as folder:
+            scratch = Path(folder) / "table"
+            if path.suffix.lower() in (".parquet", ".pq"):
+                pa.parquet.write_table(table, scratch)
+            else:
+                pa.csv.write_csv(table, scratch)
+            os.replace(scratch, path)
+    except OSError as error:
+        raise RecordError(f"{path}: it cannot be written: {error.strerror or error}. Name another file.") from error
     return path

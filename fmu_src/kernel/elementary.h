@@ -39,7 +39,7 @@ static inline double exponential(double x)
     return x < -700 ? 0 : sum * power;
 }
 
-/* cos and sin of 2 pi turns, 0 <= turns <= 2: by quarter turns, Taylor's series to 16th and 17th order on |angle| <= pi/4. */
+/* cos and sin of 2 pi turns: by quarter turns, Taylor's series to 16th and 17th order on |angle| <= pi/4. */
 static inline void cos_sin(double turns, double *cosine, double *sine)
 {
     const double shifted = 4 * turns + ROUNDER, n = shifted - ROUNDER, x = (turns - 0.25 * n) * 6.28318530717958647693, x2 = x * x;
@@ -52,6 +52,13 @@ static inline void cos_sin(double turns, double *cosine, double *sine)
     const double first = quarter & 1 ? s : c, second = quarter & 1 ? c : s;
     *cosine = (quarter + 1) & 2 ? -first : first;
     *sine = quarter & 2 ? -second : second;
+}
+
+/* The same of an angle in radians. Not libm's, whose sin, cos and sincos need not agree in the last bit: which of them a compiler takes
+ * depends on what stands beside it. */
+static inline void cos_sin_of(double angle, double *cosine, double *sine)
+{
+    cos_sin(angle * 0.159154943091895335769, cosine, sine);
 }
 
 #endif

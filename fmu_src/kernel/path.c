@@ -33,7 +33,9 @@ static double angle_at(double X, const struct Turn *t)
     double low = -last, high = last, chi = last - d * (1 - d * q / 6 + d * d * (3 + 5 * q * q) / 72);
     for (int n = 0; n < 60; ++n) {
         chi = chi > low && chi < high ? chi : 0.5 * (low + high);
-        const double sine = sin(chi), miss = r * chi + sine - X, slope = r + cos(chi);
+        double cosine, sine;
+        cos_sin_of(chi, &cosine, &sine);
+        const double miss = r * chi + sine - X, slope = r + cosine;
         const double move = miss / (slope + 0.5 * miss * sine / slope);
         if (miss > 0)
             high = chi;
@@ -92,7 +94,9 @@ static void ellipse_at(const struct Contact *contact, const struct Wiring *w, co
         double c, s;
         cos_sin(share, &c, &s);
         const int shifted = x->phase_y[i] != p[PHASE_Y][i];
-        const double c_y = shifted ? cos(x->phase_y[i]) : w->cos_y[i], s_y = shifted ? sin(x->phase_y[i]) : w->sin_y[i];
+        double c_y = w->cos_y[i], s_y = w->sin_y[i];
+        if (shifted)
+            cos_sin_of(x->phase_y[i], &c_y, &s_y);
         const double sin_x = s * w->cos_x[i] + c * w->sin_x[i];
         const double cos_y = c * c_y - s * s_y, sin_y = s * c_y + c * s_y;
         const double r = a > 0 ? v_c / (a * omega) : INFINITY;

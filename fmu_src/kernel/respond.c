@@ -47,9 +47,10 @@ static void swung(double turn, double zeta, const double c[3], const double y[2]
         cosine = exp(-zeta * turn);
         sine = turn * cosine;
     } else if (square > 0) {
-        const double n = sqrt(square), decay = exp(-zeta * turn);
-        cosine = decay * cos(n * turn);
-        sine = decay * sin(n * turn) / n;
+        const double n = sqrt(square), decay = exponential(-zeta * turn);
+        cos_sin_of(n * turn, &cosine, &sine);
+        cosine *= decay;
+        sine *= decay / n;
     } else { /* two exponentials, so that neither overflows */
         const double n = sqrt(-square), slow = exp((n - zeta) * turn), fast = exp(-(n + zeta) * turn);
         cosine = 0.5 * (slow + fast);

@@ -53,16 +53,13 @@ struct Wiring wire(const struct Contact *contact)
     w.iterates = w.feedback || w.bends || w.current_angle;
     EACH_LANE {
         const double rake = contact->value[RAKE_ANGLE][i];
-        w.cos_rake[i] = rake == 0 ? 1 : cos(rake);
-        w.sin_rake[i] = rake == 0 ? 0 : sin(rake);
+        cos_sin_of(rake, &w.cos_rake[i], &w.sin_rake[i]);
         if (w.kinematics == KINEMATICS_EXTERNAL && w.on_count == 0)
             continue;
         const double phase_x = contact->value[PHASE_X][i], phase_y = contact->value[PHASE_Y][i];
         w.tan_flow[i] = tan(contact->value[CONSTANT_SHEAR_ANGLE][i] - rake);
-        w.cos_x[i] = cos(phase_x);
-        w.sin_x[i] = sin(phase_x);
-        w.cos_y[i] = cos(phase_y);
-        w.sin_y[i] = sin(phase_y);
+        cos_sin_of(phase_x, &w.cos_x[i], &w.sin_x[i]);
+        cos_sin_of(phase_y, &w.cos_y[i], &w.sin_y[i]);
     }
     EACH_LANE w.longest[i] = w.kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w.p[VIBRATION_FREQUENCY][i]);
     resolving_step(&w, w.longest);

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -173,7 +172,3 @@ def test_rivals_together_are_refused() -> None:
     for pair in rivals:
         with pytest.raises(SimulationError, match="rivals"):
             Contact({}, pair).start()
-
-
-def test_a_file_that_is_no_effect_is_not_there() -> None:
-    assert all(path.suffix in (".c", ".h") for path in Path(source_root() / "kernel" / "effects").iterdir())

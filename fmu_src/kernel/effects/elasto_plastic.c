@@ -21,9 +21,10 @@ static double plastic(double s, double break_away, double most, double *slope)
         return s > from;
     if (s >= most)
         return 1;
-    const double angle = 3.14159265358979323846 * ((s - from) / width - 0.5);
-    *slope = 0.5 * cos(angle) * 3.14159265358979323846 / width;
-    return 0.5 * (1 + sin(angle));
+    double cosine, sine;
+    cos_sin(0.5 * (s - from) / width - 0.25, &cosine, &sine);
+    *slope = 0.5 * cosine * 3.14159265358979323846 / width;
+    return 0.5 * (1 + sine);
 }
 
 /* dz/dt = v - alpha(z) a z, linearised at this z: rate a (alpha + alpha' s), at least a hundredth of a so that the target is finite. */

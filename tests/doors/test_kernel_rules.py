@@ -1,0 +1,136 @@
+"""Does the kernel keep the rules of its folder? No call but math.h, nothing writable, nothing unregistered, tables that fit."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from evat import kernel
+from evat.compile import TARGETS, compile_library, kernel_sources, source_root
+from evat.model import Effect, Law
+
+LAWS = kernel.variable("friction_law").choices
+VARIABLES = kernel.variables()
+KERNEL = source_root() / "kernel"
+ffi, library = kernel.library()
+
+# C99, 7.12, the functions of double; and what a compiler may put in for a loop over memory (clang and gcc say so in their manuals).
+MATH = """acos asin atan atan2 cos sin tan acosh asinh atanh cosh sinh tanh exp exp2 expm1 frexp ilogb ldexp log log10 log1p log2 logb modf
+    scalbn scalbln cbrt fabs hypot pow sqrt erf erfc lgamma tgamma ceil floor nearbyint rint lrint llrint round lround llround trunc fmod
+    remainder remquo copysign nan nextafter nexttoward fdim fmax fmin fma"""
+ALLOWED = {*MATH.split(), "memcpy", "memmove", "memset"}
+
+
+# ---- what the compiler makes of it ----
+
+
+@dataclass(frozen=True)
+class Object:
+    """An object file: names that it defines and needs, and its writable sections that hold anything."""
+
+    defined: frozenset[str]
+    needed: frozenset[str]
+    writable: frozenset[str]
+
+
+def read_elf(path: Path) -> Object:
+    """ELF, 64 bits, little-endian: the section headers, then the symbol table."""
+    data = path.read_bytes()
+    assert data[:6] == b"\x7fELF\x02\x01"
+    (start,), (size, count, names) = struct.unpack_from("<Q", data, 40), struct.unpack_from("<HHH", data, 58)
+    sections = [struct.unpack_from("<IIQQQQIIQQ", data, start + n * size) for n in range(count)]
+
+    def text(table: int, at: int) -> str:
+        begin = sections[table][4] + at
+        return data[begin : data.index(b"\0", begin)].decode()
+
+    symbols = next(section for section in sections if section[1] == 2)
+    rows = list(struct.iter_unpack("<IBBHQQ", data[symbols[4] : symbols[4] + symbols[5]]))[1:]
+    shared = [(text(symbols[6], name), section) for name, info, _, section, *_ in rows if info >> 4 in (1, 2)]  # global, weak
+    return Object(
+        frozenset(name for name, section in shared if section),
+        frozenset(name for name, section in shared if not section) - {"_GLOBAL_OFFSET_TABLE_"},
+        frozenset(text(names, s[0]) for s in sections if s[2] & 3 == 3 and s[5] > 0),  # write and alloc
+    )
+
+
+def objects(sources: Sequence[Path], folder: Path) -> dict[str, Object]:
+    """Compiled for Linux, whatever runs the test: the rules are of the C, and zig compiles for every target everywhere."""
+    compile_library(sources, folder, TARGETS["x86_64-linux"], include=[KERNEL], link=False)
+    return {path.name: read_elf(path) for path in sorted(folder.glob("*.o"))}
+
+
+@pytest.fixture(scope="module")
+def kernel_objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Object]:
+    return objects(kernel_sources(source_root()), tmp_path_factory.mktemp("objects") / "kernel")
+
+
+def test_the_kernel_calls_the_mathematical_library_and_nothing_else(kernel_objects: dict[str, Object]) -> None:
+    assert len(kernel_objects) == len(kernel_sources(source_root()))
+    own = frozenset[str]().union(*(one.defined for one in kernel_objects.values()))
+    needed = frozenset[str]().union(*(one.needed for one in kernel_objects.values()))
+    assert {"kernel_advance", "friction_lugre", "effect_thermal_softening"} <= own
+    assert "pow" in needed  # the reader sees what is called
+    assert needed - own - ALLOWED == set()
+
+
+def test_nothing_writable_outlives_a_call_but_what_the_caller_owns(kernel_objects: dict[str, Object]) -> None:
+    """But tables of pointers, which the loader writes once."""
+    for name, one in kernel_objects.items():
+        assert not {section for section in one.writable if not section.startswith(".data.rel.ro")}, name
+
+
+def test_a_writable_static_and_a_foreign_call_are_seen(tmp_path: Path) -> None:
+    """The reader itself, on C that breaks both rules."""
+    source = tmp_path / "bad.c"
+    source.write_text("#include <stdlib.h>\nstatic int calls;\nvoid *f(void);\nvoid *f(void) { ++calls; return malloc((size_t)calls); }\n")
+    (bad,) = objects([source], tmp_path / "bad").values()
+    assert bad == Object(frozenset({"f"}), frozenset({"malloc"}), frozenset({".bss"}))
+
+
+# ---- tables ----
+
+
+def test_every_file_of_a_law_or_effect_is_registered_and_no_other() -> None:
+    assert sorted(LAWS) == sorted(path.stem for path in (KERNEL / "friction").glob("*.c"))
+    assert sorted(effect.name for effect in kernel.effects()) == sorted(path.stem for path in (KERNEL / "effects").glob("*.c"))
+    owners: tuple[Law | Effect, ...] = (*kernel.laws(), *kernel.effects())
+    for owner in owners:
+        assert min(map(len, (owner.meaning, owner.equation, owner.source))) > 0, owner.name
+        assert all(v.name.startswith(f"{owner.name}.") for v in owner.variables)
+
+
+def test_the_tables_fit_a_contact_and_are_sound() -> None:
+    assert len(VARIABLES) <= library.CAPACITY
+    assert len({v.name for v in VARIABLES}) == len(VARIABLES)
+    assert sorted(v.derivative_of for v in VARIABLES if v.derivative_of) == sorted(kernel.states())
+    for v in VARIABLES:
+        assert v.min <= v.start <= v.max, v.name
+        assert v.nominal > 0, v.name
+        assert v.meaning, v.name
+        assert v.source, v.name
+        assert v.causality not in ("parameter", "input") or np.isfinite([v.start, v.min, v.max]).all(), v.name
+        assert v.type != "choice" or (v.min, v.max) == (0, len(set(v.choices)) - 1), v.name
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_what_a_law_remembers_stays_within_its_memory(law: str) -> None:
+    """Its own functions, at rest, bent and bent the other way, on a memory with marked room behind it."""
+    row, known = library.kernel_law(LAWS.index(law)), kernel.laws()[LAWS.index(law)]
+    own = ffi.new("double[][1]", [[v.start] for v in known.variables] or [[0.0]])
+    memory = ffi.new("double[][1]", [[0.0]] * library.MEMORY + [[-1234.5]] * 100)
+    z, point = ffi.new("double[1]"), ffi.new("struct Point *")
+    for field, kind in ffi.typeof("struct Point").fields:
+        if kind.type.kind == "array":
+            getattr(point, field)[0] = 1.0
+    for z[0] in (0.0, 10.0, -10.0):
+        if row.rest:
+            row.rest(own, point, memory)
+        if row.event:
+            row.indicator(own, memory, point)
+            row.event(own, point, z, memory)
+        assert {memory[library.MEMORY + n][0] for n in range(100)} == {-1234.5}

@@ -1,0 +1,148 @@
+"""Do contacts that run side by side in one block (-DLANES=4) answer as each would alone?"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import cffi
+import numpy as np
+import pytest
+from evat import kernel
+from evat.compile import compile_library, host_target, kernel_sources, source_root
+from evat.kernel import Contact
+
+Values = Mapping[str, float | str]
+
+LAWS = kernel.variable("friction_law").choices
+VARIABLES = kernel.variables()
+
+
+@dataclass(frozen=True)
+class Library:
+    """The compiled kernel as it is, without evat.kernel around it."""
+
+    ffi: Any
+    c: Any
+
+
+@pytest.fixture(scope="module")
+def four(tmp_path_factory: pytest.TempPathFactory) -> Library:
+    root, target = source_root(), host_target()
+    path = tmp_path_factory.mktemp("four") / f"kernel{target.extension}"
+    compile_library(kernel_sources(root), path, target, include=[root / "kernel"], exports=["kernel.h"], defines={"LANES": 4})
+    header = re.sub(r"/\*.*?\*/", "", (root / "kernel" / "kernel.h").read_text(encoding="utf-8"), flags=re.DOTALL)
+    ffi = cffi.FFI()
+    ffi.cdef(re.sub(r"^\s*#.*$", "", header, flags=re.MULTILINE).replace("[LANES]", "[4]"))
+    return Library(ffi, ffi.dlopen(str(path)))
+
+
+class Block:
+    """Four contacts in one block, and each of the four alone."""
+
+    def __init__(self, library: Library, sets: Sequence[Values]) -> None:
+        self.ffi, self.c = library.ffi, library.c
+        assert self.c.kernel_lanes() == len(sets) == 4
+        self.block: Any = self.ffi.new("struct Contact *")
+        self.alone = [Contact(values) for values in sets]
+        self.c.kernel_reset(self.block)
+        for lane, values in enumerate(sets):
+            self.put(lane, values)
+        assert self.c.kernel_start(self.block, 0.0) == 0
+        for contact in self.alone:
+            contact.start()
+
+    def put(self, lane: int, values: Values) -> None:
+        for name, number in kernel.check_values(values).items():
+            assert self.c.kernel_set(self.block, kernel.variable(name).index, lane, number) == 0
+
+    def advance(self, step: float) -> None:
+        assert self.c.kernel_advance(self.block, step, 0, self.ffi.new("double *")) == 0
+        assert self.c.kernel_evaluate(self.block) == 0
+        for contact in self.alone:
+            contact.advance(step)
+
+    def values(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Variables and indicators, in the block and alone; shape (n, 4)."""
+        indicator = self.ffi.new("double[][4]", len(kernel.indicators()))
+        self.c.kernel_indicators(self.block, indicator)
+        both = (np.frombuffer(self.ffi.buffer(kind)).reshape(-1, 4) for kind in (self.block.value, indicator))
+        yield next(both)[: len(VARIABLES)], np.column_stack([contact.values() for contact in self.alone])
+        yield next(both), np.column_stack([contact.indicators() for contact in self.alone])
+
+    def differing(self) -> list[int]:
+        """Places of the numbers that are not the same to the last bit."""
+        return [int(n) for ours, theirs in self.values() for n in np.flatnonzero((ours != theirs).any(axis=1))]
+
+
+CASES: dict[str, dict[str, float | str]] = {  # what lanes of a block have in common: laws, effects, sources of motion and heat
+    "internal": {"thermal_softening": 1, "relative_tolerance": 1e-6},
+    "external": {"kinematics": "external", "thermal_damping": 1, "proxy_source": "contact_temperature", "relative_tolerance": 1e-6},
+    "combined": {"kinematics": "combined", "relative_tolerance": 1e-4, "release_time": 1e-5},
+    "own angle": {"chip_flow_angle": "current_shear_angle", "relative_tolerance": 1e-3},
+}
+every_law = pytest.mark.parametrize("law", LAWS)
+every_case = pytest.mark.parametrize("case", CASES)
+
+
+def drawn(luck: np.random.Generator, law: str, case: str) -> list[dict[str, float | str]]:
+    """Four contacts that differ in all that lanes may differ in: the fixed choices are those of the block."""
+    common = {
+        "shear_angle_principle": str(luck.choice(["maximum_shear_stress", "minimum_energy"])),
+        "damping_mode": str(luck.choice(["dissipative", "as_published"])),
+    }
+    ranges = {"F_C": (3, 12), "F_S": (3, 12), "sigma0": (3e5, 1e7), "cutting_speed": (0.1, 0.5), "contact_temperature": (300, 800)}
+    return [
+        {
+            **CASES[case],
+            **{name: float(luck.uniform(*bounds)) for name, bounds in ranges.items()},
+            "friction_law": law,
+            **common,
+            "rake_angle": float(luck.uniform(-0.2, 0.2)),
+            "slip_velocity": float(luck.normal(0, 0.3)) if case == "external" else 0.0,
+        }
+        for lane in range(4)
+    ]
+
+
+@every_law
+@every_case
+def test_four_lanes_answer_like_four_contacts(four: Library, case: str, law: str) -> None:
+    """Motion, laws, effects, forces, indicators and events at random times and states: to the last bit."""
+    luck = np.random.default_rng([LAWS.index(law), len(case)])
+    lanes = Block(four, drawn(luck, law, case))
+    assert lanes.differing() == []
+    for n in range(20):
+        for lane, contact in enumerate(lanes.alone):
+            lanes.block.value[0][lane] = contact.time = n * 1.3e-5
+            for name in kernel.states():
+                value = float(luck.normal(0, kernel.variable(name).nominal))
+                lanes.put(lane, {name: value})
+                contact.set(name, value)
+        for action in ("evaluate", "event"):
+            assert getattr(lanes.c, f"kernel_{action}")(lanes.block) == 0
+            for contact in lanes.alone:
+                getattr(contact, action)()
+            assert lanes.differing() == []
+
+
+@every_law
+@every_case
+def test_four_equal_lanes_step_like_one(four: Library, case: str, law: str) -> None:
+    """Through entries, exits, reversals, windows and the law's events: to the last bit."""
+    lanes = Block(four, [drawn(np.random.default_rng(1), law, case)[1]] * 4)
+    for step in (1e-7, 1.3e-5, 4e-5, 1.1e-4):
+        lanes.advance(step)
+        assert lanes.differing() == []
+
+
+@every_law
+@every_case
+def test_four_lanes_step_like_four_contacts(four: Library, case: str, law: str) -> None:
+    """Whatever the neighbours do: other steps, other events, more passes of an iteration. To the last bit."""
+    lanes = Block(four, drawn(np.random.default_rng([LAWS.index(law), len(case)]), law, case))
+    for step in (1e-7, 1.3e-5, 4e-5, 1.1e-4):
+        lanes.advance(step)
+        assert lanes.differing() == []
