@@ -27,6 +27,7 @@ from evat.model import (
     Variability,
     Variable,
 )
+from evat.needs import check_needs
 
 TYPES: tuple[Type, ...] = ("real", "integer", "boolean", "choice")
 CAUSALITIES: tuple[Causality, ...] = ("independent", "parameter", "calculated", "input", "output", "local")
@@ -362,6 +363,7 @@ class ContactModel:
         """Drive the contact through `run`; see evat.model.Model."""
         first = {name: float(column[0]) for name, column in run.inputs.items() if np.size(column) and math.isfinite(column[0])}
         contact = Contact({**values, **first}, on)
+        check_needs(self, on, values, run.inputs)
         contact.start(float(run.times[0]))
         names = list(run.outputs) or list(outputs())
         table = contact.run(run.times, run.inputs, names)

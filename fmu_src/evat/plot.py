@@ -40,12 +40,18 @@ def _save(figure: Figure, path: Path) -> Path:
     return path
 
 
+def label(name: str, unit: str) -> str:
+    """The label of an axis; a pure number has the unit [-]. Long ones take two lines."""
+    words, unit = name.replace("_", " ").replace(".", ": "), f"[{'-' if unit == '1' else unit}]"
+    return f"{words} {unit}" if len(words) + len(unit) < 23 else f"{words}\n{unit}"
+
+
 def shown(name: str, column: FloatArray) -> tuple[FloatArray, str]:
     """A column in its display unit, and the label of its axis."""
     variable = kernel.variable(name)
     unit = variable.display_unit or variable.unit
     factor, offset = affine(variable.unit, unit)
-    return column * factor + offset, variable.name.replace("_", " ") + ("" if unit == "1" else f" [{unit}]")
+    return column * factor + offset, label(name, unit)
 
 
 def clock_unit(span: float) -> tuple[float, str]:
@@ -59,10 +65,10 @@ def plot_trace(trace: Trace, path: Path, names: Sequence[str], title: str = "") 
     with mpl.rc_context(STYLE):
         figure, axes = _new(len(names), 1, (8, 1.2 + 1.7 * len(names)))
         for axis, name, colour in zip(axes[:, 0], names, COLOURS * 10, strict=False):
-            values, label = shown(name, trace[name])
+            values, text = shown(name, trace[name])
             axis.plot(trace.times * factor, values, color=colour, lw=1.2)
-            axis.set_ylabel(label)
-        axes[-1, 0].set_xlabel(f"time [{unit}]")
+            axis.set_ylabel(text)
+        axes[-1, 0].set_xlabel(label("time", unit))
         axes[0, 0].set_title(title)
         return _save(figure, path)
 
@@ -74,11 +80,11 @@ def plot_cycles(panels: Mapping[str, Mapping[str, Trace]], force: str, path: Pat
     with mpl.rc_context(STYLE):
         figure, axes = _new(rows, columns, (10, 3.2 * rows))
         for axis, (panel, traces) in zip(axes.ravel(), panels.items(), strict=False):
-            for place, (label, trace) in enumerate(traces.items()):
+            for place, (line, trace) in enumerate(traces.items()):
                 values, name = shown(force, trace[force])
                 factor, unit = clock_unit(float(trace.times[-1] - trace.times[0]))
                 style = "-" if place % 2 == 0 else "--"
-                axis.plot((trace.times - trace.times[0]) * factor, values, style, color=COLOURS[place // 2], lw=1.3, label=label)
+                axis.plot((trace.times - trace.times[0]) * factor, values, style, color=COLOURS[place // 2], lw=1.3, label=line)
                 axis.set_xlabel(f"time in the vibration cycle [{unit}]")
                 axis.set_ylabel(name)
             axis.set_title(panel)
@@ -94,16 +100,21 @@ def plot_record(times: FloatArray, velocity: FloatArray, measured: FloatArray, s
     with mpl.rc_context(STYLE):
         figure, axes = _new(2, 2, (12, 7), sharex=False)
         (slip, force), (loop, residual) = axes
-        values, label = shown("slip_velocity", velocity)
+        values, name = shown("slip_velocity", velocity)
         slip.plot(times[window], values[window], color=COLOURS[5], lw=1)
-        slip.set(xlabel="time [s]", ylabel=label, title="measured motion (in)")
-        for axis, abscissa, name in ((force, times, "time [s]"), (loop, distance * 1e6, "displacement [um]")):
-            axis.plot(abscissa[window], measured[window], color=COLOURS[0], lw=1.2, label="measured")
-            axis.plot(abscissa[window], simulated[window], color=COLOURS[1], lw=1.2, label="simulated by the FMU")
-            axis.set(xlabel=name, ylabel="friction force [N]")
+        slip.set(xlabel=label("time", "s"), ylabel=name, title="measured motion (in)")
+        travel, travelled = shown("tool_displacement_x", distance)  # for the unit in which the table shows a displacement
+        along = label("displacement", travelled.rpartition("[")[2].rstrip("]"))
+        both = {"measured": shown("friction_force", measured), "simulated by the FMU": shown("friction_force", simulated)}
+        for axis, abscissa, clock in ((force, times, label("time", "s")), (loop, travel, along)):
+            for (key, (values, name)), colour in zip(both.items(), COLOURS, strict=False):
+                axis.plot(abscissa[window], values[window], color=colour, lw=1.2, label=key)
+                axis.set(xlabel=clock, ylabel=name)
         force.set_title("friction force (out)")
-        force.legend()
-        residual.plot(times, simulated - measured, color=COLOURS[2], lw=0.6)
-        residual.set(xlabel="time [s]", ylabel="residual [N]", title="simulated less measured, the whole record")
+        loop.set_title("friction force over the displacement")
+        figure.legend(*force.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+        values, name = shown("friction_force", simulated - measured)
+        residual.plot(times, values, color=COLOURS[2], lw=0.6)
+        residual.set(xlabel=label("time", "s"), ylabel=f"residual, {name}", title="simulated less measured, the whole record")
         figure.suptitle(title)
         return _save(figure, path)

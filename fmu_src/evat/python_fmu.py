@@ -44,10 +44,10 @@ or it will refuse to load the FMU, or crash. The native FMU EvatContact has no s
 
 
 def tables() -> bytes:
-    """The kernel's variable tables as the slave reads them; a bound that is not finite is null."""
+    """The kernel's variable tables as the slave reads them; a number that is not finite is null."""
     rows = [dataclasses.asdict(variable) for variable in kernel.variables()]
     for row in rows:
-        row.update({limit: row[limit] if math.isfinite(row[limit]) else None for limit in ("min", "max")})
+        row.update({limit: row[limit] if math.isfinite(row[limit]) else None for limit in ("min", "max", "neutral")})
     content = {"first_item": FIRST_ITEM, "states": kernel.states(), "variables": rows}
     return json.dumps(content, indent=1, sort_keys=True, allow_nan=False).encode() + b"\n"
 

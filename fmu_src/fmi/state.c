@@ -10,7 +10,7 @@
 enum { STATE_VERSION = 1, BYTE_ORDER_MARK = 0x01020304 };
 static const char magic[8] = {'E', 'V', 'A', 'T', 'F', 'M', 'U', 'S'};
 
-struct Record {
+struct Sealed {
     char magic[8], token[40];
     uint32_t version, byte_order;
     uint64_t size, checksum;
@@ -20,14 +20,14 @@ struct Record {
 
 /* In memory: the record, and who frees it (another instance may be asked to). */
 struct State {
-    struct Record record;
+    struct Sealed record;
     void (*release)(void *memory);
 };
 
 /* FNV-1a, 64 bits, over the record as if its checksum were 0. */
-static uint64_t checksum(const struct Record *record)
+static uint64_t checksum(const struct Sealed *record)
 {
-    struct Record copy;
+    struct Sealed copy;
     const unsigned char *bytes = (const unsigned char *)&copy;
     uint64_t hash = 14695981039346656037u;
     memcpy(&copy, record, sizeof copy);
@@ -37,7 +37,7 @@ static uint64_t checksum(const struct Record *record)
     return hash;
 }
 
-static int is_ours(struct Component *c, const struct Record *record)
+static int is_ours(struct Component *c, const struct Sealed *record)
 {
     const char *what = memcmp(record->magic, magic, sizeof magic) != 0 ? "it is not a state of this FMU"
                        : record->byte_order != BYTE_ORDER_MARK         ? "it was written on a machine of another byte order"
@@ -96,7 +96,7 @@ enum Answer state_get(struct Component *c, void **state)
     struct State *own = state_memory(c, state);
     if (own == NULL)
         return ANSWER_ERROR;
-    struct Record *record = &own->record;
+    struct Sealed *record = &own->record;
     memset(record, 0, sizeof *record);
     memcpy(record->magic, magic, sizeof magic);
     memcpy(record->token, c->token, sizeof record->token);
@@ -156,7 +156,7 @@ enum Answer state_serialize(struct Component *c, const void *state, void *bytes,
         return ANSWER_ERROR;
     if (size != sizeof own->record)
         return report(c, ANSWER_ERROR, "the byte vector has %zu bytes; %zu are needed.", size, sizeof own->record);
-    struct Record record;
+    struct Sealed record;
     memcpy(&record, &own->record, sizeof record);
     record.checksum = checksum(&record);
     memcpy(bytes, &record, sizeof record);
@@ -165,7 +165,7 @@ enum Answer state_serialize(struct Component *c, const void *state, void *bytes,
 
 enum Answer state_deserialize(struct Component *c, const void *bytes, size_t size, void **state)
 {
-    struct Record record;
+    struct Sealed record;
     if (!is_given(c, bytes, "the byte vector"))
         return ANSWER_ERROR;
     if (size != sizeof record)

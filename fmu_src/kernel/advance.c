@@ -88,7 +88,7 @@ static void settle(const struct Contact *contact, const struct Wiring *w, const 
         }
     }
     for (int i = 0; i < LANES; ++i)
-        difference[i] = w->feedback && !settled[i] ? INFINITY : difference[i];
+        difference[i] = (w->feedback || w->bends) && !settled[i] ? INFINITY : difference[i];
     close_point(contact, w, 1, middle);
     close_point(contact, w, 1, end);
 }
@@ -197,18 +197,19 @@ static int cut_at_event(const struct Contact *contact, const struct Wiring *w, i
 
 /* How far a step is from the tolerance: 1 is just right. The measured differences are those of a second-order solution, h^3; the step's
  * own error is of h^5 and taken as a tenth of their power 5/3. */
-static double badness(const struct Contact *contact, int i, const struct Point *a, const struct Point *m, const struct Point *b,
-                      double difference)
+static double badness(const struct Contact *contact, const struct Wiring *w, int i, const struct Point *a, const struct Point *m,
+                      const struct Point *b, double difference)
 {
+    const double of_late = w->looks_back ? late_bend(contact, w, i, a, m, b) / contact->largest_difference[i] : 0;
     if (a->cutting[i] == 0)
-        return 0;
+        return of_late;
     const double force = larger(a->F_C[i], a->F_S[i]), reach = force / b->P[i];
     const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
     const double F = larger(larger(fabs(a->F[i]), fabs(b->F[i])), force), F_p = larger(larger(fabs(a->F_p[i]), fabs(b->F_p[i])), force);
     const double of_friction = fabs(a->F[i] - 2 * m->F[i] + b->F[i]) / (3 * F);
     const double of_principal = fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]) / (3 * F_p);
     const double worst = larger(difference / z, larger(of_friction, of_principal));
-    return worst / contact->largest_difference[i];
+    return larger(worst / contact->largest_difference[i], of_late);
 }
 
 /* Integral by Simpson's rule of what start, middle and end show. */
@@ -241,7 +242,8 @@ static void accumulate(struct Contact *contact, const struct Wiring *w, const la
 
 /* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step and the averaging window.
  * Returns whether any lane is still on its way. */
-static int choose_step(const struct Contact *contact, const struct Wiring *w, double step, const lanes s, lanes h, lanes to_window)
+static int choose_step(const struct Contact *contact, const struct Wiring *w, double step, const lanes s, const struct Point *start, lanes h,
+                       lanes to_window)
 {
     int running = 0;
     EACH_LANE {
@@ -250,6 +252,11 @@ static int choose_step(const struct Contact *contact, const struct Wiring *w, do
         const int last = whole <= wanted;
         h[i] = left <= 0 ? 0 : last ? whole : whole < 2 * wanted ? 0.5 * whole : wanted; /* two even steps, not one and a remnant */
         to_window[i] = left > 0 && last && window <= left;
+        if (w->looks_back && left > 0) {
+            const double chosen_step = h[i];
+            h[i] = until_late_jump(contact, w, i, contact->value[TIME][i] + s[i], h[i], start);
+            to_window[i] *= h[i] == chosen_step;
+        }
         running |= left > 0;
     }
     return running;
@@ -261,7 +268,7 @@ static int accurate(const struct Contact *contact, const struct Wiring *w, doubl
 {
     int all = 1;
     EACH_LANE {
-        const double bad = badness(contact, i, start, middle, end, difference[i]), factor = bad > 0.011 ? 0.9 / cbrt(bad) : 4;
+        const double bad = badness(contact, w, i, start, middle, end, difference[i]), factor = bad > 0.011 ? 0.9 / cbrt(bad) : 4;
         const double changed = h[i] * smaller(larger(factor, 0.1), bad > 1 ? 0.7 : 4);
         const int shortest_of_all = h[i] <= shortest && bad > 1 && isfinite(bad);
         /* a step that was short because it had to end somewhere says nothing against a longer one */
@@ -344,7 +351,7 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
         EACH_LANE start->z[i] = contact->value[BRISTLE_DEFLECTION][i];
     }
     course->known = 0;
-    for (double n = 0; choose_step(contact, w, step, s, h, to_window); ++n) {
+    for (double n = 0; choose_step(contact, w, step, s, start, h, to_window); ++n) {
         int cut[LANES], acts[LANES], fits[LANES], misfits[LANES], shorter = 0, event = 0, jump = 0;
         lanes next;
         EACH_LANE next[i] = contact->next_step[i];

@@ -128,6 +128,41 @@ double look_back(const struct Wiring *w, int lane)
     return furthest;
 }
 
+/* What is recalled jumps where the forces did: the step ends just before, and a next one, too short to matter, leads across. */
+double until_late_jump(const struct Contact *contact, const struct Wiring *w, int lane, double t, double h, const struct Point *start)
+{
+    for (int n = 0; n < w->on_count; ++n) {
+        if (!w->on[n]->looks_back)
+            continue;
+        const double late = w->on[n]->looks_back(w->on_p[n], lane), close = 1e-13 * (fabs(t) + late);
+        const double jump = late > 0 ? recall_jump(contact, lane, start, t - late, t - late + h) - (t - late) : INFINITY;
+        h = smaller(h, jump > 2 * close ? jump - close : jump + close);
+    }
+    return h;
+}
+
+/* How much what is recalled bends over the step; but for a step that leads across a jump. */
+double late_bend(const struct Contact *contact, const struct Wiring *w, int lane, const struct Point *a, const struct Point *m,
+                 const struct Point *b)
+{
+    const struct Past past = {contact, a, m, b};
+    const struct Point *const at[3] = {a, m, b};
+    double worst = 0;
+    for (int n = 0; n < w->on_count; ++n) {
+        if (!w->on[n]->looks_back)
+            continue;
+        const double late = w->on[n]->looks_back(w->on_p[n], lane);
+        for (int k = 0; k < CHANNELS && b->t[lane] - a->t[lane] > 1e-12 * (fabs(b->t[lane]) + late); ++k) {
+            double u[3];
+            for (int j = 0; j < 3; ++j)
+                u[j] = recall_in(&past, at[j], k, lane, at[j]->t[lane] - late);
+            const double force = larger(larger(fabs(u[0]), fabs(u[2])), larger(b->F_C[lane], b->F_S[lane]));
+            worst = larger(worst, fabs(u[0] - 2 * u[1] + u[2]) / (3 * force));
+        }
+    }
+    return worst;
+}
+
 /* Is `name` one of the comma-separated names of the list? */
 static int names(const char *list, const char *name)
 {

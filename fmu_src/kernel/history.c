@@ -46,10 +46,12 @@ static double between(double share, double u_0, double u_m, double u_1)
     return u_0 + share * (4 * u_m - 3 * u_0 - u_1 + 2 * share * (u_0 - 2 * u_m + u_1));
 }
 
-double recall(const struct Point *x, int channel, int lane, double t)
+double recall(const struct Point *x, int channel, int lane, double t) { return recall_in(x->past, x, channel, lane, t); }
+
+double recall_in(const struct Past *past, const struct Point *x, int channel, int lane, double t)
 {
-    const struct Contact *contact = x->past->contact;
-    const struct Point *a = x->past->start, *m = x->past->middle, *b = x->past->end;
+    const struct Contact *contact = past->contact;
+    const struct Point *a = past->start, *m = past->middle, *b = past->end;
     const double now = (*forces_of(x, channel))[lane];
     const int64_t count = steps_kept(contact, lane), oldest = count > HISTORY ? count - HISTORY : 0;
     if (t >= x->t[lane])
@@ -85,4 +87,32 @@ int recall_reaches(const struct Contact *contact, int lane, double t)
 {
     const int64_t count = steps_kept(contact, lane), oldest = count > HISTORY ? (count - HISTORY) % HISTORY : 0;
     return count <= HISTORY || t >= contact->past_end[oldest][lane] - contact->past_length[oldest][lane];
+}
+
+/* The first step of the ring that ends after t; its count where none does. */
+static int64_t first_after(const struct Contact *contact, int lane, double t)
+{
+    const int64_t count = steps_kept(contact, lane);
+    int64_t low = count > HISTORY ? count - HISTORY : 0, high = count;
+    while (low < high) {
+        const int64_t half = (low + high) / 2;
+        if (contact->past_end[half % HISTORY][lane] <= t)
+            low = half + 1;
+        else
+            high = half;
+    }
+    return low;
+}
+
+double recall_jump(const struct Contact *contact, int lane, const struct Point *start, double from, double to)
+{
+    const int64_t count = steps_kept(contact, lane);
+    for (int64_t n = first_after(contact, lane, from); n < count && contact->past_end[n % HISTORY][lane] < to; ++n)
+        for (int k = 0; k < CHANNELS; ++k) {
+            const double before = contact->past_force[n % HISTORY][k][2][lane];
+            const double after = n + 1 < count ? contact->past_force[(n + 1) % HISTORY][k][0][lane] : (*forces_of(start, k))[lane];
+            if (fabs(after - before) > 1e-9 * (fabs(after) + fabs(before)))
+                return contact->past_end[n % HISTORY][lane];
+        }
+    return INFINITY;
 }

@@ -142,6 +142,8 @@ void path_at(const struct Contact *contact, const struct Wiring *w, const lanes 
     EACH_LANE {
         x->v[i] = given ? x->v[i] : slip_along_rake(w, x, i, w->tan_flow[i]);
         x->shear_speed[i] = given ? fabs(x->v[i]) : larger(x->approach[i], 0);
-        x->contact[i] = given ? x->h[i] : smaller(x->h[i] / 1e-6, x->approach[i]); /* both of order 1, in um and m/s */
+        /* both of order 1, in um and m/s; a given thickness of just 0 is none, and says so by its sign */
+        const double touching = x->h[i] > 0 ? x->h[i] : smaller(x->h[i], -1e-300);
+        x->contact[i] = given ? touching : smaller(x->h[i] / 1e-6, x->approach[i]);
     }
 }

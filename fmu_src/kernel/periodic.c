@@ -171,6 +171,8 @@ static enum Status fill_history(struct Contact *contact, const struct Wiring *w)
     const double period = 1 / contact->value[VIBRATION_FREQUENCY][0];
     double back = 0, taken;
     EACH_LANE back = larger(back, look_back(w, i));
+    if (!(back > 0))
+        return KERNEL_OK;
     struct Contact before = *contact;
     EACH_LANE before.value[TIME][i] = contact->value[TIME][i] - ceil(back / period) * period;
     enum Status status = kernel_event(&before);

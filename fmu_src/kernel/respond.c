@@ -13,9 +13,14 @@ static double relaxed(double D, double u_0, double slope, double bend, double y)
 /* In units of T: dy/dA = u - y, A = t/T. */
 void relax(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole)
 {
-    if (h < 1e-12 * T || !(T > 0)) { /* nothing has moved, or it follows at once */
-        *half = T > 0 ? y : u_m;
-        *whole = T > 0 ? y : u_1;
+    if (!(T > 0)) { /* it follows at once */
+        *half = u_m;
+        *whole = u_1;
+        return;
+    }
+    if (h < 1e-12 * T) { /* the parabola's coefficients would overflow; but a state at rest must leave it however short the step */
+        *half = y + 0.5 * h / T * (u_0 - y);
+        *whole = y + h / T * (u_m - y);
         return;
     }
     const double D = h / T, bend = 2 * (u_0 - 2 * u_m + u_1) / (D * D), slope = (4 * u_m - 3 * u_0 - u_1) / D;

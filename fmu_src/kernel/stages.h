@@ -65,6 +65,10 @@ void show_rates(struct Contact *contact, const struct Wiring *w, const struct Po
 void forget_states(struct Contact *contact, const struct Wiring *w, int lane);
 void resolving_step(const struct Wiring *w, lanes longest);
 double look_back(const struct Wiring *w, int lane);
+/* A step of h from t, shortened to where a jump of the past is recalled; and how much a step's recalled forces bend. */
+double until_late_jump(const struct Contact *contact, const struct Wiring *w, int lane, double t, double h, const struct Point *start);
+double late_bend(const struct Contact *contact, const struct Wiring *w, int lane, const struct Point *a, const struct Point *m,
+                 const struct Point *b);
 int rivals_on(const struct Wiring *w);
 
 /* history.c: where the forces before a point are found: in the contact's ring, and in the step that is being taken (NULL: none). */
@@ -75,6 +79,9 @@ struct Past {
 void remember(struct Contact *contact, int lane, double h, const struct Point *start, const struct Point *middle, const struct Point *end);
 /* Measured channel `channel` of the chip's forces at time t <= x->t; before all that is known, the first that is known. */
 double recall(const struct Point *x, int channel, int lane, double t);
+double recall_in(const struct Past *past, const struct Point *x, int channel, int lane, double t);
+/* The first time in (from, to) at which the forces of the past have jumped, up to the step that begins with start; else infinity. */
+double recall_jump(const struct Contact *contact, int lane, const struct Point *start, double from, double to);
 void remember_host_step(struct Contact *contact, int lane, const struct Point *x);
 int recall_reaches(const struct Contact *contact, int lane, double t);
 

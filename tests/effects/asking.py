@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import pi
 
 import numpy as np
@@ -44,7 +44,18 @@ def follow(times: np.ndarray, inputs: Mapping[str, np.ndarray], values: Values, 
 
 def line(frequency: float, times: np.ndarray, signal: np.ndarray) -> np.ndarray:
     """Complex amplitude c of c e^(i 2 pi f t) in evenly sampled whole periods of the signal."""
-    return 2 * np.mean(signal * np.exp(-2j * pi * frequency * times), axis=-1)
+    return np.asarray(2 * np.mean(signal * np.exp(-2j * pi * frequency * times), axis=-1))
+
+
+def events(contact: Contact, duration: float, *names: str) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
+    """Time of each contact event within `duration`, and the variables before and after it."""
+    end = contact.time + duration
+    while (left := end - contact.time) > 1e-12 * duration:
+        went = contact.advance(left, stop_at_events=True)
+        before = read(contact, *names)
+        contact.event()
+        if went < left:
+            yield contact.time, before, read(contact, *names)
 
 
 def put(contact: Contact, time: float, names: Sequence[str], states: np.ndarray) -> None:
@@ -63,7 +74,7 @@ def exchange(contact: Contact, duration: float, rtol: float, on: Sequence[str], 
     def rates(t: float, y: np.ndarray) -> np.ndarray:
         put(contact, t, states, y * scale)
         contact.evaluate()
-        return read(contact, *(rate_of[name] for name in states)) / scale
+        return np.asarray(read(contact, *(rate_of[name] for name in states)) / scale)
 
     def crossing(place: int) -> Callable[[float, np.ndarray], float]:
         def indicator(t: float, y: np.ndarray) -> float:

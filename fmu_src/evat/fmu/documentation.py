@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import dataclass
 from importlib import metadata
 
 from markupsafe import Markup
@@ -17,7 +18,7 @@ from .shown import FmuError, Shown
 _TITLES = {
     "input": "Inputs",
     "output": "Outputs",
-    "choice": "Choices and switches (fixed)",
+    "choice": "Choices (fixed)",
     "fixed": "Parameters, fixed",
     "tunable": "Parameters, tunable",
     "local": "Local variables",
@@ -44,6 +45,27 @@ def _group(variable: Variable) -> str:
     return {"independent": "local", "calculated": "local"}.get(variable.causality, variable.causality)
 
 
+@dataclass(frozen=True, slots=True)
+class Own:
+    """The variables of one law or effect, the switch first; the law has none."""
+
+    name: str
+    title: str
+    switch: Variable | None
+    variables: tuple[Variable, ...]
+
+
+def _own() -> tuple[Own, ...]:
+    """What belongs to laws and effects, each with its parameters, states and rates in the order of the table."""
+    found = [Own(law.name, f"friction law {law.name}", None, law.variables) for law in kernel.laws() if law.variables]
+    for effect in kernel.effects():
+        switch = kernel.variable(effect.name)
+        own = {v.name for v in (*effect.variables, *effect.states)}
+        every = tuple(v for v in kernel.variables() if v.name in own or v.derivative_of in own)
+        found.append(Own(effect.name, f"effect {effect.name}", switch, every))
+    return tuple(found)
+
+
 def _number(value: float) -> str:
     return f"{value:.6g}"
 
@@ -60,9 +82,18 @@ def _bound(variable: Variable, limit: float) -> str:
     return "" if variable.type in ("choice", "boolean") or math.isinf(limit) else _number(limit)
 
 
+def _neutral(variable: Variable) -> str:
+    return "" if math.isnan(variable.neutral) else _number(variable.neutral)
+
+
 def _link(name: str) -> Markup:
     """A link to the row of a variable; an unknown name is an error of the template."""
-    return Markup('<a href="#{0}"><code>{0}</code></a>').format(kernel.variable(name).name)
+    return Markup('<a href="#{0}">{1}</a>').format(kernel.variable(name).name, _code(name))
+
+
+def _code(name: str) -> Markup:
+    """A name that may break after a dot or an underscore."""
+    return Markup("<code>{}</code>").format(Markup("<wbr>").join(re.findall(r"[^._]*[._]|[^._]+", name)))
 
 
 def _inline(svg: bytes) -> Markup:
@@ -74,6 +105,8 @@ def _inline(svg: bytes) -> Markup:
 def page(shown: Shown, drawing: picture.Picture) -> bytes:
     """documentation/index.html."""
     variables = kernel.variables()
+    own = _own()
+    owned = {v.name for each in own for v in each.variables} | {each.switch.name for each in own if each.switch}
     parameters = [variable for variable in variables if variable.causality == "parameter"]
     text = render(
         "documentation.html.j2",
@@ -82,13 +115,16 @@ def page(shown: Shown, drawing: picture.Picture) -> bytes:
         token=kernel.token(),
         diagram=_inline(drawing.svg),
         v=_link,
+        code=_code,
         laws=kernel.laws(),
         effects=kernel.effects(),
         parameters=parameters,
         guesses=sum(variable.source.startswith("guess") for variable in parameters),
         indicator_count=len(kernel.indicators()),
         sets=[parameter_sets.load(name) for name in parameter_sets.names()],
-        groups=[(title, [v for v in variables if _group(v) == key]) for key, title in _TITLES.items()],
+        groups=[(key, title, [v for v in variables if _group(v) == key and v.name not in owned]) for key, title in _TITLES.items()],
+        own=own,
+        neutral=_neutral,
         shown_start=_start,
         bound=_bound,
     )

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import kernel
+from ..compile import kernel_library_path
 from ..model import Variable
+from .kept import keep, key_of, place_of, recall
 from .probe import Probe
 
 
@@ -43,7 +47,7 @@ def _running(probe: Probe, unknowns: Sequence[Variable]) -> tuple[Unknown, ...]:
             continue
         row = probe.unknowns.index(unknown)
         places = _in_order(probe.driven, probe.factors.seen[row])
-        kinds = tuple(probe.factors.kind(row, place) if unknown.type == "real" else "dependent" for place in places)
+        kinds = tuple(probe.factors.kind(row, place) for place in places)
         rows.append(Unknown(unknown, tuple(probe.driven[place] for place in places), kinds))
     return tuple(rows)
 
@@ -52,8 +56,8 @@ def _initial(probe: Probe, unknowns: Sequence[Variable]) -> tuple[Unknown, ...]:
     """The same for the initialisation, where no kind but the general one is told."""
     rows = []
     for unknown in unknowns:
-        places = _in_order(probe.starts, probe.initial[probe.unknowns.index(unknown)])
-        rows.append(Unknown(unknown, tuple(probe.starts[place] for place in places), ("dependent",) * len(places)))
+        knowns = sorted(probe.initial_knowns(unknown), key=lambda v: v.index)
+        rows.append(Unknown(unknown, tuple(knowns), ("dependent",) * len(knowns)))
     return tuple(rows)
 
 
@@ -61,9 +65,8 @@ def _in_order(knowns: Sequence[Variable], chosen: npt.NDArray[np.bool_]) -> list
     return sorted(np.flatnonzero(chosen).tolist(), key=lambda place: knowns[place].index)
 
 
-@lru_cache(maxsize=1)
-def model_structure() -> Structure:
-    """The structure of the component."""
+def find_structure() -> Structure:
+    """Ask the kernel; some seconds."""
     probe = Probe()
     probe.search()
     late = sorted({*probe.outputs, *probe.rates}, key=lambda v: v.index)
@@ -74,3 +77,42 @@ def model_structure() -> Structure:
         indicators=_running(probe, probe.indicators),
         reinit=frozenset(state.name for state, is_set in zip(probe.states, probe.reinit, strict=True) if is_set),
     )
+
+
+_PARTS = ("outputs", "derivatives", "initial_unknowns", "indicators")
+
+
+def as_names(structure: Structure) -> dict[str, Any]:
+    """The structure as plain names, for a file."""
+    rows = {part: [[u.variable.name, [v.name for v in u.knowns], list(u.kinds)] for u in getattr(structure, part)] for part in _PARTS}
+    return {**rows, "reinit": sorted(structure.reinit)}
+
+
+def from_names(names: dict[str, Any]) -> Structure:
+    """The structure that was made plain."""
+    parts = {
+        part: tuple(
+            Unknown(kernel.variable(name), tuple(map(kernel.variable, knowns)), tuple(kinds)) for name, knowns, kinds in names[part]
+        )
+        for part in _PARTS
+    }
+    return Structure(**parts, reinit=frozenset(names["reinit"]))
+
+
+def _key(library: Path) -> str:
+    here = Path(__file__).resolve().parent
+    return key_of(library, [here / f"{name}.py" for name in ("draw", "factors", "kept", "probe", "structure")])
+
+
+@lru_cache(maxsize=1)
+def model_structure() -> Structure:
+    """The structure of the component, found once for each compiled kernel."""
+    library = kernel_library_path()
+    place, key = place_of(library), _key(library)
+    kept = recall(place, key)
+    if kept is not None:
+        return from_names(kept)
+    structure = find_structure()
+    if _key(library) == key:  # else the kernel was compiled anew meanwhile
+        keep(place, key, as_names(structure))
+    return structure

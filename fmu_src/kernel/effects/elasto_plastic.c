@@ -27,14 +27,15 @@ static double plastic(double s, double break_away, double most, double *slope)
     return 0.5 * (1 + sine);
 }
 
-/* dz/dt = v - alpha(z) a z, linearised at this z: rate a (alpha + alpha' s), at least a hundredth of a so that the target is finite. */
+/* dz/dt = v - alpha(z) a z, linearised at this z: rate a (alpha + alpha' s), but at least a. The step's parabola runs over the integral of
+ * the rate, and a rate that fell to next to nothing would throw the target out of its reach. */
 static void yield(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
     EACH_LANE {
         double slope;
         const double s = x->direction[i] * x->z[i], alpha = plastic(s, p[BREAK_AWAY][i], fabs(x->target[i]), &slope);
-        const double share = p[SHARE][i], part = 1 - share * (1 - alpha), steep = larger(part + share * slope * s, 0.01);
+        const double share = p[SHARE][i], part = 1 - share * (1 - alpha), steep = larger(part + share * slope * s, 1);
         x->target[i] = (x->target[i] + (steep - part) * x->z[i]) / steep;
         x->drive[i] += (steep - part) * x->rate[i] * x->z[i];
         x->rate[i] *= steep;

@@ -1,0 +1,62 @@
+"""Is every input there without which an effect that is on says nothing? The one place that reads Effect.needs; knows no effect by name."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+
+from evat.model import Model, ParameterError
+
+# Where the kinematics do not take an input, the kernel computes what it stands for.
+TAKEN_WITH = {
+    "slip_velocity": ("external",),
+    "cutting_speed": ("external",),  # elsewhere it is a parameter of the ellipse and has a start value
+    "uncut_thickness": ("external",),
+    "normal_load": ("external",),
+    "tool_displacement_x": ("combined",),
+    "tool_displacement_y": ("combined",),
+    "tool_velocity_x": ("combined",),
+    "tool_velocity_y": ("combined",),
+}
+# An effect that needs the temperature proxy needs what the proxy is taken from, by the name of that choice.
+PROXY, SOURCE, KINEMATICS = "proxy_speed", "proxy_source", "kinematics"
+PROXY_INPUT = {"slip_speed": "slip_velocity"}
+
+
+def missing_inputs(model: Model, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str] = ()) -> dict[str, list[str]]:
+    """Inputs that effects need and a run does not have: input -> the effects that need it.
+
+    on : effects that are on; those switched on in `values` count too.
+    values : parameters and constant inputs of the run; what stands there is given.
+    given : names of the inputs that the run has a column for.
+    """
+    by_name = {variable.name: variable for variable in model.variables}
+
+    def choice(name: str) -> str:
+        variable = by_name[name]
+        return variable.choices[int(variable.check(values.get(name, variable.start)))]
+
+    found: dict[str, list[str]] = {}
+    for effect in model.effects:
+        if effect.name not in on and not values.get(effect.name):
+            continue
+        for need in effect.needs:
+            source = choice(SOURCE) if need == PROXY else need
+            name = PROXY_INPUT.get(source, source)
+            used = choice(KINEMATICS) in TAKEN_WITH[name] if name in TAKEN_WITH else True
+            if used and name not in values and name not in given:
+                found.setdefault(name, []).append(effect.name)
+    return found
+
+
+def check_needs(model: Model, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str] = ()) -> None:
+    """ParameterError where `missing_inputs` finds one."""
+    for name, effects in missing_inputs(model, on, values, given).items():
+        variable = next(variable for variable in model.variables if variable.name == name)
+        several = len(effects) > 1
+        proxy = any(PROXY in effect.needs for effect in model.effects if effect.name in effects)
+        other = f", or take the temperature proxy from something else ({SOURCE})" if proxy else ""
+        raise ParameterError(
+            f"the {'effects' if several else 'effect'} {', '.join(effects)} {'need' if several else 'needs'} the input {name} "
+            f"({variable.meaning}), and this run has neither a column nor a value of it. Give one in {variable.unit}{other}, "
+            f"or switch the {'effects' if several else 'effect'} off."
+        )

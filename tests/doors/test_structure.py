@@ -1,0 +1,151 @@
+"""Is the model structure that was kept from an earlier build the one that the kernel would tell again?"""
+
+from __future__ import annotations
+
+import json
+import random
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from evat import fmu, kernel
+from evat.compile import host_target
+from evat.fmu import draw, kept, probe, structure
+from evat.fmu.structure import Structure
+from evat.model import Effect
+
+
+@pytest.fixture(scope="module")
+def found() -> Structure:
+    return structure.find_structure()
+
+
+class Asked:
+    """The kernel's structure, counting how often it was asked for."""
+
+    def __init__(self, answer: Structure) -> None:
+        self.answer = answer
+        self.count = 0
+
+    def __call__(self) -> Structure:
+        self.count += 1
+        return self.answer
+
+    def again(self) -> Structure:
+        """As a new process would."""
+        structure.model_structure.cache_clear()
+        return structure.model_structure()
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Path:
+    return tmp_path / "kept.json"
+
+
+@pytest.fixture
+def asked(found: Structure, place: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Asked]:
+    asked = Asked(found)
+    monkeypatch.setattr(structure, "find_structure", asked)
+    monkeypatch.setattr(structure, "place_of", lambda library: place)
+    structure.model_structure.cache_clear()
+    yield asked
+    structure.model_structure.cache_clear()
+
+
+def test_the_kernel_is_asked_once(asked: Asked, found: Structure, place: Path) -> None:
+    assert asked.again() == found
+    assert asked.again() == found
+    assert asked.count == 1
+    assert [path.name for path in place.parent.iterdir()] == [place.name]  # no scratch file stays
+
+
+def test_asking_twice_gives_the_same(found: Structure) -> None:
+    assert structure.find_structure() == found
+
+
+def change_a_name(text: str) -> str:
+    return text.replace('"slip_velocity"', '"proxy_speed"', 1)
+
+
+def change_the_key(text: str) -> str:
+    return json.dumps({**json.loads(text), "key": "0" * 64})
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda text: "",
+        lambda text: text[: len(text) // 2],
+        lambda text: "[" * 100_000,
+        lambda text: "[]",
+        lambda text: "{}",
+        lambda text: "null",
+        lambda text: "\x00\xff",
+        change_a_name,
+        change_the_key,
+    ],
+)
+def test_a_spoilt_file_is_ignored_and_written_anew(spoil: object, asked: Asked, found: Structure, place: Path) -> None:
+    asked.again()
+    good = place.read_bytes()
+    spoilt = spoil(good.decode())  # type: ignore[operator]
+    assert spoilt.encode() != good
+    place.write_text(spoilt, encoding="utf-8")
+    assert asked.again() == found
+    assert asked.count == 2
+    assert place.read_bytes() == good
+
+
+def test_a_folder_that_cannot_be_written_keeps_nothing_and_harms_nothing(
+    asked: Asked, found: Structure, place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(structure, "place_of", lambda library: place.parent / "absent" / "kept.json")
+    assert asked.again() == found
+    assert asked.again() == found
+    assert asked.count == 2
+
+
+def test_another_library_or_another_way_of_asking_has_another_key(tmp_path: Path) -> None:
+    library, module = tmp_path / "a.so", tmp_path / "a.py"
+    library.write_bytes(b"one")
+    module.write_bytes(b"x")
+    first = kept.key_of(library, [module])
+    assert kept.key_of(library, [module]) == first
+    library.write_bytes(b"two")
+    second = kept.key_of(library, [module])
+    library.write_bytes(b"one")
+    module.write_bytes(b"y")
+    assert len({first, second, kept.key_of(library, [module])}) == 3
+    kept.keep(tmp_path / "kept.json", first, {"outputs": []})
+    assert kept.recall(tmp_path / "kept.json", first) == {"outputs": []}
+    assert kept.recall(tmp_path / "kept.json", second) is None
+
+
+def test_an_fmu_from_the_file_has_the_same_bytes(asked: Asked, tmp_path: Path) -> None:
+    built = []
+    for number in range(2):
+        structure.model_structure.cache_clear()
+        built.append(fmu.build_fmu(3, tmp_path / f"{number}.fmu", [host_target().fmi3_folder]).read_bytes())
+    assert asked.count == 1  # the second is from the file
+    assert built[0] == built[1]
+
+
+def test_rivals_are_never_on_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    effects = tuple(
+        Effect(name, "", "", "", rivals=rivals) for name, rivals in (("a", ("b",)), ("b", ()), ("c", ("d", "a")), ("d", ()), ("e", ()))
+    )
+    monkeypatch.setattr(kernel, "effects", lambda: effects)
+    luck = random.Random(1)
+    drawn = [frozenset(probe.choose_effects(luck, 0.5)) for _ in range(2000)]
+    for pair in ({"a", "b"}, {"c", "d"}, {"a", "c"}):
+        assert not [on for on in drawn if pair <= on]
+    # all that may be on together are: e or not, and of a, b, c, d none, one, or one of (a d), (b c), (b d)
+    assert len(set(drawn)) == 2 * (1 + 4 + 3)
+
+
+def test_draws_lie_within_the_bounds_and_differ() -> None:
+    luck = random.Random(2)
+    for variable in kernel.variables():
+        if variable.causality in ("parameter", "input"):
+            values = [draw.draw(variable, luck) for _ in range(300)]
+            assert variable.min <= min(values) < max(values) <= variable.max, variable.name

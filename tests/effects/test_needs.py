@@ -1,0 +1,91 @@
+"""Is an effect refused where the input is absent without which it says nothing, and only there?"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from evat import kernel
+from evat.kernel import ContactModel
+from evat.model import ParameterError
+from evat.needs import TAKEN_WITH, check_needs, missing_inputs
+from evat.simulate import simulate
+
+MODEL = ContactModel()
+THERMAL = tuple(effect.name for effect in kernel.effects() if "proxy_speed" in effect.needs)
+LOADED = tuple(effect.name for effect in kernel.effects() if "normal_load" in effect.needs)
+
+
+def test_there_is_something_to_ask() -> None:
+    assert len(THERMAL) >= 5
+    assert LOADED
+
+
+def test_the_inputs_of_each_kinematics_are_those_whose_meaning_says_so() -> None:
+    """The table is kept beside the kernel's own words; cutting_speed is the one input that the ellipse has a start value for."""
+    for name in set(kernel.inputs()) - {"cutting_speed"}:
+        meaning = kernel.variable(name).meaning
+        said = tuple(k for k in kernel.variable("kinematics").choices if f"kinematics = {k}" in meaning)
+        assert TAKEN_WITH.get(name, ()) == said, name
+
+
+@pytest.mark.parametrize("effect", THERMAL)
+@pytest.mark.parametrize(
+    ("values", "columns", "missing"),
+    [
+        ({}, (), []),  # the ellipse has a slip speed
+        ({"proxy_source": "cutting_speed"}, (), []),
+        ({"kinematics": "combined", "proxy_source": "cutting_speed"}, (), []),
+        ({"proxy_source": "proxy_speed"}, (), ["proxy_speed"]),
+        ({"proxy_source": 1.0}, (), ["proxy_speed"]),  # a choice by its place
+        ({"proxy_source": "proxy_speed", "proxy_speed": 0.0}, (), []),
+        ({"proxy_source": "proxy_speed"}, ("proxy_speed",), []),
+        ({"proxy_source": "proxy_speed"}, ("contact_temperature",), ["proxy_speed"]),
+        ({"proxy_source": "contact_temperature", "proxy_speed": 1.0}, (), ["contact_temperature"]),
+        ({"proxy_source": "contact_temperature"}, ("contact_temperature",), []),
+        ({"kinematics": "external"}, (), ["slip_velocity"]),
+        ({"kinematics": "external"}, ("slip_velocity",), []),
+        ({"kinematics": "external", "proxy_source": "cutting_speed"}, ("slip_velocity",), ["cutting_speed"]),
+        ({"kinematics": "external", "proxy_source": "cutting_speed", "cutting_speed": 1.0}, ("slip_velocity",), []),
+    ],
+)
+def test_the_proxy_needs_what_it_is_taken_from(
+    effect: str, values: Mapping[str, float | str], columns: tuple[str, ...], missing: list[str]
+) -> None:
+    assert list(missing_inputs(MODEL, [effect], values, columns)) == missing
+    assert list(missing_inputs(MODEL, [], values, columns)) == []
+    assert list(missing_inputs(MODEL, [], {**values, effect: 1.0}, columns)) == missing  # switched on as a value
+
+
+@pytest.mark.parametrize("effect", LOADED)
+def test_a_load_is_needed_only_where_the_chip_does_not_give_it(effect: str) -> None:
+    for kinematics in kernel.variable("kinematics").choices:
+        wanted = {"normal_load": [effect]} if kinematics == "external" else {}
+        assert missing_inputs(MODEL, [effect], {"kinematics": kinematics}) == wanted
+        assert missing_inputs(MODEL, [effect], {"kinematics": kinematics}, ["normal_load"]) == {}
+
+
+def test_the_error_says_what_was_asked_what_is_missing_and_what_to_do() -> None:
+    two = THERMAL[:2]
+    with pytest.raises(ParameterError) as caught:
+        check_needs(MODEL, two, {"proxy_source": "contact_temperature"})
+    text = str(caught.value)
+    for part in (*two, "contact_temperature", kernel.variable("contact_temperature").meaning, "in K", "column", "proxy_source", "switch"):
+        assert part in text
+
+
+def test_other_effects_need_nothing() -> None:
+    others = [effect.name for effect in kernel.effects() if not effect.needs]
+    for kinematics in kernel.variable("kinematics").choices:
+        check_needs(MODEL, others, {"kinematics": kinematics, "proxy_source": "contact_temperature"})
+
+
+@pytest.mark.parametrize("effect", THERMAL)
+def test_a_run_is_refused_before_it_begins(effect: str) -> None:
+    values: dict[str, float | str] = {"proxy_source": "proxy_speed", "kinematics": "external", "slip_velocity": 0.1}
+    with pytest.raises(ParameterError, match=f"{effect} needs the input proxy_speed"):
+        simulate(values, [effect])
+    simulate({**values, "proxy_speed": 0.1}, [effect])
+    times = np.linspace(0, 1e-3, 5)
+    simulate(values, [effect], times=times, inputs={"proxy_speed": np.full(5, 0.1)})
