@@ -257,6 +257,10 @@ INTEGRALS: dict[str, Callable[[Point], float]] = {
     "feed_impulse": lambda now: now.F_f,
     "normal_impulse": lambda now: now.N,
     "contact_time": lambda now: 1.0,
+    "measured_friction_impulse": lambda now: now.F,
+    "measured_principal_impulse": lambda now: now.F_p,
+    "measured_feed_impulse": lambda now: now.F_f,
+    "sliding_distance": lambda now: abs(now.x.v),
     "dissipated_energy": lambda now: now.F * now.x.v,
 }
 MEANS = {  # over the last averaging window, and the integral that each is formed from
@@ -265,6 +269,9 @@ MEANS = {  # over the last averaging window, and the integral that each is forme
     "mean_feed_force": "feed_impulse",
     "mean_normal_force": "normal_impulse",
     "mean_contact_ratio": "contact_time",
+    "mean_measured_friction_force": "measured_friction_impulse",
+    "mean_measured_principal_force": "measured_principal_impulse",
+    "mean_measured_feed_force": "measured_feed_impulse",
 }
 
 
@@ -314,6 +321,9 @@ class Contact:
         p = self.p
         if p["friction_law"] not in LAWS:
             raise ContactError(f"friction_law = {p['friction_law']}: not written here, allowed are {', '.join(LAWS)}; use the native FMU.")
+        foreign = [name for name, value in p.items() if value is True and name not in EFFECTS]
+        if foreign:
+            raise ContactError(f"{', '.join(foreign)}: not written here, allowed are {', '.join(EFFECTS)}; use the native FMU.")
         if p["friction_law"] == "karnopp" and self._current_angle:
             raise ContactError("friction_law = karnopp has no single slip with chip_flow_angle = current_shear_angle; change one of them.")
         if p["proxy_source"] == "contact_temperature" and p["reference_temperature"] <= p["ambient_temperature"]:
@@ -481,6 +491,9 @@ class Contact:
             "principal_force": point.F_p,
             "feed_force": point.F_f,
             "normal_force": point.N,
+            "measured_friction_force": point.F,
+            "measured_principal_force": point.F_p,
+            "measured_feed_force": point.F_f,
             "tool_force_x": -point.F_p,
             "tool_force_y": point.F_f,
             "slip_velocity_used": point.x.v,
@@ -493,6 +506,7 @@ class Contact:
             "bristle_deflection": self.z,
             "bristle_rate": point.dz,
             "dissipated_power": point.F * point.x.v,
+            "sliding_speed": abs(point.x.v) if m.in_contact else 0.0,
             "step_count": self.steps,
             "clamped_count": self.clamped,
             "contact_indicator": m.h if p["kinematics"] == "external" else min(m.h / 1e-6, m.approach),

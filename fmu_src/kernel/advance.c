@@ -112,23 +112,31 @@ static void try_step(const struct Contact *contact, const struct Wiring *w, cons
     }
 }
 
-/* Indicator k at tau, reached from s by a step on the held sides. */
-static double indicator_at(const struct Contact *contact, const struct Wiring *w, int k, int lane, double s, double tau,
-                           const struct Point *start)
+void point_within(const struct Contact *contact, const struct Wiring *w, int forces, double s, double tau, const struct Point *start,
+                  struct Point *x)
 {
-    struct Point middle, end;
-    lanes now[INDICATORS], from, h;
+    struct Point middle;
+    lanes from, h, difference;
     EACH_LANE {
         from[i] = s;
         h[i] = tau - s;
     }
-    if (k == AT_LAW || w->feedback)
-        try_step(contact, w, from, h, start, &middle, &end, now[0]);
+    if (forces || w->feedback)
+        try_step(contact, w, from, h, start, &middle, x, difference);
     else {
         EACH_LANE from[i] = tau;
-        path_at(contact, w, from, &end);
+        path_at(contact, w, from, x);
     }
-    indicators(w, &end, now);
+}
+
+/* Indicator k at tau, reached from s by a step on the held sides. */
+static double indicator_at(const struct Contact *contact, const struct Wiring *w, int k, int lane, double s, double tau,
+                           const struct Point *start)
+{
+    struct Point x;
+    lanes now[INDICATORS];
+    point_within(contact, w, k == AT_LAW, s, tau, start, &x);
+    indicators(w, &x, now);
     return now[k][lane];
 }
 
@@ -195,6 +203,17 @@ static int cut_at_event(const struct Contact *contact, const struct Wiring *w, i
     return first;
 }
 
+/* The same for a contact that start, middle and end do not show. */
+static int cut_at_touch(const struct Contact *contact, const struct Wiring *w, int i, double s, double *h, const struct Point *start,
+                        const struct Point *middle, const struct Point *end)
+{
+    double tau[2], indicator[2];
+    if (!(*h > 0) || !touches_within(contact, w, i, s, *h, start, middle, end, tau, indicator))
+        return NO_EVENT;
+    *h = locate(contact, w, AT_CONTACT, i, s, tau[0], tau[1], indicator[0], indicator[1], start) - s;
+    return AT_CONTACT;
+}
+
 /* How far a step is from the tolerance: 1 is just right. The measured differences are those of a second-order solution, h^3; the step's
  * own error is of h^5 and taken as a tenth of their power 5/3. */
 static double badness(const struct Contact *contact, const struct Wiring *w, int i, const struct Point *a, const struct Point *m,
@@ -238,6 +257,8 @@ static void accumulate(struct Contact *contact, const struct Wiring *w, const la
     for (int i = 0; w->looks_back && i < LANES; ++i)
         if (h[i] > 0)
             remember(contact, i, h[i], a, m, b);
+    for (int i = 0; w->meets_again && i < LANES; ++i)
+        leave_surface(contact, i, meeting_time(w, i), w->p[FEED][i], b);
 }
 
 /* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step and the averaging window.
@@ -365,10 +386,12 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
             continue;
         }
         int seen[LANES];
-        EACH_LANE cut[i] = NO_EVENT;
-        for (int i = 0; any_event(contact, w, middle, end, seen) && i < LANES; ++i) {
+        any_event(contact, w, middle, end, seen);
+        for (int i = 0; i < LANES; ++i) {
             const double wanted = h[i];
-            cut[i] = wanted > 0 && seen[i] ? cut_at_event(contact, w, i, NO_EVENT, s[i], &h[i], start, middle, end) : NO_EVENT;
+            cut[i] = cut_at_touch(contact, w, i, s[i], &h[i], start, middle, end);
+            if (cut[i] == NO_EVENT && wanted > 0 && seen[i])
+                cut[i] = cut_at_event(contact, w, i, NO_EVENT, s[i], &h[i], start, middle, end);
             shorter |= h[i] < wanted;
             jump |= cut[i] == JUMP;
             event |= cut[i] >= 0;

@@ -128,6 +128,14 @@ double look_back(const struct Wiring *w, int lane)
     return furthest;
 }
 
+double meeting_time(const struct Wiring *w, int lane)
+{
+    for (int n = 0; n < w->on_count; ++n)
+        if (w->on[n]->meets_again)
+            return w->on[n]->meets_again(w->on_p[n], lane);
+    return 0;
+}
+
 /* What is recalled jumps where the forces did: the step ends just before, and a next one, too short to matter, leads across. */
 double until_late_jump(const struct Contact *contact, const struct Wiring *w, int lane, double t, double h, const struct Point *start)
 {

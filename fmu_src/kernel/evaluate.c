@@ -96,10 +96,12 @@ enum Status kernel_step_completed(struct Contact *contact)
 {
     const struct Wiring w = wire(contact);
     struct Point x;
-    if (!w.looks_back)
+    if (!w.looks_back && !w.meets_again)
         return KERNEL_OK;
     point_at(contact, &w, here, &x);
-    EACH_LANE {
+    for (int i = 0; i < LANES && w.meets_again; ++i)
+        leave_surface(contact, i, meeting_time(&w, i), w.p[FEED][i], &x);
+    for (int i = 0; i < LANES && w.looks_back; ++i) {
         remember_host_step(contact, i, &x);
         if (!recall_reaches(contact, i, x.t[i] - look_back(&w, i)))
             return KERNEL_HISTORY_SHORT;

@@ -34,6 +34,14 @@ static void land(struct Contact *contact, const struct Record *r, int64_t n)
         }
 }
 
+/* A point that a step has passed through shows all there is, but out of contact, and where rates wait for the deflection. */
+static int is_whole(const struct Wiring *w, const struct Point *x)
+{
+    int cutting = 1;
+    EACH_LANE cutting &= x->cutting[i] != 0;
+    return cutting && !w->iterates;
+}
+
 static void give(const struct Contact *contact, struct Yield *y)
 {
     for (int j = 0; j < y->output_count; ++j) {
@@ -68,7 +76,7 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
             break;
         land(contact, record, n);
         if (!record->keep || record->keep[n]) {
-            if (course.known)
+            if (course.known && is_whole(&w, &course.room[course.now]))
                 show_outputs(contact, &w, &course.room[course.now]);
             else
                 status = kernel_evaluate(contact);

@@ -1,14 +1,14 @@
-/* What were the forces some time ago? The last internal steps, each with its forces at start, middle and end, in a ring. */
+/* What were the forces some time ago, and which surface did the tool leave? Two rings: the last internal steps, each with its forces at
+ * start, middle and end; and heights in a number of places of each turn.
+ */
 #include "stages.h"
 
 #include <math.h>
 
 /* Bytes from outside (a restored state) steer no array index. */
-static int64_t steps_kept(const struct Contact *contact, int lane)
-{
-    const double count = contact->past_count[lane];
-    return count > 0 && count < 9e15 ? (int64_t)count : 0;
-}
+static int64_t whole_count(double count) { return count > 0 && count < 9e15 ? (int64_t)count : 0; }
+
+static int64_t steps_kept(const struct Contact *contact, int lane) { return whole_count(contact->past_count[lane]); }
 
 static const lanes *forces_of(const struct Point *x, int channel) { return channel == 0 ? &x->F : channel == 1 ? &x->F_p : &x->F_f; }
 
@@ -115,4 +115,38 @@ double recall_jump(const struct Contact *contact, int lane, const struct Point *
                 return contact->past_end[n % HISTORY][lane];
         }
     return INFINITY;
+}
+
+/* The tool cuts the surface down to its own height; where it is in the air the surface stays, one feed higher above the tool that has
+ * meanwhile moved on. */
+void leave_surface(struct Contact *contact, int lane, double turn, double feed, const struct Point *x)
+{
+    const int64_t count = whole_count(contact->surface_count[lane]);
+    const double t = x->t[lane], tool = x->centre_y[lane] - x->raised[lane] + x->left[lane];
+    if (count > 0 && t < contact->surface_time[(count - 1) % HISTORY][lane] + turn / 200)
+        return;
+    contact->surface_time[count % HISTORY][lane] = t;
+    contact->surface_height[count % HISTORY][lane] = smaller(tool, x->left[lane] + feed);
+    contact->surface_count[lane] = (double)(count + 1);
+}
+
+double surface_left(const struct Contact *contact, int lane, double t)
+{
+    const int64_t count = whole_count(contact->surface_count[lane]);
+    int64_t low = count > HISTORY ? count - HISTORY : 0, high = count; /* the first height that was left after t */
+    while (low < high) {
+        const int64_t half = (low + high) / 2;
+        if (contact->surface_time[half % HISTORY][lane] <= t)
+            low = half + 1;
+        else
+            high = half;
+    }
+    const int64_t before = (low + HISTORY - 1) % HISTORY;
+    if (count == 0 || low == 0 || t < contact->surface_time[before][lane])
+        return 0; /* the first turn meets the nominal surface */
+    if (low == count)
+        return contact->surface_height[before][lane];
+    const double t_0 = contact->surface_time[before][lane], t_1 = contact->surface_time[low % HISTORY][lane];
+    const double y_0 = contact->surface_height[before][lane], y_1 = contact->surface_height[low % HISTORY][lane];
+    return y_0 + (y_1 - y_0) * (t - t_0) / (t_1 - t_0);
 }

@@ -88,7 +88,7 @@ enum Limits {
     BASE_STATES = 11,    /* continuous states of the base table, the first of kernel_state */
     EFFECT_STATES = 24,  /* at most so many states of all effects together follow them */
     STATES = BASE_STATES + EFFECT_STATES,
-    HISTORY = 256,       /* internal steps whose forces are kept while an effect looks back */
+    HISTORY = 256,       /* internal steps whose forces are kept while an effect looks back, and heights of the surface */
     CHANNELS = 3,        /* forces that are measured: friction, principal, feed */
     MEANS = 8,           /* quantities with a mean over the averaging window: four forces, contact, three measured forces */
     INDICATORS = 4,      /* zero crossings that are events: see enum Indicator */
@@ -129,6 +129,9 @@ struct Contact {
     /* The last internal steps: end [s], length [s], and the forces at start, middle and end; a ring. Empty unless an effect looks back. */
     lanes past_count;
     lanes past_end[HISTORY], past_length[HISTORY], past_force[HISTORY][CHANNELS][3];
+    /* The surface that is left: heights [m] at times [s], a ring. Empty unless an effect meets it again. */
+    lanes surface_count;
+    lanes surface_time[HISTORY], surface_height[HISTORY];
 };
 
 /* What to follow. Inputs are linear between the samples: inputs[sample * input_count + j], or with per_lane nonzero a value for each
@@ -215,6 +218,7 @@ struct Point {
     lanes centre_u_x, centre_u_y; /* [m/s] */
     lanes cos_x;           /* x of the vibration over its amplitude */
     lanes raised;          /* nominal surface above its mean height [m] */
+    lanes left;            /* height of the surface that the last revolution left here [m] */
     /* engagement */
     lanes u_x, u_y;        /* tool velocity relative to the work [m/s] */
     lanes h;               /* uncut thickness [m] */
@@ -304,6 +308,8 @@ struct Effect {
     /* Longest internal step that resolves what it does, and how far back it recalls forces [s]; may be NULL. */
     double (*longest_step)(const lanes *p, int lane);
     double (*looks_back)(const lanes *p, int lane);
+    /* After which time it meets the surface that is left now [s]; may be NULL. */
+    double (*meets_again)(const lanes *p, int lane);
 };
 
 #endif

@@ -62,6 +62,7 @@ static void open_path(const struct Contact *contact, const struct Wiring *w, con
         x->centre_u_x[i] = carried ? input_at(contact, TOOL_VELOCITY_X, i, tau[i]) : 0;
         x->centre_u_y[i] = carried ? input_at(contact, TOOL_VELOCITY_Y, i, tau[i]) : 0;
         x->raised[i] = 0;
+        x->left[i] = w->meets_again ? surface_left(contact, i, x->t[i] - meeting_time(w, i)) : 0;
     }
 }
 

@@ -16,6 +16,7 @@
     LINE(amplitude_loss) \
     LINE(ellipse_phase_error) \
     LINE(run_out) \
+    LINE(regenerative) \
     LINE(proxy_lag) \
     LINE(size_effect) \
     LINE(flow_stress_softening) \

@@ -30,7 +30,7 @@ struct Wiring {
     int on_count;
     int stages;                     /* bit n: an effect acts in stage n */
     int drivers;                    /* bit n: states of an effect are driven by enum Driver n */
-    int looks_back, bends;          /* whether an effect does */
+    int looks_back, bends, meets_again; /* whether an effect does */
     int feedback;                   /* forces move the path within a step */
     int iterates;                   /* one pass over a step does not do */
     int held;                       /* external kinematics, no input changes, no effect moves: nothing but the bristle does */
@@ -65,6 +65,7 @@ void show_rates(struct Contact *contact, const struct Wiring *w, const struct Po
 void forget_states(struct Contact *contact, const struct Wiring *w, int lane);
 void resolving_step(const struct Wiring *w, lanes longest);
 double look_back(const struct Wiring *w, int lane);
+double meeting_time(const struct Wiring *w, int lane);
 /* A step of h from t, shortened to where a jump of the past is recalled; and how much a step's recalled forces bend. */
 double until_late_jump(const struct Contact *contact, const struct Wiring *w, int lane, double t, double h, const struct Point *start);
 double late_bend(const struct Contact *contact, const struct Wiring *w, int lane, const struct Point *a, const struct Point *m,
@@ -82,6 +83,9 @@ double recall(const struct Point *x, int channel, int lane, double t);
 double recall_in(const struct Past *past, const struct Point *x, int channel, int lane, double t);
 /* The first time in (from, to) at which the forces of the past have jumped, up to the step that begins with start; else infinity. */
 double recall_jump(const struct Contact *contact, int lane, const struct Point *start, double from, double to);
+/* The height that the tool leaves at x, kept in 200 places of `turn` seconds; and what was left at t, in between straight. */
+void leave_surface(struct Contact *contact, int lane, double turn, double feed, const struct Point *x);
+double surface_left(const struct Contact *contact, int lane, double t);
 void remember_host_step(struct Contact *contact, int lane, const struct Point *x);
 int recall_reaches(const struct Contact *contact, int lane, double t);
 
@@ -134,6 +138,15 @@ struct Course {
 };
 enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s, struct Course *course);
 void move_on(struct Contact *contact, const lanes s);
+/* advance.c: the motion at tau, and where the forces move the path or `forces` asks for them all of the point, reached from s by a step
+ * on the held sides. */
+void point_within(const struct Contact *contact, const struct Wiring *w, int forces, double s, double tau, const struct Point *start,
+                  struct Point *x);
+
+/* touch.c: does a lane that is out of contact touch the work within its step of h from s, where start, middle and end do not show it? If
+ * so then not yet at tau[0] but at tau[1], as the indicators there say. A contact may be missed below 1e-4 of a cycle. */
+int touches_within(const struct Contact *contact, const struct Wiring *w, int lane, double s, double h, const struct Point *start,
+                   const struct Point *middle, const struct Point *end, double tau[2], double indicator[2]);
 
 /* evaluate.c: the point x as outputs, derivatives and indicators. */
 void show_outputs(struct Contact *contact, const struct Wiring *w, const struct Point *x);

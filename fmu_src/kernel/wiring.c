@@ -45,6 +45,7 @@ struct Wiring wire(const struct Contact *contact)
             w.drivers |= (effect->driver != NO_STATES) << effect->driver;
             w.looks_back |= effect->looks_back != NULL;
             w.bends |= effect->bends;
+            w.meets_again |= effect->meets_again != NULL;
         }
         at += effect->count;
         state += effect->states;

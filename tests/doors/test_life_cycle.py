@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from evat import kernel
 from raw_fmi import DISCARD, ERROR, OK, WARNING, Door, Instance
 
 PERIOD = 5e-5  # of the 20 kHz vibration that the contact starts with [s]
@@ -221,7 +222,8 @@ def test_a_warning_is_told_once_in_a_run(one: Instance) -> None:
 
 
 def test_the_host_sees_all_memory_and_gets_all_of_it_back(fmi2_fmu: Path, tmp_path: Path) -> None:
-    """FMI 2 lends its memory: an instance and its states take less than 16 kB, and a thousand of them leave nothing behind."""
+    """FMI 2 lends its memory: an instance and its states take less than 16 kB beside what each keeps of the past, and a thousand of them
+    leave nothing behind."""
     door, held = Door(fmi2_fmu, tmp_path), dict[int, ct.Array[ct.c_char]]()
     peak = 0
 
@@ -244,7 +246,11 @@ def test_the_host_sees_all_memory_and_gets_all_of_it_back(fmi2_fmu: Path, tmp_pa
         assert one.drop(other) == OK
         one.free()
         assert held == {}
-    assert 2_000 < peak < 16_384
+    ffi, _ = kernel.library()
+    fields = dict(ffi.typeof("struct Contact").fields)
+    past = sum(ffi.sizeof(field.type) for name, field in fields.items() if name.startswith(("past_", "surface_")))
+    copies = 3  # of a contact: the instance's own, what it shows while it is initialized, and the state that is kept
+    assert 2_000 < peak - copies * past < 16_384
 
 
 def test_an_instance_without_memory_is_refused(fmi2_fmu: Path, tmp_path: Path) -> None:

@@ -96,10 +96,12 @@ def test_neutral_is_off_to_the_last_bit(effect: Effect, motion: str) -> None:
 
 @every_effect
 def test_on_is_not_off(effect: Effect) -> None:
-    """At its starting values each effect shows in some output, in one motion at least."""
+    """At its starting values each effect shows in some output, in one motion at least: over some cycles, or over turns of uneven work."""
     shown = [kernel.variable(name).index for name in kernel.outputs() if name not in ("step_count", "clamped_count")]
     changed = [np.max(np.abs(course(begun(motion, (effect.name,))) - course(begun(motion)))[:, shown]) for motion in MOTIONS]
-    assert max(changed) > 1e-9
+    uneven = ("run_out",) if effect.name != "run_out" else ()
+    turns = [course(begun("external", on), step=7e-3) for on in (uneven, (*uneven, effect.name))]
+    assert max(*changed, np.max(np.abs(turns[1] - turns[0])[:, shown])) > 1e-9
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -1,0 +1,142 @@
+"""Do the effects on shear stress and edge change forces as cutting tests show? Intercepts, powers, logarithms, wear, a one-sided damper."""
+
+from __future__ import annotations
+
+from math import log, pi
+
+import numpy as np
+import pytest
+from asking import AMPLITUDE, CONSTANT, FASTEST, FREQUENCY, OUTSIDE, PERIOD, Values, begun, course, follow, read
+
+WIDTH, SHEAR_STRESS = 1e-3, 4e8  # m, Pa
+CHIP = ("principal_force", "feed_force")
+BARE = {**CONSTANT, "F_C": 1e-6}  # as good as no friction: then the principal force is 2 tau_s w h
+TURNING = {"amplitude_x": 0.0, "amplitude_y": 0.0}  # no vibration: one long cut
+
+
+def at(on: list[str], values: dict[str, float | str], *names: str) -> np.ndarray:
+    contact = begun(values, on)
+    contact.evaluate()
+    return read(contact, *names)
+
+
+def over_thickness(thickness: np.ndarray, on: list[str], **values: float | str) -> np.ndarray:
+    """Principal and feed force at each uncut thickness."""
+    given = {**OUTSIDE, **CONSTANT, "slip_velocity": 0.5, **values}
+    return np.array([at(on, {**given, "uncut_thickness": float(h)}, *CHIP) for h in thickness]).T
+
+
+@pytest.mark.parametrize("width", [1e-3, 4e-3])
+def test_edge_force_is_the_intercept_of_force_over_thickness(width: float) -> None:
+    """In proportion to the width, on a slope that stays; nothing where nothing is cut."""
+    thickness = np.linspace(2e-5, 2e-4, 7)
+    own = {"edge_force.K_ep": 7e3, "edge_force.K_ef": 1.1e4}
+    sharp, blunt = (over_thickness(thickness, on, width=width, rake_angle=0.15, **own) for on in ([], ["edge_force"]))
+    lines = [np.polyfit(thickness, forces.T, 1) for forces in (sharp, blunt)]
+    for (slope, intercept), forces in zip(lines, (sharp, blunt), strict=True):
+        assert np.outer(slope, thickness).T + intercept == pytest.approx(forces.T, rel=1e-12)
+    assert lines[1][0] == pytest.approx(lines[0][0], rel=1e-10)  # slopes of 1e6 N/m, forces rounded at 1e-13 N
+    assert lines[1][1] - lines[0][1] == pytest.approx([7e3 * width, 1.1e4 * width], rel=1e-10)
+    assert np.all(over_thickness(np.array([0, -1e-5]), ["edge_force"], **own) == 0)
+
+
+@pytest.mark.parametrize("m", [0.15, 0.3])
+def test_size_effect_is_a_power_of_the_thickness(m: float) -> None:
+    """log F over log h has the slope 1 - m and passes the plain tool's force at h_ref; no intercept: force vanishes with the chip."""
+    h_ref, thickness = 8e-5, np.geomspace(1e-6, 1e-3, 13)
+    own = {"size_effect.exponent": m, "size_effect.h_ref": h_ref}
+    F_p = over_thickness(thickness, ["size_effect"], **BARE, **own)[0]
+    slopes = np.diff(np.log(F_p)) / np.diff(np.log(thickness))
+    assert slopes == pytest.approx(1 - m, abs=1e-5)  # friction of 1e-6 N beside 1 N at the thinnest
+    there, plain = (over_thickness(np.array([h_ref]), on, **own) for on in (["size_effect"], []))
+    assert there == pytest.approx(plain, rel=1e-12)
+    specific = F_p / (WIDTH * thickness)
+    assert np.all(np.diff(specific) < 0)
+    assert over_thickness(np.array([1e-12]), ["size_effect"], **BARE, **own)[0, 0] < 1e-3
+
+
+def stress(theta: float, speed: float, **own: float) -> float:
+    """Shear stress over the plain one, of a long cut at a speed and a temperature proxy."""
+    values = {**BARE, **TURNING, "cutting_speed": speed, "proxy_source": "proxy_speed", "proxy_speed": theta, "theta_ref": 2.0}
+    named = {f"flow_stress_softening.{name}": value for name, value in own.items()}
+    return float(at(["flow_stress_softening"], {**values, **named}, "principal_force")[0]) / (2 * SHEAR_STRESS * WIDTH * 1e-4)
+
+
+def test_flow_stress_rises_with_the_logarithm_of_speed() -> None:
+    """Johnson and Cook's rate term: the same step C ln 10 for each decade, far above v_ref; the plain stress at rest."""
+    C, v_ref = 0.03, 1e-6
+    found = [stress(0, speed, C=C, v_ref=v_ref, softening=0.2) for speed in (1e-2, 1e-1, 1, 10)]
+    assert np.diff(found) == pytest.approx(C * log(10), rel=1e-4)  # 1 + u/v_ref for u/v_ref
+    assert stress(0, 1e-9, C=C, v_ref=v_ref, softening=0.2) == pytest.approx(1, abs=1e-4)
+
+
+@pytest.mark.parametrize("m", [0.6, 1.0, 2.0])
+def test_flow_stress_falls_with_the_temperature_proxy(m: float) -> None:
+    """Johnson and Cook's thermal term: all at theta = 0, a loss that is a power of theta and is `softening` at theta_ref; and the two terms
+    multiply, so that the relative loss is the same at every speed."""
+    own = {"C": 0.03, "softening": 0.3, "exponent": m}
+    proxies = np.array([0.25, 0.5, 1.0, 2.0])
+    cases = (([0.0], 0.1), (proxies, 0.1), (proxies, 5.0))
+    cold, slow, fast = (np.array([stress(theta, speed, **own) for theta in thetas]) for thetas, speed in cases)
+    lost = 1 - slow / cold
+    assert cold[0] > 1
+    assert np.diff(np.log(lost)) / log(2) == pytest.approx(m, rel=1e-6)
+    assert lost[-1] == pytest.approx(0.3, rel=1e-6)
+    assert fast / fast[0] == pytest.approx(slow / slow[0], rel=1e-6)  # and friction of 1e-6 N beside 80 N
+    assert stress(50.0, 0.1, **own) > 0  # molten, yet no chip pulls
+
+
+def test_flank_wear_grows_with_the_distance_slid() -> None:
+    """To and fro at the same motion: friction is the same each time, feed and principal force climb with the distance, whichever way; the
+    way through the air wears nothing and a worn flank out of contact bears nothing."""
+    turns = np.arange(601) / 100
+    speed, in_air = 0.4 * np.sin(2 * pi * turns), (turns > 4) & (turns < 5)
+    inputs = {"slip_velocity": speed, "uncut_thickness": np.where(in_air, -1e-4, 1e-4)}
+    own = {"flank_wear.feed_rate": 2e4, "flank_wear.principal_rate": 5e3, "width": 2e-3}
+    names = ("friction_force", *CHIP)
+    worn, sharp = (follow(turns, inputs, {**CONSTANT, **own}, on, *names) for on in (["flank_wear"], []))
+    friction, principal, feed = worn - sharp
+    assert np.all(friction == 0)
+    assert np.all((worn - sharp)[:, in_air] == 0)
+    # speed is straight between the samples, and so is distance by the trapezoidal rule but where it reverses
+    slid = np.append(0, np.cumsum(0.5 * np.abs(speed[1:] + speed[:-1]) * np.diff(turns)))
+    slid -= np.where(turns > 4, slid[np.searchsorted(turns, np.minimum(turns, 5))] - slid[400], 0)
+    cut = ~in_air & (turns > 0)
+    close = 2 * 0.4 * 2 * pi / 100 / 100 / 4  # two halves of a sample's way, as the tool leaves the material and comes back
+    assert feed[cut] / (2e4 * 2e-3) == pytest.approx(slid[cut], abs=close)
+    assert principal[cut] / (5e3 * 2e-3) == pytest.approx(slid[cut], abs=close)
+    assert np.diff(feed[:401:50]) == pytest.approx(feed[50], rel=1e-9)  # forth or back
+
+
+def pressed(on: list[str], times: np.ndarray, *names: str, **values: float | str) -> np.ndarray:
+    return course(begun({**CONSTANT, "cutting_speed": 1.5 * FASTEST, **values}, on), times, *names)
+
+
+def test_process_damping_is_half_a_damper() -> None:
+    """A force only while the tool moves into the surface, against that motion; over a cycle of a long cut it takes half of what a viscous
+    damper c = C w takes, pi c omega b^2; and it grows with the width and not with the thickness."""
+    C, omega, times = 2e3, 2 * pi * FREQUENCY, np.linspace(0, PERIOD, 2001)
+    for width, feed in ((1e-3, 1e-4), (3e-3, 1e-4), (1e-3, 2e-4)):
+        values = {"process_damping.C": C, "width": width, "feed": feed}
+        force = np.subtract(*(pressed(on, times, "feed_force", **values)[0] for on in (["process_damping"], [])))
+        u_y = AMPLITUDE * omega * np.sin(2 * pi * FREQUENCY * times)  # y = -b cos(w t)
+        assert np.all(force >= 0)
+        assert np.all(force[u_y > 1e-9] == 0)
+        assert np.all(force[u_y < -1e-6] > 0)
+        taken = -np.trapezoid(force * u_y, times)
+        assert taken == pytest.approx(0.5 * pi * C * width * omega * AMPLITUDE**2, rel=1e-6)
+
+
+def test_process_damping_is_early_in_a_vibrating_cut() -> None:
+    """With separation: between entry and the bottom of the path, the force largest at the entry, nothing later and nothing in the air; and
+    the chip's own forces stay."""
+    times = np.linspace(0.5 * PERIOD, 1.5 * PERIOD, 2001)  # the bottom of the path in the middle
+    own: Values = {"process_damping.C": 2e3, "cutting_speed": 0.3 * FASTEST, "initial_state": "periodic"}
+    names = ("feed_force", "in_contact", "principal_force", "friction_force", "bristle_deflection")
+    damped, plain = (course(begun({**CONSTANT, **own}, on, float(times[0])), times, *names) for on in (["process_damping"], []))
+    force, phase = damped[0] - plain[0], 2 * pi * FREQUENCY * times - 2 * pi
+    assert np.array_equal(damped[1:], plain[1:])
+    assert np.all(force[(damped[1] == 0) | (phase > 1e-9)] == 0)
+    entry = phase[np.argmax(force > 0)]
+    assert entry == pytest.approx(-0.7852, abs=2 * pi / 2000 + 1e-4)  # of this speed ratio, in closed form
+    assert force.max() == pytest.approx(2e3 * WIDTH * FASTEST * 0.7069, rel=1e-2)  # sin(0.7852), to a sample
