@@ -88,6 +88,8 @@ enum Status kernel_event(struct Contact *contact)
     struct Point x;
     /* hosts find events to some roundings of the time, and stop on either side */
     act_on_event(contact, &w, here, 1e-9 / w.p[VIBRATION_FREQUENCY][0] + 1e-12 * fabs(w.p[TIME][0]), &x);
+    for (int i = 0; i < LANES && w.looks_back; ++i)
+        remember_host_step(contact, i, &x); /* what stands before and behind a jump */
     EACH_LANE if (contact->value[TIME][i] >= window_end(contact, i) - 1e-9 * window_length(contact, i)) close_window(contact, i);
     return kernel_evaluate(contact);
 }

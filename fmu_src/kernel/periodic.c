@@ -16,6 +16,7 @@ static enum Status find_deflection(struct Contact *contact)
         EACH_LANE {
             trial.value[BRISTLE_DEFLECTION][i] = z[i];
             trial.value[TIME][i] = start;
+            trial.past_count[i] = 0;
             z_before[i] = n == 0 ? 0 : z_before[i];
             miss_before[i] = n == 0 ? 0 : miss_before[i];
         }
@@ -67,6 +68,7 @@ static enum Status cycle(const struct Contact *contact, const struct Wiring *w, 
 {
     double taken;
     *trial = *contact;
+    EACH_LANE trial->past_count[i] = 0;
     for (int n = 0; n < count; ++n)
         EACH_LANE trial->value[unknown_index(w, n)][i] = from[n][i];
     enum Status status = kernel_event(trial);
@@ -174,7 +176,10 @@ static enum Status fill_history(struct Contact *contact, const struct Wiring *w)
     if (!(back > 0))
         return KERNEL_OK;
     struct Contact before = *contact;
-    EACH_LANE before.value[TIME][i] = contact->value[TIME][i] - ceil(back / period) * period;
+    EACH_LANE {
+        before.value[TIME][i] = contact->value[TIME][i] - ceil(back / period) * period;
+        before.past_count[i] = 0;
+    }
     enum Status status = kernel_event(&before);
     if (status == KERNEL_OK)
         status = kernel_advance(&before, ceil(back / period) * period, 0, &taken);

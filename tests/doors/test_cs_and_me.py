@@ -125,3 +125,29 @@ def test_a_periodic_start_repeats_itself(fmu: Path, kind: str) -> None:
         time, row = np.unique(np.round(found["time"] / GRID, 6), return_index=True)
         z = found["bristle_deflection"][row][time == np.round(time)]
         assert bounds[0] <= np.abs(z[200:400] - z[:200]).max() / largest <= bounds[1]
+
+
+def test_a_delayed_sensor_hears_the_same_in_both(fmu: Path) -> None:
+    """The host's completed steps are kept as straight lines; CVode takes hundreds of them a cycle. Jumps are left out: entry and exit."""
+    values = {**CUT, "relative_tolerance": 1e-7, "sensor_delay": 1, "sensor_delay.time": 7e-6}
+    solver = {"solver": "CVode", "relative_tolerance": 1e-9, "record_events": False}
+    times = {"start_time": 0.0, "stop_time": END, "output_interval": GRID}
+    found = {
+        kind: fmpy.simulate_fmu(
+            str(fmu), fmi_type=kind, start_values=in_fmi(values), output=["principal_force", "measured_principal_force"], **times, **more
+        )
+        for kind, more in (("CoSimulation", {}), ("ModelExchange", solver))
+    }
+    true, own, host = (
+        np.asarray(found[kind][name], dtype=float).view(np.ndarray)
+        for kind, name in (
+            ("CoSimulation", "principal_force"),
+            ("CoSimulation", "measured_principal_force"),
+            ("ModelExchange", "measured_principal_force"),
+        )
+    )
+    largest, late = float(np.abs(true).max()), round(7e-6 / GRID)
+    assert np.quantile(np.abs(own - host), 0.98) < 1e-4 * largest
+    jumps = np.abs(np.diff(true, prepend=0)) > 0.02 * largest
+    smooth = ~(jumps | np.roll(jumps, -1))[:-late]
+    assert own[late:][smooth] == pytest.approx(true[:-late][smooth], rel=0, abs=1e-4 * largest)

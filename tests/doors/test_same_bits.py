@@ -61,6 +61,7 @@ def motion(luck: np.random.Generator) -> dict[str, float]:
         "proxy_speed": float(luck.uniform(0, 2)),
         "contact_temperature": float(luck.uniform(280, 900)),
         "uncut_thickness": float(luck.uniform(-2e-5, 1e-4)),
+        "normal_load": float(luck.uniform(0, 30)),
         "cutting_speed": float(luck.uniform(0, 0.5)),
         "applied_force": float(luck.normal(0, 10)),
         "tool_displacement_x": float(luck.normal(0, 1e-6)),
@@ -134,6 +135,17 @@ def test_kernel_and_fmu_step_alike(make: Make, case: str, law: str) -> None:
     ours, theirs = through_kernel(contact, course), through_fmu(one, course)
     assert not differing(ours, theirs)
     assert np.ptp(ours, axis=0).astype(bool).sum() > 20  # it was no course of standstill
+
+
+@pytest.mark.parametrize("kinematics", kernel.variable("kinematics").choices)
+@pytest.mark.parametrize("effect", [effect.name for effect in kernel.effects()])
+def test_every_effect_is_the_same_through_every_door(make: Make, effect: str, kinematics: str) -> None:
+    """With its switch set in the FMU, its parameters where they start; its states among what is compared."""
+    values: dict[str, float | str] = {"kinematics": kinematics, "sigma1": 5.0}
+    course = course_of([len(effect), len(kinematics)], 15)
+    contact, one = started(values, (effect,)), make().start(in_fmi(values, (effect,)))
+    assert not differing(of_kernel(contact), of_fmu(one))
+    assert not differing(through_kernel(contact, course), through_fmu(one, course))
 
 
 @every_law
