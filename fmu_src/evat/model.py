@@ -84,7 +84,7 @@ class Law:
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """A switchable effect: `variables` are its own parameters, `states` its own states, `needs` the inputs without which it says nothing."""
+    """A switchable effect: `variables` are its own parameters, `states` its own states; without the inputs it `needs` it says nothing."""
 
     name: str
     meaning: str

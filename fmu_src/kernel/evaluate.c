@@ -12,7 +12,7 @@ static void watched_indicators(const struct Contact *contact, const struct Wirin
         EACH_LANE if (!watched(contact, k, i)) indicator[k][i] = 1;
 }
 
-void show_outputs(struct Contact *contact, const struct Wiring *w, const struct Point *x)
+void show_outputs(struct Contact *contact, const struct Wiring *w, const struct Point *x, int angles)
 {
     lanes *value = contact->value;
     watched_indicators(contact, w, x, value + CONTACT_INDICATOR);
@@ -26,7 +26,6 @@ void show_outputs(struct Contact *contact, const struct Wiring *w, const struct 
         value[SLIP_VELOCITY_USED][i] = x->v[i];
         value[UNCUT_THICKNESS_USED][i] = x->cutting[i] * x->h[i];
         value[THETA_USED][i] = x->theta[i];
-        value[SHEAR_ANGLE][i] = shear_angle(w, x, i);
         value[SPEED_RATIO][i] = x->speed_ratio[i];
         value[IN_CONTACT][i] = value[CONTACT_RATE][i] = x->cutting[i];
         value[DISSIPATED_POWER][i] = x->F[i] * x->v[i];
@@ -41,6 +40,8 @@ void show_outputs(struct Contact *contact, const struct Wiring *w, const struct 
         for (int n = 0; n < MEANS; ++n)
             value[mean_of[n]][i] = now[n];
     }
+    for (int i = 0; i < LANES && angles; ++i)
+        value[SHEAR_ANGLE][i] = shear_angle(w, x, i);
     if (w->drivers)
         show_rates(contact, w, x);
     contact->warnings |= x->warnings;
@@ -67,7 +68,7 @@ enum Status kernel_evaluate(struct Contact *contact)
         settle_sides(contact, &w, here, 0, &x);
     else
         point_at(contact, &w, here, &x);
-    show_outputs(contact, &w, &x);
+    show_outputs(contact, &w, &x, 1);
     for (int k = 0; k < INDICATORS; ++k)
         EACH_LANE contact->sign[k][i] = held[k][i];
     EACH_LANE if (!isfinite(x.F_p[i]) || !isfinite(x.dz[i])) return KERNEL_DIVERGED;

@@ -62,6 +62,9 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
 {
     struct Wiring w = wire(contact);
     struct Course course = {.known = 0};
+    int angles = 0;
+    for (int j = 0; j < yield->output_count; ++j)
+        angles |= yield->output_index[j] == SHEAR_ANGLE;
     enum Status status = ordered_temperatures(contact) ? KERNEL_OK : KERNEL_TEMPERATURES;
     for (int64_t n = 0; n < record->count && status == KERNEL_OK; ++n) {
         yield->samples_done = n;
@@ -77,7 +80,7 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
         land(contact, record, n);
         if (!record->keep || record->keep[n]) {
             if (course.known && is_whole(&w, &course.room[course.now]))
-                show_outputs(contact, &w, &course.room[course.now]);
+                show_outputs(contact, &w, &course.room[course.now], angles || n == record->count - 1);
             else
                 status = kernel_evaluate(contact);
             give(contact, yield);

@@ -148,8 +148,8 @@ void point_within(const struct Contact *contact, const struct Wiring *w, int for
 int touches_within(const struct Contact *contact, const struct Wiring *w, int lane, double s, double h, const struct Point *start,
                    const struct Point *middle, const struct Point *end, double tau[2], double indicator[2]);
 
-/* evaluate.c: the point x as outputs, derivatives and indicators. */
-void show_outputs(struct Contact *contact, const struct Wiring *w, const struct Point *x);
+/* evaluate.c: the point x as outputs, derivatives and indicators; the shear angle, which is dear, only with `angles`. */
+void show_outputs(struct Contact *contact, const struct Wiring *w, const struct Point *x, int angles);
 
 /* window.c: length and end [s] of the present averaging window, 0 and infinity where no means are formed. */
 extern const int mean_of[MEANS];

@@ -259,7 +259,8 @@ def both(values: Mapping[str, Any], steps: list[float], slopes: Mapping[str, flo
 
 
 def assert_same(found: Mapping[str, np.ndarray], tolerance: float = 1e-9) -> None:
-    """Relative to the largest value that a variable takes. Energy and distance are looser: the kernel chooses its steps for deflection and forces."""
+    """Relative to the largest value that a variable takes. Energy and distance are looser: the kernel chooses its steps for deflection
+    and forces."""
     for name, (python, c) in found.items():
         bound = (100 * tolerance if name in INTEGRATED else tolerance) * max(float(np.abs(c).max()), 1e-300)
         miss = float(np.abs(python - c).max())

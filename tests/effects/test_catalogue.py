@@ -17,10 +17,14 @@ from evat.model import Effect, SimulationError
 
 PERIOD = 5e-5  # [s], of the vibration at its start value
 EFFECTS = {effect.name: effect for effect in kernel.effects()}
-CONTRACT = """holder_compliance amplitude_loss ellipse_phase_error run_out size_effect flow_stress_softening edge_force flank_wear
-    process_damping thermal_softening thermal_damping thermal_viscosity direction_asymmetry load_dependence viscous_friction stribeck
-    elasto_plastic dwell_strengthening friction_wear proxy_lag sensor_delay sensor_gain sensor_offset sensor_drift cross_talk
-    sensor_lowpass dynamometer_resonance""".split()
+# fmt: off
+CONTRACT = (
+    "holder_compliance", "amplitude_loss", "ellipse_phase_error", "run_out", "size_effect", "flow_stress_softening", "edge_force",
+    "flank_wear", "process_damping", "thermal_softening", "thermal_damping", "thermal_viscosity", "direction_asymmetry",
+    "load_dependence", "viscous_friction", "stribeck", "elasto_plastic", "dwell_strengthening", "friction_wear", "proxy_lag",
+    "sensor_delay", "sensor_gain", "sensor_offset", "sensor_drift", "cross_talk", "sensor_lowpass", "dynamometer_resonance",
+)
+# fmt: on
 MOTIONS: dict[str, dict[str, float | str]] = {
     "internal": {"cutting_speed": 0.2},
     "external": {"kinematics": "external"},
@@ -66,16 +70,21 @@ def test_an_effect_is_listed_if_its_file_exists() -> None:
 def test_the_table_tells_all(effect: Effect) -> None:
     switch = kernel.variable(effect.name)
     assert (switch.type, switch.variability, switch.start) == ("boolean", "fixed", 0)
-    assert effect.equation and effect.signature and effect.stage
+    assert effect.equation
+    assert effect.signature
+    assert effect.stage
     assert effect.variables
     for variable in (switch, *effect.variables, *effect.states):
         units.parse(variable.unit)
-        assert variable.meaning and variable.source
+        assert variable.meaning
+        assert variable.source
         assert variable.min <= variable.start <= variable.max
     for variable in effect.variables:
         assert variable.name.startswith(f"{effect.name}.")
         assert variable.variability == "tunable"
-        assert math.isfinite(variable.min) and math.isfinite(variable.max) and variable.min < variable.max
+        assert math.isfinite(variable.min)
+        assert math.isfinite(variable.max)
+        assert variable.min < variable.max
         assert math.isnan(variable.neutral) or variable.min <= variable.neutral <= variable.max
     assert any(math.isfinite(variable.neutral) for variable in effect.variables)
     assert any(variable.start != variable.neutral for variable in effect.variables if math.isfinite(variable.neutral))  # on is not off
@@ -118,18 +127,14 @@ def test_the_order_of_switching_does_not_matter(seed: int) -> None:
 @every_motion
 @every_effect
 def test_corners_of_the_bounds_stay_finite(effect: Effect, motion: str) -> None:
-    """Every corner of the parameters' box: finite numbers, or a clear refusal to go on."""
+    """Every corner of the parameters' box: the run goes on, with finite numbers."""
     corners = itertools.product(*((variable.min, variable.max) for variable in effect.variables))
     for corner in corners:
         values = dict(zip((variable.name for variable in effect.variables), corner, strict=True))
         contact = Contact({**MOTIONS[motion], **values}, (effect.name,))
-        try:
-            contact.start()
-            rows = course(contact, 8)
-        except SimulationError as error:
-            assert "internal steps" in str(error), (values, error)
-        else:
-            assert np.all(np.isfinite(rows[:, [kernel.variable(name).index for name in kernel.outputs()]])), values
+        contact.start()
+        rows = course(contact, 8)
+        assert np.all(np.isfinite(rows[:, [kernel.variable(name).index for name in kernel.outputs()]])), values
 
 
 @every_effect

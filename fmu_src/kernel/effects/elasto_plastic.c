@@ -45,7 +45,7 @@ static void yield(const lanes *p, const lanes *state, struct Point *x)
 const struct Effect effect_elasto_plastic = {
     .equation = "dz/dt = v - alpha(z) P |v| z / g; alpha = 0 below the break-away deflection or where z and v differ in sign, 1 at steady "
                 "slip, a half sine between",
-    .signature = "small loads or motions to and fro are held without drift; stiffer start after each reversal",
+    .signature = "small loads to and fro are held without drift; after a reversal the slope is that of the bristles, where LuGre has twice it",
     .stage = STAGE_BRISTLE, .bends = 1, .act = yield,
     .variables = variables, .count = COUNT,
 };
