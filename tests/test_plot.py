@@ -15,13 +15,13 @@ from matplotlib.figure import Figure
 def figures(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
     """The figures that were drawn, as they are saved."""
     found: list[Figure] = []
-    save = plot._save
+    save = plot.save_figure
 
     def kept(figure: Figure, path: Path) -> Path:
         found.append(figure)
         return save(figure, path)
 
-    monkeypatch.setattr(plot, "_save", kept)
+    monkeypatch.setattr(plot, "save_figure", kept)
     return found
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from evat import kernel
 from evat.compile import MANY_LANES
 from evat.model import FloatArray, ParameterError, Run, SimulationError
+from evat.needs import check_needs
 
 Give = Literal["rows", "sums"]
 MOST_BYTES = 8e9  # of rows in one answer; sums fit any number of sets
@@ -198,6 +199,8 @@ def run_many(
     names = tuple(run.outputs)
     if not names:
         raise ParameterError("no outputs were asked for; name at least one, for example friction_force.")
+    single: dict[str, float | str] = {name: value for name, value in values.items() if isinstance(value, (int, float, str))}
+    check_needs(kernel.ContactModel(), on, single, {*run.inputs, *values})
     count, constants, columns = _sets(values, on, run)
     clock, keep = _clock(run, at)
     inputs, shared, each = _columns(run, clock, count)

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import importlib.metadata
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from evat import kernel, parameter_sets
-from evat.model import Effect, EvatError, Law, ParameterError, Variable
+from evat.cli_effects import effects
+from evat.cli_shared import SpeedUnit, Values, err, lines_done, out, share_done, typed_values
+from evat.model import Effect, EvatError, Law, Variable
 from evat.record import Columns
-from evat.units import display, to_si
+from evat.units import display
 
 app = typer.Typer(
     name="evat",
@@ -26,62 +24,18 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode="markdown",
     help="Chip-tool friction and elliptical vibration assisted turning as a component.\n\n"
-    "`evat build` makes the FMUs, `evat run` shows what they do, `evat simulate` answers a question of your own. "
+    "`evat build` makes the FMUs, `evat run` shows what they do, `evat simulate` answers a question of your own, "
+    "`evat effects` shows what can be switched on. "
     "Numbers take units: `--value 'cutting_speed=30 m/min'`; a bare number is SI.",
 )
-out, err = Console(), Console(stderr=True)
-
-Values = Annotated[
-    list[str] | None,
-    typer.Option("--value", "-v", help="NAME=VALUE of a parameter or constant input, units allowed; repeat it for more."),
-]
-SpeedUnit = Annotated[str, typer.Option(help="Unit in which the speeds of the paper's table 1 are read: m/min or m/s.")]
 Effects = Annotated[
     list[str] | None,
-    typer.Option("--effect", "-e", help="Switch on an effect (`evat info` lists them); repeat it for more. A set's own effects stay on."),
+    typer.Option(
+        "--effect", "-e", help="Switch on an effect (`evat effects` lists them); repeat it for more. A set's own effects stay on."
+    ),
 ]
 
-
-def _bar() -> Progress:
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn())
-    return Progress(*columns, console=err, transient=True)
-
-
-@contextmanager
-def _progress(what: str) -> Iterator[Callable[[float], None]]:
-    """A bar that is told the share that is done."""
-    with _bar() as bar:
-        task = bar.add_task(what, total=1.0)
-        yield lambda share: bar.update(task, completed=share)
-
-
-@contextmanager
-def _lines(count: int) -> Iterator[Callable[[str], None]]:
-    """A bar that is told what comes next, `count` times in all."""
-    with _bar() as bar:
-        task = bar.add_task("", total=count)
-        yield lambda text: bar.update(task, description=text, advance=1)
-
-
-def typed_values(texts: list[str] | None) -> dict[str, float | str]:
-    """NAME=VALUE texts as values in SI; choices stay names. ParameterError for what is neither."""
-    values: dict[str, float | str] = {}
-    for text in texts or []:
-        name, equals, value = text.partition("=")
-        name, value = name.strip(), value.strip()
-        if not equals or not value:
-            raise ParameterError(f"{text!r}: write NAME=VALUE, for example 'cutting_speed=30 m/min'.")
-        known = kernel.variable(name)
-        if known.causality not in ("parameter", "input") and name not in kernel.states():
-            raise ParameterError(f"{name} is an {known.causality} of the component; it is computed and cannot be set.")
-        if known.type == "choice":
-            values[name] = value
-        elif known.type == "boolean" and value.lower() in ("true", "false"):
-            values[name] = float(value.lower() == "true")
-        else:
-            values[name] = to_si(value, known.unit, name=name)
-        known.check(values[name])
-    return values
+app.command()(effects)
 
 
 def _row(variable: Variable) -> list[str]:
@@ -157,7 +111,7 @@ def build(
     from evat.compile import TARGETS, host_target
 
     targets = [host_target().fmi3_folder] if host_only else list(TARGETS)
-    with _lines(2 * (2 + len(targets)) + 1) as progress:
+    with lines_done(2 * (2 + len(targets)) + 1) as progress:
         paths = [*fmu.build_all(to, targets, progress)]
         progress("pythonfmu twin")
         paths.append(python_fmu.build_python_fmu(to / "EvatContactPython.fmu"))
@@ -262,7 +216,7 @@ def _host_fmu(version: Literal[2, 3], to: Path) -> Path:
     from evat import fmu
     from evat.compile import host_target
 
-    with _lines(3) as progress:
+    with lines_done(3) as progress:
         return fmu.build_fmu(version, to / fmu.file_name(version), [host_target().fmi3_folder], progress)
 
 
@@ -273,7 +227,7 @@ def _run_record(
     from evat.record import follow_record
 
     built = _host_fmu(2, to)
-    with _progress(f"following {record.name}") as progress:
+    with share_done(f"following {record.name}") as progress:
         result = follow_record(built, record, columns, kernel.by_choice(values), found.effects, between=between, progress=progress)
     residual = f"residual {result.residual_rms:.3g} N RMS, {100 * result.residual_share:.1f} % of the measured force"
     title = f"{record.name}, {found.name}: {residual}"
@@ -286,7 +240,7 @@ def _run_materials(family: str, speed_unit: str, to: Path) -> None:
     from evat import main_job
 
     built, total = _host_fmu(3, to), main_job.case_count()
-    with _progress("driving the FMU") as progress:
+    with share_done("driving the FMU") as progress:
         cases = main_job.run_cases(built, family, speed_unit, lambda n: progress(n / total))
     figures = main_job.plot_cases(cases, to)
     main_job.write_means(cases, to / "means.csv")

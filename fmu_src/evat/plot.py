@@ -28,13 +28,13 @@ STYLE: Any = {
 }
 
 
-def _new(rows: int, columns: int, size: tuple[float, float], sharex: bool = True) -> tuple[Figure, Any]:
+def new_figure(rows: int, columns: int, size: tuple[float, float], sharex: bool = True) -> tuple[Figure, Any]:
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     return figure, figure.subplots(rows, columns, sharex=sharex, squeeze=False)
 
 
-def _save(figure: Figure, path: Path) -> Path:
+def save_figure(figure: Figure, path: Path) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=120, metadata={"Software": None} if path.suffix == ".png" else None)
     return path
@@ -63,14 +63,14 @@ def plot_trace(trace: Trace, path: Path, names: Sequence[str], title: str = "") 
     """One panel for each of `names` over time."""
     factor, unit = clock_unit(float(trace.times[-1] - trace.times[0]))
     with mpl.rc_context(STYLE):
-        figure, axes = _new(len(names), 1, (8, 1.2 + 1.7 * len(names)))
+        figure, axes = new_figure(len(names), 1, (8, 1.2 + 1.7 * len(names)))
         for axis, name, colour in zip(axes[:, 0], names, COLOURS * 10, strict=False):
             values, text = shown(name, trace[name])
             axis.plot(trace.times * factor, values, color=colour, lw=1.2)
             axis.set_ylabel(text)
         axes[-1, 0].set_xlabel(label("time", unit))
         axes[0, 0].set_title(title)
-        return _save(figure, path)
+        return save_figure(figure, path)
 
 
 def plot_cycles(panels: Mapping[str, Mapping[str, Trace]], force: str, path: Path, title: str) -> Path:
@@ -78,7 +78,7 @@ def plot_cycles(panels: Mapping[str, Mapping[str, Trace]], force: str, path: Pat
     columns = 2
     rows = (len(panels) + 1) // columns
     with mpl.rc_context(STYLE):
-        figure, axes = _new(rows, columns, (10, 3.2 * rows))
+        figure, axes = new_figure(rows, columns, (10, 3.2 * rows))
         for axis, (panel, traces) in zip(axes.ravel(), panels.items(), strict=False):
             for place, (line, trace) in enumerate(traces.items()):
                 values, name = shown(force, trace[force])
@@ -90,7 +90,7 @@ def plot_cycles(panels: Mapping[str, Mapping[str, Trace]], force: str, path: Pat
             axis.set_title(panel)
         figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
         figure.suptitle(title)
-        return _save(figure, path)
+        return save_figure(figure, path)
 
 
 def plot_record(times: FloatArray, velocity: FloatArray, measured: FloatArray, simulated: FloatArray, path: Path, title: str) -> Path:
@@ -98,7 +98,7 @@ def plot_record(times: FloatArray, velocity: FloatArray, measured: FloatArray, s
     window = slice(0, int(np.searchsorted(times, times[0] + (times[-1] - times[0]) / 15)) + 2)
     distance = np.concatenate([[0.0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * np.diff(times))])
     with mpl.rc_context(STYLE):
-        figure, axes = _new(2, 2, (12, 7), sharex=False)
+        figure, axes = new_figure(2, 2, (12, 7), sharex=False)
         (slip, force), (loop, residual) = axes
         values, name = shown("slip_velocity", velocity)
         slip.plot(times[window], values[window], color=COLOURS[5], lw=1)
@@ -117,4 +117,4 @@ def plot_record(times: FloatArray, velocity: FloatArray, measured: FloatArray, s
         residual.plot(times, values, color=COLOURS[2], lw=0.6)
         residual.set(xlabel=label("time", "s"), ylabel=f"residual, {name}", title="simulated less measured, the whole record")
         figure.suptitle(title)
-        return _save(figure, path)
+        return save_figure(figure, path)
