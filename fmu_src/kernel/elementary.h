@@ -35,7 +35,7 @@ static inline double exponential(double x)
     const double a = (1 + r) + r2 * (1. / 2 + r * (1. / 6)), b = (1. / 24 + r * (1. / 120)) + r2 * (1. / 720 + r * (1. / 5040));
     const double c = (1. / 40320 + r * (1. / 362880)) + r2 * (1. / 3628800 + r * (1. / 39916800));
     const double d = 1. / 479001600 + r * (1. / 6227020800), sum = a + r4 * (b + r4 * (c + r4 * d));
-    const double power = with_bits((bits_of(shifted) + 1023) << 52);
+    const double power = with_bits((int64_t)((uint64_t)(bits_of(shifted) + 1023) << 52));
     return x < -700 ? 0 : sum * power;
 }
 
