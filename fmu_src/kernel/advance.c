@@ -470,7 +470,8 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
     if (!ordered_temperatures(contact))
         return KERNEL_TEMPERATURES;
     const struct Wiring w = wire(contact);
-    struct Course course = {.known = 0};
+    struct Course course;
+    course.now = course.known = 0;
     lanes s = {0};
     const enum Status status = march(contact, &w, step, stop_at_events, s, &course);
     move_on(contact, s);

@@ -61,7 +61,8 @@ static void give(const struct Contact *contact, struct Yield *y)
 enum Status kernel_follow(struct Contact *contact, const struct Record *record, struct Yield *yield, const volatile int *stop)
 {
     struct Wiring w = wire(contact);
-    struct Course course = {.known = 0};
+    struct Course course;
+    course.now = course.known = 0;
     int angles = 0;
     for (int j = 0; j < yield->output_count; ++j)
         angles |= yield->output_index[j] == SHEAR_ANGLE;

@@ -126,6 +126,7 @@ struct Contact {
     double window_origin;                    /* time at which the first window opened [s] */
     uint32_t warnings;
     uint32_t started;
+    uint64_t effects_on;                     /* bit n: effect n, since the start */
     /* The last internal steps: end [s], length [s], and the forces at start, middle and end; a ring. Empty unless an effect looks back. */
     lanes past_count;
     lanes past_end[HISTORY], past_length[HISTORY], past_force[HISTORY][CHANNELS][3];

@@ -63,6 +63,7 @@ static enum Status begin(struct Contact *contact)
 
 enum Status kernel_start(struct Contact *contact, double time)
 {
+    contact->effects_on = effects_switched_on(contact);
     const struct Wiring w = wire(contact);
     if (!isfinite(time))
         return KERNEL_NOT_FINITE;

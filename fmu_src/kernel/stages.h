@@ -47,6 +47,8 @@ struct Wiring {
 };
 
 /* wiring.c */
+/* Effects whose switch is on: bit n for effect n. They are fixed at the start. */
+uint64_t effects_switched_on(const struct Contact *contact);
 struct Wiring wire(const struct Contact *contact);
 void wire_time(const struct Contact *contact, struct Wiring *w);
 

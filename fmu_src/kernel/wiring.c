@@ -15,17 +15,48 @@ void wire_time(const struct Contact *contact, struct Wiring *w)
         return;
     EACH_LANE {
         const double turns = w->p[VIBRATION_FREQUENCY][i] * w->p[TIME][i];
-        const double fastest = 2 * PI * w->p[VIBRATION_FREQUENCY][i] * w->p[AMPLITUDE_X][i];
-        const double r = fastest > 0 ? w->p[CUTTING_SPEED][i] / fastest : INFINITY;
+        const double omega = 2 * PI * w->p[VIBRATION_FREQUENCY][i], a = w->p[AMPLITUDE_X][i];
+        const double r = a > 0 ? w->p[CUTTING_SPEED][i] / (a * omega) : INFINITY; /* to the bit as ellipse_at finds it */
         w->cycle[i] = turns - floor(turns);
         if (!(w->turn[i].r == r))
             w->turn[i] = turn_at(r);
     }
 }
 
+uint64_t effects_switched_on(const struct Contact *contact)
+{
+    uint64_t on = 0;
+    for (int n = 0, at = kernel_effect_switch(0); n < EFFECT_COUNT; at += kernel_effect(n++)->count)
+        on |= (uint64_t)(contact->value[at][0] != 0) << n;
+    return on;
+}
+
+static void wire_effects(const struct Contact *contact, struct Wiring *w)
+{
+    uint64_t left = contact->effects_on;
+    for (int n = 0, at = kernel_effect_switch(0), state = 0; n < EFFECT_COUNT && left; ++n, left >>= 1) {
+        const struct Effect *effect = kernel_effect(n);
+        if (left & 1) {
+            w->on[w->on_count] = effect;
+            w->on_p[w->on_count] = contact->value + at;
+            w->on_state[w->on_count] = state;
+            w->on_value[w->on_count++] = at + effect->count - 2 * effect->states;
+            w->stages |= 1 << effect->stage;
+            w->drivers |= (effect->driver != NO_STATES) << effect->driver;
+            w->looks_back |= effect->looks_back != NULL;
+            w->bends |= effect->bends;
+            w->meets_again |= effect->meets_again != NULL;
+        }
+        at += effect->count;
+        state += effect->states;
+    }
+}
+
 struct Wiring wire(const struct Contact *contact)
 {
-    struct Wiring w = {.p = contact->value, .kinematics = (enum Kinematics)chosen(contact->value, KINEMATICS, 0)};
+    struct Wiring w; /* not zeroed: that would cost a tenth of a step */
+    w.p = contact->value;
+    w.kinematics = (enum Kinematics)chosen(contact->value, KINEMATICS, 0);
     const int law = chosen(contact->value, FRICTION_LAW, 0);
     w.law = kernel_law(law);
     w.law_p = contact->value + law_values(law);
@@ -34,27 +65,19 @@ struct Wiring wire(const struct Contact *contact)
     w.dissipative = chosen(contact->value, DAMPING_MODE, 0) == DISSIPATIVE;
     w.thermal_rate = chosen(contact->value, RATE_STIFFNESS, 0) == THERMAL_STIFFNESS;
     w.current_angle = chosen(contact->value, CHIP_FLOW_ANGLE, 0) == CURRENT_ANGLE && w.kinematics != KINEMATICS_EXTERNAL;
-    for (int n = 0, at = kernel_effect_switch(0), state = 0; n < EFFECT_COUNT; ++n) {
-        const struct Effect *effect = kernel_effect(n);
-        if (contact->value[at][0] != 0) {
-            w.on[w.on_count] = effect;
-            w.on_p[w.on_count] = contact->value + at;
-            w.on_state[w.on_count] = state;
-            w.on_value[w.on_count++] = at + effect->count - 2 * effect->states;
-            w.stages |= 1 << effect->stage;
-            w.drivers |= (effect->driver != NO_STATES) << effect->driver;
-            w.looks_back |= effect->looks_back != NULL;
-            w.bends |= effect->bends;
-            w.meets_again |= effect->meets_again != NULL;
-        }
-        at += effect->count;
-        state += effect->states;
-    }
+    w.on_count = w.stages = w.drivers = w.looks_back = w.bends = w.meets_again = 0;
+    if (contact->effects_on)
+        wire_effects(contact, &w);
     w.feedback = w.drivers >> DRIVEN_BY_FORCE & 1;
     w.iterates = w.feedback || w.bends || w.current_angle;
     EACH_LANE {
         const double rake = contact->value[RAKE_ANGLE][i];
-        cos_sin_of(rake, &w.cos_rake[i], &w.sin_rake[i]);
+        w.cos_rake[i] = 1;
+        w.sin_rake[i] = 0;
+        if (rake != 0)
+            cos_sin_of(rake, &w.cos_rake[i], &w.sin_rake[i]);
+        w.turn[i].r = NAN;
+        w.tan_flow[i] = 0;
         if (w.kinematics == KINEMATICS_EXTERNAL && w.on_count == 0)
             continue;
         const double phase_x = contact->value[PHASE_X][i], phase_y = contact->value[PHASE_Y][i];
