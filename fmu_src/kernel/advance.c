@@ -9,11 +9,17 @@
 #include <math.h>
 #include <stddef.h>
 
+/* How far a pass has moved what it repeats for, in units of what is allowed: the deflection, and where forces feed back these. */
 static double moved(const struct Wiring *w, const struct Point *x, const struct Point *before, int i)
 {
+    const int bent = w->current_angle || w->bends;
+    const double allowed = 1e-3 * w->p[RELATIVE_TOLERANCE][i];
+    const double of_z = bent ? fabs(x->z[i] - before->z[i]) / (allowed * larger(fabs(x->z[i]), 1e-300)) : 0;
+    if (!w->feedback)
+        return of_z;
     const double force = larger(larger(x->F_C[i], x->F_S[i]), larger(fabs(x->F[i]), fabs(x->F_p[i])));
     const double by = larger(fabs(x->F[i] - before->F[i]), larger(fabs(x->F_p[i] - before->F_p[i]), fabs(x->F_f[i] - before->F_f[i])));
-    return by / (1e-3 * w->p[RELATIVE_TOLERANCE][i] * force);
+    return larger(of_z, by / (allowed * force));
 }
 
 enum { POINT_LANES = offsetof(struct Point, past) / sizeof(lanes) };
@@ -67,6 +73,7 @@ static void settle(const struct Contact *contact, const struct Wiring *w, const 
                    struct Point *middle, struct Point *end, lanes difference)
 {
     int settled[LANES] = {0}, all = 0;
+    lanes last;
     for (int n = 0; n < 30 && !all; ++n) {
         const struct Point before = *end, before_middle = *middle;
         lanes before_difference;
@@ -81,14 +88,17 @@ static void settle(const struct Contact *contact, const struct Wiring *w, const 
                 difference[i] = before_difference[i];
                 continue;
             }
-            const double tolerance = 1e-3 * w->p[RELATIVE_TOLERANCE][i];
-            const int bent = (w->current_angle || w->bends) && fabs(end->z[i] - before.z[i]) > tolerance * fabs(end->z[i]);
-            settled[i] = !bent && !(w->feedback && (n == 0 || moved(w, end, &before, i) > 1));
+            /* linearised rates come closer by the same ratio again, or faster: that pass need not be made to be seen */
+            const double now = n == 0 && w->feedback ? INFINITY : moved(w, end, &before, i), ratio = n > 0 ? smaller(now / last[i], 1) : 1;
+            settled[i] = now <= 1 || (!w->feedback && now * ratio <= 0.01);
+            last[i] = now;
             all &= settled[i];
         }
     }
     for (int i = 0; i < LANES; ++i)
         difference[i] = (w->feedback || w->bends) && !settled[i] ? INFINITY : difference[i];
+    if (w->feedback)
+        return; /* closed by the last pass */
     close_point(contact, w, 1, middle);
     close_point(contact, w, 1, end);
 }
