@@ -108,14 +108,14 @@ def test_sums_are_the_sums_of_the_rows() -> None:
 
 
 def test_a_set_that_fails_spoils_no_other() -> None:
-    """A delay beyond what is kept ends its own run only."""
-    values = {**sets(), "sensor_delay.time": np.where(np.arange(COUNT) == 4, 0.58, 1e-3)}
-    run = Run(TIMES, RIG.inputs, ("measured_friction_force",))
-    batch = run_many(run, values, ("sensor_delay",))
+    """A reference temperature below the ambient one ends its own run only."""
+    values = {**sets(), "proxy_source": "contact_temperature", "contact_temperature": 350.0}
+    values["reference_temperature"] = np.where(np.arange(COUNT) == 4, 200.0, 400.0)
+    batch = run_many(RIG, values)
     assert list(batch.failed) == [4]
-    assert "looks back" in batch.failed[4]
-    assert np.all(np.isnan(batch.rows["measured_friction_force"][4]))
-    assert np.array_equal(batch.rows["measured_friction_force"][5], alone(one(values, 5), run, ("sensor_delay",))[:, 0])
+    assert "reference_temperature" in batch.failed[4]
+    assert np.all(np.isnan(batch.rows["friction_force"][4]))
+    assert np.array_equal(batch.rows["friction_force"][5], alone(one(values, 5), RIG)[:, 0])
 
 
 def test_progress_ends_at_one_and_only_rises() -> None:

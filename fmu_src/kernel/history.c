@@ -10,7 +10,49 @@ static int64_t whole_count(double count) { return count > 0 && count < 9e15 ? (i
 
 static int64_t steps_kept(const struct Contact *contact, int lane) { return whole_count(contact->past_count[lane]); }
 
+static int64_t first_kept(const struct Contact *contact, int lane)
+{
+    const int64_t count = steps_kept(contact, lane), first = whole_count(contact->past_first[lane]);
+    return first < count && count - first <= HISTORY ? first : count > HISTORY ? count - HISTORY : 0;
+}
+
+/* A step is written in its place; the one that stood there is gone. */
+static void written(struct Contact *contact, int lane, int64_t count)
+{
+    contact->past_count[lane] = (double)count;
+    contact->past_first[lane] = larger(contact->past_first[lane], (double)(count - HISTORY));
+}
+
 static const lanes *forces_of(const struct Point *x, int channel) { return channel == 0 ? &x->F : channel == 1 ? &x->F_p : &x->F_f; }
+
+/* On the parabola through three values at share 0, 1/2 and 1. */
+static double between(double share, double u_0, double u_m, double u_1)
+{
+    return u_0 + share * (4 * u_m - 3 * u_0 - u_1 + 2 * share * (u_0 - 2 * u_m + u_1));
+}
+
+/* Two steps of one length, one after the other and without a jump, are kept as one where one parabola does for both. */
+static int joined(struct Contact *contact, int lane, int64_t before, int64_t after)
+{
+    const double length = contact->past_length[after][lane], gap = contact->past_end[after][lane] - length - contact->past_end[before][lane];
+    if (fabs(contact->past_length[before][lane] - length) > 1e-6 * length || fabs(gap) > 1e-6 * length)
+        return 0;
+    for (int k = 0; k < CHANNELS; ++k) {
+        const lanes *a = contact->past_force[before][k], *b = contact->past_force[after][k];
+        const double allowed = 0.3 * contact->value[RELATIVE_TOLERANCE][lane] * larger(fabs(a[0][lane]), fabs(b[2][lane]));
+        if (fabs(a[2][lane] - b[0][lane]) > allowed ||
+            fabs(between(0.25, a[0][lane], b[0][lane], b[2][lane]) - a[1][lane]) > allowed ||
+            fabs(between(0.75, a[0][lane], b[0][lane], b[2][lane]) - b[1][lane]) > allowed)
+            return 0;
+    }
+    for (int k = 0; k < CHANNELS; ++k) {
+        contact->past_force[before][k][1][lane] = contact->past_force[after][k][0][lane];
+        contact->past_force[before][k][2][lane] = contact->past_force[after][k][2][lane];
+    }
+    contact->past_end[before][lane] = contact->past_end[after][lane];
+    contact->past_length[before][lane] += length;
+    return 1;
+}
 
 void remember(struct Contact *contact, int lane, double h, const struct Point *start, const struct Point *middle, const struct Point *end)
 {
@@ -21,7 +63,9 @@ void remember(struct Contact *contact, int lane, double h, const struct Point *s
     for (int k = 0; k < CHANNELS; ++k)
         for (int n = 0; n < 3; ++n)
             contact->past_force[at][k][n][lane] = (*forces_of(at_time[n], k))[lane];
-    contact->past_count[lane] = (double)(count + 1);
+    written(contact, lane, count + 1);
+    for (int64_t n = count + 1; n - 1 > first_kept(contact, lane) && joined(contact, lane, (n - 2) % HISTORY, (n - 1) % HISTORY); --n)
+        contact->past_count[lane] = (double)(n - 1);
 }
 
 /* Straight from the end of the last step. */
@@ -37,13 +81,7 @@ void remember_host_step(struct Contact *contact, int lane, const struct Point *x
     }
     contact->past_end[at][lane] = x->t[lane];
     contact->past_length[at][lane] = larger(length, 0);
-    contact->past_count[lane] = (double)(count + 1);
-}
-
-/* On the parabola through three values at share 0, 1/2 and 1. */
-static double between(double share, double u_0, double u_m, double u_1)
-{
-    return u_0 + share * (4 * u_m - 3 * u_0 - u_1 + 2 * share * (u_0 - 2 * u_m + u_1));
+    written(contact, lane, count + 1);
 }
 
 double recall(const struct Point *x, int channel, int lane, double t) { return recall_in(x->past, x, channel, lane, t); }
@@ -53,7 +91,7 @@ double recall_in(const struct Past *past, const struct Point *x, int channel, in
     const struct Contact *contact = past->contact;
     const struct Point *a = past->start, *m = past->middle, *b = past->end;
     const double now = (*forces_of(x, channel))[lane];
-    const int64_t count = steps_kept(contact, lane), oldest = count > HISTORY ? count - HISTORY : 0;
+    const int64_t count = steps_kept(contact, lane), oldest = first_kept(contact, lane);
     if (t >= x->t[lane])
         return now;
     if (a && t >= a->t[lane]) {
@@ -85,15 +123,15 @@ double recall_in(const struct Past *past, const struct Point *x, int channel, in
 /* Is what was at t still there? It is as long as nothing has been overwritten. */
 int recall_reaches(const struct Contact *contact, int lane, double t)
 {
-    const int64_t count = steps_kept(contact, lane), oldest = count > HISTORY ? (count - HISTORY) % HISTORY : 0;
-    return count <= HISTORY || t >= contact->past_end[oldest][lane] - contact->past_length[oldest][lane];
+    const int64_t oldest = first_kept(contact, lane), at = oldest % HISTORY;
+    return oldest == 0 || t >= contact->past_end[at][lane] - contact->past_length[at][lane];
 }
 
 /* The first step of the ring that ends after t; its count where none does. */
 static int64_t first_after(const struct Contact *contact, int lane, double t)
 {
     const int64_t count = steps_kept(contact, lane);
-    int64_t low = count > HISTORY ? count - HISTORY : 0, high = count;
+    int64_t low = first_kept(contact, lane), high = count;
     while (low < high) {
         const int64_t half = (low + high) / 2;
         if (contact->past_end[half % HISTORY][lane] <= t)

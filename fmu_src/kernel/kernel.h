@@ -128,7 +128,7 @@ struct Contact {
     uint32_t started;
     uint64_t effects_on;                     /* bit n: effect n, since the start */
     /* The last internal steps: end [s], length [s], and the forces at start, middle and end; a ring. Empty unless an effect looks back. */
-    lanes past_count;
+    lanes past_count, past_first;            /* steps written, and the first that is still there */
     lanes past_end[HISTORY], past_length[HISTORY], past_force[HISTORY][CHANNELS][3];
     /* The surface that is left: heights [m] at times [s], a ring. Empty unless an effect meets it again. */
     lanes surface_count;

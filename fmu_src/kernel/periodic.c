@@ -16,7 +16,7 @@ static enum Status find_deflection(struct Contact *contact)
         EACH_LANE {
             trial.value[BRISTLE_DEFLECTION][i] = z[i];
             trial.value[TIME][i] = start;
-            trial.past_count[i] = 0;
+            trial.past_count[i] = trial.past_first[i] = 0;
             z_before[i] = n == 0 ? 0 : z_before[i];
             miss_before[i] = n == 0 ? 0 : miss_before[i];
         }
@@ -68,7 +68,7 @@ static enum Status cycle(const struct Contact *contact, const struct Wiring *w, 
 {
     double taken;
     *trial = *contact;
-    EACH_LANE trial->past_count[i] = 0;
+    EACH_LANE trial->past_count[i] = trial->past_first[i] = 0;
     for (int n = 0; n < count; ++n)
         EACH_LANE trial->value[unknown_index(w, n)][i] = from[n][i];
     enum Status status = kernel_event(trial);
@@ -178,7 +178,7 @@ static enum Status fill_history(struct Contact *contact, const struct Wiring *w)
     struct Contact before = *contact;
     EACH_LANE {
         before.value[TIME][i] = contact->value[TIME][i] - ceil(back / period) * period;
-        before.past_count[i] = 0;
+        before.past_count[i] = before.past_first[i] = 0;
     }
     enum Status status = kernel_event(&before);
     if (status == KERNEL_OK)
@@ -191,7 +191,10 @@ static enum Status fill_history(struct Contact *contact, const struct Wiring *w)
                 for (int place = 0; place < 3; ++place)
                     contact->past_force[n][k][place][i] = before.past_force[n][k][place][i];
         }
-    EACH_LANE contact->past_count[i] = before.past_count[i];
+    EACH_LANE {
+        contact->past_count[i] = before.past_count[i];
+        contact->past_first[i] = before.past_first[i];
+    }
     return status;
 }
 

@@ -147,7 +147,7 @@ static const char *const status_texts[KERNEL_STATUS_COUNT] = {
     [KERNEL_TOO_MANY_STEPS] = "the step needs more internal steps than allowed: shorten it or loosen relative_tolerance",
     [KERNEL_DIVERGED] = "force or bristle deflection is no longer a finite number",
     [KERNEL_RIVALS] = "two effects are on that are rivals of each other: switch one of them off",
-    [KERNEL_HISTORY_SHORT] = "an effect looks back further than the 256 internal steps that are kept: shorten its time or loosen the tolerance",
+    [KERNEL_HISTORY_SHORT] = "an effect looks back further than the last 256 internal steps, which are kept: shorten its time or loosen relative_tolerance",
     [KERNEL_STOPPED] = "stopped on request",
     [KERNEL_TEMPERATURES] = "reference_temperature must lie above ambient_temperature",
 };

@@ -99,7 +99,7 @@ def test_delay_across_entries_and_exits() -> None:
 
 def test_delay_too_long_is_refused() -> None:
     contact = begun({**CUT, "initial_state": "at_rest", "sensor_delay.time": 1.0}, ["sensor_delay"])
-    with pytest.raises(SimulationError, match="looks back further than the 256 internal steps"):
+    with pytest.raises(SimulationError, match="looks back further than the last 256 internal steps"):
         contact.advance(20 * PERIOD)
 
 
