@@ -133,6 +133,25 @@ void let_go(struct Contact *contact, const struct Wiring *w, const struct Point 
 void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x);
 void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x);
 
+/* step.c: one trial step of h[i] from s[i]: fills middle and end from start; `difference` is what a lower order would have changed. */
+void try_step(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
+              struct Point *middle, struct Point *end, lanes difference);
+
+/* cut.c: which lanes see an event between start and end, by its signs at middle and end? Most steps see none. */
+int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *middle, const struct Point *end, int seen[LANES]);
+/* cut.c: does an event fall into the step? If so shorten h to it and say which; JUMP: it has happened already, before the start. The event
+ * `known` to lie at the end is passed over. cut_at_touch: the same for a contact that start, middle and end do not show. */
+enum Cut { NO_EVENT = -1, JUMP = -2 };
+int cut_at_event(const struct Contact *contact, const struct Wiring *w, int i, int known, double s, double *h, const struct Point *start,
+                 const struct Point *middle, const struct Point *end);
+int cut_at_touch(const struct Contact *contact, const struct Wiring *w, int i, double s, double *h, const struct Point *start,
+                 const struct Point *middle, const struct Point *end);
+
+/* events.c: act_on_event in the lanes where `event` is set. act_at_step_end: with a slip that is solved for, the law's own events are
+ * acted upon at the end of each step, in the lanes that have stepped and have no event of their own. */
+void act_in_lanes(struct Contact *contact, const struct Wiring *w, const lanes s, double ahead, const int event[LANES], struct Point *x);
+void act_at_step_end(struct Contact *contact, const struct Wiring *w, const lanes h, const int event[LANES], const struct Point *end);
+
 /* advance.c: from value[TIME] on by `step`, s telling how far it went; the point reached is room[now], where known. */
 struct Course {
     struct Point room[3];
@@ -140,7 +159,7 @@ struct Course {
 };
 enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s, struct Course *course);
 void move_on(struct Contact *contact, const lanes s);
-/* advance.c: the motion at tau, and where the forces move the path or `forces` asks for them all of the point, reached from s by a step
+/* cut.c: the motion at tau, and where the forces move the path or `forces` asks for them all of the point, reached from s by a step
  * on the held sides. */
 void point_within(const struct Contact *contact, const struct Wiring *w, int forces, double s, double tau, const struct Point *start,
                   struct Point *x);
@@ -177,6 +196,14 @@ void bristle_step(int relaxes, int clip, const lanes h, const struct Point *star
 /* fmin and fmax without their care for NaN: one instruction each. */
 static inline double smaller(double a, double b) { return a < b ? a : b; }
 static inline double larger(double a, double b) { return a > b ? a : b; }
+
+/* Lane i of `count` rows; the lanes of a point come first in it. */
+enum { POINT_LANES = offsetof(struct Point, past) / sizeof(lanes) };
+static inline void copy_lane(lanes *to, const lanes *from, int count, int i)
+{
+    for (int k = 0; k < count; ++k)
+        to[k][i] = from[k][i];
+}
 
 /* The place of a choice in its list. */
 static inline int chosen(const lanes *value, int index, int lane) { return (int)value[index][lane]; }

@@ -1,0 +1,108 @@
+/* What does one internal step make of a point? A trial: middle and end from the start, on one and the same side of every event. */
+#include "stages.h"
+
+#include <math.h>
+
+/* How far a pass has moved what it repeats for, in units of what is allowed: the deflection, and where forces feed back these. */
+static double moved(const struct Wiring *w, const struct Point *x, const struct Point *before, int i)
+{
+    const int bent = w->current_angle || w->bends;
+    const double allowed = 1e-3 * w->p[RELATIVE_TOLERANCE][i];
+    const double of_z = bent ? fabs(x->z[i] - before->z[i]) / (allowed * larger(fabs(x->z[i]), 1e-300)) : 0;
+    if (!w->feedback)
+        return of_z;
+    const double force = larger(larger(x->F_C[i], x->F_S[i]), larger(fabs(x->F[i]), fabs(x->F_p[i])));
+    const double by = larger(fabs(x->F[i] - before->F[i]), larger(fabs(x->F_p[i] - before->F_p[i]), fabs(x->F_f[i] - before->F_f[i])));
+    return larger(of_z, by / (allowed * force));
+}
+
+/* How far the contact has slid at middle and end, by the parabola of its speed. */
+static void slide(const lanes h, const struct Point *a, struct Point *m, struct Point *b)
+{
+    EACH_LANE {
+        const double s_0 = a->cutting[i] * a->speed[i], s_m = m->cutting[i] * m->speed[i], s_1 = b->cutting[i] * b->speed[i];
+        m->distance[i] = a->distance[i] + h[i] / 24 * (5 * s_0 + 8 * s_m - s_1);
+        b->distance[i] = a->distance[i] + h[i] / 6 * (s_0 + 4 * s_m + s_1);
+    }
+}
+
+/* All stages at middle and end, with the z and the states that stand there, and from their rates the bristle's new z. */
+static void pass(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
+                 struct Point *middle, struct Point *end, lanes difference)
+{
+    if (w->held)
+        *middle = *end = *start;
+    else {
+        lanes half, whole;
+        EACH_LANE {
+            half[i] = s[i] + 0.5 * h[i];
+            whole[i] = s[i] + h[i];
+        }
+        engage_point(contact, w, half, middle);
+        engage_point(contact, w, whole, end);
+        slide(h, start, middle, end);
+        move_states(w, DRIVEN_BY_MOTION, h, start, middle, end);
+        open_point(contact, w, half, 1, middle);
+        open_point(contact, w, whole, 1, end);
+    }
+    bristle_step(w->law->relaxes || w->current_angle, !w->current_angle, h, start, middle, end, middle->z, end->z, difference);
+    if (w->iterates && !w->feedback)
+        return;
+    close_point(contact, w, 1, middle);
+    close_point(contact, w, 1, end);
+    move_states(w, DRIVEN_BY_FORCE, h, start, middle, end);
+}
+
+/* Where forces move the path or the rates depend on z: the pass is repeated until neither moves. A lane that has settled keeps its bits,
+ * whatever the others still do; `difference` is infinite where forces have not. */
+static void settle(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
+                   struct Point *middle, struct Point *end, lanes difference)
+{
+    int settled[LANES] = {0}, all = 0;
+    lanes last;
+    for (int n = 0; n < 30 && !all; ++n) {
+        const struct Point before = *end, before_middle = *middle;
+        lanes before_difference;
+        for (int i = 0; i < LANES; ++i)
+            before_difference[i] = difference[i];
+        pass(contact, w, s, h, start, middle, end, difference);
+        all = 1;
+        for (int i = 0; i < LANES; ++i) {
+            if (settled[i]) {
+                copy_lane((lanes *)middle, (const lanes *)&before_middle, POINT_LANES, i);
+                copy_lane((lanes *)end, (const lanes *)&before, POINT_LANES, i);
+                difference[i] = before_difference[i];
+                continue;
+            }
+            /* linearised rates come closer by the same ratio again, or faster: that pass need not be made to be seen */
+            const double now = n == 0 && w->feedback ? INFINITY : moved(w, end, &before, i), ratio = n > 0 ? smaller(now / last[i], 1) : 1;
+            settled[i] = now <= 1 || (!w->feedback && now * ratio <= 0.01);
+            last[i] = now;
+            all &= settled[i];
+        }
+    }
+    for (int i = 0; i < LANES; ++i)
+        difference[i] = (w->feedback || w->bends) && !settled[i] ? INFINITY : difference[i];
+    if (w->feedback)
+        return; /* closed by the last pass */
+    close_point(contact, w, 1, middle);
+    close_point(contact, w, 1, end);
+}
+
+void try_step(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
+                     struct Point *middle, struct Point *end, lanes difference)
+{
+    EACH_LANE {
+        difference[i] = 0;
+        middle->z[i] = end->z[i] = start->z[i];
+    }
+    for (int k = 0; w->drivers && k < EFFECT_STATES; ++k)
+        EACH_LANE middle->state[k][i] = end->state[k][i] = start->state[k][i];
+    (w->iterates ? settle : pass)(contact, w, s, h, start, middle, end, difference);
+    for (int i = 0; i < LANES && LANES > 1; ++i) {
+        if (h[i] > 0)
+            continue; /* a lane that has arrived waits where it is, to the last bit */
+        copy_lane((lanes *)middle, (const lanes *)start, POINT_LANES, i);
+        copy_lane((lanes *)end, (const lanes *)start, POINT_LANES, i);
+    }
+}
