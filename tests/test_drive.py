@@ -47,7 +47,8 @@ def test_fmi2_follows_a_record_as_the_kernel_does(fmi2_fmu: Path, scratch: Path)
         trace = drive(fmi2_fmu, run, SLIDING, progress=shares.append)
         ours = simulate({name: value for name, value in SLIDING.items()}, times=run.times, inputs=run.inputs, outputs=OUTPUTS)
         for name in OUTPUTS:
-            assert trace[name] == pytest.approx(ours[name], rel=1e-8, abs=1e-15), name  # a rate is a difference over a step, rounded
+            largest = float(np.abs(ours[name]).max())
+            assert np.abs(trace[name] - ours[name]).max() <= 1e-9 * largest, name  # a rate is a difference over a step, rounded
     assert shares == sorted(shares)
     assert [0 < share < 1 for share in shares] == [True, True]
     assert list(scratch.iterdir()) == []

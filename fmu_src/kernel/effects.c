@@ -23,7 +23,7 @@ void move_states(const struct Wiring *w, enum Driver driver, const lanes h, cons
 {
     for (int n = 0; n < w->on_count && w->drivers >> driver & 1; ++n)
         if (w->on[n]->driver == driver)
-                move_one(w, n, h, start, middle, end);
+            move_one(w, n, h, start, middle, end);
 }
 
 static void open_measured(struct Point *x)

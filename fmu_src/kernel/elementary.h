@@ -6,6 +6,8 @@
 
 #include <stdint.h>
 
+#define PI 3.14159265358979323846
+
 /* The double with these bits. */
 static inline double with_bits(int64_t bits)
 {

@@ -10,8 +10,6 @@
 
 #include <math.h>
 
-#define PI 3.14159265358979323846
-
 static double normal_by_shear_stress(double F, double k, double cos_rake, double sin_rake)
 {
     /* sqrt(2) cos(s) = cos - sin, sqrt(2) sin(s) = cos + sin of the rake */

@@ -21,7 +21,6 @@ void proxy_open(const struct Contact *contact, const struct Wiring *w, const lan
     x->warnings = 0;
     EACH_LANE {
         x->clamped[i] = 0;
-        x->theta_ref[i] = w->p[THETA_REF][i];
         x->speed[i] = larger(x->direction[i] * x->v[i], 0);
         x->theta[i] = x->speed[i];
         x->theta_given[i] = x->cutting[i] * x->speed[i]; /* a speed of slip says nothing of heat where nothing touches */

@@ -25,6 +25,20 @@ static void written(struct Contact *contact, int lane, int64_t count)
 
 static const lanes *forces_of(const struct Point *x, int channel) { return channel == 0 ? &x->F : channel == 1 ? &x->F_p : &x->F_f; }
 
+/* The first of the places low..high of a ring whose time lies after t, or with `at` set at t or after; high where none does. */
+static int64_t first_later(const lanes *times, int lane, int64_t low, int64_t high, double t, int at)
+{
+    while (low < high) {
+        const int64_t half = (low + high) / 2;
+        const double there = times[half % HISTORY][lane];
+        if (there < t || (there == t && !at))
+            low = half + 1;
+        else
+            high = half;
+    }
+    return low;
+}
+
 /* On the parabola through three values at share 0, 1/2 and 1. */
 static double between(double share, double u_0, double u_m, double u_1)
 {
@@ -106,15 +120,7 @@ double recall_in(const struct Past *past, const struct Point *x, int channel, in
         const double last = contact->past_force[newest][channel][2][lane], span = x->t[lane] - end;
         return span > 0 ? last + (now - last) * (t - end) / span : last;
     }
-    int64_t low = oldest, high = count - 1; /* the first step that ends at t or later */
-    while (low < high) {
-        const int64_t half = (low + high) / 2;
-        if (contact->past_end[half % HISTORY][lane] < t)
-            low = half + 1;
-        else
-            high = half;
-    }
-    const int64_t at = low % HISTORY;
+    const int64_t at = first_later(contact->past_end, lane, oldest, count - 1, t, 1) % HISTORY;
     const double length = contact->past_length[at][lane], share = length > 0 ? 1 - (contact->past_end[at][lane] - t) / length : 1;
     const lanes *u = contact->past_force[at][channel];
     return between(larger(share, 0), u[0][lane], u[1][lane], u[2][lane]);
@@ -127,25 +133,10 @@ int recall_reaches(const struct Contact *contact, int lane, double t)
     return oldest == 0 || t >= contact->past_end[at][lane] - contact->past_length[at][lane];
 }
 
-/* The first step of the ring that ends after t; its count where none does. */
-static int64_t first_after(const struct Contact *contact, int lane, double t)
-{
-    const int64_t count = steps_kept(contact, lane);
-    int64_t low = first_kept(contact, lane), high = count;
-    while (low < high) {
-        const int64_t half = (low + high) / 2;
-        if (contact->past_end[half % HISTORY][lane] <= t)
-            low = half + 1;
-        else
-            high = half;
-    }
-    return low;
-}
-
 double recall_jump(const struct Contact *contact, int lane, const struct Point *start, double from, double to)
 {
     const int64_t count = steps_kept(contact, lane);
-    for (int64_t n = first_after(contact, lane, from); n < count && contact->past_end[n % HISTORY][lane] < to; ++n)
+    for (int64_t n = first_later(contact->past_end, lane, first_kept(contact, lane), count, from, 0); n < count && contact->past_end[n % HISTORY][lane] < to; ++n)
         for (int k = 0; k < CHANNELS; ++k) {
             const double before = contact->past_force[n % HISTORY][k][2][lane];
             const double after = n + 1 < count ? contact->past_force[(n + 1) % HISTORY][k][0][lane] : (*forces_of(start, k))[lane];
@@ -171,14 +162,8 @@ void leave_surface(struct Contact *contact, int lane, double turn, double feed, 
 double surface_left(const struct Contact *contact, int lane, double t)
 {
     const int64_t count = whole_count(contact->surface_count[lane]);
-    int64_t low = count > HISTORY ? count - HISTORY : 0, high = count; /* the first height that was left after t */
-    while (low < high) {
-        const int64_t half = (low + high) / 2;
-        if (contact->surface_time[half % HISTORY][lane] <= t)
-            low = half + 1;
-        else
-            high = half;
-    }
+    const int64_t oldest = count > HISTORY ? count - HISTORY : 0; /* low: the first height that was left after t */
+    const int64_t low = first_later(contact->surface_time, lane, oldest, count, t, 0);
     const int64_t before = (low + HISTORY - 1) % HISTORY;
     if (count == 0 || low == 0 || t < contact->surface_time[before][lane])
         return 0; /* the first turn meets the nominal surface */

@@ -236,7 +236,6 @@ struct Point {
     lanes theta_given;     /* temperature proxy as its source gives it [m/s] */
     lanes theta;           /* temperature proxy [m/s] */
     lanes theta_ratio;     /* theta / theta_ref, after the stage */
-    lanes theta_ref;       /* [m/s] */
     /* shear and load */
     lanes tau_s;           /* shear stress [Pa] */
     lanes w;               /* width of cut [m] */

@@ -7,8 +7,6 @@
 
 #include <math.h>
 
-#define PI 3.14159265358979323846
-
 /* The whole part of x >= 0; floor() would be a call. */
 static inline double whole(double x) { return (double)(int64_t)x; }
 

@@ -44,6 +44,9 @@
 #define COUNT_LINE(name) +1
 enum { LAW_COUNT = 0 FRICTION_LAWS(COUNT_LINE), EFFECT_COUNT = 0 EFFECTS(COUNT_LINE) };
 
+/* In tables: a parameter that may change during a run. */
+#define TUNED .causality = PARAMETER, .variability = TUNABLE
+
 extern const char *const law_names[LAW_COUNT + 1];
 extern const struct Variable base_variables[];
 

@@ -3,6 +3,7 @@
  * Symbols and decisions: Nosouhi et al., Development of a New Dynamic Friction Model for Analytical Modeling of Elliptical Vibration
  * Assisted Turning Process ("the paper"); Canudas de Wit et al. 1995, A New Model for Control of Systems with Friction ("LuGre 1995").
  */
+#include "elementary.h"
 #include "kernel.h"
 #include "registry.h"
 
@@ -16,12 +17,10 @@ static const char *const damping_modes[] = {"dissipative", "as_published", NULL}
 static const char *const rate_stiffnesses[] = {"reference", "thermal", NULL};
 static const char *const initial_states[] = {"at_rest", "periodic", NULL};
 
-#define PI 3.14159265358979323846
 #define UNBOUNDED (-INFINITY), INFINITY
 #define GIVEN .causality = INPUT, .variability = CONTINUOUS
 #define FIXED_CHOICE(names) .unit = "1", .type = CHOICE, .causality = PARAMETER, .variability = FIXED, .choices = names
 #define FIXED_NUMBER .causality = PARAMETER, .variability = FIXED
-#define TUNED .causality = PARAMETER, .variability = TUNABLE
 #define RESULT .causality = OUTPUT, .variability = CONTINUOUS, .min = -INFINITY, .max = INFINITY
 #define HELD_RESULT .causality = OUTPUT, .variability = DISCRETE, .min = -INFINITY, .max = INFINITY
 #define INNER .causality = LOCAL, .variability = CONTINUOUS, .min = -INFINITY, .max = INFINITY

@@ -3,8 +3,6 @@
 
 #include <math.h>
 
-#define PI 3.14159265358979323846
-
 /* What changes with value[TIME] and the slopes of the inputs. */
 void wire_time(const struct Contact *contact, struct Wiring *w)
 {

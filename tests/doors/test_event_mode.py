@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes as ct
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -28,19 +28,6 @@ Make = Callable[..., Instance]
 @pytest.fixture(scope="module")
 def door(fmi3_fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> Door:
     return Door(fmi3_fmu, tmp_path_factory.mktemp("door"))
-
-
-@pytest.fixture
-def make(door: Door) -> Iterator[Make]:
-    made: list[Instance] = []
-
-    def maker(**facts: object) -> Instance:
-        made.append(Instance(door, **facts))  # type: ignore[arg-type]
-        return made[-1]
-
-    yield maker
-    for instance in made:
-        instance.free()
 
 
 def converge(one: Instance) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes as ct
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import accumulate
 from pathlib import Path
 
@@ -39,19 +39,6 @@ every_case = pytest.mark.parametrize("case", CASES)
 def door(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Door:
     fmu: Path = request.getfixturevalue(f"fmi{request.param}_fmu")
     return Door(fmu, tmp_path_factory.mktemp("door"))
-
-
-@pytest.fixture
-def make(door: Door) -> Iterator[Make]:
-    made: list[Instance] = []
-
-    def maker(**facts: object) -> Instance:
-        made.append(Instance(door, **facts))  # type: ignore[arg-type]
-        return made[-1]
-
-    yield maker
-    for instance in made:
-        instance.free()
 
 
 def motion(luck: np.random.Generator) -> dict[str, float]:

@@ -6,15 +6,11 @@ from math import cos, pi
 
 import numpy as np
 import pytest
-from asking import OUTSIDE, Values, follow
+from asking import OUTSIDE, follow
+from drawing import between
+from driving import Values
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as some
-
-
-def between(low: float, high: float) -> some.SearchStrategy[float]:
-    """Any order of magnitude from low to high."""
-    return some.floats(np.log10(low), np.log10(high)).map(lambda power: float(10**power))
-
 
 contacts = some.fixed_dictionaries(
     {

@@ -6,7 +6,8 @@ from math import log, pi, sqrt
 
 import numpy as np
 import pytest
-from asking import OUTSIDE, Values, begun, course, follow, line
+from asking import OUTSIDE, begun, course, follow, line
+from driving import Values
 
 # One friction level, bristles that break away after 10 um, no damping: what changes is the effect's.
 LEVEL: dict[str, float | str] = {**OUTSIDE, "friction_law": "lugre", "sigma0": 1e6, "F_C": 10.0, "F_S": 10.0, "sigma1": 0.0, "sigma2": 0.0}

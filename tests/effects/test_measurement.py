@@ -6,7 +6,8 @@ from math import atan2, exp, pi, sqrt
 
 import numpy as np
 import pytest
-from asking import CONSTANT, FASTEST, OUTSIDE, PERIOD, VISCOUS, Values, begun, course, follow, line, read
+from asking import CONSTANT, FASTEST, OUTSIDE, VISCOUS, begun, course, follow, line
+from driving import PERIOD, Values, read
 from evat.model import SimulationError
 
 FORCES = ("friction_force", "principal_force", "feed_force")

@@ -6,7 +6,8 @@ from math import cos, log, pi, sin, sqrt
 
 import numpy as np
 import pytest
-from asking import AMPLITUDE, CONSTANT, FASTEST, FREQUENCY, OUTSIDE, PERIOD, VISCOUS, Values, begun, course, events, follow, line, read
+from asking import CONSTANT, FASTEST, OUTSIDE, VISCOUS, begun, course, follow, line
+from driving import AMPLITUDE, FREQUENCY, PERIOD, Values, events, read
 from evat.kernel import Contact
 
 HOLDER = ["holder_compliance"]

@@ -12,7 +12,8 @@ from math import exp, pi, sin
 import lugre_1995 as published
 import numpy as np
 import pytest
-from asking import Values, begun, follow
+from asking import begun, follow
+from driving import Values
 from evat import parameter_sets
 from scipy.integrate import solve_ivp
 

@@ -6,7 +6,8 @@ from math import log, pi
 
 import numpy as np
 import pytest
-from asking import AMPLITUDE, CONSTANT, FASTEST, FREQUENCY, OUTSIDE, PERIOD, Values, begun, course, follow, read
+from asking import CONSTANT, FASTEST, OUTSIDE, begun, course, follow
+from driving import AMPLITUDE, FREQUENCY, PERIOD, Values, read
 
 WIDTH, SHEAR_STRESS = 1e-3, 4e8  # m, Pa
 CHIP = ("principal_force", "feed_force")

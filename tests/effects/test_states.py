@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from asking import FASTEST, PERIOD, Values, begun, exchange, read
+from asking import FASTEST, begun
+from driving import PERIOD, Values, read
 from evat import kernel
+from exchange import exchange
 
 CUT: Values = {"cutting_speed": 0.3 * FASTEST, "sigma1": 5.0, "release_time": 1e-5}
 SOFT: Values = {"holder_compliance.compliance_x": 2e-7, "holder_compliance.compliance_y": 2e-7, "rake_angle": 0.1}

@@ -7,6 +7,7 @@ from math import cos, exp, pi, sin
 
 import numpy as np
 import pytest
+from drawing import between
 from driving import AMPLITUDE, OMEGA, PERIOD, at_speed_ratio, slide, started
 from evat import kernel
 from hypothesis import HealthCheck, assume, given, settings
@@ -16,11 +17,6 @@ from work import EFFECTS, SAMPLES, Cycles
 
 BUSY = [HealthCheck.too_slow, HealthCheck.filter_too_much]
 ordinary = settings(max_examples=100, deadline=None, derandomize=True, suppress_health_check=BUSY)
-
-
-def between(low: float, high: float) -> some.SearchStrategy[float]:
-    """Any order of magnitude from low to high."""
-    return some.floats(np.log10(low), np.log10(high)).map(lambda power: float(10**power))
 
 
 friction = some.fixed_dictionaries(

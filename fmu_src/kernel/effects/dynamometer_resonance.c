@@ -36,7 +36,7 @@ static const struct Variable variables[COUNT] = {
         .meaning = "rate of feed_force_speed", .source = "definition"},
 };
 
-static double omega(const lanes *p, int i) { return 2 * 3.14159265358979323846 / p[PERIOD][i]; }
+static double omega(const lanes *p, int i) { return 2 * PI / p[PERIOD][i]; }
 
 static void ring(const lanes *p, const lanes *state, struct Point *x)
 {

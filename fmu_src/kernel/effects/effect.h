@@ -7,7 +7,6 @@
 #include <math.h>
 
 #define SWITCH .unit = "1", .max = 1, .type = BOOLEAN, .causality = PARAMETER, .variability = FIXED
-#define TUNED .causality = PARAMETER, .variability = TUNABLE
 #define SHAPE .neutral = NAN
 #define STATE .causality = LOCAL, .variability = CONTINUOUS, .min = -INFINITY, .max = INFINITY
 

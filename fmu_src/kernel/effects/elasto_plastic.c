@@ -23,7 +23,7 @@ static double plastic(double s, double break_away, double most, double *slope)
         return 1;
     double cosine, sine;
     cos_sin(0.5 * (s - from) / width - 0.25, &cosine, &sine);
-    *slope = 0.5 * cosine * 3.14159265358979323846 / width;
+    *slope = 0.5 * cosine * PI / width;
     return 0.5 * (1 + sine);
 }
 

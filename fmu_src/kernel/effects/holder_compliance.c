@@ -34,7 +34,7 @@ static const struct Variable variables[COUNT] = {
 
 enum { DX, DU_X, DY, DU_Y, STATE_COUNT };
 
-static double omega(const lanes *p, int i) { return 2 * 3.14159265358979323846 * p[FREQUENCY][i]; }
+static double omega(const lanes *p, int i) { return 2 * PI * p[FREQUENCY][i]; }
 
 static void carry(const lanes *p, const lanes *state, struct Point *x)
 {

@@ -17,7 +17,7 @@ static const struct Variable variables[COUNT] = {
 static void raise(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
-    EACH_LANE x->raised[i] += p[AMPLITUDE][i] * sin(2 * 3.14159265358979323846 * p[FREQUENCY][i] * x->t[i] + p[PHASE][i]);
+    EACH_LANE x->raised[i] += p[AMPLITUDE][i] * sin(2 * PI * p[FREQUENCY][i] * x->t[i] + p[PHASE][i]);
 }
 
 static double longest_step(const lanes *p, int i) { return p[AMPLITUDE][i] > 0 ? 1 / (20 * p[FREQUENCY][i]) : INFINITY; }

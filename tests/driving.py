@@ -1,4 +1,4 @@
-"""How do the tests of the laws drive a contact? An ellipse or an outside drive, the events on the way, the state as numbers."""
+"""How do the tests of laws and effects drive a contact? An ellipse or an outside drive, the events on the way, the state as numbers."""
 
 from __future__ import annotations
 
