@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import functools
-import importlib.metadata
-import math
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -20,14 +18,11 @@ from evat.model import (
     FloatArray,
     Law,
     ParameterError,
-    Run,
     SimulationError,
-    Trace,
     Type,
     Variability,
     Variable,
 )
-from evat.needs import check_needs
 
 TYPES: tuple[Type, ...] = ("real", "integer", "boolean", "choice")
 CAUSALITIES: tuple[Causality, ...] = ("independent", "parameter", "calculated", "input", "output", "local")
@@ -349,8 +344,8 @@ def check_column(found: Variable, column: FloatArray) -> None:
         )
 
 
-class ContactModel:
-    """The component as a `Model`: what identification and diagnosis talk to."""
+class Component:
+    """The component's tables: what it consists of."""
 
     variables: tuple[Variable, ...]
     effects: tuple[Effect, ...]
@@ -358,25 +353,3 @@ class ContactModel:
     def __init__(self) -> None:
         self.variables = variables()
         self.effects = effects()
-
-    def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
-        """Drive the contact through `run`; see evat.model.Model."""
-        first = {name: float(column[0]) for name, column in run.inputs.items() if np.size(column) and math.isfinite(column[0])}
-        contact = Contact({**values, **first}, on)
-        check_needs(self, on, values, run.inputs)
-        contact.start(float(run.times[0]))
-        names = list(run.outputs) or list(outputs())
-        table = contact.run(run.times, run.inputs, names)
-        return Trace(
-            times=np.asarray(run.times, dtype=np.float64),
-            columns={name: table[:, place].copy() for place, name in enumerate(names)},
-            units={name: variable(name).unit for name in names},
-            made_by={
-                "evat": importlib.metadata.version("evat"),
-                "model": token(),
-                "values": dict(values),
-                "effects": ", ".join(on),
-                "internal_steps": int(contact.get("step_count")),
-                "warnings": "; ".join(contact.warnings()),
-            },
-        )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
@@ -123,12 +123,32 @@ class Trace:
             raise ParameterError(f"no column {name!r} in this trace; it has {', '.join(self.columns)}.") from None
 
 
-class Model(Protocol):
-    """Anything that can be simulated, compared with a measurement and diagnosed."""
+class Tables(Protocol):
+    """What a model consists of, without the means to run it."""
 
     variables: tuple[Variable, ...]
     effects: tuple[Effect, ...]
 
+
+class Model(Tables, Protocol):
+    """Anything that can be simulated, compared with a measurement and diagnosed."""
+
     def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
         """Drive the model through `run` with the effects `on` and the parameter `values` (SI)."""
+        ...
+
+    def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
+        """The same for K value sets, from values that are arrays of shape (K,): each output of shape (K, n), nan where a set fails."""
+        ...
+
+    def settled(self, names: Sequence[str], on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
+        """Outputs `names` of K sets once conditions that do not change have settled (means over a cycle): (K,), nan as above."""
+        ...
+
+    def cycle_time(self, values: Mapping[str, float | str]) -> float:
+        """Duration [s] of the model's own cycle of motion, nan where it has none."""
+        ...
+
+    def missing_inputs(self, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str]) -> Mapping[str, Sequence[str]]:
+        """Inputs without which effects that are on say nothing, in neither `values` nor the columns `given`: input -> effects."""
         ...

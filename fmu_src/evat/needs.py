@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
-from evat.model import Model, ParameterError
+from evat.model import ParameterError, Tables
 
 # Where the kinematics do not take an input, the kernel computes what it stands for.
 TAKEN_WITH = {
@@ -22,7 +22,9 @@ PROXY, SOURCE, KINEMATICS = "proxy_speed", "proxy_source", "kinematics"
 PROXY_INPUT = {"slip_speed": "slip_velocity"}
 
 
-def missing_inputs(model: Model, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str] = ()) -> dict[str, list[str]]:
+def missing_inputs(
+    model: Tables, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str] = ()
+) -> dict[str, list[str]]:
     """Inputs that effects need and a run does not have: input -> the effects that need it.
 
     on : effects that are on; those switched on in `values` count too.
@@ -48,7 +50,7 @@ def missing_inputs(model: Model, on: Sequence[str], values: Mapping[str, float |
     return found
 
 
-def check_needs(model: Model, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str] = ()) -> None:
+def check_needs(model: Tables, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str] = ()) -> None:
     """ParameterError where `missing_inputs` finds one."""
     for name, effects in missing_inputs(model, on, values, given).items():
         variable = next(variable for variable in model.variables if variable.name == name)

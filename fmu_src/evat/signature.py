@@ -96,7 +96,7 @@ def signature(name: str, values: Mapping[str, float | str] | None = None, on: Se
     """
     effect = effect_named(name)
     beside = tuple(other for other in on if other != name and other not in effect.rivals)
-    check_needs(kernel.ContactModel(), (*beside, name), values or {})
+    check_needs(kernel.Component(), (*beside, name), values or {})
     numbers = {"relative_tolerance": TOLERANCE, **kernel.check_values(values or {}, beside)}
     for switch in (name, *effect.rivals):
         numbers.pop(switch, None)

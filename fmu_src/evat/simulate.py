@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from evat import kernel
+from evat.contact_model import ContactModel
 from evat.model import FloatArray, ParameterError, Run, Trace
 
 SHOWN = (
@@ -84,4 +85,4 @@ def simulate(
         if column.shape != clock.shape:
             raise ParameterError(f"{name} has the shape {column.shape}: one value for each of the {clock.size} sample times is needed.")
     run = Run(clock, columns, tuple(outputs))
-    return kernel.ContactModel().simulate(run, tuple(effects), values)
+    return ContactModel().simulate(run, tuple(effects), values)

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 from evat import kernel
-from evat.kernel import ContactModel
+from evat.kernel import Component
 from evat.model import ParameterError
 from evat.needs import TAKEN_WITH, check_needs, missing_inputs
 from evat.simulate import simulate
 
-MODEL = ContactModel()
+MODEL = Component()
 THERMAL = tuple(effect.name for effect in kernel.effects() if "proxy_speed" in effect.needs)
 LOADED = tuple(effect.name for effect in kernel.effects() if "normal_load" in effect.needs)
 

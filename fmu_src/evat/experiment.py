@@ -1,0 +1,118 @@
+"""What is a measured experiment? Signals, trials, means, and the model as its owner believes it today. SI throughout."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from evat.model import EvatError, FloatArray
+
+Role = Literal["input", "output"]
+
+
+class ExperimentError(EvatError):
+    """An experiment that cannot be used as it stands; names file, line, column or row, and what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """One measured quantity: a variable of the component and where it stands in the data files.
+
+    `unit` is the one typed in the file; `full_scale` (the sensor's range) is in SI. A clock has no role.
+    """
+
+    name: str
+    column: str
+    unit: str
+    role: Role | None
+    full_scale: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Nominal:
+    """The model as its owner believes it today.
+
+    `values` are complete (the parameter set with what overrides it; friction_law and kinematics are names of choices), `relative_sd` holds
+    only what was given; for the rest `default_relative_sd` counts. `parameters` names the set or its file, "" where there is none.
+    """
+
+    values: Mapping[str, float | str]
+    effects: tuple[str, ...]
+    relative_sd: Mapping[str, float]
+    default_relative_sd: float = 0.1
+    parameters: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """One recording: every column has shape (n,), in SI; `values` are what the component's parameters were in it."""
+
+    file: str
+    condition: str
+    values: Mapping[str, float]
+    times: FloatArray
+    inputs: Mapping[str, FloatArray]
+    outputs: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Means:
+    """Averages, a row per condition: `values` (what varied), `outputs` and, where given, their `sd`, each of shape (rows,), in SI."""
+
+    file: str
+    conditions: tuple[str, ...]
+    values: Mapping[str, FloatArray]
+    outputs: Mapping[str, FloatArray]
+    sd: Mapping[str, FloatArray]
+
+    def only(self, conditions: Collection[str]) -> Means | None:
+        """The rows of these conditions; None where there are none."""
+        kept = [row for row, condition in enumerate(self.conditions) if condition in conditions]
+        if not kept:
+            return None
+        values, outputs, sd = ({name: column[kept] for name, column in some.items()} for some in (self.values, self.outputs, self.sd))
+        return Means(self.file, tuple(self.conditions[row] for row in kept), values, outputs, sd)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Experiment:
+    """Everything that was measured on one contact. `data_hash` is over the bytes of the files it was read from."""
+
+    folder: Path
+    title: str
+    intended_use: str
+    nominal: Nominal
+    signals: Mapping[str, Signal]
+    trials: tuple[Trial, ...]
+    means: Means | None
+    data_hash: str
+
+    @property
+    def conditions(self) -> tuple[str, ...]:
+        """Each condition once, in the order of the files."""
+        of_means = self.means.conditions if self.means is not None else ()
+        return tuple(dict.fromkeys([*(trial.condition for trial in self.trials), *of_means]))
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of what was measured and is to be predicted: recorded outputs, then means."""
+        recorded = [name for name, signal in self.signals.items() if signal.role == "output"]
+        return tuple(dict.fromkeys([*recorded, *(self.means.outputs if self.means is not None else ())]))
+
+    @property
+    def samples(self) -> int:
+        """Measured numbers in all: samples of every output of every trial, and means."""
+        recorded = sum(column.size for trial in self.trials for column in trial.outputs.values())
+        return recorded + sum(column.size for column in (self.means.outputs.values() if self.means is not None else ()))
+
+    def only(self, conditions: Collection[str]) -> Experiment:
+        """The same experiment with these conditions alone; ExperimentError where one is not in it, or none is asked for."""
+        unknown = [condition for condition in conditions if condition not in self.conditions]
+        if unknown or not conditions:
+            asked = ", ".join(map(repr, unknown)) or "none"
+            raise ExperimentError(f"{self.title!r}: asked for conditions {asked}; it has {', '.join(map(repr, self.conditions))}.")
+        trials = tuple(trial for trial in self.trials if trial.condition in conditions)
+        means = self.means.only(conditions) if self.means is not None else None
+        return replace(self, trials=trials, means=means)

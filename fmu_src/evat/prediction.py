@@ -1,0 +1,125 @@
+"""What does a model say to an experiment? One long vector of predicted values beside one of measured ones, for many value sets at once.
+
+A recorded output is compared with what the model's sensor shows of it (`measured_<output>`, where there is one), a mean with the mean.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from evat.experiment import Experiment, ExperimentError, Means, Trial
+from evat.model import FloatArray, Model, Run
+
+Values = Mapping[str, float | str | FloatArray]
+STEP = 1e-3  # of a parameter, in its scale: small against its curvature, large against the noise of runs at TOLERANCE
+TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """A piece of the long vector: one output of one trial, or of all means. `trial` is its place in the experiment, -1 for means."""
+
+    trial: int
+    condition: str
+    channel: str
+    at: slice
+
+
+class Prediction:
+    """An experiment and a model of it.
+
+    `measured` has the shape (N,): all that was measured, segment after segment (`segments`: trial by trial, in each channel by channel;
+    means last, row by row). All numbers SI.
+    """
+
+    def __init__(self, model: Model, experiment: Experiment, threads: int = 1) -> None:
+        """threads : trials that run at a time, beside what the model does itself."""
+        self.model, self.experiment, self.threads = model, experiment, threads
+        self._names = {variable.name for variable in model.variables}
+        segments, measured, at = list[Segment](), list[FloatArray](), 0
+        for place, trial in enumerate(experiment.trials):
+            for channel, column in trial.outputs.items():
+                segments.append(Segment(place, trial.condition, channel, slice(at, at + column.size)))
+                measured.append(column)
+                at += column.size
+        if experiment.means is not None:
+            for channel, column in experiment.means.outputs.items():
+                for row, condition in enumerate(experiment.means.conditions):
+                    segments.append(Segment(-1, condition, channel, slice(at + row, at + row + 1)))
+                measured.append(column)
+                at += column.size
+        if not at:
+            raise ExperimentError(f"{experiment.title!r}: nothing was measured that could be compared.")
+        self.segments: tuple[Segment, ...] = tuple(segments)
+        self.measured: FloatArray = np.concatenate(measured)
+
+    def shown(self, output: str) -> str:
+        """The model's variable that stands for a measured output."""
+        head, tail = ("mean_", output[5:]) if output.startswith("mean_") else ("", output)
+        sensor = f"{head}measured_{tail}"
+        return sensor if sensor in self._names else output
+
+    @cached_property
+    def nominal(self) -> dict[str, float | str]:
+        """The experiment's nominal values, with a tolerance that suits differences between runs unless they have their own."""
+        fine = {"relative_tolerance": TOLERANCE} if "relative_tolerance" in self._names else {}
+        return {**fine, **self.experiment.nominal.values}
+
+    def many(self, values: Values | None = None, on: Sequence[str] = ()) -> FloatArray:
+        """Predictions of K value sets: (K, N), nan where a set fails; K = 1 where no value is an array.
+
+        values : override the nominal ones; what a trial states for itself counts before both.
+        on : effects that are on, beside the nominal ones.
+        """
+        values, effects = values or {}, tuple(dict.fromkeys((*self.experiment.nominal.effects, *on)))
+        count = max([np.size(value) for value in values.values() if np.ndim(value) == 1], default=1)
+
+        def of_trial(trial: Trial) -> FloatArray:
+            run = Run(trial.times, trial.inputs, tuple(self.shown(channel) for channel in trial.outputs))
+            rows = self.model.simulate_many(run, effects, self._own(values, trial.values))
+            return np.concatenate([np.broadcast_to(rows[name], (count, trial.times.size)) for name in run.outputs], axis=1)
+
+        with ThreadPoolExecutor(self.threads) as pool:
+            found = list(pool.map(of_trial, self.experiment.trials))
+        if self.experiment.means is not None:
+            found.append(self._means(self.experiment.means, effects, values, count))
+        return np.concatenate(found, axis=1)
+
+    def one(self, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()) -> FloatArray:
+        """Prediction of one value set, (N,)."""
+        row: FloatArray = self.many(values or {}, on)[0]
+        return row
+
+    def jacobian(
+        self, values: Mapping[str, float | str], names: Sequence[str], scales: Mapping[str, float], on: Sequence[str] = ()
+    ) -> tuple[FloatArray, FloatArray]:
+        """The prediction (N,) and its derivatives (N, p) with respect to `names` times their `scales`, by one-sided differences.
+
+        A step goes towards the inside of a variable's bounds.
+        """
+        bounds = {variable.name: variable for variable in self.model.variables}
+        steps = np.array([STEP * scales[name] for name in names])
+        point = np.array([float(values[name]) for name in names])
+        upper = np.array([bounds[name].max for name in names])
+        steps = np.where(point + steps > upper, -steps, steps)
+        table = point + np.vstack([np.zeros(len(names)), np.diag(steps)])
+        rows = self.many({**values, **{name: table[:, place] for place, name in enumerate(names)}}, on)
+        slopes = (rows[1:] - rows[0]) / (steps / np.array([scales[name] for name in names]))[:, None] if names else rows[1:]
+        return rows[0], slopes.T
+
+    def _own(self, values: Values, of_trial: Mapping[str, float]) -> dict[str, float | str | FloatArray]:
+        return {**self.nominal, **values, **of_trial}
+
+    def _means(self, means: Means, effects: Sequence[str], values: Values, count: int) -> FloatArray:
+        """All rows of all sets in one call: (count, channels * rows)."""
+        rows = len(means.conditions)
+        sets = {name: np.repeat(value, rows) if np.ndim(value) == 1 else value for name, value in self._own(values, {}).items()}
+        sets.update({name: np.tile(column, count) for name, column in means.values.items()})
+        names = {channel: self.shown(channel) for channel in means.outputs}
+        found = self.model.settled(tuple(dict.fromkeys(names.values())), effects, sets)
+        return np.concatenate([found[name].reshape(count, rows) for name in names.values()], axis=1)

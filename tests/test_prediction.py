@@ -1,0 +1,79 @@
+"""Is the long vector of predictions what single runs give, sample by sample, and are its derivatives those of the model?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from evat.contact_model import ContactModel
+from evat.experiment import Experiment, ExperimentError, Means, Nominal, Trial
+from evat.model import Run
+from evat.prediction import Prediction
+
+TIMES = np.arange(400) * 1e-3
+VALUES: dict[str, float | str] = {"kinematics": "external", "friction_law": "lugre", "F_C": 9.0, "F_S": 11.0, "sigma0": 1e5, "sigma2": 4.0}
+MODEL = ContactModel(threads=1)
+
+
+def trial(place: int, **values: float) -> Trial:
+    velocity = 0.01 * (1 + place) * np.sin(2 * np.pi * 5 * TIMES)
+    outputs = {"friction_force": np.full(TIMES.size, float(place)), "feed_force": np.full(TIMES.size, 10.0 + place)}
+    return Trial(f"{place}.csv", f"c{place}", values, TIMES, {"slip_velocity": velocity}, outputs)
+
+
+def experiment(*trials: Trial, means: Means | None = None, values: dict[str, float | str] = VALUES) -> Experiment:
+    return Experiment(Path(), "test", "", Nominal(values, (), {}), {}, trials, means, "")
+
+
+def test_each_segment_is_the_run_of_its_trial() -> None:
+    """With the trial's own values before all others; both channels of each trial side by side."""
+    asked = experiment(trial(0), trial(1, F_C=5.0))
+    prediction = Prediction(MODEL, asked, threads=2)
+    found = prediction.many({"F_C": np.array([6.0, 7.0, 8.0])}, ["direction_asymmetry"])
+    assert found.shape == (3, prediction.measured.size)
+    for segment in prediction.segments:
+        own = asked.trials[segment.trial]
+        assert np.all(prediction.measured[segment.at] == own.outputs[segment.channel])
+        for row, level in zip(found, (6.0, 7.0, 8.0), strict=True):
+            values = {**VALUES, "F_C": level, **own.values, "relative_tolerance": 1e-6}
+            name = f"measured_{segment.channel}"
+            alone = MODEL.simulate(Run(own.times, own.inputs, (name,)), ["direction_asymmetry"], values)
+            assert np.array_equal(row[segment.at], alone[name])
+
+
+def test_means_are_those_of_the_periodic_motion() -> None:
+    """The last of many cycles, from rest, has the mean that the means have at once."""
+    speeds = np.array([0.1, 0.3])
+    means = Means("m.csv", ("a", "b"), {"cutting_speed": speeds}, {"mean_feed_force": speeds, "mean_principal_force": speeds}, {})
+    nominal: dict[str, float | str] = {"kinematics": "internal", "friction_law": "lugre", "relative_tolerance": 1e-8}
+    prediction = Prediction(MODEL, experiment(means=means, values=nominal))
+    levels = np.array([5.0, 12.0])
+    found = prediction.many({"F_C": levels})
+    cycles = np.linspace(0, 30 / 20e3, 301)
+    for row, level in zip(found, levels, strict=True):
+        for segment in prediction.segments:
+            speed = float(speeds["ab".index(segment.condition)])
+            name = "mean_measured_" + segment.channel.removeprefix("mean_")
+            run = MODEL.simulate(Run(cycles, {}, (name,)), (), {**nominal, "F_C": float(level), "cutting_speed": speed})
+            assert row[segment.at] == pytest.approx(run[name][-1], rel=1e-5)
+
+
+def test_the_jacobian_is_the_slope_of_the_prediction() -> None:
+    """Against central differences ten times as wide, whose error falls with the square; at an upper bound it is taken from within."""
+    prediction = Prediction(MODEL, experiment(trial(0), trial(1)))
+    names, scales = ["F_C", "sigma0", "elasto_plastic.share"], {"F_C": 9.0, "sigma0": 1e5, "elasto_plastic.share": 1.0}
+    point: dict[str, float | str] = {"F_C": 9.0, "sigma0": 1e5, "elasto_plastic.share": 1.0, "relative_tolerance": 1e-9}
+    at, slopes = prediction.jacobian(point, names, scales, ["elasto_plastic"])
+    assert np.array_equal(at, prediction.one(point, ["elasto_plastic"]))
+    for place, name in enumerate(names[:2]):
+        around = [prediction.one({**point, name: float(point[name]) * (1 + side)}, ["elasto_plastic"]) for side in (-1e-3, 1e-3)]
+        wide = (around[1] - around[0]) / 2e-3
+        assert np.linalg.norm(slopes[:, place] - wide) < 0.02 * np.linalg.norm(wide)
+    inside = (at - prediction.one({**point, "elasto_plastic.share": 0.999}, ["elasto_plastic"])) / 1e-3
+    assert np.linalg.norm(slopes[:, 2] - inside) < 1e-3 * np.linalg.norm(inside)
+
+
+def test_nothing_measured_is_an_error() -> None:
+    with pytest.raises(ExperimentError, match="nothing was measured"):
+        Prediction(MODEL, experiment())
