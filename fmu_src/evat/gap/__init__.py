@@ -1,0 +1,132 @@
+"""Measurement and simulation disagree: where does the gap lie, which effect causes it, how far does it shrink once that is added?
+
+Knows a model by the words of evat.model alone: no effect by name, no kernel.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from evat.experiment import Experiment
+from evat.gap.advise import next_experiment
+from evat.gap.answer import Diagnosis, Named, Recalibrated
+from evat.gap.budget import squares
+from evat.gap.closure import close
+from evat.gap.compare import Comparison, compare
+from evat.gap.judge import MISTUNED, NO_GAP, UNKNOWN, Constants, Judgement, features, fitted, judge
+from evat.gap.where import Where, locate
+from evat.model import Model
+from evat.prediction import Prediction
+
+Report = Callable[[str, float], None]
+
+__all__ = ["Comparison", "Diagnosis", "diagnose", "diagnose_with"]
+
+
+def diagnose(experiment: Experiment, model: Model, *, version: str = "", report: Report | None = None) -> Diagnosis:
+    """Say what the gap between an experiment and its nominal model is.
+
+    Parameters
+    ----------
+    experiment : recorded trials, means, or both, with the nominal model.
+    model : what simulates it, with its switchable effects.
+    report : told what is being done and the share that is done.
+
+    Raises
+    ------
+    ExperimentError where nothing can be compared; SimulationError where the nominal model does not run.
+    """
+    return diagnose_with(experiment, model, version=version, report=report)[0]
+
+
+def diagnose_with(
+    experiment: Experiment, model: Model, *, version: str = "", report: Report | None = None, constants: Constants | None = None
+) -> tuple[Diagnosis, Comparison]:
+    """The same, with everything that was fitted on the way: what the report draws."""
+    comparison = compare(Prediction(model, experiment), report)
+    known = constants or Constants.stored()
+    judgement = judge(features(comparison, known), known)
+    verdict, missing = judgement.verdict, _missing(comparison)
+    if report:
+        report("on held-out conditions", 0.95)
+    chosen = fitted(comparison, judgement.chosen)
+    closure = close(comparison, chosen)
+    answer = Diagnosis(
+        verdict=verdict,
+        effects=_named(comparison, judgement),
+        judgement=judgement,
+        novelty=(1 - judgement.unknown, min(judgement.features.left.get(judgement.chosen, 1.0), 1.0)),
+        recalibration=_recalibrated(comparison),
+        where=_where(comparison, judgement),
+        closure=closure,
+        cannot_tell=missing,
+        advice=next_experiment(comparison, judgement.likely, judgement.probabilities),
+        made_by={
+            "version": version,
+            "model": _digest([*(v.name for v in model.variables), *(e.equation for e in model.effects)]),
+            "data": experiment.data_hash,
+        },
+    )
+    return answer, comparison
+
+
+def _digest(words: list[str]) -> str:
+    return hashlib.sha256("\n".join(words).encode()).hexdigest()[:16]
+
+
+def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:
+    """The effects of the chosen set; where several sets are likely, what else each could be."""
+    if not judgement.chosen or judgement.verdict in (NO_GAP, MISTUNED, UNKNOWN):
+        return ()
+    found, sd = comparison.models[judgement.chosen], comparison.models[judgement.chosen].sd
+    values = found.values
+    own = {effect.name: {variable.name for variable in effect.variables} for effect in comparison.prediction.model.effects}
+    units = {variable.name: variable.unit for variable in comparison.prediction.model.variables}
+    named = []
+    for name in judgement.chosen:
+        probability = sum(p for on, p in judgement.probabilities.items() if name in on)
+        others = [on for on in judgement.likely if on and name not in on]
+        twins = sorted({other for on in others for other in on if other not in judgement.chosen})
+        parameters = {
+            variable: (float(values[variable]), sd.get(variable, math.nan), units[variable]) for variable in values if variable in own[name]
+        }
+        named.append(Named(name, probability, {key.removeprefix(f"{name}."): value for key, value in parameters.items()}, tuple(twins)))
+    return tuple(named)
+
+
+def _recalibrated(comparison: Comparison) -> Recalibrated:
+    found, sd = comparison.recalibrated, comparison.recalibrated.sd
+    before, after = (squares(comparison.whitening, fit.predicted) for fit in (comparison.nominal, found))
+    levels = comparison.whitening.levels
+    total = sum(before[c].structural / levels[c] ** 2 for c in levels)
+    left = sum(after[c].structural / levels[c] ** 2 for c in levels)
+    share = min(max(1 - left / total, 0.0), 1.0) if total > 0 else 0.0
+    return Recalibrated({p.name: (p.mean, float(found.values[p.name]), sd[p.name]) for p in found.parameters}, share)
+
+
+def _where(comparison: Comparison, judgement: Judgement) -> Where:
+    """From what the effects contribute; where there are none, from what the recalibrated (or nominal) model leaves of the means of
+    repeats."""
+    base = comparison.recalibrated.predicted
+    if judgement.chosen:
+        return locate(comparison.prediction, comparison.models[judgement.chosen].predicted - base)
+    left = np.zeros_like(base)
+    reference = base if judgement.verdict == UNKNOWN else comparison.nominal.predicted
+    for place, group in enumerate(comparison.whitening.groups):
+        rest = comparison.whitening.residual(reference, place)
+        for member in group.members:
+            left[comparison.prediction.segments[member].at] = rest
+    return locate(comparison.prediction, left)
+
+
+def _missing(comparison: Comparison) -> tuple[str, ...]:
+    """What these data cannot say anything about."""
+    found = [f"{name}: it changes nothing that was measured here" for name in comparison.silent if name not in comparison.unfed]
+    found += [f"{name}: {', '.join(inputs)} was not recorded" for name, inputs in comparison.unfed.items()]
+    if not comparison.noise.repeated:
+        found.append("repeatability: no condition was recorded twice, so trial-to-trial changes are taken from priors")
+    return tuple(found)

@@ -1,0 +1,112 @@
+"""Which experiment would tell more? The one at which the likely models differ most, in units of the noise (T-optimal: Atkinson and
+Fedorov 1975)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from evat.experiment import Experiment, Means, Trial
+from evat.gap.compare import Comparison
+from evat.gap.fit import Fit
+from evat.model import EvatError, FloatArray
+from evat.prediction import Prediction
+
+FACTORS = (0.25, 0.5, 2.0, 4.0)  # of what has been measured: inputs as a whole, or a value of the condition
+OUTPUT_SAMPLES = 1500
+
+
+@dataclass(frozen=True)
+class Advice:
+    """`values`: what to set, SI (an input by the factor of its size so far); `separates`: the two sets; `probability` to be right after
+    it."""
+
+    values: Mapping[str, float]
+    separates: tuple[tuple[str, ...], tuple[str, ...]]
+    probability: float
+
+
+def next_experiment(
+    comparison: Comparison, sets: Sequence[tuple[str, ...]], probabilities: Mapping[tuple[str, ...], float]
+) -> Advice | None:
+    """Of one more condition; None where there are no two models to tell apart."""
+    if len(sets) < 2:
+        return None
+    pair = (sets[0], sets[1])
+    both = [comparison.models[on] if on else comparison.recalibrated for on in pair]
+    experiment = comparison.prediction.experiment
+    best: tuple[float, dict[str, float]] | None = None
+    for values, changed in _options(comparison, experiment):
+        apart = _distance(comparison, changed, both)
+        if apart is not None and (best is None or apart > best[0]):
+            best = (apart, values)
+    if best is None:
+        return None
+    odds = abs(math.log(max(probabilities[pair[0]], 1e-6) / max(probabilities[pair[1]], 1e-6)))
+    return Advice(best[1], pair, 1 / (1 + math.exp(-min(odds + 0.5 * best[0] / 10, 30.0))))
+
+
+def _options(comparison: Comparison, experiment: Experiment) -> list[tuple[dict[str, float], Experiment]]:
+    found = []
+    bounds = {variable.name: variable for variable in comparison.prediction.model.variables}
+    trials = tuple({trial.condition: trial for trial in experiment.trials}.values())
+    for name in sorted({name for trial in trials for name in trial.inputs} | {name for trial in trials for name in trial.values}):
+        for factor in FACTORS:
+            some = [_scaled(trial, name, factor, bounds[name].min, bounds[name].max) for trial in trials[:1]]
+            kept = tuple(trial for trial in some if trial is not None)
+            if kept:
+                trial = kept[0]
+                size = trial.values[name] if name in trial.values else float(np.sqrt(np.mean(trial.inputs[name] ** 2)))
+                found.append(({name: size}, replace(experiment, trials=kept, means=None)))
+    means = experiment.means
+    if means is not None:
+        for name, column in means.values.items():
+            for factor in FACTORS:
+                row = {other: values[:1] for other, values in means.values.items()} | {name: column[:1] * factor}
+                if bounds[name].min <= float(row[name][0]) <= bounds[name].max:
+                    outputs = {channel: values[:1] for channel, values in means.outputs.items()}
+                    one = Means(means.file, means.conditions[:1], row, outputs, {})
+                    found.append(({name: float(row[name][0])}, replace(experiment, trials=(), means=one)))
+    return found
+
+
+def _scaled(trial: Trial, name: str, factor: float, low: float, high: float) -> Trial | None:
+    head = slice(0, OUTPUT_SAMPLES)
+    cut = replace(
+        trial,
+        times=trial.times[head],
+        inputs={key: column[head] for key, column in trial.inputs.items()},
+        outputs={key: column[head] for key, column in trial.outputs.items()},
+    )
+    if name in trial.values:
+        value = trial.values[name] * factor
+        return replace(cut, values={**trial.values, name: value}) if low <= value <= high and value != 0 else None
+    column = cut.inputs[name] * factor
+    if (np.ptp(column) == 0 and column[0] == 0) or column.min() < low or column.max() > high:
+        return None
+    return replace(cut, inputs={**cut.inputs, name: column})
+
+
+def _distance(comparison: Comparison, changed: Experiment, models: Sequence[Fit]) -> float | None:
+    """Squared distance of two models' outputs there, in variances of noise and of the discrepancy that models of this kind have."""
+    prediction = Prediction(comparison.prediction.model, changed)
+    rows: list[FloatArray] = []
+    for model in models:
+        try:
+            rows.append(prediction.one(model.values, model.on))
+        except EvatError:
+            return None
+    if not all(np.all(np.isfinite(row)) for row in rows):
+        return None
+    total = 0.0
+    whitening = comparison.whitening
+    form = min(model.found.size for model in models)
+    for segment in prediction.segments:
+        floors = [float(whitening.noise.sizes[g.members[0]]) for g in whitening.groups if g.channel == segment.channel]
+        level = whitening.levels[segment.channel]
+        apart = float(np.mean((rows[0][segment.at] - rows[1][segment.at]) ** 2))
+        total += apart / (float(np.mean(floors)) ** 2 / 10 + (max(form, 0.01) * level) ** 2)
+    return total

@@ -1,0 +1,119 @@
+"""What does a diagnosis say? All of it as one value, and as the JSON that other programs read."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from evat.gap.advise import Advice
+from evat.gap.closure import Closure
+from evat.gap.judge import Judgement
+from evat.gap.where import Where
+
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Named:
+    """An effect of the answer: `parameters[name]` are value, sd and unit; `twins` cannot be told from it by these data."""
+
+    name: str
+    probability: float
+    parameters: Mapping[str, tuple[float, float, str]]
+    twins: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Recalibrated:
+    """`parameters[name]`: nominal value, recalibrated value, sd; `share` of the nominal structural gap that recalibration explains."""
+
+    parameters: Mapping[str, tuple[float, float, float]]
+    share: float
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The answer; see the format for what each part means."""
+
+    verdict: str
+    effects: tuple[Named, ...]
+    judgement: Judgement
+    novelty: tuple[float, float]
+    recalibration: Recalibrated
+    where: Where
+    closure: Closure
+    cannot_tell: tuple[str, ...]
+    advice: Advice | None
+    made_by: Mapping[str, str | float]
+
+    def document(self) -> dict[str, Any]:
+        """As diagnosis.json."""
+        judged = self.judgement
+        share = self.closure.share
+        return {
+            "format": FORMAT,
+            "verdict": self.verdict,
+            "effects": [
+                {
+                    "name": effect.name,
+                    "probability": _number(effect.probability),
+                    "parameters": {
+                        name: {"value": _number(value), "sd": _number(sd), "unit": unit}
+                        for name, (value, sd, unit) in effect.parameters.items()
+                    },
+                    "not_separable_from": list(effect.twins),
+                }
+                for effect in self.effects
+            ],
+            "candidates": [
+                {"set": list(on), "probability": _number(probability)}
+                for on, probability in sorted(judged.probabilities.items(), key=lambda item: (-item[1], item[0]))
+                if probability > 1e-4
+            ],
+            "novelty": {"p_value": _number(self.novelty[0]), "unexplained_share": _number(self.novelty[1])},
+            "recalibration": {
+                "parameters": {
+                    name: {"nominal": _number(nominal), "value": _number(value), "sd": _number(sd)}
+                    for name, (nominal, value, sd) in self.recalibration.parameters.items()
+                },
+                "explains_share": _number(self.recalibration.share),
+            },
+            "where": {
+                "channels": {name: _number(value) for name, value in self.where.channels.items()},
+                "regions": [
+                    {
+                        "channel": region.channel,
+                        "box": {name: [_number(low), _number(high)] for name, (low, high) in region.box.items()},
+                        "share": _number(region.share),
+                    }
+                    for region in self.where.regions
+                ],
+                "trials": {name: _number(value) for name, value in self.where.trials.items()},
+            },
+            "gap": {
+                "unit": "N rms",
+                "channels": {channel: {name: _number(value) for name, value in row.items()} for channel, row in self.closure.rms.items()},
+                "closed_share": {"value": _number(share), "ci90": [_number(x) for x in self.closure.interval]},
+                "held_out_conditions": list(self.closure.held_out),
+            },
+            "cannot_tell": list(self.cannot_tell),
+            "next_experiment": None
+            if self.advice is None
+            else {
+                "values": {name: _number(value) for name, value in self.advice.values.items()},
+                "separates": [["+".join(on) or "none" for on in self.advice.separates]],
+                "expected_probability": _number(self.advice.probability),
+            },
+            "made_by": {name: _number(value) if isinstance(value, float) else value for name, value in self.made_by.items()},
+        }
+
+    def json(self) -> str:
+        return json.dumps(self.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _number(value: float) -> float | None:
+    """Six digits; what is not known is null."""
+    return float(f"{value:.6g}") if math.isfinite(value) else None

@@ -1,0 +1,59 @@
+"""How large is the gap, and what of it is noise, repeatability, mis-tuning, an effect, unexplained? Mean squares, channel by channel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from evat.gap.noise import differing, impulse_response
+from evat.gap.whitening import Whitening
+from evat.model import FloatArray
+
+
+@dataclass(frozen=True)
+class Squares:
+    """Mean squares of one channel [unit squared], of single recordings: what a model leaves, what noise and repeatability leave, and the
+    structural part of what is left: that of the mean of the repeats, less what noise leaves of it."""
+
+    left: float
+    noise: float
+    repeatability: float
+    structural: float
+
+    @property
+    def floor(self) -> float:
+        return self.noise + self.repeatability
+
+
+def squares(whitening: Whitening, predicted: FloatArray, conditions: set[str] | None = None) -> dict[str, Squares]:
+    """Of each channel; over some conditions only, where they are given."""
+    noise, prediction = whitening.noise, whitening.prediction
+    sums: dict[str, FloatArray] = {}
+    for place, group in enumerate(whitening.groups):
+        if conditions is not None and group.condition not in conditions:
+            continue
+        size, repeats = group.at.stop - group.at.start, len(group.members)
+        within, between = float(noise.sizes[group.members[0]]) ** 2, 0.0
+        if size > 1:
+            within *= float(np.sum(impulse_response(noise.filters[group.channel]) ** 2))
+            times = prediction.experiment.trials[prediction.segments[group.members[0]].trial].times
+            between = float(np.sum(np.mean((differing(predicted[group.at], times) * noise.spread[group.channel]) ** 2, axis=0)))
+        mean = float(np.sum(whitening.residual(predicted, place) ** 2))
+        alone = sum(
+            float(np.sum((prediction.measured[prediction.segments[member].at] - predicted[group.at]) ** 2)) for member in group.members
+        )
+        row = np.array([alone / repeats, size * within, size * between, mean - size * (within + between) / repeats, size])
+        sums[group.channel] = sums.get(group.channel, np.zeros(5)) + row
+    return {
+        channel: Squares(float(row[0] / row[4]), float(row[1] / row[4]), float(row[2] / row[4]), max(float(row[3] / row[4]), 0.0))
+        for channel, row in sums.items()
+    }
+
+
+def structural_share(whitening: Whitening, predicted: FloatArray, reference: FloatArray) -> float:
+    """The structural mean square that one prediction leaves, in that of another; channels weighed by their rms."""
+    ours, theirs = squares(whitening, predicted), squares(whitening, reference)
+    levels = whitening.levels
+    total = sum(theirs[c].structural / levels[c] ** 2 for c in levels)
+    return sum(ours[c].structural / levels[c] ** 2 for c in levels) / max(total, 1e-300)

@@ -1,0 +1,202 @@
+"""Which of the models explains the data, and how sure is that? Every effect alone, the promising pairs, none at all: by evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from evat.gap.fit import Fit, fit
+from evat.gap.noise import Noise, estimate_noise
+from evat.gap.parameters import Parameter, Scales, nominal_parameters
+from evat.gap.screen import Screen, Start, linear
+from evat.gap.whitening import Sums, Whitening
+from evat.model import Effect, FloatArray, Model
+from evat.prediction import Prediction
+
+FROZEN_STEPS = 5  # of a first fit of an effect alone, slopes of the nominal parameters held
+FULL_FITS = 6  # singles that are fitted with all parameters
+PAIRS_FROM, PAIR_FITS = 4, 5
+HOPE = 0.2  # of the best gain: an effect that gains less where it is taken as linear is not looked at closer
+WORTH = 12.0  # of log evidence: a model that is this far behind is not looked at closer
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All that was compared: `nominal` as it is, `recalibrated`, and `models` with effects by their sets, each at its best.
+
+    `rough` is the evidence of all sets that were looked at, as far as it was; `silent` effects do nothing here, `unfed` ones lack inputs.
+    """
+
+    prediction: Prediction
+    noise: Noise
+    whitening: Whitening
+    nominal: Fit
+    recalibrated: Fit
+    models: dict[tuple[str, ...], Fit]
+    rough: dict[tuple[str, ...], float]
+    silent: tuple[str, ...]
+    unfed: Mapping[str, Sequence[str]]
+
+
+def _frozen(prediction: Prediction, whitening: Whitening, base: Fit, start: Start) -> tuple[float, FloatArray] | None:
+    """Evidence and best point (base's parameters, then the effect's) with the slopes of the base's parameters held where they are."""
+    from evat.gap.discrepancy import likelihood
+
+    names = [parameter.name for parameter in start.parameters]
+    fitted = base.point.size
+
+    def look(point: FloatArray) -> tuple[float, float, FloatArray, Sums] | None:
+        own = point[fitted:]
+        values = {**base.values, **{p.name: p.value(float(u)) for p, u in zip(start.parameters, own, strict=True)}}
+        scales = {p.name: p.slope(float(u)) for p, u in zip(start.parameters, own, strict=True)}
+        predicted, slopes = prediction.jacobian(values, names, scales, (*base.on, start.effect.name))
+        if not np.all(np.isfinite(predicted)):
+            return None
+        predicted = predicted + base.slopes @ (point[:fitted] - base.point)
+        sums = whitening.sums(predicted, np.column_stack([base.slopes, np.nan_to_num(slopes)]))
+        found = likelihood(whitening, sums, point)
+        return found.log, found.evidence, found.step, sums
+
+    point = np.concatenate([base.point, start.point])
+    best = look(point)
+    if best is None:
+        return None
+    damping = 0.0
+    for _ in range(FROZEN_STEPS):
+        step = likelihood(whitening, best[3], point, damping=damping).step if damping else best[2]
+        step = step / max(1.0, float(np.max(np.abs(step))) / 3)
+        ahead = point + step
+        ahead[fitted:] = [p.within(float(u)) for p, u in zip(start.parameters, ahead[fitted:], strict=True)]
+        tried = look(ahead)
+        if tried is None or tried[0] < best[0]:
+            damping = max(4 * damping, 0.3)
+            continue
+        gained = tried[0] - best[0]
+        best, point, damping = tried, ahead, damping / 4 if damping > 0.1 else 0.0
+        if gained < 0.1:
+            break
+    return best[1], point
+
+
+def _allowed(model: Model, effects: Sequence[str]) -> bool:
+    rivals = {effect.name: effect.rivals for effect in model.effects}
+    return not any(other in rivals[name] for name in effects for other in effects)
+
+
+def compare(prediction: Prediction, report: Callable[[str, float], None] | None = None) -> Comparison:
+    """Fit everything that may explain the gap."""
+    model, experiment = prediction.model, prediction.experiment
+    tell = report or (lambda _, __: None)
+    parameters = nominal_parameters(model, experiment)
+    tell("recalibrating the nominal model", 0.0)
+    predicted = prediction.one()
+    noise = estimate_noise(prediction, predicted)
+    whitening = Whitening(prediction, noise, predicted)
+    recalibrated = _must(fit(prediction, whitening, parameters, np.zeros(len(parameters))))
+    noise = estimate_noise(prediction, recalibrated.predicted)
+    whitening = Whitening(prediction, noise, recalibrated.predicted)
+    recalibrated = _must(fit(prediction, whitening, parameters, recalibrated.point))
+    nominal = _must(fit(prediction, whitening, (), np.empty(0)))
+
+    scales, on = Scales(model, experiment), set(experiment.nominal.effects)
+    screen = Screen(prediction, whitening, scales)
+    offered = [e for e in model.effects if e.name not in on and _allowed(model, (*on, e.name))]
+    rough, fronts, silent = dict[tuple[str, ...], float](), dict[str, tuple[Start, FloatArray]](), list[str]()
+    columns = set().union(*(trial.inputs for trial in experiment.trials)) if experiment.trials else set()
+    columns |= set(experiment.means.values) if experiment.means is not None else set()
+    screened, unfed = dict[str, list[Start]](), dict[str, Sequence[str]]()
+    for place, effect in enumerate(offered):
+        tell(f"trying {effect.name}", 0.1 + 0.3 * place / len(offered))
+        if lacking := model.missing_inputs([effect.name], {**prediction.nominal, **recalibrated.values}, columns):
+            unfed[effect.name] = tuple(lacking)
+            continue
+        starts = screen.starts(recalibrated, effect)
+        if starts:
+            screened[effect.name] = starts
+        else:
+            silent.append(effect.name)
+    base = recalibrated.found.evidence
+    most = max([starts[0].evidence - base for starts in screened.values()], default=0.0)
+    for place, (name, starts) in enumerate(screened.items()):
+        tell(f"trying {name}", 0.4 + 0.2 * place / len(screened))
+        rough[(name,)] = starts[0].evidence
+        fronts[name] = starts[0], np.concatenate([recalibrated.point, starts[0].point])
+        if starts[0].evidence - base < HOPE * most - WORTH:
+            continue
+        found = [(front, start) for start in _apart(starts) if (front := _frozen(prediction, whitening, recalibrated, start))]
+        if found:
+            (evidence, point), start = max(found, key=lambda pair: pair[0][0])
+            rough[(name,)], fronts[name] = evidence, (start, point)
+
+    models = dict[tuple[str, ...], Fit]()
+    order = sorted(fronts, key=lambda name: -rough[(name,)])
+    best = max([recalibrated.found.evidence, *rough.values()])
+    for place, name in enumerate(order[:FULL_FITS]):
+        tell(f"fitting {name}", 0.6 + 0.15 * place / FULL_FITS)
+        if rough[(name,)] < best - WORTH and place > 1:
+            break
+        start, point = fronts[name]
+        whole = fit(prediction, whitening, (*parameters, *start.parameters), point, (name,))
+        if whole is not None:
+            models[(name,)] = whole
+    _pairs(prediction, whitening, models, fronts, rough, offered, tell)
+    return Comparison(prediction, noise, whitening, nominal, recalibrated, models, rough, tuple(silent), unfed)
+
+
+def _apart(starts: Sequence[Start], most: int = 2) -> list[Start]:
+    """The best start, and the best of those that are elsewhere."""
+    found = [starts[0]]
+    for start in starts[1:]:
+        if len(found) < most and all(np.max(np.abs(start.point - other.point)) > 0.8 for other in found):
+            found.append(start)
+    return found
+
+
+def _pairs(
+    prediction: Prediction,
+    whitening: Whitening,
+    models: dict[tuple[str, ...], Fit],
+    fronts: dict[str, tuple[Start, FloatArray]],
+    rough: dict[tuple[str, ...], float],
+    offered: Sequence[Effect],
+    tell: Callable[[str, float], None],
+) -> None:
+    """Second effects beside the best singles: rough ones by linear sums, the best of them fitted."""
+    model = prediction.model
+    leaders = sorted(models, key=lambda names: -models[names].found.evidence)[:PAIRS_FROM]
+    merit = dict[tuple[str, ...], tuple[float, tuple[Parameter, ...], FloatArray]]()
+    for leader in leaders:
+        base = models[leader]
+        for effect in offered:
+            pair = (*leader, effect.name)
+            if effect.name in leader or effect.name not in fronts or not _allowed(model, pair):
+                continue
+            key = tuple(sorted(pair))
+            start, _ = fronts[effect.name]
+            # Slopes of the second effect as they are without the first.
+            sums = whitening.sums(base.predicted, np.column_stack([base.slopes, start.slopes]))
+            width = start.slopes.shape[1]
+            evidence, point = linear(whitening, sums, np.concatenate([base.point, np.zeros(width)]))
+            strength = np.array([p.within(float(u)) for p, u in zip(start.parameters, point[-width:], strict=False)])
+            point = np.concatenate([point[:-width], strength, start.point[width:]])
+            if key not in merit or evidence > merit[key][0]:
+                merit[key] = (evidence, (*base.parameters, *start.parameters), point)
+                rough[key] = evidence
+    singles = max((found.found.evidence for found in models.values()), default=-np.inf)
+    for place, key in enumerate(sorted(merit, key=lambda k: -merit[k][0])[:PAIR_FITS]):
+        tell(f"fitting {' and '.join(key)}", 0.75 + 0.2 * place / PAIR_FITS)
+        if merit[key][0] < singles + 1.0:
+            break
+        whole = fit(prediction, whitening, merit[key][1], merit[key][2], key)
+        if whole is not None:
+            models[key] = whole
+
+
+def _must(found: Fit | None) -> Fit:
+    if found is None:
+        from evat.model import SimulationError
+
+        raise SimulationError("the nominal model does not run on this experiment; simulate it on its own to see why.")
+    return found

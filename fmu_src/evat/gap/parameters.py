@@ -1,0 +1,152 @@
+"""In which coordinates is a parameter fitted, and what is known of it beforehand? Prior standard deviations from a prior mean.
+
+A nominal parameter is known as well as its owner says. An effect's parameters are known by their units alone: an amplitude (it has a
+neutral
+value) is as large as what it does to the outputs may plausibly be, the rest (times, frequencies, exponents) lies within what the record can
+show: between its sample time and its length, and so on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from evat.experiment import Experiment
+from evat.model import Effect, FloatArray, Model, Variable
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """value = mean + sd u, or mean exp(sd u) where `logarithmic`; u is standard normal a priori. `low` and `high` bound the value."""
+
+    name: str
+    unit: str
+    mean: float
+    sd: float
+    low: float
+    high: float
+    logarithmic: bool = False
+
+    def value(self, u: float) -> float:
+        found = self.mean * math.exp(self.sd * u) if self.logarithmic else self.mean + self.sd * u
+        return min(max(found, self.low), self.high)
+
+    def slope(self, u: float) -> float:
+        """d value / d u."""
+        return self.sd * (self.value(u) if self.logarithmic else 1.0)
+
+    def place(self, value: float) -> float:
+        """The u of a value."""
+        return math.log(value / self.mean) / self.sd if self.logarithmic else (value - self.mean) / self.sd
+
+    def within(self, u: float) -> float:
+        """The nearest u whose value is within bounds."""
+        low = self.place(self.low) if not self.logarithmic or self.low > 0 else -math.inf
+        return min(max(u, low), self.place(self.high))
+
+
+def nominal_parameters(model: Model, experiment: Experiment) -> tuple[Parameter, ...]:
+    """Those of the nominal model that may be recalibrated: real and tunable, named in it, not exactly known, not what the trials vary."""
+    set_by_trials = {name for trial in experiment.trials for name in trial.values} | set(
+        experiment.means.values if experiment.means is not None else ()
+    )
+    found = []
+    for variable in model.variables:
+        value = experiment.nominal.values.get(variable.name)
+        share = experiment.nominal.relative_sd.get(variable.name, experiment.nominal.default_relative_sd)
+        if variable.type != "real" or variable.variability != "tunable" or not isinstance(value, (int, float)):
+            continue
+        if variable.name in set_by_trials or share == 0 or value == 0:
+            continue
+        found.append(
+            Parameter(variable.name, variable.unit, float(value), share, variable.min, variable.max, True)
+            if value > 0 and variable.min >= 0
+            else Parameter(variable.name, variable.unit, float(value), share * abs(value), variable.min, variable.max)
+        )
+    return tuple(found)
+
+
+def form_parameters(model: Model) -> tuple[Parameter, ...]:
+    """Shapes of the base laws that nobody knows exactly: parameters outside of all effects that have a neutral value."""
+    own = {variable.name for effect in model.effects for variable in effect.variables} | {effect.name for effect in model.effects}
+    return tuple(
+        Parameter(v.name, v.unit, v.neutral, 0.3, v.min, v.max, True)
+        for v in model.variables
+        if v.name not in own and v.causality == "parameter" and math.isfinite(v.neutral) and v.neutral > 0
+    )
+
+
+def amplitudes(effect: Effect) -> tuple[Variable, ...]:
+    return tuple(variable for variable in effect.variables if math.isfinite(variable.neutral) and variable.type == "real")
+
+
+def shapes(effect: Effect) -> tuple[Variable, ...]:
+    return tuple(variable for variable in effect.variables if not math.isfinite(variable.neutral) and variable.type == "real")
+
+
+class Scales:
+    """Which magnitudes does a record show? By unit, as a range."""
+
+    def __init__(self, model: Model, experiment: Experiment) -> None:
+        units = {variable.name: variable.unit for variable in model.variables}
+
+        def rms(unit: str, columns: Mapping[str, FloatArray]) -> list[float]:
+            return [float(np.sqrt(np.mean(column**2))) for name, column in columns.items() if units.get(name) == unit]
+
+        clocks = [trial.times for trial in experiment.trials] or [np.arange(2.0)]
+        self.step = float(np.median([float(np.median(np.diff(clock))) for clock in clocks if clock.size > 1] or [1.0]))
+        self.duration = float(np.median([clock[-1] - clock[0] for clock in clocks]))
+        outputs = [level for trial in experiment.trials for level in rms("N", trial.outputs)]
+        if experiment.means is not None:
+            outputs += rms("N", experiment.means.outputs)
+        self.force = float(np.median(outputs)) if outputs else 1.0
+        speeds = [level for trial in experiment.trials for level in rms("m/s", trial.inputs)]
+        for trial in experiment.trials:
+            speeds += [abs(value) for name, value in trial.values.items() if units.get(name) == "m/s"]
+        speeds += [abs(v) for name, v in experiment.nominal.values.items() if units.get(name) == "m/s" and isinstance(v, float)]
+        self.speed = float(np.median([speed for speed in speeds if speed > 0] or [0.1]))
+        lengths = [level for trial in experiment.trials for level in rms("m", trial.inputs)]
+        lengths += [abs(v) for name, v in experiment.nominal.values.items() if units.get(name) == "m" and isinstance(v, float)]
+        self.length = float(np.median([length for length in lengths if length > 0] or [self.speed * self.duration]))
+        self.distance = self.speed * self.duration
+
+    def span(self, variable: Variable) -> tuple[float, float]:
+        """Smallest and largest value that the record could show anything of, within the variable's bounds."""
+        start = abs(variable.start) or 1.0
+        low, high = {
+            "s": (0.5 * self.step, self.duration),
+            "Hz": (0.5 / self.duration, 0.45 / self.step),
+            "N": (0.1 * self.force, 10 * self.force),
+            "m/s": (0.02 * self.speed, 5 * self.speed),
+            "m": (min(self.length, 1e-4 * self.distance), 3 * max(self.length, self.distance)),
+        }.get(variable.unit, (start / 5, start * 5))
+        low, high = max(low, variable.min, 1e-300), min(high, variable.max)
+        return (low, high) if low < high else (variable.min, variable.max)
+
+    def amplitude(self, variable: Variable) -> float:
+        """A first guess of how far an amplitude may be from its neutral value."""
+        guess = {
+            "N": 0.1 * self.force,
+            "N/s": 0.1 * self.force / self.duration,
+            "N.s/m": 0.1 * self.force / self.speed,
+            "s": self.step,
+            "m": 0.1 * self.length,
+            "N/m": 0.1 * self.force / self.length,
+        }.get(variable.unit, abs(variable.start - variable.neutral))
+        return guess or 0.1
+
+
+def shape_parameter(variable: Variable, scales: Scales) -> Parameter:
+    """Anywhere within what the record can show; an angle within a turn."""
+    if variable.unit == "rad" or variable.min < 0:
+        return Parameter(variable.name, variable.unit, 0.0, 2.0, variable.min, variable.max)
+    low, high = scales.span(variable)
+    sd = max(math.log(high / low) / 4, 0.1)
+    return Parameter(variable.name, variable.unit, math.sqrt(low * high), sd, max(variable.min, low / 3), min(variable.max, high * 3), True)
+
+
+def amplitude_parameter(variable: Variable, sd: float) -> Parameter:
+    return Parameter(variable.name, variable.unit, variable.neutral, sd, variable.min, variable.max)

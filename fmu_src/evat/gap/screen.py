@@ -1,0 +1,196 @@
+"""What could an effect do to these records, and how much of the gap would that explain? The score test, over a design of its shapes.
+
+An effect's amplitudes enter nearly linearly once its other parameters (times, frequencies, exponents) are given. So each point of a
+design in
+those is one linear fit, in sums that are there already.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import qmc
+
+from evat.experiment import Experiment
+from evat.gap.discrepancy import likelihood
+from evat.gap.fit import Fit
+from evat.gap.parameters import Parameter, Scales, amplitude_parameter, amplitudes, shape_parameter, shapes
+from evat.gap.whitening import Sums, Whitening
+from evat.model import Effect, FloatArray, Variable
+from evat.prediction import Prediction
+
+PLAUSIBLE = 0.1  # of the rms of a channel: what an effect does, a priori (one standard deviation)
+DECADES = np.arange(-4.0, 4.0)  # around the first guess of an amplitude
+PROBED_SAMPLES, PROBED_CONDITIONS, PROBED_MEANS = 700, 3, 8
+LINEAR = 0.3  # of an amplitude's prior standard deviation: where its slope is taken
+FAR = (0.3, 1.5, 6.0)  # the same for an effect with one amplitude, which need not be linear: a time, a frequency
+NOTHING = 1e-5  # of the rms of a channel: less than this is not looked for
+
+
+@dataclass(frozen=True)
+class Start:
+    """A point to fit an effect from, what it adds to the evidence as far as linear sums can tell, and what it does there: `slopes` (N,
+    q)."""
+
+    effect: Effect
+    parameters: tuple[Parameter, ...]
+    point: FloatArray
+    evidence: float
+    slopes: FloatArray
+
+
+def small(experiment: Experiment) -> Experiment:
+    """A part of an experiment that is quick to run: the head of one trial of a few conditions, a few means."""
+    conditions = list(dict.fromkeys(trial.condition for trial in experiment.trials))
+    chosen = (
+        [conditions[round(k)] for k in np.linspace(0, len(conditions) - 1, min(PROBED_CONDITIONS, len(conditions)))] if conditions else []
+    )
+    trials = []
+    for condition in dict.fromkeys(chosen):
+        whole = next(trial for trial in experiment.trials if trial.condition == condition)
+        head = slice(0, PROBED_SAMPLES)
+        trials.append(
+            replace(
+                whole,
+                times=whole.times[head],
+                inputs={name: column[head] for name, column in whole.inputs.items()},
+                outputs={name: column[head] for name, column in whole.outputs.items()},
+            )
+        )
+    means = experiment.means.only(experiment.means.conditions[:PROBED_MEANS]) if experiment.means is not None else None
+    return replace(experiment, trials=tuple(trials), means=means)
+
+
+def _design(unknown: Sequence[Parameter]) -> FloatArray:
+    """Points (G, s) over the prior of the shapes, in its standard deviations."""
+    if not unknown:
+        return np.zeros((1, 0))
+    if len(unknown) == 1:
+        return np.linspace(-1.8, 1.8, 9)[:, None]
+    points: FloatArray = qmc.Sobol(len(unknown), scramble=False).random(16) * 3.4 - 1.7
+    return points
+
+
+class Screen:
+    """Effects tried one after the other beside a fit."""
+
+    def __init__(self, prediction: Prediction, whitening: Whitening, scales: Scales) -> None:
+        self.prediction, self.whitening, self.scales = prediction, whitening, scales
+        self.probe = Prediction(prediction.model, small(prediction.experiment), prediction.threads)
+        self._level = np.concatenate([np.full(s.at.stop - s.at.start, whitening.levels[s.channel]) for s in self.probe.segments])
+
+    def starts(self, base: Fit, effect: Effect) -> list[Start]:
+        """Where to fit the effect from, the best first; none where it does nothing here."""
+        unknown = [shape_parameter(variable, self.scales) for variable in shapes(effect)]
+        strengths, idle = list(amplitudes(effect)), list[Variable]()
+        neutral = {variable.name: variable.neutral for variable in strengths}
+        spreads = self._spreads(base, effect, unknown, strengths, neutral)
+        for variable in list(strengths):
+            if not np.any(np.isfinite(spreads[variable.name])):
+                strengths.remove(variable)
+                idle.append(variable)
+        if not strengths:
+            return []
+        for variable in idle:  # says something only once another amplitude is there: a shape
+            if variable.neutral > 0 and variable.min >= 0:
+                low, high = max(variable.min, variable.neutral / 10), min(variable.max, variable.neutral * 10)
+                unknown.append(Parameter(variable.name, variable.unit, variable.neutral, math.log(high / low) / 4, low, high, True))
+                spreads = self._spreads(base, effect, unknown, strengths, neutral)
+        design, found = _design(unknown), list[Start]()
+        reach = np.tile(FAR, design.shape[0]) if len(strengths) == 1 else np.full(design.shape[0], LINEAR)
+        design = np.repeat(design, reach.size // design.shape[0], axis=0)
+        lanes = self._lanes(base, effect, unknown, design, reach, strengths, neutral, spreads)
+        predicted = self.prediction.many(lanes, (*base.on, effect.name))
+        slopes = np.nan_to_num(predicted - base.predicted).T / np.repeat(reach, len(strengths))  # (N, G q)
+        everything = self.whitening.sums(base.predicted, np.column_stack([base.slopes, slopes])).grams
+        fitted, width = base.slopes.shape[1], len(strengths)
+        for row, shape in enumerate(design):
+            own = [fitted + row * width + place for place in range(width)]
+            if not np.any(slopes[:, [column - fitted for column in own]]):
+                continue
+            kept = [*range(fitted), *own, everything.shape[-1] - 1]
+            sums = Sums(everything[:, :, kept][:, :, :, kept])
+            start = np.concatenate([base.point, np.zeros(width)])
+            evidence, point = linear(self.whitening, sums, start)
+            parameters = (
+                *(amplitude_parameter(v, float(np.repeat(spreads[v.name], reach.size // spreads[v.name].size)[row])) for v in strengths),
+                *unknown,
+            )
+            if not all(math.isfinite(parameter.sd) and parameter.sd > 0 for parameter in parameters):
+                continue
+            strength = np.array([p.within(float(u)) for p, u in zip(parameters, point[fitted:], strict=False)])
+            found.append(
+                Start(effect, parameters, np.concatenate([strength, shape]), evidence, slopes[:, [column - fitted for column in own]])
+            )
+        return sorted(found, key=lambda start: -start.evidence)
+
+    def _spreads(
+        self, base: Fit, effect: Effect, unknown: Sequence[Parameter], strengths: Sequence[Variable], neutral: Mapping[str, float]
+    ) -> dict[str, FloatArray]:
+        """Of each amplitude at each point of the design: how large it is where it does what is plausible; nan where it does nothing."""
+        design, found = _design(unknown), dict[str, FloatArray]()
+        without = self.probe.one(base.values, base.on)
+        for variable in strengths:
+            guess = self.scales.amplitude(variable)
+            tried = np.clip(variable.neutral + guess * 10**DECADES, variable.min, variable.max)
+            lanes: dict[str, float | str | FloatArray] = {**base.values, **neutral}
+            lanes[variable.name] = np.tile(tried, design.shape[0])
+            for place, parameter in enumerate(unknown):
+                lanes[parameter.name] = np.repeat([parameter.value(float(u)) for u in design[:, place]], tried.size)
+            change = (self.probe.many(lanes, (*base.on, effect.name)) - without) / self._level
+            channels = [np.concatenate([np.arange(s.at.start, s.at.stop) for s in self.probe.segments if s.channel == c]) for c in
+                        dict.fromkeys(s.channel for s in self.probe.segments)]  # fmt: skip
+            sizes = np.max([np.sqrt(np.mean(change[:, channel] ** 2, axis=1)) for channel in channels], axis=0)
+            found[variable.name] = np.array(
+                [_spread(np.abs(tried - variable.neutral), row) for row in sizes.reshape(design.shape[0], tried.size)]
+            )
+        return found
+
+    def _lanes(
+        self,
+        base: Fit,
+        effect: Effect,
+        unknown: Sequence[Parameter],
+        design: FloatArray,
+        reach: FloatArray,
+        strengths: Sequence[Variable],
+        neutral: Mapping[str, float],
+        spreads: Mapping[str, FloatArray],
+    ) -> dict[str, float | str | FloatArray]:
+        """Value sets (G q): each amplitude alone at each point of the design."""
+        rows, width = design.shape[0], len(strengths)
+        lanes: dict[str, float | str | FloatArray] = {**base.values, **neutral}
+        for place, variable in enumerate(strengths):
+            column = np.full((rows, width), variable.neutral)
+            spread = np.nan_to_num(np.repeat(spreads[variable.name], rows // spreads[variable.name].size))
+            up = variable.neutral + reach * spread
+            column[:, place] = np.minimum(up, variable.max)
+            lanes[variable.name] = column.ravel()
+        for place, parameter in enumerate(unknown):
+            lanes[parameter.name] = np.repeat([parameter.value(float(u)) for u in design[:, place]], width)
+        return lanes
+
+
+def _spread(amplitudes: FloatArray, sizes: FloatArray) -> float:
+    """The amplitude at which a response has the plausible size, from the largest that has less."""
+    good = np.isfinite(sizes) & (sizes > NOTHING) & (amplitudes > 0)
+    if not np.any(good):
+        return math.nan
+    amplitudes, sizes = amplitudes[good], sizes[good]
+    below = np.flatnonzero(sizes <= PLAUSIBLE)
+    place = int(below[np.argmax(sizes[below])]) if below.size else int(np.argmin(sizes))
+    return float(min(amplitudes[place] * PLAUSIBLE / sizes[place], 10 * amplitudes.max()))
+
+
+def linear(whitening: Whitening, sums: Sums, point: FloatArray, rounds: int = 3) -> tuple[float, FloatArray]:
+    """Evidence and best point of a model that is linear in its parameters; as `sums` stand at `point`."""
+    for _ in range(rounds):
+        found = likelihood(whitening, sums, point)
+        point = point + found.step
+        turn = np.eye(point.size + 1)
+        turn[:-1, -1] = -found.step
+        sums = Sums(np.einsum("ki,sbkl,lj->sbij", turn, sums.grams, turn, optimize=True))
+    return likelihood(whitening, sums, point).evidence, point

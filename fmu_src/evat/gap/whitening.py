@@ -1,0 +1,223 @@
+"""How much does each number of a residual weigh? Residuals and slopes, whitened by the noise, then summed up band by band of frequency.
+
+All that later steps ask (fits, evidence, held-out conditions, how much is left unexplained) follows from these sums: no step looks at
+samples
+again. In bands, since what a model lacks is smooth in time where noise, once whitened, is not; and apart for the harmonics of a periodic
+motion, since what a model lacks comes back in every cycle where noise does not. Repeats of one run count as their mean, for the same
+reason.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import maximum_filter1d
+
+from evat.gap.cycles import cycle_samples
+from evat.gap.noise import Noise, differing
+from evat.model import FloatArray
+from evat.prediction import Prediction
+
+BANDS = 20  # of the harmonics, and again as many of all between them
+CORRELATION_SAMPLES = (0.3, 2.0, 8.0, 32.0, 128.0)  # over which a discrepancy may be correlated
+BESIDE = 3  # samples on either side of a jump
+SHARPNESS = 0.5  # of a jump: what may be wrong beside it
+APERIODIC = 0.1  # of the discrepancy of a periodic motion, in variance, may not repeat
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Segments that one run predicts: repeats. `at` is where the first of them stands in the long vector."""
+
+    condition: str
+    channel: str
+    members: tuple[int, ...]
+    at: slice
+    cycles: float  # of a periodic motion within it, 1 where it is not
+
+
+@dataclass(frozen=True)
+class Sums:
+    """`grams` (groups, 2 BANDS, p + 1, p + 1): inner products of the whitened [slopes, residual]."""
+
+    grams: FloatArray
+
+
+class Whitening:
+    """The covariance of an experiment as a way to sum up residuals.
+
+    `counts` (groups, 2 BANDS) is how many numbers a band has; `unexplained` (lengths, groups, 2 BANDS) what a discrepancy of unit size
+    (rms of
+    its channel) and given correlation length would add to the variance 1 that noise has there.
+    """
+
+    def __init__(self, prediction: Prediction, noise: Noise, predicted: FloatArray) -> None:
+        """predicted : (N,), near the truth: how gain, zero and clock of a trial show."""
+        self.prediction, self.noise = prediction, noise
+        self.groups = self._grouped()
+        self.levels = self._levels()
+        self.means = self._means(predicted)
+        self._weights = [self._weight(group, predicted) for group in self.groups]
+        self._bases = [self._basis(place, predicted) for place in range(len(self.groups))]
+        self._bands = [self._edges(group) for group in self.groups]
+        self.counts = np.zeros((len(self.groups), 2 * BANDS))
+        for place, bands in enumerate(self._bands):
+            for band, (_, weight) in bands.items():
+                self.counts[place, band] = weight.sum()
+
+    def _grouped(self) -> tuple[Group, ...]:
+        found: dict[tuple[object, str], list[int]] = {}
+        for place, segment in enumerate(self.prediction.segments):
+            key = self.prediction.alike[segment.trial] if segment.trial >= 0 else place
+            found.setdefault((key, segment.channel), []).append(place)
+        groups = []
+        for (_, channel), members in found.items():
+            first = self.prediction.segments[members[0]]
+            cycles = 1.0
+            if first.trial >= 0:
+                period = cycle_samples(self.prediction, first.trial)
+                cycles = max((first.at.stop - first.at.start) / period, 1.0) if period else 1.0
+            groups.append(Group(first.condition, channel, tuple(members), first.at, cycles))
+        return tuple(groups)
+
+    def _levels(self) -> dict[str, float]:
+        """Root mean square of each channel."""
+        found = {}
+        for channel in dict.fromkeys(group.channel for group in self.groups):
+            whole = np.concatenate([self.prediction.measured[s.at] for s in self.prediction.segments if s.channel == channel])
+            found[channel] = float(np.sqrt(np.mean(whole**2))) + 1e-300
+        return found
+
+    def _means(self, predicted: FloatArray) -> list[FloatArray]:
+        """Mean of the repeats of each group; a sample that is far off where the others are not counts no more than a far one."""
+        found = []
+        for group in self.groups:
+            rows = np.array([self.prediction.measured[self.prediction.segments[place].at] for place in group.members])
+            if group.at.stop - group.at.start > 1:
+                rest = rows - predicted[group.at]
+                middle = np.median(rest, axis=0) if len(rows) > 2 else np.where(*_nearer(rest)) if len(rows) == 2 else rest[0]
+                far = rest - middle
+                limit = OUTLYING * 1.4826 * np.median(np.abs(far - np.median(far, axis=1, keepdims=True))) if len(rows) > 1 else np.inf
+                shift = np.median(far, axis=1, keepdims=True)
+                rows = predicted[group.at] + middle + shift + np.clip(far - shift, -limit, limit) if limit > 0 else rows
+            found.append(np.asarray(rows.mean(axis=0), dtype=np.float64))
+        return found
+
+    def _weight(self, group: Group, predicted: FloatArray) -> FloatArray:
+        """Of each sample: less beside a jump of the prediction, whose place and sharpness no model has right to a fraction of a sample."""
+        row = predicted[group.at]
+        if row.size < 3:
+            return np.ones(row.size)
+        bend = np.zeros_like(row)
+        bend[1:-1] = np.abs(np.diff(row, 2))
+        lags = self.noise.filters[group.channel].size
+        near = maximum_filter1d(bend, 2 * BESIDE + lags, origin=-((lags - 1) // 2))
+        weight: FloatArray = 1 / np.sqrt(1 + (SHARPNESS * near / self.noise.sizes[group.members[0]]) ** 2)
+        return weight
+
+    def _basis(self, place: int, predicted: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        """Orthonormal columns of what differs from trial to trial, and by how much each is to be shrunk."""
+        group = self.groups[place]
+        if group.at.stop - group.at.start == 1:
+            return None
+        times = self.prediction.experiment.trials[self.prediction.segments[group.members[0]].trial].times
+        white = self._filter(differing(predicted[group.at], times) * self.noise.spread[group.channel], place)
+        left, sizes, _ = np.linalg.svd(white, full_matrices=False)
+        return left, 1 / np.sqrt(1 + sizes**2) - 1  # (1 + left sizes^2 left')^(-1/2)
+
+    def _filter(self, columns: FloatArray, place: int) -> FloatArray:
+        """Innovations of the columns of one segment, by their sd."""
+        group = self.groups[place]
+        size = self.noise.sizes[group.members[0]]
+        if group.at.stop - group.at.start == 1:
+            alone: FloatArray = columns / size
+            return alone
+        filter_ = self.noise.filters[group.channel]
+        lost = filter_.size - 1
+        white: FloatArray = columns[lost:] * (filter_[0] / size)
+        for lag in range(1, filter_.size):
+            white = white + columns[lost - lag : -lag] * (filter_[lag] / size)
+        weighed: FloatArray = white * self._weights[place][lost:, None]
+        return weighed
+
+    def _white(self, columns: FloatArray, place: int) -> FloatArray:
+        basis = self._bases[place]
+        white: FloatArray = self._filter(columns, place) * math.sqrt(len(self.groups[place].members))
+        if basis is None:
+            return white
+        left, shrink = basis
+        return np.asarray(white + left @ (shrink[:, None] * (left.T @ white)), dtype=np.float64)
+
+    def _edges(self, group: Group) -> dict[int, tuple[npt.NDArray[np.intp], FloatArray]]:
+        """Of each band that a group has: the coefficients of the real Fourier transform in it, and how many numbers each is."""
+        length = group.at.stop - group.at.start
+        if length > 1:
+            length -= self.noise.filters[group.channel].size - 1
+        last = length // 2 + 1
+        weight = np.full(last, 2.0)
+        weight[0] = 1.0
+        if length % 2 == 0 and last > 1:
+            weight[-1] = 1.0
+        edges = np.unique(np.concatenate([[0, 1], np.round(np.geomspace(1, max(last, 2), BANDS)).astype(int)]))
+        band = np.searchsorted(edges, np.arange(last), side="right") - 1
+        if group.cycles > 1.5:
+            order = np.arange(last) / group.cycles
+            between = np.abs(order - np.round(order)) * group.cycles > 0.75
+            between[0] = False
+            band = band + BANDS * between
+        return {int(b): (np.flatnonzero(band == b), weight[band == b]) for b in np.unique(band)}
+
+    def residual(self, predicted: FloatArray, place: int) -> FloatArray:
+        """Mean measured minus predicted (N,) of a group."""
+        found: FloatArray = self.means[place] - predicted[self.groups[place].at]
+        return found
+
+    def sums(self, predicted: FloatArray, slopes: FloatArray) -> Sums:
+        """predicted (N,), slopes (N, p)."""
+        width = slopes.shape[1] + 1
+        grams = np.zeros((len(self.groups), 2 * BANDS, width, width))
+        for place, group in enumerate(self.groups):
+            columns = np.column_stack([slopes[group.at], self.residual(predicted, place)])
+            white = self._white(columns, place)
+            spectrum = np.fft.rfft(white, axis=0, norm="ortho")
+            spectrum[1 : (white.shape[0] + 1) // 2] *= np.sqrt(2)
+            for band, (rows, _) in self._bands[place].items():
+                part = spectrum[rows]
+                part = np.concatenate([part.real, part.imag])
+                grams[place, band] = part.T @ part
+        return Sums(grams)
+
+    @cached_property
+    def unexplained(self) -> FloatArray:
+        found = np.zeros((len(CORRELATION_SAMPLES), len(self.groups), 2 * BANDS))
+        for place, group in enumerate(self.groups):
+            ratio = (self.levels[group.channel] / self.noise.sizes[group.members[0]]) ** 2 * len(group.members)
+            length = group.at.stop - group.at.start
+            if length == 1:
+                found[:, place, 0] = ratio
+                continue
+            filter_ = self.noise.filters[group.channel]
+            length -= filter_.size - 1
+            omega = 2 * np.pi * np.arange(length // 2 + 1) / length
+            gain = np.abs(np.exp(-1j * np.outer(omega, np.arange(filter_.size))) @ filter_) ** 2
+            periodic = group.cycles > 1.5
+            share = self.counts[place, :BANDS].sum() / self.counts[place].sum()
+            for row, samples in enumerate(CORRELATION_SAMPLES):
+                rho = np.exp(-1 / samples)
+                spectrum = (1 - rho**2) / (1 - 2 * rho * np.cos(omega) + rho**2) * gain * ratio
+                for band, (rows, _) in self._bands[place].items():
+                    factor = 1.0 if not periodic else (1 - APERIODIC) / share if band < BANDS else APERIODIC / (1 - share)
+                    found[row, place, band] = spectrum[rows].mean() * factor
+        return found
+
+
+OUTLYING = 5.0  # robust standard deviations of the repeats from each other
+
+
+def _nearer(rest: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Of two repeats, sample by sample, the one that is nearer to the prediction."""
+    return np.abs(rest[0]) < np.abs(rest[1]), rest[0], rest[1]

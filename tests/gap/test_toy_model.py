@@ -1,0 +1,99 @@
+"""Does the diagnosis get by with what evat.model says of a model, and does it name what a toy has been given?"""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import replace
+from pathlib import Path
+
+import evat.gap
+import numpy as np
+import pytest
+from evat import kernel
+from evat.gap import diagnose
+from toy import Toy, measured
+
+FOLDER = Path(evat.gap.__file__).parent
+DESCENT = np.linspace(-1, 1, 400)
+
+
+@pytest.mark.parametrize(("on", "parameter", "value"), [("bend", "c", 0.2), ("drift", "rate", 0.3), ("lean", "a", -0.8)])
+def test_the_effect_that_is_there_is_named(on: str, parameter: str, value: float) -> None:
+    found = diagnose(measured([on], {f"{on}.{parameter}": value}), Toy())
+    assert found.verdict == "effect"
+    (named,) = found.effects
+    assert named.name == on
+    assert named.probability > 0.9
+    estimate, sd, _ = named.parameters[parameter]
+    assert abs(estimate - value) < 4 * sd
+    assert sd < 0.2 * abs(value)
+    assert found.closure.share == pytest.approx(1.0, abs=0.05)
+    assert found.closure.held_out == ("c1",)
+
+
+def test_no_gap_is_no_gap() -> None:
+    found = diagnose(measured(), Toy())
+    assert found.verdict == "no_gap"
+    assert found.effects == ()
+
+
+def test_a_wrong_stiffness_is_no_effect() -> None:
+    found = diagnose(measured(values={"k": 11.0}), Toy())
+    assert found.verdict == "mistuned"
+    nominal, value, sd = found.recalibration.parameters["k"]
+    assert (nominal, value) == (10.0, pytest.approx(11.0, abs=4 * sd))
+    assert found.recalibration.share > 0.99
+
+
+def test_two_effects_are_two() -> None:
+    found = diagnose(measured(["bend", "drift"], {"bend.c": 0.3, "drift.rate": 0.4}), Toy())
+    assert [effect.name for effect in found.effects] == ["bend", "drift"]
+
+
+def test_what_no_effect_explains_is_unknown() -> None:
+    """A hum at a frequency of its own."""
+    hum = 1.5 * np.sin(2 * np.pi * 3.7 * np.arange(400) * 0.01)
+    assert diagnose(measured(extra=hum), Toy()).verdict == "unknown"
+
+
+def test_the_order_of_effects_does_not_matter() -> None:
+    class Turned(Toy):
+        effects = Toy.effects[::-1]
+
+    experiment = measured(["bend"], {"bend.c": 0.2})
+    assert diagnose(experiment, Toy()).json() == diagnose(experiment, Turned()).json()
+
+
+def test_the_same_input_gives_the_same_bytes() -> None:
+    experiment = measured(["lean"], {"lean.a": 0.7})
+    assert diagnose(experiment, Toy()).json() == diagnose(experiment, Toy()).json()
+
+
+def test_repeats_that_change_places_change_nothing() -> None:
+    experiment = measured(["bend"], {"bend.c": 0.2})
+    trials = experiment.trials
+    turned = replace(experiment, trials=tuple(trials[place - place % 3 + (2 - place % 3)] for place in range(len(trials))))
+    first, second = diagnose(experiment, Toy()), diagnose(turned, Toy())
+    assert first.verdict == second.verdict
+    assert first.effects[0].parameters["c"] == pytest.approx(second.effects[0].parameters["c"])
+
+
+def test_the_diagnosis_names_no_effect_and_imports_no_kernel() -> None:
+    """Each word of its source, and all that it imports, one after the other."""
+    effects = {effect.name for effect in kernel.effects()}
+    seen, waiting = set[str](), [path for path in FOLDER.glob("*.py")]
+    for path in waiting:
+        text = path.read_text(encoding="utf-8")
+        assert not [name for name in effects if name in text], path.name
+    while waiting:
+        path = waiting.pop()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
+            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            for name in names:
+                if name.startswith("evat") and name not in seen:
+                    seen.add(name)
+                    base = FOLDER.parent.joinpath(*name.split(".")[1:])
+                    waiting.append(base / "__init__.py" if base.is_dir() else base.with_suffix(".py"))
+    assert {"evat.prediction", "evat.experiment", "evat.model"} <= seen
+    assert not seen & {"evat.kernel", "evat.batch", "evat.contact_model", "evat.fmu", "evat.ssv", "evat.compile", "cffi"}
