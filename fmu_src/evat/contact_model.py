@@ -10,9 +10,12 @@ import numpy as np
 
 from evat import kernel
 from evat.batch import run_many
-from evat.model import FloatArray, Run, Trace
+from evat.model import FloatArray, Rival, Run, Trace
 from evat.needs import check_needs, missing_inputs
 
+LAW = "friction_law"
+RIVALS = ("coulomb", "dahl", "lugre")  # karnopp needs an applied force, bristle draws random places, reset_integrator jumps
+FRICTION = ("sigma0", "sigma1", "sigma2", "F_C", "F_S", "v_s")
 SETTLING_TIME = 1.0  # s of steady slip, far beyond any presliding; means are taken over the second half
 
 
@@ -75,6 +78,17 @@ class ContactModel(kernel.Component):
         if not self._moves_by_itself(values):
             return math.nan
         return 1 / float(values.get("vibration_frequency", kernel.variable("vibration_frequency").start))
+
+    def rival_laws(self, values: Mapping[str, float | str]) -> Sequence[Rival]:
+        """The other friction laws for which a slip velocity is enough, that draw no random numbers."""
+        known = kernel.variable(LAW)
+        own = known.choices[int(known.check(values.get(LAW, known.start)))]
+        read = tuple(v for v in self.variables if v.name in FRICTION)
+        return tuple(
+            Rival(f"{LAW}={law.name}", {LAW: law.name}, (*read, *law.variables))
+            for law in kernel.laws()
+            if law.name in RIVALS and law.name != own
+        )
 
     def missing_inputs(self, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str]) -> Mapping[str, Sequence[str]]:
         return missing_inputs(self, on, values, given)

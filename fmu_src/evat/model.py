@@ -123,6 +123,15 @@ class Trace:
             raise ParameterError(f"no column {name!r} in this trace; it has {', '.join(self.columns)}.") from None
 
 
+@dataclass(frozen=True, slots=True)
+class Rival:
+    """Another base law that a model offers: `values` choose it, `variables` are those that it may read."""
+
+    name: str
+    values: Mapping[str, str]
+    variables: tuple[Variable, ...]
+
+
 class Tables(Protocol):
     """What a model consists of, without the means to run it."""
 
@@ -147,6 +156,10 @@ class Model(Tables, Protocol):
 
     def cycle_time(self, values: Mapping[str, float | str]) -> float:
         """Duration [s] of the model's own cycle of motion, nan where it has none."""
+        ...
+
+    def rival_laws(self, values: Mapping[str, float | str]) -> Sequence[Rival]:
+        """Base laws that could stand in for the one that `values` choose."""
         ...
 
     def missing_inputs(self, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str]) -> Mapping[str, Sequence[str]]:

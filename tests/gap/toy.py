@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from evat.experiment import Experiment, Nominal, Trial
-from evat.model import Effect, FloatArray, Run, Trace, Variable
+from evat.model import Effect, FloatArray, Rival, Run, Trace, Variable
 
 SPRING = Variable("k", "N/m", 10.0, 0.0, 1e6, "stiffness", "toy")
 WAY = Variable("x", "m", 0.0, -10.0, 10.0, "way", "toy", causality="input")
@@ -47,6 +47,9 @@ class Toy:
 
     def cycle_time(self, values: Mapping[str, float | str]) -> float:
         return math.nan
+
+    def rival_laws(self, values: Mapping[str, float | str]) -> Sequence[Rival]:
+        return ()
 
     def missing_inputs(self, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str]) -> Mapping[str, Sequence[str]]:
         return {}

@@ -86,13 +86,16 @@ def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:
     values = found.values
     own = {effect.name: {variable.name for variable in effect.variables} for effect in comparison.prediction.model.effects}
     units = {variable.name: variable.unit for variable in comparison.prediction.model.variables}
+    fitted_by_law = {p.name for p in found.parameters} - {p.name for p in comparison.recalibrated.parameters} - set().union(*own.values())
     named = []
     for name in judgement.chosen:
         probability = sum(p for on, p in judgement.probabilities.items() if name in on)
         others = [on for on in judgement.likely if on and name not in on]
         twins = sorted({other for on in others for other in on if other not in judgement.chosen})
         parameters = {
-            variable: (float(values[variable]), sd.get(variable, math.nan), units[variable]) for variable in values if variable in own[name]
+            variable: (float(values[variable]), sd.get(variable, math.nan), units[variable])
+            for variable in values
+            if variable in own.get(name, fitted_by_law)
         }
         named.append(Named(name, probability, {key.removeprefix(f"{name}."): value for key, value in parameters.items()}, tuple(twins)))
     return tuple(named)

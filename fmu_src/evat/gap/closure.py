@@ -42,7 +42,7 @@ def close(comparison: Comparison, chosen: Fit) -> Closure:
     if held:
         mask = np.array([group.condition in held for group in whitening.groups])
         before = _again(comparison, before, mask)
-        after = _again(comparison, after, mask) if chosen.on else before
+        after = _again(comparison, after, mask) if chosen is not comparison.recalibrated else before
     where = set(held) if held else None
     tables = {
         "nominal": squares(whitening, comparison.nominal.predicted, where),
@@ -56,7 +56,7 @@ def close(comparison: Comparison, chosen: Fit) -> Closure:
         }
         for channel in tables["nominal"]
     }
-    if not held or not chosen.on:
+    if not held or chosen is comparison.recalibrated:
         return Closure(float("nan"), (float("nan"), float("nan")), held, rms)
     rows = _rows(comparison, before.predicted, after.predicted, held)
     share = _share(rows.sum(axis=0))

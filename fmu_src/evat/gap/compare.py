@@ -6,17 +6,21 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import qmc
 
+from evat.gap.discrepancy import likelihood
 from evat.gap.fit import Fit, fit
 from evat.gap.noise import Noise, estimate_noise
-from evat.gap.parameters import Parameter, Scales, nominal_parameters
+from evat.gap.parameters import Scales, law_parameters, nominal_parameters
 from evat.gap.screen import Screen, Start, linear
 from evat.gap.whitening import Sums, Whitening
-from evat.model import Effect, FloatArray, Model
+from evat.model import Effect, FloatArray, Model, SimulationError
 from evat.prediction import Prediction
 
 FROZEN_STEPS = 5  # of a first fit of an effect alone, slopes of the nominal parameters held
 FULL_FITS = 6  # singles that are fitted with all parameters
+LEFT = 0.005  # of the rms: where recalibration leaves less, other base laws are not tried
+LAW_STARTS = 32
 PAIRS_FROM, PAIR_FITS = 4, 5
 HOPE = 0.2  # of the best gain: an effect that gains less where it is taken as linear is not looked at closer
 WORTH = 12.0  # of log evidence: a model that is this far behind is not looked at closer
@@ -42,8 +46,6 @@ class Comparison:
 
 def _frozen(prediction: Prediction, whitening: Whitening, base: Fit, start: Start) -> tuple[float, FloatArray] | None:
     """Evidence and best point (base's parameters, then the effect's) with the slopes of the base's parameters held where they are."""
-    from evat.gap.discrepancy import likelihood
-
     names = [parameter.name for parameter in start.parameters]
     fitted = base.point.size
 
@@ -82,7 +84,7 @@ def _frozen(prediction: Prediction, whitening: Whitening, base: Fit, start: Star
 
 def _allowed(model: Model, effects: Sequence[str]) -> bool:
     rivals = {effect.name: effect.rivals for effect in model.effects}
-    return not any(other in rivals[name] for name in effects for other in effects)
+    return not any(other in rivals.get(name, ()) for name in effects for other in effects)
 
 
 def compare(prediction: Prediction, report: Callable[[str, float], None] | None = None) -> Comparison:
@@ -141,8 +143,42 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
         whole = fit(prediction, whitening, (*parameters, *start.parameters), point, (name,))
         if whole is not None:
             models[(name,)] = whole
+    _rivals(prediction, whitening, models, recalibrated, scales, tell)
     _pairs(prediction, whitening, models, fronts, rough, offered, tell)
     return Comparison(prediction, noise, whitening, nominal, recalibrated, models, rough, tuple(silent), unfed)
+
+
+def _rivals(
+    prediction: Prediction,
+    whitening: Whitening,
+    models: dict[tuple[str, ...], Fit],
+    recalibrated: Fit,
+    scales: Scales,
+    tell: Callable[[str, float], None],
+) -> None:
+    """Other base laws, where something is left for them to explain: from the best of a few starts in what they read."""
+    if recalibrated.found.size < LEFT:
+        return
+    laws = prediction.model.rival_laws(prediction.nominal)
+    for place, rival in enumerate(laws):
+        tell(f"fitting {rival.name}", 0.75 + 0.05 * place / len(laws))
+        parameters = law_parameters(rival.variables, recalibrated.parameters, prediction.experiment.nominal.values, scales)
+        count = len(recalibrated.parameters)
+        starts = np.zeros((LAW_STARTS, len(parameters)))
+        starts[:, :count] = recalibrated.point
+        if len(parameters) > count:
+            starts[:, count:] = qmc.Sobol(len(parameters) - count, scramble=False).random(LAW_STARTS) * 3.0 - 1.5
+        else:
+            starts = starts[:1]
+        lanes = {p.name: np.array([p.value(float(u)) for u in starts[:, k]]) for k, p in enumerate(parameters)}
+        rows = prediction.many({**rival.values, **lanes})
+        none = np.empty((rows.shape[1], 0))
+        logs = [likelihood(whitening, whitening.sums(row, none), np.empty(0)).log if np.all(np.isfinite(row)) else -np.inf for row in rows]
+        if not np.isfinite(max(logs)):
+            continue
+        found = fit(prediction, whitening, parameters, starts[int(np.argmax(logs))], fixed=rival.values, most_steps=12)
+        if found is not None:
+            models[(rival.name,)] = found
 
 
 def _apart(starts: Sequence[Start], most: int = 2) -> list[Start]:
@@ -166,7 +202,7 @@ def _pairs(
     """Second effects beside the best singles: rough ones by linear sums, the best of them fitted."""
     model = prediction.model
     leaders = sorted(models, key=lambda names: -models[names].found.evidence)[:PAIRS_FROM]
-    merit = dict[tuple[str, ...], tuple[float, tuple[Parameter, ...], FloatArray]]()
+    merit = dict[tuple[str, ...], tuple[float, Fit, Start, FloatArray]]()
     for leader in leaders:
         base = models[leader]
         for effect in offered:
@@ -182,21 +218,21 @@ def _pairs(
             strength = np.array([p.within(float(u)) for p, u in zip(start.parameters, point[-width:], strict=False)])
             point = np.concatenate([point[:-width], strength, start.point[width:]])
             if key not in merit or evidence > merit[key][0]:
-                merit[key] = (evidence, (*base.parameters, *start.parameters), point)
+                merit[key] = (evidence, base, start, point)
                 rough[key] = evidence
     singles = max((found.found.evidence for found in models.values()), default=-np.inf)
     for place, key in enumerate(sorted(merit, key=lambda k: -merit[k][0])[:PAIR_FITS]):
         tell(f"fitting {' and '.join(key)}", 0.75 + 0.2 * place / PAIR_FITS)
         if merit[key][0] < singles + 1.0:
             break
-        whole = fit(prediction, whitening, merit[key][1], merit[key][2], key)
+        _, base, start, point = merit[key]
+        on = tuple(sorted((*base.on, start.effect.name)))
+        whole = fit(prediction, whitening, (*base.parameters, *start.parameters), point, on, fixed=base.fixed)
         if whole is not None:
             models[key] = whole
 
 
 def _must(found: Fit | None) -> Fit:
     if found is None:
-        from evat.model import SimulationError
-
         raise SimulationError("the nominal model does not run on this experiment; simulate it on its own to see why.")
     return found

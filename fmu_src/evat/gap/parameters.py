@@ -9,7 +9,7 @@ show: between its sample time and its length, and so on.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -122,6 +122,8 @@ class Scales:
             "N": (0.1 * self.force, 10 * self.force),
             "m/s": (0.02 * self.speed, 5 * self.speed),
             "m": (min(self.length, 1e-4 * self.distance), 3 * max(self.length, self.distance)),
+            "N/m": (self.force / max(self.length, self.distance), 1e3 * self.force / min(self.length, self.distance)),
+            "N.s/m": (1e-3 * self.force / self.speed, 10 * self.force / self.speed),
         }.get(variable.unit, (start / 5, start * 5))
         low, high = max(low, variable.min, 1e-300), min(high, variable.max)
         return (low, high) if low < high else (variable.min, variable.max)
@@ -146,6 +148,15 @@ def shape_parameter(variable: Variable, scales: Scales) -> Parameter:
     low, high = scales.span(variable)
     sd = max(math.log(high / low) / 4, 0.1)
     return Parameter(variable.name, variable.unit, math.sqrt(low * high), sd, max(variable.min, low / 3), min(variable.max, high * 3), True)
+
+
+def law_parameters(
+    variables: Sequence[Variable], known: Sequence[Parameter], given: Mapping[str, object], scales: Scales
+) -> tuple[Parameter, ...]:
+    """What another base law reads: as well known as it is where the nominal model has it, else anywhere within what the record can show."""
+    named = {parameter.name for parameter in known} | set(given)
+    more = [v for v in variables if v.name not in named and v.type == "real" and v.variability == "tunable" and v.min >= 0]
+    return (*known, *(shape_parameter(variable, scales) for variable in more))
 
 
 def amplitude_parameter(variable: Variable, sd: float) -> Parameter:
