@@ -49,7 +49,7 @@ def diagnose_with(
     """The same, with everything that was fitted on the way: what the report draws."""
     comparison = compare(Prediction(model, experiment), report)
     known = constants or Constants.stored()
-    judgement = judge(features(comparison, known), known)
+    judgement = judge(features(comparison), known)
     verdict, missing = judgement.verdict, _missing(comparison)
     if report:
         report("on held-out conditions", 0.95)

@@ -10,6 +10,8 @@ from evat.gap.noise import differing, impulse_response
 from evat.gap.whitening import Whitening
 from evat.model import FloatArray
 
+UNSURE = 0.02  # of the noise floor: no structural square is known better
+
 
 @dataclass(frozen=True)
 class Squares:
@@ -55,5 +57,6 @@ def structural_share(whitening: Whitening, predicted: FloatArray, reference: Flo
     """The structural mean square that one prediction leaves, in that of another; channels weighed by their rms."""
     ours, theirs = squares(whitening, predicted), squares(whitening, reference)
     levels = whitening.levels
+    unsure = sum(UNSURE * theirs[c].floor / levels[c] ** 2 for c in levels)
     total = sum(theirs[c].structural / levels[c] ** 2 for c in levels)
-    return sum(ours[c].structural / levels[c] ** 2 for c in levels) / max(total, 1e-300)
+    return (sum(ours[c].structural / levels[c] ** 2 for c in levels) + unsure) / (total + unsure)

@@ -12,13 +12,13 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from evat.gap.budget import Squares, squares, structural_share
+from evat.gap.budget import squares, structural_share
 from evat.gap.compare import Comparison
 from evat.gap.fit import Fit
 
@@ -41,6 +41,7 @@ class Constants:
     structure_slope: float = 2.0  # the same of what recalibration leaves
     unknown_offset: float = -0.5
     unknown_slope: float = 3.0  # share that the best model leaves
+    evident: float = 15.0  # log evidence that makes an effect as likely as not where the gap itself is too small to look at
     small_noise: float = 0.5  # of the noise's rms: a structural gap of this size is nothing to look at
     small_form: float = 0.01  # of the rms of a channel: the same
 
@@ -54,15 +55,22 @@ class Constants:
 
 @dataclass(frozen=True)
 class Features:
-    """What is judged: `gap` and `structure`, nominal and recalibrated structural rms over what nobody would look at (log); `gain[set]` of
-    evidence over the recalibrated model and `left[set]` of its structural gap; `exact`, evidence of the nominal over the recalibrated
-    model."""
+    """What is judged. By channel, in its mean square: structural squares of the nominal and of the recalibrated model, and the noise floor;
+    `exact`, log evidence of the nominal over the recalibrated model; `gain[set]`, the same of a set of effects; `left[set]`, its share of
+    the
+    recalibrated model's structural squares."""
 
-    gap: float
-    structure: float
+    nominal: Mapping[str, float]
+    recalibrated: Mapping[str, float]
+    floor: Mapping[str, float]
     exact: float
     gain: Mapping[tuple[str, ...], float]
     left: Mapping[tuple[str, ...], float]
+
+    def without(self, effect: str) -> Features:
+        """As if the model did not have that effect: its sets are gone."""
+        kept = [on for on in self.gain if effect not in on]
+        return replace(self, gain={on: self.gain[on] for on in kept}, left={on: self.left[on] for on in kept})
 
 
 @dataclass(frozen=True)
@@ -78,18 +86,20 @@ class Judgement:
     features: Features
 
 
-def _size(found: Mapping[str, Squares], levels: Mapping[str, float], constants: Constants) -> float:
+def _size(structural: Mapping[str, float], floor: Mapping[str, float], constants: Constants) -> float:
     """Log of the largest structural rms of a channel over what nobody would look at."""
-    ratios = [found[c].structural / (constants.small_noise**2 * found[c].floor + (constants.small_form * levels[c]) ** 2) for c in levels]
-    return 0.5 * math.log(max(*ratios, 1e-6)) if len(ratios) > 1 else 0.5 * math.log(max(ratios[0], 1e-6))
+    ratios = [square / (constants.small_noise**2 * floor[c] + constants.small_form**2) for c, square in structural.items()]
+    return 0.5 * math.log(max([*ratios, 1e-6]))
 
 
-def features(comparison: Comparison, constants: Constants) -> Features:
+def features(comparison: Comparison) -> Features:
     whitening, reference = comparison.whitening, comparison.recalibrated.predicted
-    base = comparison.recalibrated.found.evidence
+    base, levels = comparison.recalibrated.found.evidence, whitening.levels
+    before, after = squares(whitening, comparison.nominal.predicted), squares(whitening, reference)
     return Features(
-        gap=_size(squares(whitening, comparison.nominal.predicted), whitening.levels, constants),
-        structure=_size(squares(whitening, reference), whitening.levels, constants),
+        nominal={c: before[c].structural / levels[c] ** 2 for c in levels},
+        recalibrated={c: after[c].structural / levels[c] ** 2 for c in levels},
+        floor={c: after[c].floor / levels[c] ** 2 for c in levels},
         exact=comparison.nominal.found.evidence - base,
         gain={on: found.found.evidence - base for on, found in comparison.models.items()},
         left={on: structural_share(whitening, found.predicted, reference) for on, found in comparison.models.items()},
@@ -98,14 +108,14 @@ def features(comparison: Comparison, constants: Constants) -> Features:
 
 def judge(found: Features, constants: Constants) -> Judgement:
     """Three questions, one after the other: is there a gap, is it more than mis-tuning, and which effects are it."""
-    gap = _sigmoid(constants.gap_offset + constants.gap_slope * found.gap)
+    gap = _sigmoid(constants.gap_offset + constants.gap_slope * _size(found.nominal, found.floor, constants))
     no_gap = 1 - gap if found.exact > -EVIDENT else min(1 - gap, 0.5) if found.exact < -10 * EVIDENT else 1 - gap
-    structural = _sigmoid(constants.structure_offset + constants.structure_slope * found.structure)
+    structural = _sigmoid(constants.structure_offset + constants.structure_slope * _size(found.recalibrated, found.floor, constants))
     scores = {on: _score(on, found, constants) for on in found.gain}
     best = max(scores, key=lambda on: scores[on]) if scores else ()
     if scores and found.gain[best] > 0:
         # A small gap that an effect explains well and with much evidence is one, however small.
-        structural = max(structural, _sigmoid((found.gain[best] - EVIDENT) / constants.temperature) * (1 - found.left[best]))
+        structural = max(structural, _sigmoid((found.gain[best] - constants.evident) * 3 / constants.evident) * (1 - found.left[best]))
         no_gap = min(no_gap, 1 - structural) if found.exact + EVIDENT < found.gain[best] else no_gap
     left = min((found.left[on] for on in scores), default=1.0)
     unknown = structural * _sigmoid(

@@ -1,0 +1,96 @@
+"""Which constants make the judgement's probabilities true? Those that are likeliest on cases whose truth is known.
+
+A case whose truth is one effect also stands for a world that the library does not know: with that effect taken out of it (leave one out).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import minimize
+
+from evat.gap.judge import MISTUNED, NO_GAP, UNKNOWN, Constants, Features, judge
+from evat.model import FloatArray
+
+LEAST = 1e-3  # probability, below which a case counts no worse
+POSITIVE = {field.name for field in fields(Constants)} - {"gap_offset", "structure_offset", "unknown_offset"}
+SPREAD = 0.7  # prior standard deviation of each constant about its start, in units of 1 or of its logarithm
+
+
+@dataclass(frozen=True)
+class Case:
+    """Features and the truth: no_gap, mistuned, unknown, or effects joined by +."""
+
+    features: Features
+    truth: str
+
+    def line(self) -> str:
+        """As a line of JSON."""
+        held = asdict(self.features)
+        for name in ("gain", "left"):
+            held[name] = {"+".join(on): value for on, value in held[name].items()}
+        return json.dumps({"truth": self.truth, **held}, sort_keys=True)
+
+    @staticmethod
+    def read(line: str) -> Case:
+        held = json.loads(line)
+        truth = held.pop("truth")
+        for name in ("gain", "left"):
+            held[name] = {tuple(on.split("+")): value for on, value in held[name].items()}
+        return Case(Features(**held), truth)
+
+
+def read_cases(path: Path) -> tuple[Case, ...]:
+    return tuple(Case.read(line) for line in path.read_text(encoding="utf-8").splitlines() if line)
+
+
+def with_unknown(cases: Iterable[Case]) -> tuple[Case, ...]:
+    """The cases, and each of one effect once more without that in the library."""
+    found = list[Case]()
+    for case in cases:
+        found.append(case)
+        if case.truth not in (NO_GAP, MISTUNED, UNKNOWN) and "+" not in case.truth:
+            found.append(Case(case.features.without(case.truth), UNKNOWN))
+    return tuple(found)
+
+
+def probability(case: Case, constants: Constants) -> float:
+    """What the judgement gives the truth."""
+    found = judge(case.features, constants)
+    none = found.probabilities[()]
+    if case.truth == NO_GAP:
+        return none * found.no_gap
+    if case.truth == MISTUNED:
+        return none * (1 - found.no_gap)
+    if case.truth == UNKNOWN:
+        return found.unknown
+    return found.probabilities.get(tuple(sorted(case.truth.split("+"))), 0.0)
+
+
+def fit_constants(cases: Sequence[Case], start: Constants | None = None) -> tuple[Constants, float]:
+    """The constants, and the mean log loss; cases of each kind weigh alike."""
+    first = start or Constants()
+    names = [field.name for field in fields(Constants)]
+    kinds = [case.truth if case.truth in (NO_GAP, MISTUNED, UNKNOWN) else "pair" if "+" in case.truth else "single" for case in cases]
+    weights = np.array([1 / kinds.count(kind) for kind in kinds])
+    weights /= weights.sum()
+
+    def constants(point: FloatArray) -> Constants:
+        held = {}
+        for name, u in zip(names, point, strict=True):
+            value = getattr(first, name)
+            held[name] = value * math.exp(SPREAD * u) if name in POSITIVE else value + 2 * SPREAD * u
+        return Constants(**held)
+
+    def loss(point: FloatArray) -> float:
+        held = constants(point)
+        each = np.array([-math.log(max(probability(case, held), LEAST)) for case in cases])
+        return float(weights @ each) + 0.5 * float(point @ point) / len(cases)
+
+    found = minimize(loss, np.zeros(len(names)), method="Powell", options={"maxiter": 20, "xtol": 0.02, "ftol": 1e-4})
+    return constants(found.x), float(found.fun)
