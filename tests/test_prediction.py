@@ -9,7 +9,7 @@ import pytest
 from evat.contact_model import ContactModel
 from evat.experiment import Experiment, ExperimentError, Means, Nominal, Trial
 from evat.model import Run
-from evat.prediction import Prediction
+from evat.prediction import TOLERANCE, Prediction
 
 TIMES = np.arange(400) * 1e-3
 VALUES: dict[str, float | str] = {"kinematics": "external", "friction_law": "lugre", "F_C": 9.0, "F_S": 11.0, "sigma0": 1e5, "sigma2": 4.0}
@@ -36,7 +36,7 @@ def test_each_segment_is_the_run_of_its_trial() -> None:
         own = asked.trials[segment.trial]
         assert np.all(prediction.measured[segment.at] == own.outputs[segment.channel])
         for row, level in zip(found, (6.0, 7.0, 8.0), strict=True):
-            values = {**VALUES, "F_C": level, **own.values, "relative_tolerance": 1e-6}
+            values = {**VALUES, "F_C": level, **own.values, "relative_tolerance": TOLERANCE}
             name = f"measured_{segment.channel}"
             alone = MODEL.simulate(Run(own.times, own.inputs, (name,)), ["direction_asymmetry"], values)
             assert np.array_equal(row[segment.at], alone[name])

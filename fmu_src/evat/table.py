@@ -6,7 +6,7 @@ import json
 import os
 import re
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +20,14 @@ from evat.units import affine
 
 # A name, and its unit in brackets at the end: "F [N]", "F (N)", "c [N/(m/min)]".
 HEADER = re.compile(r".*?(?:\[(?P<square>[^][]*)\]|\((?P<round>(?:[^()]|\([^()]*\))*)\))\s*", re.DOTALL)
+
+PARQUET = (".parquet", ".pq")
+
+
+def unit_in(header: str) -> str | None:
+    """What stands in the brackets at the end of a header, None where there are none."""
+    match = HEADER.fullmatch(header)
+    return None if match is None else (match["round"] if match["square"] is None else match["square"]).strip()
 
 
 class RecordError(EvatError):
@@ -53,13 +61,13 @@ class Table:
             raise RecordError(
                 f"{self.path.name}, column {header!r}, data row {row + 1}: no finite number. Nothing is filled in; mend or cut it."
             )
-        match = HEADER.fullmatch(header)
-        if match is None and header.rstrip().endswith(("]", ")")):
+        stated = unit_in(header)
+        if stated is None and header.rstrip().endswith(("]", ")")):
             raise RecordError(f"{self.path.name}, column {header!r}: the brackets at its end hold no unit; write it like 'v [mm/s]'.")
-        if match is None:
+        if stated is None:
             return values
         try:
-            factor, offset = affine((match["round"] if match["square"] is None else match["square"]).strip(), unit)
+            factor, offset = affine(stated, unit)
         except EvatError as error:
             raise RecordError(f"{self.path.name}, column {header!r}: {error}") from error
         return values if (factor, offset) == (1, 0) else values * factor + offset  # adding 0 would lose the sign of -0
@@ -74,16 +82,25 @@ class Table:
         return times
 
 
+def is_parquet(path: Path) -> bool:
+    """Whether a file is taken as Parquet; any other is taken as CSV."""
+    return path.suffix.lower() in PARQUET
+
+
+def delimiter_of(path: Path) -> str:
+    """What stands between the columns of a CSV file: a tab, semicolon or comma."""
+    with path.open(encoding="utf-8", errors="replace") as file:
+        first = file.readline(1 << 20)
+    return max("\t;,", key=first.count)
+
+
 def read_table(path: Path) -> Table:
     """All numeric columns of a CSV (comma, semicolon or tab) or Parquet file; RecordError where it cannot be read."""
     try:
-        if path.suffix.lower() in (".parquet", ".pq"):
+        if is_parquet(path):
             table = pa.parquet.read_table(path)
         else:
-            with path.open(encoding="utf-8", errors="replace") as file:
-                first = file.readline()
-            delimiter = max("\t;,", key=first.count)
-            table = pa.csv.read_csv(path, parse_options=pa.csv.ParseOptions(delimiter=delimiter))
+            table = pa.csv.read_csv(path, parse_options=pa.csv.ParseOptions(delimiter=delimiter_of(path)))
     except OSError as error:
         raise RecordError(f"{path}: {error.strerror or error}.") from error
     except pa.ArrowException as error:
@@ -103,19 +120,36 @@ def read_table(path: Path) -> Table:
     return Table(path, columns, tuple(name for name in names if name not in columns))
 
 
-def write_trace(trace: Trace, path: Path) -> Path:
-    """Write a trace as Parquet or, by any other suffix, CSV; headers carry the units, Parquet also how it was made.
+def read_texts(path: Path, header: str) -> tuple[str, ...]:
+    """One column as the texts that stand in it, such as names; RecordError where a row has none."""
+    try:
+        if is_parquet(path):
+            column = pa.parquet.read_table(path, columns=[header])[header].cast(pa.string())
+        else:
+            convert = pa.csv.ConvertOptions(
+                include_columns=[header], column_types={header: pa.string()}, strings_can_be_null=True, null_values=[""]
+            )  # "NA" is a name
+            options = pa.csv.ParseOptions(delimiter=delimiter_of(path))
+            column = pa.csv.read_csv(path, parse_options=options, convert_options=convert)[header]
+    except (OSError, pa.ArrowException) as error:
+        raise RecordError(f"{path.name}, column {header!r}: it cannot be read as text ({error}).") from error
+    texts = column.to_pylist()
+    if None in texts:
+        raise RecordError(f"{path.name}, column {header!r}, data row {texts.index(None) + 1}: it is empty. Nothing is filled in; mend it.")
+    return tuple(texts)
+
+
+def write_columns(columns: Mapping[str, FloatArray | Sequence[str]], path: Path, about: Mapping[str, str] | None = None) -> Path:
+    """Write columns by their headers as Parquet or, by any other suffix, CSV; `about` is kept in Parquet.
 
     The file appears whole or not at all; RecordError where it cannot be written.
     """
-    names = {"time [s]": trace.times} | {f"{name} [{trace.units[name]}]": column for name, column in trace.columns.items()}
-    made_by = json.dumps(trace.made_by, sort_keys=True, default=str)
-    table = pa.table(names).replace_schema_metadata({"made_by": made_by})
+    table = pa.table(dict(columns)).replace_schema_metadata(dict(about or {}))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=path.parent, prefix=".evat-") as folder:
             scratch = Path(folder) / "table"
-            if path.suffix.lower() in (".parquet", ".pq"):
+            if is_parquet(path):
                 pa.parquet.write_table(table, scratch)
             else:
                 pa.csv.write_csv(table, scratch)
@@ -123,3 +157,9 @@ def write_trace(trace: Trace, path: Path) -> Path:
     except OSError as error:
         raise RecordError(f"{path}: it cannot be written: {error.strerror or error}. Name another file.") from error
     return path
+
+
+def write_trace(trace: Trace, path: Path) -> Path:
+    """Write a trace, its headers with units; Parquet also keeps how it was made. See `write_columns`."""
+    columns = {"time [s]": trace.times} | {f"{name} [{trace.units[name]}]": column for name, column in trace.columns.items()}
+    return write_columns(columns, path, {"made_by": json.dumps(trace.made_by, sort_keys=True, default=str)})
