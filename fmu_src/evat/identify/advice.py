@@ -1,0 +1,114 @@
+"""Which further motion would identify what these data cannot? Candidates are simulated, their information on the parameters compared."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from evat import motions
+from evat.experiment import Experiment, Trial
+from evat.identify.objective import Objective, slopes
+from evat.identify.polish import Optimum
+from evat.model import EvatError, FloatArray
+from evat.motions import Motion
+from evat.prediction import Prediction
+
+RATE = 1000.0  # 1/s
+FASTEST = 20e3  # Hz: an ultrasonic rig
+WORTH = 3.0  # times smaller must the sd become for a motion to be advised
+KNOWN = 0.2  # sd, relative or as a share of the bounds, beyond which a parameter is not worth calling known
+PROXIES = {"contact_temperature": (1.0, 1.5, 2.0), "proxy_speed": (0.1, 1.0, 3.0)}  # levels, as shares of the highest one recorded
+
+
+def candidates(experiment: Experiment, values: Mapping[str, float | str]) -> dict[str, list[Motion]]:
+    """Motions that this experiment has not got, by what one would call them; none where slip is not an input."""
+    slips = [trial.inputs["slip_velocity"] for trial in experiment.trials if "slip_velocity" in trial.inputs]
+    fastest = max((float(np.max(np.abs(slip))) for slip in slips), default=0.0)
+    F_C, F_S, sigma0, sigma1, v_s = (_number(values, name) for name in ("F_C", "F_S", "sigma0", "sigma1", "v_s"))
+    if fastest <= 0 or sigma0 <= 0 or F_C <= 0:
+        return {}
+    z, slow = max(F_C, F_S) / sigma0, 5 * v_s if v_s > 0 else fastest / 20
+    found = {
+        f"reversals, to and fro at up to {_short(fastest)}m/s": motions.reversal([fastest], RATE),
+        f"presliding strokes of {', '.join(f'{_short(share * z)}m' for share in motions.AMPLITUDES)}": motions.presliding(z, RATE),
+        f"slow ramps, from rest to {_short(slow)}m/s": motions.ramp([slow], RATE),
+        f"ramps to other speeds, {_short(0.2 * fastest)}m/s to {_short(5 * fastest)}m/s": motions.ramp(
+            [0.2 * fastest, fastest, 5 * fastest], RATE
+        ),
+    }
+    if sigma1 > 0:  # where the bristles' damping bears as much as their stiffness
+        frequency = min(sigma0 / sigma1 / (2 * math.pi), FASTEST)
+        name = f"presliding vibration of {_short(motions.AMPLITUDES[0] * z)}m at {_short(frequency)}Hz"
+        found[name] = motions.presliding(z, motions.STROKE * frequency)[:1]
+    inputs = experiment.trials[0].inputs
+    for name, shares in PROXIES.items():
+        highest = float(np.max(np.abs(inputs[name]))) if name in inputs else 0.0
+        if highest > 0:
+            levels = [share * highest for share in shares]
+            found[f"temperature steps, {name} of {', '.join(f'{level:.3g}' for level in levels)}, with strokes and reversals"] = (
+                motions.heated(levels, levels[0], name, [share * z for share in motions.AMPLITUDES], [fastest], RATE)
+            )
+    return found
+
+
+def advise(objective: Objective, optimum: Optimum, wanted: Sequence[str]) -> dict[str, str]:
+    """For each wanted parameter the motion that would tell it best, with what would then be known; "" where none of them would."""
+    experiment = objective.prediction.experiment
+    values = {**objective.prediction.nominal, **objective.values, **objective.space.at(optimum.point)}
+    held = np.linalg.inv(optimum.covariance) + 12 * np.eye(optimum.point.size)  # bounds: as much as a uniform density within them
+    before, after = np.sqrt(np.diag(np.linalg.inv(held))), dict[str, FloatArray]()
+    for what, several in (candidates(experiment, values) if wanted else {}).items():
+        extra = _information(objective, optimum, several)
+        if extra is not None:
+            after[what] = np.sqrt(np.diag(np.linalg.inv(held + extra)))
+    found = {}
+    for name in wanted:
+        place = objective.space.names.index(name)
+        best = min(after, key=lambda what: float(after[what][place]), default=None)
+        if best is None or after[best][place] * WORTH > before[place]:
+            found[name] = ""
+            continue
+        one = objective.space.free[place]
+        sd = float(after[best][place]) * one.slope(float(optimum.point[place]))
+        value = one.value(float(optimum.point[place]))
+        share = f"{100 * sd / abs(value):.2g} %" if value else f"{sd:.2g} {one.variable.unit}"
+        found[name] = f"{best}: with it the standard error would be about {share}" + ("" if sd < KNOWN * abs(value) else ", still not much")
+    return found
+
+
+def _information(objective: Objective, optimum: Optimum, several: Sequence[Motion]) -> FloatArray | None:
+    """Fisher information of motions with the noise of the present data; None where the model cannot run them."""
+    experiment = objective.prediction.experiment
+    like = experiment.trials[0]
+    trials = []
+    for motion in several:
+        others = {name: np.full(motion.times.size, float(np.median(column))) for name, column in like.inputs.items()}
+        outputs = {name: np.zeros(motion.times.size) for name in like.outputs}
+        own = {name: value for name, value in motion.values.items() if name in like.values}
+        trials.append(Trial(motion.condition, motion.condition, {**like.values, **own}, motion.times, {**others, **motion.inputs}, outputs))
+    prediction = Prediction(objective.prediction.model, replace(experiment, trials=tuple(trials), means=None))
+    level = {channel: float(np.median(optimum.noise.weights[objective.places(channel)])) for channel in objective.channels}
+    weights = np.empty(prediction.measured.size)
+    for segment in prediction.segments:
+        weights[segment.at] = level[segment.channel]
+    try:
+        _, table = slopes(prediction, objective.space, objective.values, objective.on, optimum.point)
+    except EvatError:
+        return None
+    scaled = table * weights[:, None]
+    found: FloatArray = scaled.T @ scaled / optimum.unit
+    return found if np.all(np.isfinite(found)) else None
+
+
+def _number(values: Mapping[str, float | str], name: str) -> float:
+    value = values.get(name, 0.0)
+    return float(value) if isinstance(value, (int, float)) else 0.0
+
+
+def _short(value: float) -> str:
+    """With three digits and a prefix: 12.5 u."""
+    power = min(max(3 * math.floor(math.log10(value) / 3), -9), 3)
+    return f"{value / 10**power:.3g} {({3: 'k', 0: '', -3: 'm', -6: 'u', -9: 'n'})[power]}"

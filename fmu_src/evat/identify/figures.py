@@ -1,0 +1,152 @@
+"""What does an identification look like? Measured against calculated, residuals, convergence, profiles, correlation."""
+
+from __future__ import annotations
+
+import base64
+import io
+import itertools
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from evat.identify.result import Identification
+from evat.model import FloatArray
+from evat.plot import COLOURS, STYLE, clock_unit, label, new_figure
+
+POINTS = 2000  # of a line; longer ones are drawn as the envelope of their pieces
+PANELS = 6
+
+
+def figures(found: Identification) -> dict[str, str]:
+    """Pictures as data URIs (SVG), by what they show."""
+    with mpl.rc_context({**STYLE, "svg.fonttype": "path"}):
+        made = {
+            "measured against calculated": _records(found, residual=False),
+            "residuals: calculated less measured": _records(found, residual=True),
+            "means: measured against calculated": _means(found),
+            "convergence": _convergence(found),
+            "profiles": _profiles(found),
+            "correlation": _correlation(found),
+        }
+        return {name: _uri(figure) for name, figure in made.items() if figure is not None}
+
+
+def _uri(figure: Figure) -> str:
+    data = io.BytesIO()
+    figure.savefig(data, format="svg", metadata={"Date": None, "Creator": None})
+    return "data:image/svg+xml;base64," + base64.b64encode(data.getvalue()).decode("ascii")
+
+
+def _thinned(times: FloatArray, column: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """At most POINTS points: of each piece the lowest and the highest."""
+    if column.size <= POINTS:
+        return times, column
+    pieces = np.linspace(0, column.size, POINTS // 2 + 1).astype(int)
+    kept = [
+        place
+        for first, last in itertools.pairwise(pieces)
+        for place in sorted({first + int(np.argmin(column[first:last])), first + int(np.argmax(column[first:last]))})
+    ]
+    return times[kept], column[kept]
+
+
+def _records(found: Identification, residual: bool) -> Figure | None:
+    rows, at = [], 0
+    for trial in found.experiment.trials:
+        for channel, measured in trial.outputs.items():
+            rows.append((trial, channel, measured, found.predicted[at : at + measured.size]))
+            at += measured.size
+    first = {(trial.condition, channel): row for row in reversed(rows) for trial, channel in [(row[0], row[1])]}
+    shown = list(first.values())[::-1][:PANELS]
+    if not shown:
+        return None
+    columns = 1 if len(shown) == 1 else 2
+    figure, axes = new_figure((len(shown) + columns - 1) // columns, columns, (11, 2.7 * ((len(shown) + 1) // columns)), sharex=False)
+    for axis, (trial, channel, measured, calculated) in zip(axes.ravel(), shown, strict=False):
+        factor, unit = clock_unit(float(trial.times[-1] - trial.times[0]))
+        lines = {"calculated less measured": calculated - measured} if residual else {"measured": measured, "calculated": calculated}
+        for (name, column), colour in zip(lines.items(), COLOURS[2:] if residual else COLOURS, strict=False):
+            times, values = _thinned(trial.times, column)
+            axis.plot(times * factor, values, color=colour, lw=0.9, label=name)
+        axis.set(
+            xlabel=label("time", unit),
+            ylabel=label(channel, found.units[channel]),
+            title=f"{trial.condition}: {trial.file}".replace("$", ""),
+        )
+    for axis in axes.ravel()[len(shown) :]:
+        axis.set_visible(False)
+    figure.legend(*axes.ravel()[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def _means(found: Identification) -> Figure | None:
+    means = found.experiment.means
+    if means is None:
+        return None
+    at = sum(column.size for trial in found.experiment.trials for column in trial.outputs.values())
+    figure, axes = new_figure(1, len(means.outputs), (11, 3.2), sharex=False)
+    for axis, (channel, measured) in zip(axes[0], means.outputs.items(), strict=True):
+        places = np.arange(measured.size)
+        axis.errorbar(places, measured, yerr=means.sd.get(channel), fmt="o", color=COLOURS[0], label="measured")
+        axis.plot(places, found.predicted[at : at + measured.size], "x", color=COLOURS[1], label="calculated")
+        axis.set_xticks(places, means.conditions, rotation=45)
+        axis.set(ylabel=label(channel, found.units[channel]))
+        at += measured.size
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def _convergence(found: Identification) -> Figure | None:
+    if len(found.history) < 2:
+        return None
+    figure, axes = new_figure(1, 1, (8, 3))
+    evaluations = [generation.evaluations for generation in found.history]
+    axes[0, 0].plot(evaluations, [generation.best for generation in found.history], color=COLOURS[0], label="best so far")
+    medians = np.array([generation.median for generation in found.history])
+    axes[0, 0].plot(evaluations, np.where(medians < 1e29, medians, np.nan), color=COLOURS[1], lw=0.8, label="median of the generation")
+    axes[0, 0].axhline(found.cost, color=COLOURS[5], ls=":", label="after the polish")
+    axes[0, 0].set(xlabel="model runs", ylabel=f"objective: {found.objective.replace('_', ' ')}", yscale="log")
+    axes[0, 0].legend()
+    return figure
+
+
+def _profiles(found: Identification) -> Figure | None:
+    shown = [(each, each.profile) for each in found.estimates if each.profile is not None and each.profile.values.size > 1]
+    if not shown:
+        return None
+    columns = min(4, len(shown))
+    rows = -(-len(shown) // columns)
+    figure, axes = new_figure(rows, columns, (2.9 * columns, 2.6 * rows), sharex=False)
+    for axis, (estimate, curve) in zip(axes.ravel(), shown, strict=False):
+        colour = {"identified": COLOURS[2], "weak": COLOURS[4]}.get(estimate.verdict, COLOURS[0])
+        axis.plot(curve.values, curve.rise, "o-", ms=3, lw=1, color=colour)
+        axis.axhline(curve.threshold, color=COLOURS[5], ls=":", lw=1)
+        axis.axvline(estimate.value, color=COLOURS[5], lw=0.6)
+        axis.set(ylim=(-0.3, 2.5 * curve.threshold), title=estimate.verdict, xlabel=label(estimate.name, estimate.variable.unit))
+        if estimate.bounds[0] > 0 and float(curve.values[-1]) > 10 * float(curve.values[0]):
+            axis.set_xscale("log")
+        axis.tick_params(labelsize="small")
+    for axis in axes.ravel()[len(shown) :]:
+        axis.set_visible(False)
+    axes[0, 0].set_ylabel("rise of the misfit [sd^2]")
+    return figure
+
+
+def _correlation(found: Identification) -> Figure | None:
+    count = len(found.estimates)
+    if count < 2:
+        return None
+    figure, axes = new_figure(1, 1, (1.5 + 0.75 * count, 1 + 0.6 * count))
+    axis = axes[0, 0]
+    axis.grid(visible=False)
+    image = axis.imshow(found.correlation, vmin=-1, vmax=1, cmap="RdBu_r")
+    names = [estimate.name.replace("_", " ") for estimate in found.estimates]
+    axis.set_xticks(range(count), names, rotation=45, ha="right")
+    axis.set_yticks(range(count), names)
+    for row in range(count):
+        for column in range(count):
+            number = float(found.correlation[row, column])
+            axis.text(column, row, f"{number:.2f}", ha="center", va="center", fontsize=7, color="white" if abs(number) > 0.6 else "black")
+    figure.colorbar(image)
+    return figure

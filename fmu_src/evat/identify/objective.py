@@ -1,0 +1,162 @@
+"""How far is a model from an experiment? The objectives, for all members of a generation in one call of the model.
+
+least_squares : mean of ((measured - calculated)/scale)^2
+huber         : the same, beyond HUBER scales linear
+relative      : the paper's eq. 9, sum|measured - calculated| / sum|measured|, averaged over the channels
+The scale of a channel is its noise, where repeats or a stated sd give it, otherwise SHARE of its rms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from evat.experiment import ExperimentError
+from evat.identify.space import Space
+from evat.model import FloatArray, ParameterError
+from evat.prediction import Prediction
+
+Kind = Literal["least_squares", "huber", "relative"]
+HUBER = 1.345  # scales: 95 % efficient on Gaussian noise
+SHARE = 0.05
+FAILED = 1e30  # cost of a set that the model cannot run; finite, so that populations have a spread
+MOST_BYTES = 150e6  # of predictions held at a time
+
+
+class Objective:
+    """Costs of points of the cube of free parameters."""
+
+    def __init__(self, prediction: Prediction, space: Space, on: Sequence[str], kind: Kind, values: Mapping[str, float | str]) -> None:
+        """values : parameters that are held, beside the nominal ones; `on` : effects beside the nominal ones."""
+        if kind not in get_args(Kind):
+            raise ParameterError(f"objective {kind!r}: allowed are {', '.join(get_args(Kind))}.")
+        self.prediction, self.space, self.on, self.kind, self.values = prediction, space, tuple(on), kind, dict(values)
+        self.channels = tuple(dict.fromkeys(segment.channel for segment in prediction.segments))
+        self.noise = noise_floor(prediction)
+        measured, scale = prediction.measured, np.empty_like(prediction.measured)
+        self.shares = np.empty_like(measured)  # of |residual| in eq. 9
+        for channel in self.channels:
+            places = self.places(channel)
+            whole, rms = float(np.abs(measured[places]).sum()), float(np.sqrt(np.mean(measured[places] ** 2)))
+            if rms == 0:
+                raise ExperimentError(
+                    f"{prediction.experiment.title!r}: {channel} is zero in every sample. A sensor that was off, or a wrong column? "
+                    "There is nothing to identify from it; leave it out of the signals."
+                )
+            scale[places] = self.noise.get(channel) or SHARE * rms
+            self.shares[places] = 1 / (whole * len(self.channels))
+        stated = stated_sd(prediction)
+        self._stated = np.isfinite(stated)
+        self.weights: FloatArray = 1 / np.where(np.isfinite(stated), stated, scale)
+
+    def places(self, channel: str) -> npt.NDArray[np.bool_]:
+        """Which numbers of the long vector belong to a channel: a mask."""
+        found = np.zeros(self.prediction.measured.size, dtype=bool)
+        for segment in self.prediction.segments:
+            if segment.channel == channel:
+                found[segment.at] = True
+        return found
+
+    @property
+    def at_once(self) -> int:
+        """How many predictions are held at a time."""
+        return max(8, int(MOST_BYTES / (8 * self.prediction.measured.size)) // 8 * 8)
+
+    def has_sd(self, channel: str) -> bool:
+        """Whether an sd came with every number of a channel."""
+        return bool(self._stated[self.places(channel)].all())
+
+    def predicted(self, points: FloatArray) -> FloatArray:
+        """(K, p) -> (K, N), nan where a set fails."""
+        return self.prediction.many({**self.values, **self.space.values(points)}, self.on)
+
+    def costs(self, points: FloatArray) -> FloatArray:
+        """(K, p) -> (K,). A point's cost depends on nothing but the point: not on its neighbours, threads or chunks."""
+        most = self.at_once
+        found = np.empty(len(points))
+        for first in range(0, len(points), most):
+            rows = self.predicted(points[first : first + most])
+            rows -= self.prediction.measured
+            found[first : first + most] = [self.cost(row) for row in rows]
+        return found
+
+    def cost(self, residual: FloatArray) -> float:
+        """Of one residual, calculated less measured; FAILED where it is not finite."""
+        if self.kind == "relative":
+            cost = float(np.sum(np.abs(residual) * self.shares))
+        else:
+            scaled = residual * self.weights
+            if self.kind == "huber":
+                size = np.abs(scaled)
+                cost = float(np.mean(np.where(size <= HUBER, size**2, HUBER * (2 * size - HUBER))))
+            else:
+                cost = float(np.mean(scaled * scaled))
+        return cost if np.isfinite(cost) and cost < FAILED else FAILED
+
+    def jacobian(self, point: FloatArray, only: Sequence[int] | None = None) -> tuple[FloatArray, FloatArray]:
+        """Prediction (N,) and its slopes (N, p) with respect to the point of the cube, or to some of its places."""
+        return slopes(self.prediction, self.space, self.values, self.on, point, only)
+
+
+def slopes(
+    prediction: Prediction,
+    space: Space,
+    values: Mapping[str, float | str],
+    on: Sequence[str],
+    point: FloatArray,
+    only: Sequence[int] | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Prediction (N,) and its slopes (N, p) with respect to a point of the cube, or to some of its places."""
+    at, rates = space.at(point), space.slopes(point)
+    scales = {one.name: abs(at[one.name]) if one.log else one.high - one.low for one in space.free}
+    places = list(range(len(space.free)) if only is None else only)
+    names = [space.names[place] for place in places]
+    row, table = prediction.jacobian({**values, **at}, names, scales, on)
+    return row, table * (rates[places] / np.array([scales[name] for name in names]))
+
+
+def relative_error(prediction: Prediction, residual: FloatArray) -> dict[str, float]:
+    """The paper's eq. 9 of each channel."""
+    found: dict[str, list[float]] = {}
+    for segment in prediction.segments:
+        sums = found.setdefault(segment.channel, [0.0, 0.0])
+        sums[0] += float(np.abs(residual[segment.at]).sum())
+        sums[1] += float(np.abs(prediction.measured[segment.at]).sum())
+    return {channel: difference / whole if whole else float("inf") for channel, (difference, whole) in found.items()}
+
+
+def repeats(prediction: Prediction) -> dict[str, list[FloatArray]]:
+    """Deviations of repeats from their mean, channel by channel, scaled to the noise's own sd; only of trials on one clock."""
+    groups: dict[tuple[str, str], list[tuple[FloatArray, FloatArray]]] = {}
+    for segment in prediction.segments:
+        if segment.trial >= 0:
+            times = prediction.experiment.trials[segment.trial].times
+            groups.setdefault((segment.channel, segment.condition), []).append((times, prediction.measured[segment.at]))
+    found: dict[str, list[FloatArray]] = {}
+    for (channel, _), members in groups.items():
+        clock = members[0][0]
+        columns = [column for times, column in members if times.shape == clock.shape and np.allclose(times - times[0], clock - clock[0])]
+        if len(columns) > 1:
+            table = np.array(columns)
+            found.setdefault(channel, []).extend((table - table.mean(axis=0)) * np.sqrt(len(columns) / (len(columns) - 1)))
+    return found
+
+
+def noise_floor(prediction: Prediction) -> dict[str, float]:
+    """sd of each channel that was measured more than once under the same condition."""
+    found = {channel: float(np.sqrt(np.mean(np.concatenate(rows) ** 2))) for channel, rows in repeats(prediction).items()}
+    return {channel: level for channel, level in found.items() if level > 0}
+
+
+def stated_sd(prediction: Prediction) -> FloatArray:
+    """sd that came with means; nan where none did."""
+    found, means, rows = np.full(prediction.measured.size, np.nan), prediction.experiment.means, dict[str, int]()
+    for segment in prediction.segments:
+        if segment.trial < 0 and means is not None:
+            row = rows[segment.channel] = rows.get(segment.channel, -1) + 1
+            if segment.channel in means.sd:
+                found[segment.at] = means.sd[segment.channel][row] or np.nan
+    return found

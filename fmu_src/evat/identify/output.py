@@ -1,0 +1,146 @@
+"""What does an identification leave behind? identified.ssv, identification.json and report.html, each of them whole or not there."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from evat import kernel, parameter_sets
+from evat.identify.figures import figures
+from evat.identify.result import Estimate, Identification
+from evat.model import EvatError
+from evat.page import render
+
+SSV, JSON, REPORT = "identified.ssv", "identification.json", "report.html"
+
+
+class OutputError(EvatError):
+    """Results that cannot be written."""
+
+
+def parameter_set(found: Identification, name: str) -> parameter_sets.ParameterSet:
+    """The identified model as a set, with what is known of each estimate and where it comes from."""
+    others = {key: value for key, value in found.values.items() if key not in kernel.by_name()}  # of what the contact stands in
+    numbers = kernel.check_values({key: value for key, value in found.values.items() if key not in others}, found.effects)
+    switches = {effect.name for effect in kernel.effects()}
+    sources = {estimate.name: _source(estimate) for estimate in found.estimates}
+    nominal = found.experiment.nominal.parameters
+    return parameter_sets.ParameterSet(
+        name=name,
+        title=f"Identified from: {found.experiment.title}",
+        values={key: value for key, value in numbers.items() if key not in switches},
+        effects=found.effects,
+        sources={key: sources.get(key, f"held, from the nominal model{f' ({nominal})' if nominal else ''}") for key in numbers},
+        notes=(*_provenance(found), *(f"{key} = {value}" for key, value in others.items()), *(f"doubt: {doubt}" for doubt in found.doubts)),
+    )
+
+
+def _source(estimate: Estimate) -> str:
+    unit = "" if estimate.variable.unit == "1" else f" {estimate.variable.unit}"
+    said = f"{estimate.verdict}; standard error {estimate.sd:.3g}{unit}"
+    if math.isfinite(estimate.low):
+        said += f", 90 % interval {estimate.low:.6g} to {estimate.high:.6g}{unit}"
+    said += f"; bounds {estimate.bounds[0]:.6g} to {estimate.bounds[1]:.6g}{unit}"
+    return said + (f"; on its {estimate.at_bound} bound" if estimate.at_bound else "")
+
+
+def _provenance(found: Identification) -> tuple[str, ...]:
+    made = ", ".join(f"{key} {value}" for key, value in found.made_by.items())
+    errors = ", ".join(f"{channel} {100 * fit.relative_error:.2f} %" for channel, fit in found.fits.items())
+    held = ", ".join(f"{channel} {100 * fit.relative_error:.2f} %" for channel, fit in found.held_out.items())
+    notes = [f"made by: {made}", f"error (eq. 9 of the paper): {errors}"]
+    if held:
+        notes.append(f"error on conditions that were held out ({', '.join(found.held_out_conditions)}): {held}")
+    if found.stopped:
+        notes.append("the search was stopped by its user: the best so far, not an optimum")
+    return tuple(notes)
+
+
+def as_json(found: Identification) -> dict[str, Any]:
+    """SI throughout; what is not a number is null."""
+    free = {}
+    for estimate in found.estimates:
+        free[estimate.name] = {
+            "unit": estimate.variable.unit,
+            "value": estimate.value,
+            "nominal": estimate.nominal,
+            "standard_error": estimate.sd,
+            "interval_90": [estimate.low, estimate.high],
+            "open": {"below": estimate.open_below, "above": estimate.open_above},
+            "bounds": list(estimate.bounds),
+            "at_bound": estimate.at_bound or None,
+            "verdict": estimate.verdict,
+            "why": estimate.why,
+            "advice": estimate.advice,
+            "profile": None
+            if estimate.profile is None
+            else {
+                "values": estimate.profile.values.tolist(),
+                "rise": estimate.profile.rise.tolist(),
+                "threshold": estimate.profile.threshold,
+            },
+        }
+    fit_keys = ("rms", "share", "relative_error", "noise", "follows_itself", "samples")
+    names = [estimate.name for estimate in found.estimates]
+    found_plain: dict[str, Any] = _plain(
+        {
+            "format": 1,
+            "title": found.experiment.title,
+            "parameters": free,
+            "correlation": {"names": names, "matrix": found.correlation.tolist()},
+            "values": dict(found.values),
+            "effects": list(found.effects),
+            "objective": {"name": found.objective, "value": found.cost},
+            "fit": {channel: {key: getattr(fit, key) for key in fit_keys} for channel, fit in found.fits.items()},
+            "held_out": {
+                "conditions": list(found.held_out_conditions),
+                "fit": {channel: {key: getattr(fit, key) for key in fit_keys} for channel, fit in found.held_out.items()},
+            },
+            "doubts": list(found.doubts),
+            "stopped": found.stopped,
+            "search": {
+                "name": found.search,
+                "evaluations": found.evaluations,
+                "seconds": found.seconds,
+                "best": [generation.best for generation in found.history],
+            },
+            "made_by": dict(found.made_by),
+        }
+    )
+    return found_plain
+
+
+def _plain(entry: Any) -> Any:
+    if isinstance(entry, Mapping):
+        return {str(key): _plain(value) for key, value in entry.items()}
+    if isinstance(entry, (list, tuple)):
+        return [_plain(value) for value in entry]
+    return None if isinstance(entry, float) and not math.isfinite(entry) else entry
+
+
+def write(found: Identification, folder: Path) -> tuple[Path, Path, Path]:
+    """All three into `folder`. They are made elsewhere first, so that a failure leaves what was there as it was."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        scratch = Path(tempfile.mkdtemp(prefix=".identify-", dir=folder))
+    except OSError as error:
+        raise OutputError(f"{folder}: results cannot be written there: {error.strerror}.") from error
+    try:
+        parameter_sets.save_ssv(parameter_set(found, folder.name or "identified"), scratch / SSV)
+        text = json.dumps(as_json(found), indent=2, ensure_ascii=False, allow_nan=False)
+        (scratch / JSON).write_text(text + "\n", encoding="utf-8")
+        page = render("identify.html.j2", found=found, figures=figures(found), provenance=_provenance(found))
+        (scratch / REPORT).write_text(page, encoding="utf-8")
+        for name in (SSV, JSON, REPORT):
+            os.replace(scratch / name, folder / name)
+    except OSError as error:
+        raise OutputError(f"{folder}: results cannot be written: {error.strerror}.") from error
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+    return folder / SSV, folder / JSON, folder / REPORT

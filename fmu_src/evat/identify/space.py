@@ -1,0 +1,129 @@
+"""Which numbers are free, within which bounds, and how do they lie in the unit cube in which all searches run?
+
+A positive parameter whose bounds are far apart is searched by its logarithm: from 1e4 to 1e6 N/m each decade counts alike.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from evat.model import FloatArray, ParameterError, Tables, Variable
+
+REACH = 20.0  # bounds that nobody gave: the nominal value over this, and times this
+DECADES = 3.0  # a ratio of the bounds beyond which the logarithm is searched
+
+
+@dataclass(frozen=True, slots=True)
+class Free:
+    """A free parameter: its variable, what the nominal model has for it, and bounds (SI)."""
+
+    variable: Variable
+    start: float
+    low: float
+    high: float
+
+    @property
+    def name(self) -> str:
+        return self.variable.name
+
+    @property
+    def log(self) -> bool:
+        return self.low > 0 and self.high > DECADES * self.low
+
+    def value(self, u: float) -> float:
+        """From the unit interval; never beyond the bounds by a rounding error."""
+        found = self.low * math.pow(self.high / self.low, u) if self.log else self.low + u * (self.high - self.low)
+        return min(max(found, self.low), self.high)
+
+    def values(self, u: FloatArray) -> FloatArray:
+        """Number by number: numpy's powers differ in the last bit with an array's length, and a set must not change with its neighbours."""
+        return np.array([self.value(float(one)) for one in u])
+
+    def place(self, value: float) -> float:
+        """Into the unit interval."""
+        inside = min(max(value, self.low), self.high)
+        return math.log(inside / self.low) / math.log(self.high / self.low) if self.log else (inside - self.low) / (self.high - self.low)
+
+    def slope(self, u: float) -> float:
+        """d value / d u."""
+        return self.value(u) * math.log(self.high / self.low) if self.log else self.high - self.low
+
+
+@dataclass(frozen=True, slots=True)
+class Space:
+    """The free parameters, in the order in which they were asked for."""
+
+    free: tuple[Free, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(one.name for one in self.free)
+
+    @property
+    def start(self) -> FloatArray:
+        return np.array([one.place(one.start) for one in self.free])
+
+    def values(self, points: FloatArray) -> dict[str, FloatArray]:
+        """Points of the cube, (K, p), as values by name, each (K,)."""
+        return {one.name: one.values(points[:, place]) for place, one in enumerate(self.free)}
+
+    def at(self, point: FloatArray) -> dict[str, float]:
+        """One point of the cube, (p,), as values."""
+        return {one.name: one.value(float(u)) for one, u in zip(self.free, point, strict=True)}
+
+    def slopes(self, point: FloatArray) -> FloatArray:
+        return np.array([one.slope(float(u)) for one, u in zip(self.free, point, strict=True)])
+
+
+def space(
+    model: Tables, nominal: Mapping[str, float | str], on: Sequence[str], free: Sequence[str], bounds: Mapping[str, tuple[float, float]]
+) -> Space:
+    """The free parameters with their bounds, checked against the model; ParameterError where one cannot be free."""
+    known = {variable.name: variable for variable in model.variables}
+    owner = {variable.name: effect.name for effect in model.effects for variable in effect.variables}
+    unknown = [effect for effect in on if effect not in {effect.name for effect in model.effects}]
+    if unknown:
+        raise ParameterError(f"there is no effect {unknown[0]!r}; the model has {', '.join(effect.name for effect in model.effects)}.")
+    if not free:
+        raise ParameterError("no free parameter was named; name at least one that is to be found, for example F_C.")
+    if repeated := [name for name in dict.fromkeys(free) if list(free).count(name) > 1]:
+        raise ParameterError(f"{repeated[0]} is named twice among the free parameters; name it once.")
+    if stray := sorted(set(bounds) - set(free)):
+        raise ParameterError(f"bounds are given for {', '.join(stray)}, not free here; free are {', '.join(free)}.")
+    found = []
+    for name in free:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=3)
+            hint = f"; did you mean {', '.join(near)}?" if near else "."
+            raise ParameterError(f"free parameter {name!r}: the model has no such variable{hint}")
+        variable = known[name]
+        if variable.causality != "parameter" or variable.type != "real":
+            raise ParameterError(
+                f"free parameter {name!r} is a {variable.type} {variable.causality}; only real parameters can be identified."
+            )
+        if name in owner and owner[name] not in on:
+            raise ParameterError(f"free parameter {name!r} belongs to the effect {owner[name]}, which is off; switch it on, or drop it.")
+        start = float(nominal.get(name, variable.start))
+        found.append(Free(variable, start, *_bounds(variable, start, bounds.get(name))))
+    return Space(tuple(found))
+
+
+def _bounds(variable: Variable, start: float, given: tuple[float, float] | None) -> tuple[float, float]:
+    name, unit = variable.name, "" if variable.unit == "1" else f" {variable.unit}"
+    if given is None:
+        if start <= 0 or variable.min < 0:
+            raise ParameterError(
+                f"{name} = {start:g}{unit} in the nominal model gives no scale for bounds; give them, as --bound '{name}=LOW..HIGH'."
+            )
+        return max(variable.min, start / REACH), min(variable.max, start * REACH)
+    low, high = given
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise ParameterError(f"bounds of {name}: {low:g} to {high:g}{unit}; the first must be below the second.")
+    if low < variable.min or high > variable.max:
+        raise ParameterError(f"bounds of {name}: {low:g} to {high:g}{unit}; the model allows {variable.min:g} to {variable.max:g}{unit}.")
+    return low, high

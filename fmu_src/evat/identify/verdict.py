@@ -1,0 +1,99 @@
+"""What do the data say about each parameter? identified, weak, or not identifiable from these data; why; and what would tell it.
+
+identified       : the profile closes on both sides, within BROAD of the estimate
+weak             : it closes on one side only, or wider than that, or has a second valley, or the estimate lies on a bound
+not identifiable : up to both bounds the data do not object
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from evat.identify.advice import advise
+from evat.identify.objective import Objective
+from evat.identify.polish import LOOSE, Optimum
+from evat.identify.profile import Profile
+from evat.identify.reasons import facts, reason
+from evat.identify.result import Curve, Estimate, Word
+from evat.model import FloatArray
+
+BROAD = 0.5  # half the interval over the estimate
+COUPLED = 0.9  # correlation from which two parameters are told as one
+EDGE = 1e-4  # of the unit interval
+
+
+def correlation(covariance: FloatArray) -> FloatArray:
+    sd = np.sqrt(np.diag(covariance))
+    return np.clip(covariance / sd[:, None] / sd[None, :], -1.0, 1.0)
+
+
+def estimates(objective: Objective, optimum: Optimum, profiles: Sequence[Profile | None]) -> tuple[Estimate, ...]:
+    """Each free parameter, judged. Without a profile (the search was stopped) the standard error decides."""
+    values = {**objective.prediction.nominal, **objective.values, **objective.space.at(optimum.point)}
+    known = facts(objective.prediction.experiment, values)
+    related = correlation(optimum.covariance)
+    words = [_word(objective, optimum, place, found) for place, found in enumerate(profiles)]
+    poor = [name for name, word in zip(objective.space.names, words, strict=True) if word != "identified"]
+    advices = advise(objective, optimum, poor)
+    found = []
+    for place, (one, word, curve) in enumerate(zip(objective.space.free, words, profiles, strict=True)):
+        u = float(optimum.point[place])
+        sd_u = float(np.sqrt(optimum.covariance[place, place]))
+        edge = "lower" if u < EDGE else "upper" if u > 1 - EDGE else ""
+        why = "" if word == "identified" else _why(objective, related, place, edge, curve, reason(one.name, known))
+        found.append(
+            Estimate(
+                variable=one.variable,
+                nominal=one.start,
+                bounds=(one.low, one.high),
+                value=one.value(u),
+                sd=float(np.inf) if sd_u > LOOSE / 10 else sd_u * one.slope(u),
+                low=float("nan") if curve is None else one.value(curve.low),
+                high=float("nan") if curve is None else one.value(curve.high),
+                open_below=curve is not None and curve.open_below,
+                open_above=curve is not None and curve.open_above,
+                at_bound=edge,  # type: ignore[arg-type]
+                verdict=word,
+                why=why,
+                advice=advices.get(one.name, ""),
+                profile=None if curve is None else Curve(one.values(curve.u), curve.rise, curve.threshold),
+            )
+        )
+    return tuple(found)
+
+
+def _word(objective: Objective, optimum: Optimum, place: int, found: Profile | None) -> Word:
+    one, u = objective.space.free[place], float(optimum.point[place])
+    value = one.value(u)
+    if found is None:
+        half = 1.645 * float(np.sqrt(optimum.covariance[place, place])) * one.slope(u)
+        return "identified" if half < BROAD * abs(value) else "weak" if half < one.high - one.low else "not identifiable"
+    if found.open_below and found.open_above:
+        return "not identifiable"
+    half = 0.5 * (one.value(found.high) - one.value(found.low))
+    closed = not (found.open_below or found.open_above or found.valleys)
+    scale = abs(value) if one.low > 0 or one.high < 0 else one.high - one.low  # where zero is inside, a relative width says nothing
+    return "identified" if closed and half <= BROAD * scale and EDGE < u < 1 - EDGE else "weak"
+
+
+def _why(objective: Objective, related: FloatArray, place: int, edge: str, found: Profile | None, sentence: str) -> str:
+    names, one = objective.space.names, objective.space.free[place]
+    parts = [sentence] if sentence else []
+    if edge:
+        parts.append(f"the estimate lies on its {edge} bound; the data want it further out, or the model is not the right one")
+    partners = [names[other] for other in np.argsort(-np.abs(related[place])) if other != place and abs(related[place, other]) > COUPLED]
+    if partners:
+        numbers = ", ".join(f"{name} ({related[place, names.index(name)]:+.4f})" for name in partners[:3])
+        parts.append(f"only together with others is it seen: correlation with {numbers}")
+    if found is not None and found.valleys:
+        parts.append("a second set of values, apart from this one, fits almost as well; the interval holds both")
+    if found is not None:
+        if found.open_below and found.open_above and float(np.max(found.rise)) < 0.1 * found.threshold:
+            parts.append("its profile is flat: within the bounds hardly anything that was measured depends on it")
+        elif found.open_above != found.open_below:
+            side = "above" if found.open_below else "below"
+            end = one.value(found.high if found.open_below else found.low)
+            parts.append(f"the data limit it from {side} only, by {end:.4g} {one.variable.unit}".rstrip(" 1"))
+    return "; ".join(parts) or "the noise is too large for these data to tell it within half its value"

@@ -1,0 +1,143 @@
+"""Is a search that was stopped, or killed at any moment, brought to the result that it would have had, and does nothing else change it?"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from evat.contact_model import ContactModel
+from evat.identify import Identification, identify
+from evat.identify.journal import Journal, JournalError
+from evat.identify.search import Search, search
+from rigs import FREE, MODEL, TO_AND_FRO, experiment, trial
+
+RIG = experiment(trial(TO_AND_FRO[:300]))
+SETTINGS = {"population": 24, "generations": 12, "seed": 3, "profiles": False}
+
+
+def same(one: Identification, other: Identification) -> bool:
+    """To the last bit, but for the time it took."""
+    return (
+        [e.value for e in one.estimates] == [e.value for e in other.estimates] and one.history == other.history and one.cost == other.cost
+    )
+
+
+@pytest.mark.parametrize("kind", ["ga", "de"])
+def test_a_search_that_was_cut_off_goes_on_to_the_same_result(kind: Search, tmp_path: Path) -> None:
+    """Cut after each of several generations, and in the middle of a line; what the journal holds is not calculated again."""
+    whole = identify(RIG, FREE, model=MODEL, search_by=kind, journal=tmp_path / "whole", **SETTINGS)  # type: ignore[arg-type]
+    lines = (tmp_path / "whole").read_bytes().splitlines(keepends=True)
+    assert len(lines) == 1 + len(whole.history)
+    for held, torn in ((0, 0), (1, 7), (5, 0), (5, 300), (11, 1), (12, 0)):
+        cut = tmp_path / f"{held}-{torn}"
+        cut.write_bytes(b"".join(lines[: 1 + held]) + (lines[1 + held][:torn] if torn else b""))
+        found = identify(RIG, FREE, model=MODEL, search_by=kind, journal=cut, resume=True, **SETTINGS)  # type: ignore[arg-type]
+        assert same(found, whole)
+        assert cut.read_bytes() == (tmp_path / "whole").read_bytes()
+
+
+def test_a_journal_is_read_instead_of_calculated(tmp_path: Path) -> None:
+    """With costs that count: a resumed search asks for the missing generations only."""
+    asked = []
+
+    def costs(points: np.ndarray) -> np.ndarray:
+        asked.append(len(points))
+        return np.sum((points - 0.3) ** 2, axis=1)
+
+    facts = {"a": 1}
+    settings = {"population": 20, "generations": 10, "seed": 1}
+    begun = [0]
+
+    def five() -> bool:
+        begun[0] += 1
+        return begun[0] > 5
+
+    first = search("ga", costs, np.full(3, 0.9), journal=Journal(tmp_path / "j", facts, False), cancelled=five, **settings)  # type: ignore[arg-type]
+    assert first.stopped
+    assert len(asked) == 5
+    second = search("ga", costs, np.full(3, 0.9), journal=Journal(tmp_path / "j", facts, True), **settings)  # type: ignore[arg-type]
+    assert len(asked) == 10
+    alone = search("ga", costs, np.full(3, 0.9), **settings)  # type: ignore[arg-type]
+    assert np.array_equal(alone.point, second.point)
+    assert second.cost < 1e-2
+
+
+def test_a_journal_of_another_search_is_refused(tmp_path: Path) -> None:
+    identify(RIG, FREE, model=MODEL, journal=tmp_path / "j", **SETTINGS)  # type: ignore[arg-type]
+    with pytest.raises(JournalError, match="of another search; different are seed"):
+        identify(RIG, FREE, model=MODEL, journal=tmp_path / "j", resume=True, **{**SETTINGS, "seed": 4})  # type: ignore[arg-type]
+    with pytest.raises(JournalError, match="different are bounds"):
+        identify(RIG, FREE, model=MODEL, journal=tmp_path / "j", resume=True, bounds={"F_C": (1.0, 30.0)}, **SETTINGS)  # type: ignore[arg-type]
+    (tmp_path / "j").write_bytes(b"no journal at all")
+    with pytest.raises(JournalError, match="of another search"):
+        identify(RIG, FREE, model=MODEL, journal=tmp_path / "j", resume=True, **SETTINGS)  # type: ignore[arg-type]
+
+
+KILLED = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[2])
+from test_long_runs import RIG, SETTINGS, FREE, MODEL, identify
+identify(RIG, FREE, model=MODEL, search_by="de", journal=Path(sys.argv[1]), resume=True, **{**SETTINGS, "generations": 60})
+"""
+
+
+@pytest.mark.slow
+def test_kill_9_loses_at_most_one_generation(tmp_path: Path) -> None:
+    """A process of its own, killed again and again while it searches."""
+    path, survived = tmp_path / "journal", 0
+    here = str(Path(__file__).resolve().parent)
+    for _ in range(3):
+        process = subprocess.Popen([sys.executable, "-c", KILLED, str(path), here])
+        begin = time.monotonic()
+        while time.monotonic() - begin < 60 and process.poll() is None:
+            lines = path.read_bytes().count(b"\n") if path.is_file() else 0
+            if lines > survived + 4:
+                break
+            time.sleep(0.002)
+        if process.poll() is None:
+            os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+        left = path.read_bytes().count(b"\n")
+        assert left >= lines  # what was in the journal before the signal is in it after
+        survived = left
+    settings = {**SETTINGS, "generations": 60}
+    resumed = identify(RIG, FREE, model=MODEL, search_by="de", journal=path, resume=True, **settings)  # type: ignore[arg-type]
+    assert same(resumed, identify(RIG, FREE, model=MODEL, search_by="de", **settings))  # type: ignore[arg-type]
+
+
+def test_the_same_seed_gives_the_same_result_with_any_number_of_threads() -> None:
+    found = [identify(RIG, FREE, model=ContactModel(threads=threads), search_by="ga", **SETTINGS) for threads in (1, 2, 3)]  # type: ignore[arg-type]
+    assert same(found[0], found[1])
+    assert same(found[0], found[2])
+    other = identify(RIG, FREE, model=MODEL, search_by="ga", **{**SETTINGS, "seed": 4})  # type: ignore[arg-type]
+    assert other.history != found[0].history
+
+
+def test_stopping_gives_the_best_so_far() -> None:
+    count = [0]
+
+    def after_four() -> bool:
+        count[0] += 1
+        return count[0] > 4
+
+    told = []
+    found = identify(
+        RIG,
+        FREE,
+        model=MODEL,
+        search_by="ga",
+        cancelled=after_four,
+        progress=lambda what, share: told.append((what, share)),
+        **SETTINGS,  # type: ignore[arg-type]
+    )
+    assert found.stopped
+    assert len(found.history) == 4
+    assert all(np.isnan(estimate.low) for estimate in found.estimates)
+    assert [share for what, share in told if what.startswith("search")] == [place / 12 for place in range(1, 5)]
