@@ -12,7 +12,11 @@ from rich.markup import escape
 from rich.table import Table
 
 from evat import kernel, parameter_sets
+from evat.cli_calibrate import benchmark, calibrate
+from evat.cli_diagnose import diagnose
 from evat.cli_effects import effects
+from evat.cli_experiment import experiment
+from evat.cli_identify import identify
 from evat.cli_shared import SpeedUnit, Values, err, lines_done, out, share_done, typed_values
 from evat.model import Effect, EvatError, Law, Variable
 from evat.record import Columns
@@ -25,7 +29,7 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     help="Chip-tool friction and elliptical vibration assisted turning as a component.\n\n"
     "`evat build` makes the FMUs, `evat run` shows what they do, `evat simulate` answers a question of your own, "
-    "`evat effects` shows what can be switched on. "
+    "`evat effects` shows what can be switched on, `evat experiment` checks measurements. "
     "Numbers take units: `--value 'cutting_speed=30 m/min'`; a bare number is SI.",
 )
 Effects = Annotated[
@@ -36,6 +40,11 @@ Effects = Annotated[
 ]
 
 app.command()(effects)
+app.add_typer(experiment)
+app.command()(identify)
+app.command()(diagnose)
+app.command()(calibrate)
+app.command()(benchmark)
 
 
 def _row(variable: Variable) -> list[str]:

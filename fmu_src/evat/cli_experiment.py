@@ -12,6 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from evat import kernel, parameter_sets
+from evat.cli_recovery import recovery
 from evat.cli_shared import SpeedUnit, Values, out, share_done, typed_values
 from evat.model import ParameterError
 from evat.motions import KINDS
@@ -28,6 +29,7 @@ experiment = typer.Typer(
     no_args_is_help=True,
     help="Measured experiments: check one, or simulate orthogonal cutting tests of a contact whose parameters are known.",
 )
+experiment.command()(recovery)
 Folder = Annotated[Path, typer.Argument(help="A folder with an experiment.toml, or such a file.")]
 
 

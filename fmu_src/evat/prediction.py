@@ -18,6 +18,7 @@ from evat.model import FloatArray, Model, Run
 
 Values = Mapping[str, float | str | FloatArray]
 STEP = 1e-3  # of a parameter, in its scale: small against its curvature, large against the noise of runs at TOLERANCE
+TIGHTNESS = "relative_tolerance"
 TOLERANCE = 1e-5
 
 
@@ -68,7 +69,7 @@ class Prediction:
     @cached_property
     def nominal(self) -> dict[str, float | str]:
         """The experiment's nominal values, with a tolerance that suits differences between runs unless they have their own."""
-        fine = {"relative_tolerance": TOLERANCE} if "relative_tolerance" in self._names else {}
+        fine = {TIGHTNESS: TOLERANCE} if TIGHTNESS in self._names else {}
         return {**fine, **self.experiment.nominal.values}
 
     @cached_property
@@ -108,6 +109,13 @@ class Prediction:
         """Prediction of one value set, (N,)."""
         row: FloatArray = self.many(values or {}, on)[0]
         return row
+
+    def numerical_error(self) -> FloatArray:
+        """What the solver's tolerance leaves in the nominal prediction, (N,): its change when the tolerance is ten times tighter."""
+        if TIGHTNESS not in self.nominal:
+            return np.zeros(self.measured.size)
+        finer = {TIGHTNESS: float(self.nominal[TIGHTNESS]) / 10}
+        return self.one() - self.one(finer)
 
     def jacobian(
         self, values: Mapping[str, float | str], names: Sequence[str], scales: Mapping[str, float], on: Sequence[str] = ()

@@ -22,6 +22,7 @@ from evat.gap.where import Where, locate
 from evat.model import Model
 from evat.prediction import Prediction
 
+CANNOT_TELL = "cannot_tell"
 Report = Callable[[str, float], None]
 
 __all__ = ["Comparison", "Diagnosis", "diagnose", "diagnose_with"]
@@ -50,14 +51,14 @@ def diagnose_with(
     comparison = compare(Prediction(model, experiment), report)
     known = constants or Constants.stored()
     judgement = judge(features(comparison), known)
-    verdict, missing = judgement.verdict, _missing(comparison)
+    verdict, missing = CANNOT_TELL if comparison.audit.refused else judgement.verdict, _missing(comparison)
     if report:
         report("on held-out conditions", 0.95)
     chosen = fitted(comparison, judgement.chosen)
     closure = close(comparison, chosen)
     answer = Diagnosis(
         verdict=verdict,
-        effects=_named(comparison, judgement),
+        effects=_named(comparison, judgement) if verdict != CANNOT_TELL else (),
         judgement=judgement,
         novelty=(1 - judgement.unknown, min(judgement.features.left.get(judgement.chosen, 1.0), 1.0)),
         recalibration=_recalibrated(comparison),
@@ -128,7 +129,9 @@ def _where(comparison: Comparison, judgement: Judgement) -> Where:
 
 def _missing(comparison: Comparison) -> tuple[str, ...]:
     """What these data cannot say anything about."""
-    found = [f"{name}: it changes nothing that was measured here" for name in comparison.silent if name not in comparison.unfed]
+    found = [*comparison.audit.refused, *comparison.audit.notes]
+    found += [f"{name}: not identifiable, {', '.join(still)} does not vary" for name, still in comparison.audit.idle.items()]
+    found += [f"{name}: it changes nothing that was measured here" for name in comparison.silent if name not in comparison.unfed]
     found += [f"{name}: {', '.join(inputs)} was not recorded" for name, inputs in comparison.unfed.items()]
     if not comparison.noise.repeated:
         found.append("repeatability: no condition was recorded twice, so trial-to-trial changes are taken from priors")

@@ -16,7 +16,7 @@ UNSURE = 0.02  # of the noise floor: no structural square is known better
 @dataclass(frozen=True)
 class Squares:
     """Mean squares of one channel [unit squared], of single recordings: what a model leaves, what noise and repeatability leave, and the
-    structural part of what is left: that of the mean of the repeats, less what noise leaves of it."""
+    structural part of what is left: that of the mean of the repeats, less what noise leaves of it, jumps left out."""
 
     left: float
     noise: float
@@ -36,19 +36,21 @@ def squares(whitening: Whitening, predicted: FloatArray, conditions: set[str] | 
         if conditions is not None and group.condition not in conditions:
             continue
         size, repeats = group.at.stop - group.at.start, len(group.members)
-        within, between = float(noise.sizes[group.members[0]]) ** 2, 0.0
+        within, between = np.full(size, float(noise.sizes[group.members[0]]) ** 2), np.zeros(size)
         if size > 1:
             within *= float(np.sum(impulse_response(noise.filters[group.channel]) ** 2))
             times = prediction.experiment.trials[prediction.segments[group.members[0]].trial].times
-            between = float(np.sum(np.mean((differing(predicted[group.at], times) * noise.spread[group.channel]) ** 2, axis=0)))
-        mean = float(np.sum(whitening.residual(predicted, place) ** 2))
+            between = np.sum((differing(predicted[group.at], times) * noise.spread[group.channel]) ** 2, axis=1)
         alone = sum(
             float(np.sum((prediction.measured[prediction.segments[member].at] - predicted[group.at]) ** 2)) for member in group.members
         )
-        row = np.array([alone / repeats, size * within, size * between, mean - size * (within + between) / repeats, size])
-        sums[group.channel] = sums.get(group.channel, np.zeros(5)) + row
+        # Beside a jump the clock's spread alone makes large squares: there a structural gap cannot be seen.
+        counted = whitening.weights[place] ** 2
+        clear = float(np.sum(counted * (whitening.residual(predicted, place) ** 2 - (within + between) / repeats)))
+        row = np.array([alone / repeats, float(within.sum()), float(between.sum()), size, clear, float(counted.sum())])
+        sums[group.channel] = sums.get(group.channel, np.zeros(row.size)) + row
     return {
-        channel: Squares(float(row[0] / row[4]), float(row[1] / row[4]), float(row[2] / row[4]), max(float(row[3] / row[4]), 0.0))
+        channel: Squares(float(row[0] / row[3]), float(row[1] / row[3]), float(row[2] / row[3]), max(float(row[4] / row[5]), 0.0))
         for channel, row in sums.items()
     }
 

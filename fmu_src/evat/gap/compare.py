@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import qmc
 
+from evat.gap.audit import Audit, audit
 from evat.gap.discrepancy import likelihood
 from evat.gap.fit import Fit, fit
 from evat.gap.noise import Noise, estimate_noise
@@ -42,6 +43,7 @@ class Comparison:
     rough: dict[tuple[str, ...], float]
     silent: tuple[str, ...]
     unfed: Mapping[str, Sequence[str]]
+    audit: Audit
 
 
 def _frozen(prediction: Prediction, whitening: Whitening, base: Fit, start: Start) -> tuple[float, FloatArray] | None:
@@ -94,8 +96,15 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     parameters = nominal_parameters(model, experiment)
     tell("recalibrating the nominal model", 0.0)
     predicted = prediction.one()
+    if not np.all(np.isfinite(predicted)):
+        raise SimulationError("the nominal model does not run on this experiment; simulate it on its own to see why.")
     noise = estimate_noise(prediction, predicted)
+    floors = {s.channel: float(noise.sizes[place]) for place, s in enumerate(prediction.segments)}
+    audited = audit(prediction, predicted, floors)
     whitening = Whitening(prediction, noise, predicted)
+    if audited.refused:
+        nominal = _must(fit(prediction, whitening, (), np.empty(0)))
+        return Comparison(prediction, noise, whitening, nominal, nominal, {}, {}, (), {}, audited)
     recalibrated = _must(fit(prediction, whitening, parameters, np.zeros(len(parameters))))
     noise = estimate_noise(prediction, recalibrated.predicted)
     whitening = Whitening(prediction, noise, recalibrated.predicted)
@@ -110,6 +119,8 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     columns |= set(experiment.means.values) if experiment.means is not None else set()
     screened, unfed = dict[str, list[Start]](), dict[str, Sequence[str]]()
     for place, effect in enumerate(offered):
+        if effect.name in audited.idle:
+            continue
         tell(f"trying {effect.name}", 0.1 + 0.3 * place / len(offered))
         if lacking := model.missing_inputs([effect.name], {**prediction.nominal, **recalibrated.values}, columns):
             unfed[effect.name] = tuple(lacking)
@@ -145,7 +156,7 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
             models[(name,)] = whole
     _rivals(prediction, whitening, models, recalibrated, scales, tell)
     _pairs(prediction, whitening, models, fronts, rough, offered, tell)
-    return Comparison(prediction, noise, whitening, nominal, recalibrated, models, rough, tuple(silent), unfed)
+    return Comparison(prediction, noise, whitening, nominal, recalibrated, models, rough, tuple(silent), unfed, audited)
 
 
 def _rivals(

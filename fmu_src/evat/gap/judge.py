@@ -108,15 +108,14 @@ def features(comparison: Comparison) -> Features:
 
 def judge(found: Features, constants: Constants) -> Judgement:
     """Three questions, one after the other: is there a gap, is it more than mis-tuning, and which effects are it."""
-    gap = _sigmoid(constants.gap_offset + constants.gap_slope * _size(found.nominal, found.floor, constants))
-    no_gap = 1 - gap if found.exact > -EVIDENT else min(1 - gap, 0.5) if found.exact < -10 * EVIDENT else 1 - gap
+    size = _size(found.nominal, found.floor, constants)
+    no_gap = 1 - _sigmoid(constants.gap_offset + constants.gap_slope * size - (found.exact + EVIDENT) / constants.evident)
     structural = _sigmoid(constants.structure_offset + constants.structure_slope * _size(found.recalibrated, found.floor, constants))
     scores = {on: _score(on, found, constants) for on in found.gain}
     best = max(scores, key=lambda on: scores[on]) if scores else ()
     if scores and found.gain[best] > 0:
         # A small gap that an effect explains well and with much evidence is one, however small.
         structural = max(structural, _sigmoid((found.gain[best] - constants.evident) * 3 / constants.evident) * (1 - found.left[best]))
-        no_gap = min(no_gap, 1 - structural) if found.exact + EVIDENT < found.gain[best] else no_gap
     left = min((found.left[on] for on in scores), default=1.0)
     unknown = structural * _sigmoid(
         constants.unknown_offset + constants.unknown_slope * math.log(max(left, 1e-3) / (1.0 - min(left, 0.999)))

@@ -27,6 +27,7 @@ DECADES = np.arange(-4.0, 4.0)  # around the first guess of an amplitude
 PROBED_SAMPLES, PROBED_CONDITIONS, PROBED_MEANS = 700, 3, 8
 LINEAR = 0.3  # of an amplitude's prior standard deviation: where its slope is taken
 FAR = (0.3, 1.5, 6.0)  # the same for an effect with one amplitude, which need not be linear: a time, a frequency
+TIMES = 9
 NOTHING = 1e-5  # of the rms of a channel: less than this is not looked for
 
 
@@ -100,7 +101,7 @@ class Screen:
                 unknown.append(Parameter(variable.name, variable.unit, variable.neutral, math.log(high / low) / 4, low, high, True))
                 spreads = self._spreads(base, effect, unknown, strengths, neutral)
         design, found = _design(unknown), list[Start]()
-        reach = np.tile(FAR, design.shape[0]) if len(strengths) == 1 else np.full(design.shape[0], LINEAR)
+        reach = self._reach(strengths, spreads, design.shape[0])
         design = np.repeat(design, reach.size // design.shape[0], axis=0)
         lanes = self._lanes(base, effect, unknown, design, reach, strengths, neutral, spreads)
         predicted = self.prediction.many(lanes, (*base.on, effect.name))
@@ -126,6 +127,17 @@ class Screen:
                 Start(effect, parameters, np.concatenate([strength, shape]), evidence, slopes[:, [column - fitted for column in own]])
             )
         return sorted(found, key=lambda start: -start.evidence)
+
+    def _reach(self, strengths: Sequence[Variable], spreads: Mapping[str, FloatArray], rows: int) -> FloatArray:
+        """Where amplitudes are tried, in their prior standard deviations: (G,) or, for one that need not be linear, several for each
+        row."""
+        if len(strengths) > 1:
+            return np.full(rows, LINEAR)
+        (own,) = strengths
+        if own.unit != "s":
+            return np.tile(FAR, rows)
+        times = np.geomspace(0.5 * self.scales.step, 0.2 * self.scales.duration, TIMES)  # a time may be any that the record can show
+        return np.concatenate([times / spread if np.isfinite(spread) else np.ones(TIMES) for spread in spreads[own.name]])
 
     def _spreads(
         self, base: Fit, effect: Effect, unknown: Sequence[Parameter], strengths: Sequence[Variable], neutral: Mapping[str, float]

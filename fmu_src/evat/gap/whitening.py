@@ -50,7 +50,8 @@ class Sums:
 class Whitening:
     """The covariance of an experiment as a way to sum up residuals.
 
-    `counts` (groups, 2 BANDS) is how many numbers a band has; `unexplained` (lengths, groups, 2 BANDS) what a discrepancy of unit size
+    `weights[group]` is what its samples count, less beside jumps; `counts` (groups, 2 BANDS) is how many numbers a band has;
+    `unexplained` (lengths, groups, 2 BANDS) what a discrepancy of unit size
     (rms of
     its channel) and given correlation length would add to the variance 1 that noise has there.
     """
@@ -61,7 +62,7 @@ class Whitening:
         self.groups = self._grouped()
         self.levels = self._levels()
         self.means = self._means(predicted)
-        self._weights = [self._weight(group, predicted) for group in self.groups]
+        self.weights = [self._weight(group, predicted) for group in self.groups]
         self._bases = [self._basis(place, predicted) for place in range(len(self.groups))]
         self._bands = [self._edges(group) for group in self.groups]
         self.counts = np.zeros((len(self.groups), 2 * BANDS))
@@ -97,13 +98,8 @@ class Whitening:
         found = []
         for group in self.groups:
             rows = np.array([self.prediction.measured[self.prediction.segments[place].at] for place in group.members])
-            if group.at.stop - group.at.start > 1:
-                rest = rows - predicted[group.at]
-                middle = np.median(rest, axis=0) if len(rows) > 2 else np.where(*_nearer(rest)) if len(rows) == 2 else rest[0]
-                far = rest - middle
-                limit = OUTLYING * 1.4826 * np.median(np.abs(far - np.median(far, axis=1, keepdims=True))) if len(rows) > 1 else np.inf
-                shift = np.median(far, axis=1, keepdims=True)
-                rows = predicted[group.at] + middle + shift + np.clip(far - shift, -limit, limit) if limit > 0 else rows
+            if len(rows) > 1 and group.at.stop - group.at.start > 1:
+                rows = _without_outliers(rows, predicted[group.at])
             found.append(np.asarray(rows.mean(axis=0), dtype=np.float64))
         return found
 
@@ -141,7 +137,7 @@ class Whitening:
         white: FloatArray = columns[lost:] * (filter_[0] / size)
         for lag in range(1, filter_.size):
             white = white + columns[lost - lag : -lag] * (filter_[lag] / size)
-        weighed: FloatArray = white * self._weights[place][lost:, None]
+        weighed: FloatArray = white * self.weights[place][lost:, None]
         return weighed
 
     def _white(self, columns: FloatArray, place: int) -> FloatArray:
@@ -218,6 +214,14 @@ class Whitening:
 OUTLYING = 5.0  # robust standard deviations of the repeats from each other
 
 
-def _nearer(rest: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Of two repeats, sample by sample, the one that is nearer to the prediction."""
-    return np.abs(rest[0]) < np.abs(rest[1]), rest[0], rest[1]
+def _without_outliers(rows: FloatArray, predicted: FloatArray) -> FloatArray:
+    """Repeats (n, L); a sample far from the others is taken from the middle one, of two from the one that is nearer to the prediction."""
+    level = rows - np.median(rows, axis=1, keepdims=True) + np.median(rows)
+    apart = level[1:] - level[:-1]
+    sd = 1.4826 * float(np.median(np.abs(apart - np.median(apart)))) / np.sqrt(2)
+    if len(rows) == 2:
+        middle = np.where(np.abs(level[0] - predicted) < np.abs(level[1] - predicted), level[0], level[1])
+        far = np.abs(apart) > OUTLYING * np.sqrt(2) * sd
+        return np.where(far, middle + (rows - level), rows)
+    middle = np.median(level, axis=0)
+    return np.where(np.abs(level - middle) > OUTLYING * sd, middle + (rows - level), rows)

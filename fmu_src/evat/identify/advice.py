@@ -1,4 +1,8 @@
-"""Which further motion would identify what these data cannot? Candidates are simulated, their information on the parameters compared."""
+"""Which further motion would identify what these data cannot? Candidates are simulated, their information on the parameters compared.
+
+They are simulated at the estimates, but what the data do not tell at all, or only up to a bound, stands as in the nominal model: its
+estimate may be anything, and often lies where nothing depends on it.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +14,8 @@ import numpy as np
 
 from evat import motions
 from evat.experiment import Experiment, Trial
+from evat.identify.covariance import Optimum
 from evat.identify.objective import Objective, slopes
-from evat.identify.polish import Optimum
 from evat.model import EvatError, FloatArray
 from evat.motions import Motion
 from evat.prediction import Prediction
@@ -19,11 +23,12 @@ from evat.prediction import Prediction
 RATE = 1000.0  # 1/s
 FASTEST = 20e3  # Hz: an ultrasonic rig
 WORTH = 3.0  # times smaller must the sd become for a motion to be advised
+ALIKE = 2.0  # times the least sd: motions that differ by no more are alike
 KNOWN = 0.2  # sd, relative or as a share of the bounds, beyond which a parameter is not worth calling known
 PROXIES = {"contact_temperature": (1.0, 1.5, 2.0), "proxy_speed": (0.1, 1.0, 3.0)}  # levels, as shares of the highest one recorded
 
 
-def candidates(experiment: Experiment, values: Mapping[str, float | str]) -> dict[str, list[Motion]]:
+def candidates(experiment: Experiment, values: Mapping[str, float | str], units: Mapping[str, str]) -> dict[str, list[Motion]]:
     """Motions that this experiment has not got, by what one would call them; none where slip is not an input."""
     slips = [trial.inputs["slip_velocity"] for trial in experiment.trials if "slip_velocity" in trial.inputs]
     fastest = max((float(np.max(np.abs(slip))) for slip in slips), default=0.0)
@@ -48,39 +53,44 @@ def candidates(experiment: Experiment, values: Mapping[str, float | str]) -> dic
         highest = float(np.max(np.abs(inputs[name]))) if name in inputs else 0.0
         if highest > 0:
             levels = [share * highest for share in shares]
-            found[f"temperature steps, {name} of {', '.join(f'{level:.3g}' for level in levels)}, with strokes and reversals"] = (
-                motions.heated(levels, levels[0], name, [share * z for share in motions.AMPLITUDES], [fastest], RATE)
-            )
+            told = f"temperature steps, {name} of {', '.join(f'{level:.3g}' for level in levels)} {units[name]}, with strokes and reversals"
+            found[told] = motions.heated(levels, levels[0], name, [share * z for share in motions.AMPLITUDES], [fastest], RATE)
     return found
 
 
-def advise(objective: Objective, optimum: Optimum, wanted: Sequence[str]) -> dict[str, str]:
-    """For each wanted parameter the motion that would tell it best, with what would then be known; "" where none of them would."""
-    experiment = objective.prediction.experiment
-    values = {**objective.prediction.nominal, **objective.values, **objective.space.at(optimum.point)}
-    held = np.linalg.inv(optimum.covariance) + 12 * np.eye(optimum.point.size)  # bounds: as much as a uniform density within them
+def advise(objective: Objective, optimum: Optimum, wanted: Sequence[str], untold: Sequence[str] = ()) -> dict[str, str]:
+    """For each wanted parameter the motion that would tell it best, with what would then be known; "" where none of them would.
+
+    untold : those whose estimates say nothing.
+    """
+    experiment, space = objective.prediction.experiment, objective.space
+    point = np.where(np.isin(space.names, list(untold)), space.start, optimum.point)
+    values = {**objective.prediction.nominal, **objective.values, **space.at(point)}
+    units = {variable.name: variable.unit for variable in objective.prediction.model.variables}
+    held = np.linalg.inv(optimum.covariance) + 12 * np.eye(point.size)  # bounds: as much as a uniform density within them
     before, after = np.sqrt(np.diag(np.linalg.inv(held))), dict[str, FloatArray]()
-    for what, several in (candidates(experiment, values) if wanted else {}).items():
-        extra = _information(objective, optimum, several)
+    for what, several in (candidates(experiment, values, units) if wanted else {}).items():
+        extra = _information(objective, optimum, point, several)
         if extra is not None:
             after[what] = np.sqrt(np.diag(np.linalg.inv(held + extra)))
     found = {}
     for name in wanted:
-        place = objective.space.names.index(name)
-        best = min(after, key=lambda what: float(after[what][place]), default=None)
-        if best is None or after[best][place] * WORTH > before[place]:
+        place = space.names.index(name)
+        least = min((float(sd[place]) for sd in after.values()), default=math.inf)
+        if least * WORTH > before[place]:
             found[name] = ""
             continue
-        one = objective.space.free[place]
-        sd = float(after[best][place]) * one.slope(float(optimum.point[place]))
-        value = one.value(float(optimum.point[place]))
+        best = next(what for what, sd in after.items() if sd[place] <= ALIKE * least)  # the simpler ones come first
+        one = space.free[place]
+        sd = float(after[best][place]) * one.slope(float(point[place]))
+        value = one.value(float(point[place]))
         share = f"{100 * sd / abs(value):.2g} %" if value else f"{sd:.2g} {one.variable.unit}"
         found[name] = f"{best}: with it the standard error would be about {share}" + ("" if sd < KNOWN * abs(value) else ", still not much")
     return found
 
 
-def _information(objective: Objective, optimum: Optimum, several: Sequence[Motion]) -> FloatArray | None:
-    """Fisher information of motions with the noise of the present data; None where the model cannot run them."""
+def _information(objective: Objective, optimum: Optimum, point: FloatArray, several: Sequence[Motion]) -> FloatArray | None:
+    """Fisher information of motions at a point, with the noise of the present data; None where the model cannot run them."""
     experiment = objective.prediction.experiment
     like = experiment.trials[0]
     trials = []
@@ -95,7 +105,7 @@ def _information(objective: Objective, optimum: Optimum, several: Sequence[Motio
     for segment in prediction.segments:
         weights[segment.at] = level[segment.channel]
     try:
-        _, table = slopes(prediction, objective.space, objective.values, objective.on, optimum.point)
+        _, table = slopes(prediction, objective.space, objective.values, objective.on, point)
     except EvatError:
         return None
     scaled = table * weights[:, None]

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import f as f_distribution
 
+from evat.identify.covariance import Optimum
 from evat.identify.objective import Objective
-from evat.identify.polish import Optimum, descend, losses
+from evat.identify.polish import descend, losses
 from evat.model import FloatArray
 
 LEVEL = 0.90
@@ -49,9 +50,13 @@ class BetterPoint(Exception):
 
 
 def threshold(objective: Objective, optimum: Optimum) -> float:
-    """Rise at the ends of the interval: chi-squared, with the scale of the noise estimated from the residual."""
-    count = max(objective.prediction.measured.size - optimum.point.size, 1)
-    return float(f_distribution.ppf(LEVEL, 1, count))
+    """Rise at the ends of the interval: chi-squared, with the scale of the noise estimated from the residual: that of each channel apart,
+    unless sd were stated, so that the channel with the fewest numbers decides how well it is known."""
+    size, channels = objective.prediction.measured.size, objective.channels
+    count = size - optimum.point.size
+    if not all(objective.has_sd(channel) for channel in channels):
+        count = int(count / size * min(int(objective.places(channel).sum()) for channel in channels))
+    return float(f_distribution.ppf(LEVEL, 1, max(count, 1)))
 
 
 def profile(objective: Objective, optimum: Optimum, place: int, strict: bool = True) -> Profile:

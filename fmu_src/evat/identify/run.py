@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import importlib.metadata
-import math
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import numpy as np
-
 from evat import kernel
 from evat.experiment import Experiment, ExperimentError
-from evat.identify import noise
 from evat.identify.check import check_clocks, check_influence, check_signs, suspicious_scales
+from evat.identify.covariance import Optimum
+from evat.identify.fits import fit_doubts, fits_of, held_out_fits
 from evat.identify.journal import Journal
-from evat.identify.objective import Kind, Objective, noise_floor, relative_error
-from evat.identify.polish import Optimum, polish
+from evat.identify.objective import Kind, Objective
+from evat.identify.polish import polish
 from evat.identify.profile import BetterPoint, Profile, profile
-from evat.identify.result import Fit, Identification
+from evat.identify.result import Identification
 from evat.identify.search import Found, Search, search
 from evat.identify.space import space
 from evat.identify.verdict import correlation, estimates
@@ -28,9 +26,6 @@ from evat.model import FloatArray, Model, ParameterError
 from evat.prediction import Prediction
 
 Spread = Callable[[Objective, FloatArray], FloatArray]
-POOR = 0.5  # of eq. 9: a model that misses half of the force
-ABOVE_NOISE = 1.5  # times the repeats' noise: the residual is no longer only noise
-SLOW = 0.5  # correlation of neighbouring residuals from which something slow is missed
 RESTARTS = 4  # of the polish, from better points that profiles came across
 
 
@@ -103,7 +98,7 @@ def identify(
     )
     optimum, curves, calls = _judged(aim, found, whiten, profiles and not found.stopped, progress, cancelled)
     complete = {**experiment.nominal.values, **values, **chosen.at(optimum.point)}
-    fits = _fits(aim.prediction, optimum.residual)
+    fits = fits_of(aim.prediction, optimum.residual)
     stopped = found.stopped or bool(cancelled is not None and cancelled())
     return Identification(
         experiment=fitted,
@@ -115,7 +110,7 @@ def identify(
         search=search_by,
         cost=aim.cost(optimum.residual),
         fits=fits,
-        held_out=_held_out(model, kept, {**values, **chosen.at(optimum.point)}, on),
+        held_out=held_out_fits(model, kept, {**values, **chosen.at(optimum.point)}, on),
         held_out_conditions=tuple(hold_out),
         predicted=aim.prediction.measured + optimum.residual,
         units={variable.name: variable.unit for variable in model.variables if variable.name in fits},
@@ -123,7 +118,7 @@ def identify(
         evaluations=(found.history[-1].evaluations if found.history else 0) + calls,
         seconds=time.perf_counter() - begin,
         stopped=stopped,
-        doubts=(*suspicious_scales(aim), *_doubts(fits, objective, whiten)),
+        doubts=(*suspicious_scales(aim), *fit_doubts(aim, fits, whiten)),
         made_by={
             "evat": importlib.metadata.version("evat"),
             "model": kernel.token(),
@@ -203,49 +198,3 @@ def _judged(
                 continue
         return optimum, curves, calls
     raise AssertionError("the last attempt is not strict")
-
-
-def _fits(prediction: Prediction, residual: FloatArray) -> dict[str, Fit]:
-    floor, error, rows = noise_floor(prediction), relative_error(prediction, residual), noise.rows_of(prediction, residual)
-    found = {}
-    for channel in error:
-        places = np.concatenate([np.arange(s.at.start, s.at.stop) for s in prediction.segments if s.channel == channel])
-        rms, whole = (float(np.sqrt(np.mean(column[places] ** 2))) for column in (residual, prediction.measured))
-        found[channel] = Fit(
-            rms=rms,
-            share=rms / whole if whole else math.inf,
-            relative_error=error[channel],
-            noise=floor.get(channel, math.nan),
-            follows_itself=noise.follows_itself(rows.get(channel, [])),
-            samples=places.size,
-        )
-    return found
-
-
-def _held_out(model: Model, kept: Experiment | None, values: Mapping[str, float | str], on: Sequence[str]) -> dict[str, Fit]:
-    if kept is None:
-        return {}
-    prediction = Prediction(model, kept)
-    return _fits(prediction, prediction.one(values, on) - prediction.measured)
-
-
-def _doubts(fits: Mapping[str, Fit], objective: Kind, whiten: bool) -> list[str]:
-    found = []
-    for channel, fit in fits.items():
-        if fit.relative_error > POOR:
-            found.append(
-                f"{channel}: the identified model misses {100 * fit.relative_error:.0f} % of it (eq. 9). These parameters say nothing; "
-                "check units, signs and the choice of the law before anything else."
-            )
-        if fit.rms > ABOVE_NOISE * fit.noise:
-            found.append(
-                f"{channel}: the residual is {fit.rms / fit.noise:.1f} times the noise that the repeats show: the model misses something. "
-                "The intervals count noise, not what the model lacks: they are too narrow."
-            )
-        elif fit.follows_itself > SLOW and math.isnan(fit.noise):
-            how = "whitened" if whiten and objective == "least_squares" else "with wider intervals for it"
-            found.append(
-                f"{channel}: neighbouring residuals are correlated ({fit.follows_itself:.2f}); noise that is slow, or something that the "
-                f"model lacks. It was fitted {how}; repeats of a condition would tell which."
-            )
-    return found

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from evat.identify.advice import advise
+from evat.identify.covariance import LOOSE, Optimum
 from evat.identify.objective import Objective
-from evat.identify.polish import LOOSE, Optimum
 from evat.identify.profile import Profile
 from evat.identify.reasons import facts, reason
 from evat.identify.result import Curve, Estimate, Word
@@ -36,7 +36,12 @@ def estimates(objective: Objective, optimum: Optimum, profiles: Sequence[Profile
     related = correlation(optimum.covariance)
     words = [_word(objective, optimum, place, found) for place, found in enumerate(profiles)]
     poor = [name for name, word in zip(objective.space.names, words, strict=True) if word != "identified"]
-    advices = advise(objective, optimum, poor)
+    untold = [
+        name
+        for name, word, u in zip(objective.space.names, words, optimum.point, strict=True)
+        if word == "not identifiable" or not EDGE < u < 1 - EDGE
+    ]
+    advices = advise(objective, optimum, poor, untold)
     found = []
     for place, (one, word, curve) in enumerate(zip(objective.space.free, words, profiles, strict=True)):
         u = float(optimum.point[place])

@@ -1,0 +1,241 @@
+"""On which simulated cases is the diagnosis calibrated? Rigs, machines and ellipses drawn at random, run through the component itself.
+
+What is simulated is never quite of the form that is fitted: a second effect, small against the first, stands for what a real contact does
+otherwise. Case after case is appended to a file, so that a campaign goes on where it was stopped; a case depends on its number alone.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from evat.contact_model import ContactModel
+from evat.experiment import Experiment, Nominal, Trial
+from evat.gap.calibrate import Case
+from evat.gap.compare import compare
+from evat.gap.judge import MISTUNED, NO_GAP, UNKNOWN, features
+from evat.gap.parameters import Scales, amplitudes, shape_parameter, shapes
+from evat.model import Effect, EvatError, FloatArray
+from evat.prediction import Prediction
+
+KINDS = (NO_GAP, MISTUNED, "single", "single", "single", "pair", UNKNOWN)
+RATIOS = (1.5, 4.0, 12.0)  # structural gap over noise
+FORM = 0.12  # what the form of a case is off by, in its gap (rms), in every other case
+EXACT = ("vibration_frequency", "width")  # known to whoever set them
+SAMPLES, CONDITIONS, REPEATS = 900, 4, 2
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A rig without its noise: motions with the parameters of the truth, and what each output has."""
+
+    experiment: Experiment
+    truth: dict[str, float | str]
+
+
+def draw_case(number: int, seed: int = 1) -> tuple[Experiment, str] | None:
+    """The experiment with that number, and its truth; None where the effect that was drawn does nothing there."""
+    draw = np.random.default_rng([seed, number])
+    model, drawn = ContactModel(1), _rig(draw)
+    prediction = Prediction(model, drawn.experiment)
+    kind = KINDS[number % len(KINDS)]
+    clean = prediction.one(drawn.truth)
+    level = float(np.sqrt(np.mean(clean**2)))
+    noise = level * float(10 ** draw.uniform(-2.5, -1.5))
+    ratio = RATIOS[(number // len(KINDS)) % len(RATIOS)]
+    gap, truth = np.zeros_like(clean), kind
+    if kind in ("single", "pair"):
+        found = _effects(draw, prediction, drawn, 1 if kind == "single" else 2, ratio * noise)
+        if found is None:
+            return None
+        gap, names = found
+        truth = "+".join(sorted(names))
+    elif kind == UNKNOWN:
+        gap = ratio * noise * _stranger(draw, prediction)
+    if number % 2 and kind != NO_GAP:
+        other = _effects(draw, prediction, drawn, 1, FORM * max(ratio * noise, 0.02 * level))
+        gap = gap + (other[0] if other else 0.0)
+    nominal = dict(drawn.truth)
+    sd = {name: float(draw.uniform(0.05, 0.25)) for name, value in drawn.truth.items() if isinstance(value, float) and name not in EXACT}
+    if kind != NO_GAP:
+        for name, share in sd.items():
+            nominal[name] = float(drawn.truth[name]) * math.exp(share * float(draw.normal()))
+    return _measured(draw, prediction, clean + gap, noise, nominal, sd), truth
+
+
+def _rig(draw: np.random.Generator) -> Drawn:
+    """A reciprocating rig, a driven contact with its chip, or the ellipse."""
+    kind = int(draw.integers(3))
+    force, trials = float(10 ** draw.uniform(0.3, 1.7)), list[Trial]()
+    law: dict[str, float | str] = {
+        "friction_law": "lugre",
+        "F_C": force,
+        "F_S": force * float(draw.uniform(1.0, 1.6)),
+    }
+    if kind == 2:
+        law |= {"kinematics": "internal", "vibration_frequency": 2e4, "sigma0": force / 1e-6, "sigma1": 1e-2 * force, "sigma2": 0.1 * force}
+        law |= {"v_s": float(10 ** draw.uniform(-2.3, -1)), "shear_stress": float(draw.uniform(2e8, 6e8)), "width": 1e-3}
+        times = np.arange(SAMPLES) / (2e4 * 60)
+        for place, speed in enumerate(np.linspace(0.08, 0.4, CONDITIONS)):
+            outputs = {name: np.zeros(SAMPLES) for name in ("principal_force", "feed_force")}
+            trials.append(Trial(f"{place}", f"c{place}", {"cutting_speed": float(speed)}, times, {}, outputs))
+    else:
+        frequency, speed = float(10 ** draw.uniform(0, 2)), float(10 ** draw.uniform(-3, -0.5))
+        law |= {"kinematics": "external", "v_s": speed * float(10 ** draw.uniform(-1.5, -0.3)), "proxy_source": "proxy_speed"}
+        law |= {"sigma0": force / (speed / frequency * float(10 ** draw.uniform(-2.5, -1))), "sigma2": 0.3 * force / speed}
+        law["sigma1"] = 0.1 * force / speed * float(10 ** draw.uniform(-2, -0.3))
+        times = np.arange(SAMPLES) / (frequency * SAMPLES / 6)
+        for place, share in enumerate(np.geomspace(0.25, 1.0, CONDITIONS)):
+            wave = 2 * np.pi * frequency * times
+            velocity = speed * share * (np.sin(wave) + 0.3 * place * np.sin(2.4 * wave + place))
+            slow = 0.5 + 0.4 * np.sin(wave / (2.3 + place))
+            inputs = {"slip_velocity": velocity, "proxy_speed": speed * slow, "normal_load": 10 * (1 + 0.3 * np.cos(wave / 3.1))}
+            names: tuple[str, ...] = ("friction_force",)
+            if kind == 1:
+                inputs["uncut_thickness"] = 1e-4 * (0.6 + 0.5 * np.sin(wave + 1))
+                names = ("friction_force", "principal_force", "feed_force")
+            trials.append(Trial(f"{place}", f"c{place}", {}, times, inputs, {name: np.zeros(SAMPLES) for name in names}))
+        if kind == 1:
+            law |= {"shear_stress": 10 * force / (1e-3 * 1e-4), "width": 1e-3}
+    return Drawn(Experiment(Path(), f"case of rig {kind}", "", Nominal(law, (), {}), {}, tuple(trials), None, ""), law)
+
+
+def _effects(
+    draw: np.random.Generator, prediction: Prediction, drawn: Drawn, count: int, size: float
+) -> tuple[FloatArray, tuple[str, ...]] | None:
+    """Contributions (N,) of effects drawn at random, each made about as large as asked [N rms], and their names."""
+    columns = set().union(*(trial.inputs for trial in drawn.experiment.trials))
+    offered = [e for e in prediction.model.effects if not prediction.model.missing_inputs([e.name], drawn.truth, columns)]
+    clean, total, names = prediction.one(drawn.truth), np.zeros(prediction.measured.size), list[str]()
+    for _ in range(30):
+        effect = offered[int(draw.integers(len(offered)))]
+        if effect.name in names or any(name in effect.rivals for name in names):
+            continue
+        found = _sized(draw, prediction, drawn, effect, size, clean)
+        if found is not None:
+            total, names = total + found, [*names, effect.name]
+            if len(names) == count:
+                return total, tuple(names)
+    return None
+
+
+def _sized(
+    draw: np.random.Generator, prediction: Prediction, drawn: Drawn, effect: Effect, size: float, clean: FloatArray
+) -> FloatArray | None:
+    scales = Scales(prediction.model, drawn.experiment)
+    values: dict[str, float | str | FloatArray] = dict(drawn.truth)
+    for variable in shapes(effect):
+        known = shape_parameter(variable, scales)
+        values[variable.name] = known.value(float(np.clip(draw.normal(), -1.5, 1.5)))
+    own = amplitudes(effect)
+    chosen = own[int(draw.integers(len(own)))]
+    sign = -1.0 if chosen.min < chosen.neutral and draw.random() < 0.5 else 1.0
+    tried = np.clip(chosen.neutral + sign * scales.amplitude(chosen) * 10 ** np.arange(-4.0, 4.0, 0.5), chosen.min, chosen.max)
+    values |= {v.name: v.neutral for v in own if v is not chosen}
+    change = prediction.many({**values, chosen.name: tried}, (effect.name,)) - clean
+    sizes = np.sqrt(np.mean(change**2, axis=1))
+    good = np.isfinite(sizes) & (sizes > 0.5 * size) & (sizes < 3 * size)
+    if not np.any(good):
+        return None
+    place = int(np.flatnonzero(good)[np.argmin(np.abs(np.log(sizes[good] / size)))])
+    row: FloatArray = change[place]
+    return row
+
+
+def _stranger(draw: np.random.Generator, prediction: Prediction) -> FloatArray:
+    """What no effect is, of unit rms: a line at a frequency of its own, a sawtooth, or spikes that come again in every repeat."""
+    kind, found = int(draw.integers(3)), np.zeros(prediction.measured.size)
+    rate = float(draw.uniform(0.02, 0.12))
+    for segment in prediction.segments:
+        n = np.arange(segment.at.stop - segment.at.start)
+        phase = float(draw.uniform(0, 2 * np.pi))
+        line = np.sin(2 * np.pi * rate * n + phase)
+        tooth = np.mod(0.3 * rate * n + phase, 1.0) - 0.5
+        spikes = (np.mod(0.5 * rate * n + phase, 1.0) < 0.06) * 1.0
+        found[segment.at] = (line, tooth, spikes)[kind]
+    return found / float(np.sqrt(np.mean(found**2)))
+
+
+def _measured(
+    draw: np.random.Generator,
+    prediction: Prediction,
+    clean: FloatArray,
+    noise: float,
+    nominal: dict[str, float | str],
+    sd: Mapping[str, float],
+) -> Experiment:
+    """Repeats with coloured noise; gain, zero and clock differ a little from one to the next."""
+    colour, trials = float(draw.uniform(0, 0.7)), list[Trial]()
+    for place, trial in enumerate(prediction.experiment.trials):
+        for repeat in range(REPEATS):
+            outputs = {}
+            for segment in prediction.segments:
+                if segment.trial != place:
+                    continue
+                row = clean[segment.at]
+                white = draw.normal(size=row.size + 50)
+                for n in range(1, white.size):
+                    white[n] += colour * white[n - 1]
+                late = float(draw.normal()) * 0.1 * (trial.times[1] - trial.times[0])
+                moved = np.interp(trial.times - late, trial.times, row)
+                outputs[segment.channel] = moved * (1 + 0.003 * draw.normal()) + noise * (
+                    0.1 * draw.normal() + white[50:] * math.sqrt(1 - colour**2)
+                )
+            trials.append(replace(trial, file=f"{trial.file}{repeat}", outputs=outputs))
+    values = Nominal(nominal, (), {**sd, **dict.fromkeys(EXACT, 0.0)})
+    return replace(prediction.experiment, nominal=values, trials=tuple(trials))
+
+
+def run_case(number: int) -> str:
+    """A line of the campaign's file: the case's number, and what the judgement sees of it ("" where there was no case)."""
+    try:
+        drawn = draw_case(number)
+        if drawn is None:
+            return json.dumps({"number": number})
+        experiment, truth = drawn
+        case = Case(features(compare(Prediction(ContactModel(1), experiment))), truth)
+        return json.dumps({"number": number, "case": case.line()})
+    except EvatError as error:
+        return json.dumps({"number": number, "error": str(error)[:200]})
+
+
+def campaign(path: Path, count: int, workers: int, tell: Callable[[int], None] | None = None) -> Iterator[Case]:
+    """Cases 0 to count - 1, those that the file does not have run and appended to it."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
+    kept = {}
+    for line in lines:
+        try:
+            held = json.loads(line)
+        except json.JSONDecodeError:
+            continue  # cut off when a campaign was stopped
+        kept[held["number"]] = line
+    missing = [number for number in range(count) if number not in kept]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a", encoding="utf-8") as file, ProcessPoolExecutor(workers) as pool:
+        if lines and not path.read_text(encoding="utf-8").endswith("\n"):
+            file.write("\n")
+        for number, line in zip(missing, pool.map(run_case, missing), strict=True):
+            file.write(line + "\n")
+            file.flush()
+            kept[number] = line
+            if tell:
+                tell(len(kept))
+    for number in range(count):
+        held = json.loads(kept[number])
+        if "case" in held:
+            yield Case.read(held["case"])
+
+
+def numbers(cases: Sequence[Case]) -> dict[str, int]:
+    """How many cases of each kind."""
+    found: dict[str, int] = {}
+    for case in cases:
+        kind = case.truth if case.truth in (NO_GAP, MISTUNED, UNKNOWN) else "pair" if "+" in case.truth else "single"
+        found[kind] = found.get(kind, 0) + 1
+    return found

@@ -1,0 +1,114 @@
+"""What can these records carry? Looked at before anything is fitted; what they cannot tell is said, and a claim that rests on it is not
+made."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from evat.model import Effect, FloatArray
+from evat.prediction import Prediction
+
+FEWEST = 30  # recorded samples, and FEWEST_MEANS means, below which nothing is claimed
+FEWEST_MEANS = 4
+PER_CYCLE = 6  # samples of a vibration cycle, below which its phase is not seen
+VARIES = 0.02  # of its size: what changes by less does not vary
+SCALE = 30.0  # a force that is so many times what the model says is one in another unit
+AGAINST = -0.3  # correlation of measured and simulated: a sign is turned
+STUCK, AT_RANGE = 0.001, 0.999  # share of samples at the end of a sensor's range
+COARSE = 0.5  # numerical error over noise, above which nothing is claimed
+
+
+@dataclass(frozen=True)
+class Audit:
+    """`refused`: why no verdict can be given; `notes`: what else is to be known; `idle[effect]`: its needed inputs that do not vary."""
+
+    refused: tuple[str, ...]
+    notes: tuple[str, ...]
+    idle: dict[str, tuple[str, ...]]
+
+
+def varying(prediction: Prediction) -> set[str]:
+    """Inputs and trial values that are not the same all over the experiment."""
+    columns: dict[str, list[FloatArray]] = {}
+    experiment = prediction.experiment
+    for trial in experiment.trials:
+        for name, column in trial.inputs.items():
+            columns.setdefault(name, []).append(column)
+        for name, value in trial.values.items():
+            columns.setdefault(name, []).append(np.array([value]))
+    if experiment.means is not None:
+        for name, column in experiment.means.values.items():
+            columns.setdefault(name, []).append(column)
+    found = set[str]()
+    for name, rows in columns.items():
+        whole = np.concatenate(rows)
+        if np.ptp(whole) > VARIES * float(np.max(np.abs(whole))):
+            found.add(name)
+    return found
+
+
+def idle_effects(prediction: Prediction, effects: Sequence[Effect]) -> dict[str, tuple[str, ...]]:
+    """Effects whose needed inputs are there but do not vary: they are one with other parameter values."""
+    moving, everything = varying(prediction), _columns(prediction)
+    held = {name: value for name, value in prediction.nominal.items() if name not in everything}
+    found = {}
+    for effect in effects:
+        if not prediction.model.missing_inputs([effect.name], prediction.nominal, everything):
+            still = prediction.model.missing_inputs([effect.name], held, moving)
+            if still:
+                found[effect.name] = tuple(still)
+    return found
+
+
+def _columns(prediction: Prediction) -> set[str]:
+    experiment = prediction.experiment
+    found = {name for trial in experiment.trials for name in (*trial.inputs, *trial.values)}
+    return found | set(experiment.means.values if experiment.means is not None else ())
+
+
+def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, float]) -> Audit:
+    """predicted : (N,), by the nominal model; noise_sd : of each channel, whitened or not, whichever is smaller."""
+    refused, notes = list[str](), list[str]()
+    experiment = prediction.experiment
+    recorded = sum(trial.times.size for trial in experiment.trials)
+    means = len(experiment.means.conditions) if experiment.means is not None else 0
+    if recorded < FEWEST and means < FEWEST_MEANS:
+        refused.append(f"{recorded} samples and {means} means: at least {FEWEST} samples or {FEWEST_MEANS} means are needed")
+    for trial in experiment.trials[:1]:
+        period = prediction.model.cycle_time({**prediction.nominal, **trial.values})
+        if math.isfinite(period) and trial.times.size > 1:
+            step = float(np.median(np.diff(trial.times)))
+            if step * PER_CYCLE > period:
+                refused.append(
+                    f"sampled at {1 / step:.4g} Hz, the vibration has {1 / period:.4g} Hz: "
+                    "phases cannot be seen; give cycle means as a means file, or a faster record"
+                )
+    numerical = prediction.numerical_error()
+    for channel in dict.fromkeys(segment.channel for segment in prediction.segments):
+        places = np.concatenate([np.arange(s.at.start, s.at.stop) for s in prediction.segments if s.channel == channel])
+        measured, simulated = prediction.measured[places], predicted[places]
+        refused += _channel(channel, measured, simulated)
+        signal = experiment.signals.get(channel)
+        if signal is not None and signal.full_scale and np.mean(np.abs(measured) >= AT_RANGE * signal.full_scale) > STUCK:
+            notes.append(f"{channel}: the sensor is at the end of its range ({signal.full_scale:g}); what lies beyond is cut off")
+        error = float(np.sqrt(np.mean(numerical[places] ** 2)))
+        if error > COARSE * noise_sd.get(channel, math.inf) and error > 1e-3 * float(np.sqrt(np.mean(simulated**2))):
+            refused.append(f"{channel}: the solver's own error ({error:.3g}) dominates; lower the model's relative tolerance")
+    return Audit(tuple(refused), tuple(notes), idle_effects(prediction, prediction.model.effects))
+
+
+def _channel(channel: str, measured: FloatArray, simulated: FloatArray) -> list[str]:
+    if np.ptp(measured) == 0:
+        return [f"{channel}: it is {measured[0]:g} all the time; is the sensor connected?"]
+    ours, theirs = float(np.sqrt(np.mean(measured**2))), float(np.sqrt(np.mean(simulated**2)))
+    if theirs > 0 and not 1 / SCALE < ours / theirs < SCALE:
+        return [f"{channel}: measured is {ours / theirs:.3g} times the model; check its unit"]
+    if theirs > 0 and float(measured @ simulated) / (measured.size * ours * theirs) < AGAINST:
+        return [
+            f"{channel}: measured runs against the model; check its sign (forces act on the tool, positive slip gives positive friction)"
+        ]
+    return []

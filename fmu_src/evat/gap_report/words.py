@@ -1,0 +1,70 @@
+"""How is a diagnosis said in plain words? One sentence for the verdict, and how sets of effects and numbers are written."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from evat.gap.answer import Diagnosis
+
+SENTENCES = {
+    "no_gap": "No gap beyond noise and repeatability.",
+    "mistuned": "Only mis-tuned: recalibrating the nominal parameters closes the gap.",
+    "unknown": "A gap that none of the known effects explains.",
+    "cannot_tell": "These data cannot tell.",
+}
+
+
+def sentence(answer: Diagnosis) -> str:
+    """The verdict in one sentence."""
+    if answer.verdict in SENTENCES:
+        return SENTENCES[answer.verdict]
+    if answer.verdict == "ambiguous":
+        return _ambiguous(answer.judgement.likely)
+    names = " and ".join(f"another base law ({e.name})" if "=" in e.name else e.name for e in answer.effects)
+    return f"The gap is caused by {names} (probability {_sure(answer.judgement.probabilities[answer.judgement.chosen])}){_far(answer)}."
+
+
+def _ambiguous(likely: Sequence[Sequence[str]]) -> str:
+    """What all likely sets have in common is sure, the rest is open."""
+    common = [name for name in likely[0] if all(name in on for on in likely)] if likely else []
+    rest = [[name for name in on if name not in common] for on in likely]
+    sets = "; ".join(said(on) for on in rest if on)
+    if not common:
+        return f"One of these, which the data cannot tell apart: {sets}."
+    also = "perhaps also" if not all(rest) else "also"
+    return f"The gap is caused by {' and '.join(common)}, and {also} by one of these, which the data cannot tell apart: {sets}."
+
+
+def _sure(probability: float) -> str:
+    return "above 99 %" if probability > 0.99 else f"{100 * probability:.0f} %"
+
+
+def _far(answer: Diagnosis) -> str:
+    closed, them = answer.closure.share, "them" if len(answer.effects) > 1 else "it"
+    if not math.isfinite(closed):
+        return ""
+    if closed <= 0:
+        return f"; but on held-out conditions adding {them} closes nothing of what recalibration leaves"
+    return f"; on held-out conditions adding {them} closes {100 * min(closed, 1.0):.0f} % of what recalibration leaves"
+
+
+def said(on: Sequence[str]) -> str:
+    """A set of effects; the empty one is the nominal model alone."""
+    return " + ".join(on) or "no effect"
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """As a person reads it; what is not known is a dash."""
+    return "-" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
+
+
+def with_unit(value: float | None, unit: str, digits: int = 4) -> str:
+    return number(value, digits) + ("" if unit == "1" or value is None or not math.isfinite(value) else f" {unit}")
+
+
+def percent(share: float | None) -> str:
+    """Of a share."""
+    if share is None or not math.isfinite(share):
+        return "-"
+    return "< 0.01 %" if 0 < share < 1e-4 else f"{100 * share:.3g} %"

@@ -1,0 +1,72 @@
+"""How good is a fit, on what it has seen and on what it has not, and what should be doubted about it?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from evat.experiment import Experiment
+from evat.identify import noise
+from evat.identify.objective import Objective, noise_floor, relative_error
+from evat.identify.result import Fit
+from evat.model import FloatArray, Model
+from evat.prediction import Prediction
+
+POOR = 0.5  # of eq. 9: a model that misses half of the force
+ABOVE_NOISE = 1.5  # times the repeats' noise: the residual is no longer only noise
+SLOW = 0.5  # correlation of neighbouring residuals from which something slow is missed
+FEW = 30  # numbers of a channel, from whose residual the noise is told badly
+
+
+def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, Fit]:
+    floor, error, rows = noise_floor(prediction), relative_error(prediction, residual), noise.rows_of(prediction, residual)
+    found = {}
+    for channel in error:
+        places = np.concatenate([np.arange(s.at.start, s.at.stop) for s in prediction.segments if s.channel == channel])
+        rms, whole = (float(np.sqrt(np.mean(column[places] ** 2))) for column in (residual, prediction.measured))
+        found[channel] = Fit(
+            rms=rms,
+            share=rms / whole if whole else math.inf,
+            relative_error=error[channel],
+            noise=floor.get(channel, math.nan),
+            follows_itself=noise.follows_itself(rows.get(channel, [])),
+            samples=places.size,
+        )
+    return found
+
+
+def held_out_fits(model: Model, kept: Experiment | None, values: Mapping[str, float | str], on: Sequence[str]) -> dict[str, Fit]:
+    if kept is None:
+        return {}
+    prediction = Prediction(model, kept)
+    return fits_of(prediction, prediction.one(values, on) - prediction.measured)
+
+
+def fit_doubts(aim: Objective, fits: Mapping[str, Fit], whiten: bool) -> list[str]:
+    """What should be read before a number is used: a sentence each."""
+    found = []
+    for channel, fit in fits.items():
+        if fit.relative_error > POOR:
+            found.append(
+                f"{channel}: the identified model misses {100 * fit.relative_error:.0f} % of it (eq. 9). These parameters say nothing; "
+                "check units, signs and the choice of the law before anything else."
+            )
+        if fit.rms > ABOVE_NOISE * fit.noise:
+            found.append(
+                f"{channel}: the residual is {fit.rms / fit.noise:.1f} times the noise that the repeats show: the model misses something. "
+                "The intervals count noise, not what the model lacks: they are too narrow."
+            )
+        if fit.samples < FEW and math.isnan(fit.noise) and not aim.has_sd(channel):
+            found.append(
+                f"{channel}: {fit.samples} numbers, neither repeated nor with a standard deviation: their noise was guessed from what the fit "
+                f"leaves of them, and the intervals may be too narrow. State their standard deviation (of averages as {channel}_sd)."
+            )
+        if fit.follows_itself > SLOW and math.isnan(fit.noise):
+            how = "whitened" if whiten and aim.kind == "least_squares" else "with wider intervals for it"
+            found.append(
+                f"{channel}: neighbouring residuals are correlated ({fit.follows_itself:.2f}); noise that is slow, or something that the "
+                f"model lacks. It was fitted {how}; repeats of a condition would tell which."
+            )
+    return found

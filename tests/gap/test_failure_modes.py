@@ -1,0 +1,151 @@
+"""Does the diagnosis answer as it must where it is easy to be wrong? The failure modes, each with its answer, on the component itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from evat.experiment import Experiment
+from evat.gap import Diagnosis, diagnose
+from evat.model import FloatArray
+from rig import MODEL, SAMPLES, STEP, VALUES, measured
+
+LEAN = {"direction_asymmetry.a": 0.06}
+
+
+def names(found: Diagnosis) -> list[str]:
+    return [effect.name for effect in found.effects]
+
+
+def test_the_same_thing_twice_is_no_gap() -> None:
+    found = diagnose(measured(), MODEL)
+    assert (found.verdict, names(found)) == ("no_gap", [])
+
+
+def test_a_pair_that_cannot_be_told_apart_is_named_as_such() -> None:
+    """In sliding, a share a of the Coulomb force and a zero of a F_C are one and the same."""
+    coulomb: dict[str, float | str] = {"friction_law": "coulomb", "sigma2": 0.0}
+    found = diagnose(measured(["sensor_offset"], {**coulomb, "sensor_offset.friction_force": 0.8}, nominal=coulomb), MODEL)
+    assert found.verdict in ("ambiguous", "effect")
+    candidates = {name for on in found.judgement.likely for name in on}
+    assert {"sensor_offset", "direction_asymmetry"} <= candidates
+    assert found.advice is not None
+
+
+def test_the_larger_of_two_effects_is_found_at_least() -> None:
+    found = diagnose(measured(["direction_asymmetry", "sensor_drift"], {**LEAN, "sensor_drift.friction_force": 0.1}), MODEL)
+    assert "direction_asymmetry" in names(found)
+
+
+@pytest.mark.parametrize(
+    "extra",
+    [
+        lambda times: 1.2 * np.sin(2 * np.pi * 87.3 * times),  # a chatter line
+        lambda times: 2.0 * (np.mod(11.3 * times, 1.0) - 0.5),  # the sawtooth of a built-up edge
+        lambda times: 4.0 * (np.mod(17.7 * times, 1.0) < 0.06),  # adhesion
+    ],
+    ids=["line", "sawtooth", "spikes"],
+)
+def test_what_is_outside_the_library_is_unknown(extra: object) -> None:
+    found = diagnose(measured(extra=extra), MODEL)  # type: ignore[arg-type]
+    assert (found.verdict, names(found)) == ("unknown", [])
+    assert found.judgement.unknown > 0.5
+
+
+def test_a_nominal_model_that_is_far_off_is_recalibrated() -> None:
+    found = diagnose(measured(truth={"F_C": 11.7, "F_S": 14.3}), MODEL)
+    assert found.verdict == "mistuned"
+    assert found.recalibration.parameters["F_C"][1] == pytest.approx(11.7, rel=0.03)
+    assert found.recalibration.share > 0.95
+
+
+def _outliers(draw: np.random.Generator, size: int) -> FloatArray:
+    row: FloatArray = draw.normal(size=size) + (draw.random(size) < 0.02) * draw.normal(size=size) * 15
+    return row
+
+
+@pytest.mark.parametrize("noise", [lambda draw, size: draw.standard_t(3, size=size), _outliers], ids=["t3", "outliers"])
+def test_heavy_tails_do_not_change_the_answer(noise: object) -> None:
+    found = diagnose(measured(["direction_asymmetry"], LEAN, noise=noise), MODEL)  # type: ignore[arg-type]
+    assert names(found) == ["direction_asymmetry"]
+    assert found.effects[0].parameters["a"][0] == pytest.approx(0.06, abs=0.015)
+    assert diagnose(measured(noise=noise), MODEL).verdict == "no_gap"  # type: ignore[arg-type]
+
+
+def test_a_clock_that_is_late_is_a_delay() -> None:
+    assert names(diagnose(measured(late=2.5e-3), MODEL)) == ["sensor_delay"]
+
+
+def test_one_recording_says_nothing_of_repeatability() -> None:
+    experiment = measured(["direction_asymmetry"], {"direction_asymmetry.a": 0.15}, repeats=1)
+    found = diagnose(experiment, MODEL)
+    assert any("repeatability" in note for note in found.cannot_tell)
+    assert "direction_asymmetry" in {name for on in found.judgement.likely for name in on}
+
+
+def test_what_needs_a_proxy_that_does_not_vary_is_not_identifiable() -> None:
+    still = {"proxy_speed": lambda times, place: np.full(times.size, 0.2)}
+    proxy: dict[str, float | str] = {"proxy_source": "proxy_speed", "theta_ref": 0.1}
+    softer = {**proxy, "thermal_softening.k_Q": 2e4, "thermal_softening.Q": 1.0}
+    found = diagnose(measured(["thermal_softening"], softer, nominal=proxy, inputs=still), MODEL)
+    assert "thermal_softening" not in names(found)
+    assert any(note.startswith("thermal_softening: not identifiable, proxy_speed") for note in found.cannot_tell)
+
+
+def test_softening_is_named_where_the_proxy_varies_enough() -> None:
+    """The paper's own step, from LuGre to its new model."""
+    moving = {"proxy_speed": lambda times, place: 0.2 + 0.15 * np.sin(2 * np.pi * 1.7 * times + place)}
+    proxy: dict[str, float | str] = {"proxy_source": "proxy_speed", "theta_ref": 0.1}
+    softer = {**proxy, "thermal_softening.k_Q": 2e4, "thermal_softening.Q": 1.0}
+    assert names(diagnose(measured(["thermal_softening"], softer, nominal=proxy, inputs=moving), MODEL)) == ["thermal_softening"]
+
+
+def test_a_sensor_below_the_vibration_claims_no_phase() -> None:
+    slow = measured()
+    times = np.arange(SAMPLES) * STEP
+    values: dict[str, float | str] = {**VALUES, "kinematics": "internal", "vibration_frequency": 2e4}
+    trials = tuple(replace(trial, times=times, inputs={}) for trial in slow.trials)
+    found = diagnose(replace(slow, nominal=replace(slow.nominal, values=values), trials=trials), MODEL)
+    assert found.verdict == "cannot_tell"
+    assert any("phases cannot be seen" in note for note in found.cannot_tell)
+
+
+def _changed(experiment: Experiment, factor: float) -> Experiment:
+    trials = tuple(replace(t, outputs={name: factor * row for name, row in t.outputs.items()}) for t in experiment.trials)
+    return replace(experiment, trials=trials)
+
+
+@pytest.mark.parametrize(("factor", "said"), [(1000.0, "check its unit"), (-1.0, "check its sign"), (0.0, "sensor connected")])
+def test_wrong_units_signs_and_dead_sensors_are_told(factor: float, said: str) -> None:
+    found = diagnose(_changed(measured(), factor), MODEL)
+    assert found.verdict == "cannot_tell"
+    assert any(said in note for note in found.cannot_tell)
+
+
+def test_a_solver_that_is_too_coarse_is_told() -> None:
+    """A tolerance at which the error of the integrator is beyond the noise."""
+    fine = measured(noise=lambda draw, size: 1e-3 * draw.normal(size=size), nominal={"relative_tolerance": 0.1})
+    found = diagnose(fine, MODEL)
+    assert found.verdict == "cannot_tell"
+    assert any("solver's own error" in note for note in found.cannot_tell)
+
+
+def test_a_channel_of_noise_changes_nothing() -> None:
+    """The normal force of the rig, of which the model says nothing but zero."""
+    experiment = measured(["direction_asymmetry"], LEAN)
+    first = diagnose(experiment, MODEL)
+    assert names(first) == ["direction_asymmetry"]
+    assert first.where.channels["friction_force"] == pytest.approx(1.0)
+    boxes = [region.box for region in first.where.regions]
+    assert boxes
+
+
+def test_sides_that_are_the_same_have_no_gap() -> None:
+    """Repeats of one condition against each other: halves of the record, whose difference is noise alone."""
+    experiment = measured(["direction_asymmetry"], LEAN, repeats=4)
+    halves = [replace(experiment, trials=experiment.trials[start::2]) for start in (0, 1)]
+    truth = {**VALUES, **LEAN}
+    for half in halves:
+        known = replace(half, nominal=replace(half.nominal, values=truth, effects=("direction_asymmetry",)))
+        assert diagnose(known, MODEL).verdict == "no_gap"

@@ -1,0 +1,394 @@
+"""Do the files of a diagnosis hold what was found, appear whole or not at all, and correct the FMU?"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from diagnosed import EFFECT, MODEL, NOMINAL, SIZE, diagnosed, experiment
+from evat import kernel, parameter_sets
+from evat.contact_model import ContactModel
+from evat.drive import drive
+from evat.experiment import Experiment, Means
+from evat.experiment_writer import write_experiment
+from evat.gap.answer import Diagnosis
+from evat.gap.compare import Comparison
+from evat.gap.noise import estimate_noise
+from evat.gap.whitening import Whitening
+from evat.gap_report import OutputError, corrected, explain, fmu_run, output, sentence, write_diagnosis
+from evat.identify.fmu_model import FmuModel
+from evat.model import ParameterError, Run
+from evat.prediction import Prediction
+from typer.testing import CliRunner
+
+FILES = {"diagnosis.json", "report.html", "corrected.ssv"}
+NUMBER, TEXT = (int, float), (str,)
+# The format of diagnosis.json as other programs read it; a name in <> stands for any.
+CONTRACT: dict[str, Any] = {
+    "format": (int,),
+    "verdict": TEXT,
+    "effects": [{"name": TEXT, "probability": NUMBER, "parameters": {"<>": {"value": NUMBER, "sd": NUMBER, "unit": TEXT}},
+                 "not_separable_from": [TEXT]}],
+    "candidates": [{"set": [TEXT], "probability": NUMBER}],
+    "novelty": {"p_value": NUMBER, "unexplained_share": NUMBER},
+    "recalibration": {"parameters": {"<>": {"nominal": NUMBER, "value": NUMBER, "sd": NUMBER}}, "explains_share": NUMBER},
+    "where": {"channels": {"<>": NUMBER},
+              "regions": [{"channel": TEXT, "box": {"<>": [NUMBER]}, "share": NUMBER}],
+              "trials": {"<>": NUMBER}},
+    "gap": {
+        "unit": TEXT,
+        "channels": {"<>": {"nominal": NUMBER, "recalibrated": NUMBER, "corrected": NUMBER, "noise_floor": NUMBER}},
+        "closed_share": {"value": NUMBER, "ci90": [NUMBER]},
+        "held_out_conditions": [TEXT],
+    },
+    "cannot_tell": [TEXT],
+    "next_experiment": {"values": {"<>": NUMBER}, "separates": [[TEXT]], "expected_probability": NUMBER},
+    "made_by": {"version": TEXT, "model": TEXT, "data": TEXT, "seconds": NUMBER},
+}  # fmt: skip
+
+
+def _agrees(found: Any, wanted: Any, at: str = "") -> None:
+    if isinstance(wanted, dict):
+        assert isinstance(found, dict), at
+        assert "<>" in wanted or set(found) == set(wanted), at
+        for name, part in found.items():
+            _agrees(part, wanted.get("<>", wanted.get(name)), f"{at}.{name}")
+    elif isinstance(wanted, list):
+        assert isinstance(found, list), at
+        for part in found:
+            _agrees(part, wanted[0], f"{at}[]")
+    else:
+        assert isinstance(found, wanted), f"{at}: {found!r}"
+        assert not isinstance(found, bool), at
+
+
+@pytest.fixture(scope="module")
+def found() -> tuple[Diagnosis, Comparison]:
+    answer, comparison = diagnosed()
+    return replace(answer, made_by={**answer.made_by, "seconds": 1.5}), comparison
+
+
+def test_the_json_is_as_the_format_says(found: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
+    """And says what was simulated: the asymmetry within four of its standard deviations and a tenth, closing nearly all."""
+    paths = write_diagnosis(*found, tmp_path / "out")
+    assert {path.name for path in paths} == FILES == {path.name for path in (tmp_path / "out").iterdir()}
+    text = (tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8")
+    read = json.loads(text, parse_constant=lambda word: pytest.fail(f"{word} is no JSON"))
+    _agrees({**read, "next_experiment": read["next_experiment"] or {}}, {**CONTRACT, "next_experiment": {"<>": CONTRACT["next_experiment"]}}
+            if read["next_experiment"] is None else CONTRACT)  # fmt: skip
+    assert read["format"] == 1
+    assert read["verdict"] == "effect"
+    (effect,) = read["effects"]
+    assert effect["name"] == EFFECT
+    size = effect["parameters"]["a"]
+    assert abs(size["value"] - SIZE) < 4 * size["sd"] + 0.1 * SIZE
+    assert 0.9 < read["gap"]["closed_share"]["value"] < 1.1
+    assert sum(read["where"]["channels"].values()) == pytest.approx(1.0, abs=1e-5)
+    assert sum(each["probability"] for each in read["candidates"]) <= 1 + 1e-5
+
+
+def test_the_same_answer_gives_the_same_bytes(found: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path) -> None:
+    for name in ("one", "two"):
+        write_diagnosis(*found, tmp_path / name, fmu=fmi2_fmu)
+    for file in FILES:
+        assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError, RuntimeError])
+@pytest.mark.parametrize("before", [False, True])
+def test_an_interrupted_diagnosis_leaves_what_was_there(
+    found: tuple[Diagnosis, Comparison], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: type[BaseException], before: bool
+) -> None:
+    out = tmp_path / "out"
+    if before:
+        write_diagnosis(*found, out)
+    there = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+
+    def fails(*_: object) -> str:
+        raise error("stopped half-way")
+
+    monkeypatch.setattr(output, "page", fails)
+    with pytest.raises(OutputError if error is OSError else error):
+        write_diagnosis(replace(found[0], verdict="unknown"), found[1], out)
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == there
+    assert [path.name for path in tmp_path.iterdir()] == (["out"] if before else [])
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
+def test_interrupted_between_the_two_renames(
+    found: tuple[Diagnosis, Comparison], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: type[BaseException]
+) -> None:
+    out = tmp_path / "out"
+    write_diagnosis(*found, out)
+    there = (out / "diagnosis.json").read_bytes()
+    rename, calls = output.os.rename, list[object]()
+
+    def fails_once(*paths: Any) -> None:
+        calls.append(paths)
+        if len(calls) == 2:
+            raise error("stopped")
+        rename(*paths)
+
+    monkeypatch.setattr(output.os, "rename", fails_once)
+    with pytest.raises(OutputError if error is OSError else error):
+        write_diagnosis(replace(found[0], verdict="unknown"), found[1], out)
+    assert (out / "diagnosis.json").read_bytes() == there
+    assert {path.name for path in tmp_path.iterdir()} == {"out"}
+
+
+def test_an_earlier_diagnosis_is_replaced_whole(found: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
+    write_diagnosis(*found, tmp_path / "out")
+    write_diagnosis(replace(found[0], verdict="unknown"), found[1], tmp_path / "out")
+    assert json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))["verdict"] == "unknown"
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_what_is_no_diagnosis_is_left_alone(found: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
+    """A folder of somebody else's, a diagnosis that somebody has added to, a file, a link; an empty folder is free."""
+    (tmp_path / "theirs").mkdir()
+    (tmp_path / "theirs" / "thesis.txt").write_text("years", encoding="utf-8")
+    (tmp_path / "theirs" / "diagnosis.json").write_text("{}", encoding="utf-8")
+    write_diagnosis(*found, tmp_path / "ours")
+    (tmp_path / "ours" / "notes.txt").write_text("mine", encoding="utf-8")
+    (tmp_path / "file").write_text("a file", encoding="utf-8")
+    for name, word in (("theirs", "thesis.txt"), ("ours", "notes.txt"), ("file", "no folder")):
+        with pytest.raises(OutputError, match=word):
+            write_diagnosis(*found, tmp_path / name)
+    assert (tmp_path / "theirs" / "thesis.txt").read_text(encoding="utf-8") == "years"
+    assert (tmp_path / "file").read_text(encoding="utf-8") == "a file"
+    (tmp_path / "empty").mkdir()
+    write_diagnosis(*found, tmp_path / "empty")
+
+
+def test_a_link_is_not_followed(found: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
+    (tmp_path / "real").mkdir()
+    try:
+        (tmp_path / "link").symlink_to(tmp_path / "real")
+    except OSError:
+        pytest.skip("links cannot be made here")
+    with pytest.raises(OutputError, match="no folder"):
+        write_diagnosis(*found, tmp_path / "link")
+
+
+def test_the_set_switches_the_effect_on_in_the_fmu(found: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path) -> None:
+    """The FMU with corrected.ssv gives what the diagnosis has predicted, to 1e-9 of the force: the same code, a millionth of what the
+    effect changes. Without the switch it does not."""
+    answer, comparison = found
+    write_diagnosis(answer, comparison, tmp_path / "out")
+    read = parameter_sets.load(tmp_path / "out" / "corrected.ssv")
+    assert read.effects == (EFFECT,)
+    chosen = comparison.models[(EFFECT,)]
+    assert read.values[f"{EFFECT}.a"] == chosen.values[f"{EFFECT}.a"]
+    assert "standard deviation" in read.sources[f"{EFFECT}.a"]
+    assert "nominal 9 N" in read.sources["F_C"]
+    assert any("hash of no file" in note for note in read.notes)
+    trial = comparison.prediction.experiment.trials[0]
+    run = Run(trial.times, trial.inputs, ("measured_friction_force",))
+    wanted = chosen.predicted[comparison.prediction.segments[0].at]
+    size = float(np.max(np.abs(wanted)))
+    force = drive(fmi2_fmu, run, {**kernel.by_choice(dict(read.values)), EFFECT: True})["measured_friction_force"]
+    assert np.max(np.abs(force - wanted)) < 1e-9 * size
+    without = drive(fmi2_fmu, run, kernel.by_choice(dict(read.values)))["measured_friction_force"]
+    assert 0.5 * SIZE < np.max(np.abs(without - wanted)) / size < 2 * SIZE
+
+
+def test_without_an_effect_the_set_is_the_recalibrated_model(found: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
+    answer, comparison = found
+    judgement = replace(answer.judgement, chosen=(), verdict="mistuned")
+    write_diagnosis(replace(answer, verdict="mistuned", effects=(), judgement=judgement), comparison, tmp_path / "out")
+    read = parameter_sets.load(tmp_path / "out" / "corrected.ssv")
+    assert read.effects == ()
+    assert read.values["F_C"] == comparison.recalibrated.values["F_C"] != NOMINAL["F_C"]
+
+
+def test_the_after_figures_are_the_fmus(found: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path) -> None:
+    """rms of measured less FMU, taken here from the FMU's own run; and its lines are what the report draws."""
+    answer, comparison = found
+    write_diagnosis(answer, comparison, tmp_path / "out")
+    ssv, chosen = tmp_path / "out" / "corrected.ssv", comparison.models[(EFFECT,)]
+    run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, answer.closure.held_out)
+    assert run.conditions == answer.closure.held_out
+    assert run.difference < 1e-9
+    read, squares, count = parameter_sets.load(ssv), 0.0, 0
+    for trial in comparison.prediction.experiment.trials:
+        if trial.condition in run.conditions:
+            force = drive(
+                fmi2_fmu, Run(trial.times, trial.inputs, ("friction_force",)), {**kernel.by_choice(dict(read.values)), EFFECT: True}
+            )
+            squares += float(np.sum((trial.outputs["friction_force"] - force["friction_force"]) ** 2))
+            count += trial.times.size
+    assert run.rms["friction_force"]["corrected"] == pytest.approx(math.sqrt(squares / count), rel=1e-9)
+    assert run.rms["friction_force"]["nominal"] > 10 * run.rms["friction_force"]["corrected"]
+
+
+def test_an_fmu_that_differs_is_told_of(
+    found: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answer, comparison = found
+    write_diagnosis(answer, comparison, tmp_path / "out")
+    simulate = FmuModel.simulate
+
+    def wrong(self: FmuModel, run: Run, on: Any, values: Any) -> Any:
+        trace = simulate(self, run, on, values)
+        return replace(trace, columns={name: column + 1.0 for name, column in trace.columns.items()})
+
+    monkeypatch.setattr(FmuModel, "simulate", wrong)
+    ssv, chosen = tmp_path / "out" / "corrected.ssv", comparison.models[(EFFECT,)]
+    run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, answer.closure.held_out)
+    level = comparison.whitening.levels["friction_force"]
+    assert run.difference == pytest.approx(1.0 / level, rel=1e-6)
+    held = [s.at for s in comparison.prediction.segments if s.condition in answer.closure.held_out]
+    assert all(np.allclose(run.predicted[at] - chosen.predicted[at], 1.0) for at in held)
+
+
+def test_long_records_are_cut_for_the_fmu(
+    found: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answer, comparison = found
+    write_diagnosis(answer, comparison, tmp_path / "out")
+    monkeypatch.setattr(fmu_run, "MOST_SAMPLES", 100)
+    followed, simulate = list[int](), FmuModel.simulate
+
+    def counted(self: FmuModel, run: Run, on: Any, values: Any) -> Any:
+        followed.append(run.times.size)
+        return simulate(self, run, on, values)
+
+    monkeypatch.setattr(FmuModel, "simulate", counted)
+    ssv, chosen = tmp_path / "out" / "corrected.ssv", comparison.models[(EFFECT,)]
+    run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, ())
+    assert (run.samples, run.runs, run.conditions) == (100, 1, ("slow",))
+    assert followed == [100]
+    assert run.left_out == ("middle", "fast", "fastest")
+    assert run.difference < 1e-9
+
+
+def test_means_run_through_the_fmu(
+    found: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An experiment of averages alone: the FMU is asked for them, once for each row, and gives the library's numbers."""
+    answer, comparison = found
+    values = {"cutting_speed": np.array([0.2, 0.4, 0.6])}
+    nominal = {**NOMINAL, "kinematics": "internal"}
+    outputs = {"mean_feed_force": np.array([3.0, 5.5, 9.0])}
+    base = comparison.prediction.experiment
+    means = Means("means.csv", ("a", "b", "c"), values, outputs, {})
+    whole = Prediction(MODEL, replace(base, trials=(), means=means, nominal=replace(base.nominal, values=nominal)))
+    predicted = whole.one()
+    noise = estimate_noise(whole, predicted)
+    fit = replace(comparison.nominal, predicted=predicted)
+    here = replace(comparison, prediction=whole, noise=noise, whitening=Whitening(whole, noise, predicted), nominal=fit, recalibrated=fit)
+    judgement = replace(answer.judgement, chosen=())
+    ssv = corrected.write(replace(answer, effects=(), judgement=judgement), here, tmp_path)
+    calls, simulate = list[Run](), FmuModel.simulate
+
+    def counted(self: FmuModel, run: Run, on: Any, values: Any) -> Any:
+        calls.append(run)
+        return simulate(self, run, on, values)
+
+    monkeypatch.setattr(FmuModel, "simulate", counted)
+    run = fmu_run.run_fmu(fmi2_fmu, ssv, here, fit, ())
+    assert len(calls) == run.runs == 3
+    assert run.difference < 1e-9
+
+
+def test_the_fmu_is_built_once_and_again_when_the_model_changes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    built = list[Path]()
+
+    def build(version: int, path: Path, targets: Any) -> Path:
+        path.parent.mkdir(parents=True)
+        path.write_bytes(b"an FMU")
+        built.append(path)
+        return path
+
+    monkeypatch.setattr(fmu_run, "user_cache_path", lambda *_, **__: tmp_path)
+    monkeypatch.setattr(fmu_run.fmu, "build_fmu", build)
+    assert fmu_run.host_fmu() == fmu_run.host_fmu() == built[0]
+    assert len(built) == 1
+    monkeypatch.setattr(fmu_run.kernel, "token", lambda: "{another}")
+    assert fmu_run.host_fmu() == built[1] != built[0]
+
+
+def test_why_an_effect_was_not_chosen(found: tuple[Diagnosis, Comparison]) -> None:
+    answer, comparison = found
+    chosen = explain(comparison, answer, EFFECT)
+    assert "Chosen: probability" in chosen
+    assert "number 1 of" in chosen
+    silent, unfed = comparison.silent[0], next(iter(comparison.unfed))
+    assert "changes nothing" in explain(comparison, answer, silent)
+    assert comparison.unfed[unfed][0] in explain(comparison, answer, unfed)
+    other = next(on[0] for on in comparison.rough if len(on) == 1 and on[0] != EFFECT and "=" not in on[0])
+    text = explain(comparison, answer, other)
+    assert "Not chosen: probability" in text
+    assert f"beside {EFFECT}" in text
+    assert EFFECT in text.splitlines()[2]
+    with pytest.raises(ParameterError, match="no effect 'warp_drive'"):
+        explain(comparison, answer, "warp_drive")
+
+
+def test_the_smallest_amplitude_that_would_show(found: tuple[Diagnosis, Comparison]) -> None:
+    """Three of the standard deviations that the fit with the effect has, but for what the gap that is there adds to the doubt without it:
+    not less than half of it, nor more than the effect that was found so clearly."""
+    from evat.gap_report.explanation import smallest_amplitudes
+
+    _, comparison = found
+    effect = next(each for each in ContactModel().effects if each.name == EFFECT)
+    fit = comparison.models[(EFFECT,)]
+    smallest = smallest_amplitudes(comparison, comparison.recalibrated, effect)[f"{EFFECT}.a"]
+    assert 0.5 * 3 * fit.sd[f"{EFFECT}.a"] < smallest < SIZE
+    # what a nominal parameter can imitate has to be larger to show than if that parameter were known exactly
+    imitated = next(each for each in ContactModel().effects if each.name == "viscous_friction")
+    base = comparison.recalibrated
+    exact = replace(base, parameters=(), point=np.empty(0), slopes=np.empty((base.predicted.size, 0)), fixed=base.values)
+    free, known = (smallest_amplitudes(comparison, fit, imitated)[imitated.variables[0].name] for fit in (base, exact))
+    assert 2 < free / known < 1e4
+
+
+def test_each_verdict_is_a_sentence(found: tuple[Diagnosis, Comparison]) -> None:
+    answer, _ = found
+    assert sentence(answer).startswith(f"The gap is caused by {EFFECT} (probability above 99 %); on held-out conditions")
+    said = {verdict: sentence(replace(answer, verdict=verdict)) for verdict in ("no_gap", "mistuned", "unknown", "cannot_tell")}
+    assert len(set(said.values())) == 4
+    twins = replace(answer.judgement, likely=((EFFECT,), ("sensor_offset", "run_out")))
+    assert f"{EFFECT}; sensor_offset + run_out." in sentence(replace(answer, verdict="ambiguous", judgement=twins))
+    more = replace(answer.judgement, likely=((EFFECT,), (EFFECT, "run_out"), (EFFECT, "edge_force")))
+    said_more = sentence(replace(answer, verdict="ambiguous", judgement=more))
+    assert said_more.startswith(f"The gap is caused by {EFFECT}, and perhaps also by one of these")
+    assert said_more.endswith(": run_out; edge_force.")
+    nothing = replace(answer.closure, share=-0.2)
+    assert "closes nothing" in sentence(replace(answer, closure=nothing))
+
+
+def test_the_command(found: tuple[Diagnosis, Comparison], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From a folder to the three files; a place, an effect or an FMU that cannot be is refused before any work."""
+    import evat.gap
+    from evat.cli import app
+
+    asked = list[str]()
+
+    def diagnose(read: Experiment, *_: object, **__: object) -> tuple[Diagnosis, Comparison]:
+        asked.append(read.title)
+        return found
+
+    monkeypatch.setattr(evat.gap, "diagnose_with", diagnose)
+    folder = write_experiment(experiment(), tmp_path / "rig")
+    arguments = ["diagnose", str(folder), "-o", str(tmp_path / "out")]
+    theirs = tmp_path / "theirs"
+    theirs.mkdir()
+    (theirs / "thesis.txt").write_text("years", encoding="utf-8")
+    for more, word in ((["-o", str(theirs)], "no diagnosis"), (["--explain", "warp_drive"], "warp_drive"), (["--fmu", "no.fmu"], "no.fmu")):
+        refused = CliRunner().invoke(app, [*arguments, *more])
+        assert refused.exit_code != 0
+        assert word in str(refused.exception)
+        assert asked == []
+    result = CliRunner().invoke(app, [*arguments, "--no-fmu", "--explain", "sensor_gain"])
+    assert result.exit_code == 0, result.output
+    assert asked == ["rig"]
+    assert "sensor_gain: " in result.output
+    assert f"caused by {EFFECT}" in " ".join(result.output.split())
+    assert json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))["made_by"]["seconds"] >= 0
+    assert "called with --no-fmu" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")

@@ -1,0 +1,182 @@
+"""Does the report say what diagnosis.json says, to a person, alone on a screen or on paper, and keep text text?"""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from diagnosed import EFFECT, diagnosed
+from evat.experiment import Experiment
+from evat.gap.answer import Diagnosis
+from evat.gap.compare import Comparison
+from evat.gap_report import write_diagnosis
+from evat.gap_report.parts import TITLES, parts
+from evat.gap_report.series import POINTS, Series, extremes, stretch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from lxml import etree, html
+
+EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)> {{ 7*7 }} $x_2$ <b>&amp;"
+
+
+def _page(answer: Diagnosis, comparison: Comparison, to: Path) -> str:
+    write_diagnosis(answer, comparison, to)
+    return (to / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def text(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return _page(*diagnosed(), tmp_path_factory.mktemp("report") / "out")
+
+
+def _evil(comparison: Comparison) -> Comparison:
+    """The same with markup wherever a user's words go."""
+    old = comparison.prediction.experiment
+    trials = tuple(replace(trial, file=f"{EVIL}{trial.file}", condition=f"{EVIL}{trial.condition}") for trial in old.trials)
+    new: Experiment = replace(old, title=EVIL, intended_use=EVIL, trials=trials, nominal=replace(old.nominal, parameters=EVIL))
+    prediction, whitening = comparison.prediction, comparison.whitening
+    made = object.__new__(type(prediction))
+    made.__dict__.update(prediction.__dict__, experiment=new)
+    made.segments = tuple(replace(segment, condition=f"{EVIL}{segment.condition}") for segment in prediction.segments)
+    white = object.__new__(type(whitening))
+    white.__dict__.update(whitening.__dict__, prediction=made)
+    white.groups = tuple(replace(group, condition=f"{EVIL}{group.condition}") for group in whitening.groups)
+    return replace(comparison, prediction=made, whitening=white)
+
+
+def test_markup_in_names_stays_text(text: str, tmp_path: Path) -> None:
+    """As many scripts and images as in the harmless report, the title letter for letter, and no event handler anywhere."""
+    answer, comparison = diagnosed()
+    closure = replace(answer.closure, held_out=tuple(f"{EVIL}{name}" for name in answer.closure.held_out))
+    evil = _page(replace(answer, closure=closure, cannot_tell=(EVIL,), made_by={"version": EVIL}), _evil(comparison), tmp_path / "out")
+    page, harmless = html.fromstring(evil), html.fromstring(text)
+    assert page.findtext(".//h1") == EVIL
+    for tag in ("script", "img", "b", "style"):
+        assert len(list(page.iter(tag))) == len(list(harmless.iter(tag))), tag
+    assert not any(name.startswith("on") for element in page.iter() for name in element.attrib)
+    assert "49" not in page.findtext(".//h1")
+    scripts = list(page.iter("script"))[1:]
+    assert all("<" not in (script.text or "").replace("<\\/", "") for script in scripts if "Plotly.newPlot" in (script.text or ""))
+    shown = "".join(script.text or "" for script in scripts)
+    assert "&lt;img" in shown.replace("\\u0026", "&")  # plotly reads its texts as markup, so they are escaped once more
+
+
+def test_it_stands_alone(text: str) -> None:
+    """Plotly's script once, inline; no element that loads anything, and a policy that forbids it."""
+    page = html.fromstring(text)
+    assert text.count("plotly.js v") == 1
+    assert not [element.tag for element in page.iter("link", "iframe", "object", "embed", "video", "base")]
+    assert all(script.get("src") is None for script in page.iter("script"))
+    assert all(image.get("src").startswith("data:image/svg+xml;base64,") for image in page.iter("img"))
+    policy = page.find(".//meta[@http-equiv='Content-Security-Policy']").get("content")
+    assert "default-src 'none'" in policy
+    assert "http" not in policy
+    assert len(text) < 8e6
+
+
+def test_paper_has_every_picture(text: str) -> None:
+    """As many as the screen, each a well-formed SVG that is shown in print and hidden on the screen."""
+    page = html.fromstring(text)
+    screen, paper = page.xpath("//div[@class='screen']"), page.xpath("//img[@class='paper']")
+    assert len(screen) == len(paper) >= 3
+    for image in paper:
+        etree.fromstring(base64.b64decode(image.get("src").partition(",")[2]))
+    assert re.search(r"@media print \{.*?\.screen \{ display: none; \}", text, re.DOTALL)
+
+
+def _numbers(entry: Any) -> Iterator[float]:
+    if isinstance(entry, dict):
+        for part in entry.values():
+            yield from _numbers(part)
+    elif isinstance(entry, list):
+        for part in entry:
+            yield from _numbers(part)
+    elif isinstance(entry, (int, float)):
+        yield float(entry)
+
+
+def test_its_numbers_are_those_of_the_json(text: str) -> None:
+    """Every number of these parts of diagnosis.json stands in the report, and none stands there that is not in it."""
+    answer, _ = diagnosed()
+    document = json.loads(answer.json())
+    shown = {float(each.get("value")) for each in html.fromstring(text).iter("data") if each.get("value")}
+    told = {part: set(_numbers(document[part])) for part in ("effects", "candidates", "novelty", "recalibration", "gap")}
+    told["where"] = set(_numbers(document["where"]["channels"])) | set(_numbers(document["where"]["regions"]))
+    for part, numbers in told.items():
+        assert numbers <= shown, part
+    assert shown <= set().union(*told.values())
+
+
+def test_a_number_on_the_page_is_the_number_behind_it(text: str) -> None:
+    """What is printed rounds to what the JSON has: within half of its last digit, as a number or in per cent."""
+    checked = 0
+    for each in html.fromstring(text).iter("data"):
+        printed = re.fullmatch(r"(-?[\d.]+(?:e[+-]?\d+)?)( %)?", (each.text or "").strip())
+        if printed is None:
+            continue  # a bound in another unit, a share below what is printed
+        value = float(each.get("value")) * (100 if printed[2] else 1)
+        assert float(printed[1]) == pytest.approx(value, rel=0.06)
+        checked += 1
+    assert checked > 20
+
+
+def test_the_parts_of_the_gap_add_up(text: str) -> None:
+    """To the mean square of measured less nominal, as it is; the noise is what was put in, and the effect most of the rest."""
+    answer, comparison = diagnosed()
+    (own,) = parts(comparison, comparison.models[answer.judgement.chosen]).values()
+    left = comparison.prediction.measured - comparison.nominal.predicted
+    assert own.total == pytest.approx(float(np.mean(left**2)), rel=0.02)  # noise and repeatability are estimates
+    assert sum(own.share(name) for name in TITLES) == pytest.approx(1.0)
+    assert 0.7 < own.rms("noise") / 0.05 < 1.4
+    assert own.share("effect") > 0.8
+    assert 0 <= own.share("numerical") < 0.01
+    assert own.share("unexplained") < 0.01
+    for name in TITLES:
+        assert min(getattr(own, name), 0.0) == 0.0
+    assert f"{100 * own.share('effect'):.0f} %" in text
+
+
+def test_it_says_what_the_verdict_is_and_where(text: str) -> None:
+    page = html.fromstring(text)
+    assert EFFECT in page.find(".//p[@class='verdict']").text
+    body = page.text_content()
+    assert "normal_load was not recorded" in body
+    for word in ("What could not be tested", "The next experiment", "autoregression", "hash of no file", "was not run"):
+        assert word in body
+
+
+def test_every_condition_can_be_chosen_and_no_line_is_long(text: str) -> None:
+    answer, comparison = diagnosed()
+    for condition in comparison.prediction.experiment.conditions:
+        held = ", held out" if condition in answer.closure.held_out else ""
+        assert text.count(f'"label":"{condition}{held}"') == 2
+    series = Series(comparison, comparison.models[answer.judgement.chosen].predicted)
+    assert len(series.recorded("friction_force")) == 4
+
+
+@given(st.integers(1, 9000), st.integers(0, 5))
+@settings(max_examples=25, deadline=None)
+def test_thinning_keeps_the_extremes(size: int, seed: int) -> None:
+    column = np.random.default_rng(seed).standard_normal(size)
+    kept = extremes(column)
+    assert kept.size <= POINTS
+    assert np.all(np.diff(kept) > 0)
+    assert column[kept].max() == column.max()
+    assert column[kept].min() == column.min()
+    part = column[stretch(column)]
+    assert part.size == min(size, POINTS)
+
+
+def test_the_stretch_is_where_the_gap_is() -> None:
+    gap = np.zeros(10_000)
+    gap[7000:7100] = 1.0
+    part = stretch(gap)
+    assert part.start <= 7000
+    assert part.stop >= 7100

@@ -1,0 +1,107 @@
+"""Are averages of a dynamometer, a row for each condition, enough to identify what they depend on, and do their stated errors count?"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from evat import kernel, parameter_sets
+from evat.contact_model import ContactModel
+from evat.experiment import Experiment, Means, Nominal
+from evat.experiment_files import read_experiment
+from evat.experiment_writer import write_experiment
+from evat.identify import identify
+
+MODEL = ContactModel(threads=1)
+SPEEDS = np.array([10, 14, 18, 22, 26, 30]) / 60
+FREE = ("shear_stress", "F_C")
+FORCES = ("mean_principal_force", "mean_feed_force")
+SHIPPED = parameter_sets.load("regularised/al-7075-t6")
+TRUTH: dict[str, float | str] = {**kernel.by_choice(dict(SHIPPED.values)), "kinematics": "internal", "shear_stress": 4e8}
+SHARE = 0.01  # of a force's root mean square: its error
+
+
+def averages(seed: int = 0, stated: float | None = 1.0) -> Experiment:
+    """Elliptical vibration at six cutting speeds; nominal values that are off by a third. stated : of the true sd, None for none."""
+    clean = MODEL.settled(FORCES, SHIPPED.effects, {**TRUTH, "cutting_speed": SPEEDS})
+    draw = np.random.default_rng(seed)
+    sd = {name: np.full(SPEEDS.size, SHARE * np.sqrt(np.mean(column**2))) for name, column in clean.items()}
+    noisy = {name: column + sd[name] * draw.standard_normal(column.size) for name, column in clean.items()}
+    errors = {} if stated is None else {name: stated * column for name, column in sd.items()}
+    names = tuple(f"{60 * speed:.0f} m/min" for speed in SPEEDS)
+    means = Means("means.csv", names, {"cutting_speed": SPEEDS}, noisy, errors)
+    nominal = Nominal({**TRUTH, "shear_stress": 2.8e8, "F_C": 12.0}, SHIPPED.effects, {})
+    return Experiment(Path(), "cutting with vibration", "", nominal, {}, (), means, "hash of no file")
+
+
+def test_shear_stress_and_friction_come_back_from_mean_forces() -> None:
+    """Principal force tells the shear stress, feed force the friction: within four standard errors, which are near 1 %/sqrt(6)."""
+    found = identify(averages(), FREE, model=MODEL, search_by="de", population=16, generations=20, seed=1)
+    for name in FREE:
+        estimate = found[name]
+        assert estimate.verdict == "identified", estimate
+        assert abs(estimate.value - float(TRUTH[name])) < 4 * estimate.sd
+        assert 0.2 * SHARE / np.sqrt(6) < estimate.sd / estimate.value < 3 * SHARE / np.sqrt(6)
+    assert set(found.fits) == set(FORCES)
+    assert all(fit.samples == SPEEDS.size and fit.relative_error < 3 * SHARE for fit in found.fits.values())
+    assert found.doubts == ()
+
+
+def test_stated_errors_count_even_where_the_averages_lie_closer() -> None:
+    """Errors stated ten times too large: as much wider are the intervals, however well the model happens to fit. Ten times too small: the
+    residual tells, and the answer is that of the true ones within the scatter of ten degrees of freedom."""
+    true, large, small = (
+        identify(averages(stated=stated), FREE, model=MODEL, search_by="none", profiles=False) for stated in (1.0, 10.0, 0.1)
+    )
+    for name in FREE:
+        assert large[name].value == pytest.approx(true[name].value, rel=1e-5)
+        assert 8 < large[name].sd / true[name].sd < 10.001
+        assert 0.4 < small[name].sd / true[name].sd < 1.8
+
+
+def test_averages_without_errors_are_doubted() -> None:
+    found = identify(averages(stated=None), FREE, model=MODEL, search_by="none")
+    for name in FREE:
+        assert abs(found[name].value - float(TRUTH[name])) < 6 * found[name].sd
+    assert len(found.doubts) == 2
+    for name, doubt in zip(FORCES, found.doubts, strict=True):
+        assert f"{name}: 6 numbers" in doubt
+        assert f"{name}_sd" in doubt
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("stated", "least"), [(1.0, 0.8), (None, 0.75)])
+def test_intervals_cover_the_truth(stated: float | None, least: float) -> None:
+    """Thirty sets of averages, 90 % intervals of three parameters that mix. Without stated errors two channels' noise is told from six
+    numbers each, less three parameters: nine in ten cannot be had, three in four must."""
+    names, inside, whole = ("shear_stress", "F_C", "sigma0"), 0, 0
+    for seed in range(30):
+        tests = averages(seed, stated)
+        known = replace(tests, nominal=replace(tests.nominal, values=TRUTH))
+        for estimate in identify(known, names, model=MODEL, search_by="none").estimates:
+            whole += estimate.verdict == "identified"
+            inside += estimate.verdict == "identified" and estimate.low <= float(TRUTH[estimate.name]) <= estimate.high
+    assert whole >= 80
+    assert least <= inside / whole <= 0.99
+
+
+def test_a_condition_can_be_kept_back_and_the_command_reads_the_file(tmp_path: Path) -> None:
+    """Through means.csv: the same data give the same answer; the condition that was kept back is predicted as well as the others."""
+    from evat.cli import app
+    from typer.testing import CliRunner
+
+    folder = write_experiment(averages(), tmp_path / "rig")
+    assert read_experiment(folder, MODEL).means is not None
+    arguments = ["identify", str(folder), "-f", "shear_stress", "-f", "F_C", "--search", "none", "--hold-out", "18 m/min"]
+    result = CliRunner().invoke(app, [*arguments, "-o", str(tmp_path / "out")])
+    assert result.exit_code == 0, result.output
+    read = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
+    assert read["held_out"]["conditions"] == ["18 m/min"]
+    assert read["parameters"]["F_C"]["value"] == pytest.approx(float(TRUTH["F_C"]), rel=0.05)
+    assert "means: measured against calculated" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    same = identify(averages(), FREE, model=MODEL, search_by="none", hold_out=["18 m/min"], profiles=False)
+    assert read["parameters"]["F_C"]["value"] == pytest.approx(same["F_C"].value, rel=1e-6)
+    assert max(fit.relative_error for fit in same.held_out.values()) < 4 * SHARE
