@@ -12,6 +12,25 @@ static void watched_indicators(const struct Contact *contact, const struct Wirin
         EACH_LANE if (!watched(contact, k, i)) indicator[k][i] = 1;
 }
 
+void warn(struct Contact *contact, const struct Point *x)
+{
+    int outside = 0;
+    EACH_LANE outside |= x->outside[i] != 0;
+    contact->warnings |= x->warnings | (outside ? WARN_FORCE_DOMAIN : 0u);
+}
+
+/* Without a window the means are what is now. */
+static void show_means(struct Contact *contact, const struct Point *x)
+{
+    const lanes *const now[MEANS] = {&x->F, &x->F_p, &x->F_f, &x->N, &x->cutting, &x->measured[0], &x->measured[1], &x->measured[2]};
+    lanes closed;
+    EACH_LANE closed[i] = window_length(contact, i) > 0;
+    for (int n = 0; n < MEANS; ++n) {
+        double *const mean = contact->value[mean_of[n]];
+        EACH_LANE mean[i] = closed[i] != 0 ? mean[i] : (*now[n])[i];
+    }
+}
+
 void show_outputs(struct Contact *contact, const struct Wiring *w, const struct Point *x, int angles)
 {
     lanes *value = contact->value;
@@ -30,22 +49,16 @@ void show_outputs(struct Contact *contact, const struct Wiring *w, const struct 
         value[IN_CONTACT][i] = value[CONTACT_RATE][i] = x->cutting[i];
         value[DISSIPATED_POWER][i] = x->F[i] * x->v[i];
         value[SLIDING_SPEED][i] = x->cutting[i] * x->speed[i];
-        for (int k = 0; k < CHANNELS; ++k)
-            value[MEASURED_FRICTION_FORCE + k][i] = x->measured[k][i];
         value[BRISTLE_RATE][i] = x->dz[i];
-        if (window_length(contact, i) > 0)
-            continue;
-        const double now[MEANS] = {x->F[i], x->F_p[i], x->F_f[i], x->N[i], x->cutting[i],
-                                   x->measured[0][i], x->measured[1][i], x->measured[2][i]};
-        for (int n = 0; n < MEANS; ++n)
-            value[mean_of[n]][i] = now[n];
     }
+    for (int k = 0; k < CHANNELS; ++k)
+        EACH_LANE value[MEASURED_FRICTION_FORCE + k][i] = x->measured[k][i];
+    show_means(contact, x);
     for (int i = 0; i < LANES && angles; ++i)
         value[SHEAR_ANGLE][i] = shear_angle(w, x, i);
     if (w->drivers)
         show_rates(contact, w, x);
-    contact->warnings |= x->warnings;
-    EACH_LANE contact->warnings |= x->outside[i] != 0 ? WARN_FORCE_DOMAIN : 0u;
+    warn(contact, x);
 }
 
 int ordered_temperatures(const struct Contact *contact)
@@ -55,24 +68,35 @@ int ordered_temperatures(const struct Contact *contact)
     return 1;
 }
 
-enum Status kernel_evaluate(struct Contact *contact)
+enum Status show_here(struct Contact *contact, const struct Wiring *w, const struct Point *passed, const int whole[LANES], int angles)
 {
-    const struct Wiring w = wire(contact);
     struct Point x;
-    if (!ordered_temperatures(contact))
-        return KERNEL_TEMPERATURES;
     lanes held[INDICATORS]; /* looking must not touch */
     for (int k = 0; k < INDICATORS; ++k)
         EACH_LANE held[k][i] = contact->sign[k][i];
-    if (w.kinematics == KINEMATICS_EXTERNAL) /* inputs may jump without an event: what is shown follows them */
-        settle_sides(contact, &w, here, 0, &x);
+    if (w->kinematics == KINEMATICS_EXTERNAL) /* inputs may jump without an event: what is shown follows them */
+        settle_sides(contact, w, here, 0, &x);
     else
-        point_at(contact, &w, here, &x);
-    show_outputs(contact, &w, &x, 1);
+        point_at(contact, w, here, &x);
+    for (int i = 0; passed && i < LANES; ++i)
+        if (whole[i]) {
+            copy_lane((lanes *)&x, (const lanes *)passed, POINT_LANES, i);
+            copy_lane(contact->sign, (const lanes *)held, INDICATORS, i);
+        }
+    show_outputs(contact, w, &x, angles);
     for (int k = 0; k < INDICATORS; ++k)
         EACH_LANE contact->sign[k][i] = held[k][i];
-    EACH_LANE if (!isfinite(x.F_p[i]) || !isfinite(x.dz[i])) return KERNEL_DIVERGED;
-    return KERNEL_OK;
+    int lost = 0;
+    EACH_LANE lost |= !(fabs(x.F_p[i]) < INFINITY) | !(fabs(x.dz[i]) < INFINITY);
+    return lost ? KERNEL_DIVERGED : KERNEL_OK;
+}
+
+enum Status kernel_evaluate(struct Contact *contact)
+{
+    if (!ordered_temperatures(contact))
+        return KERNEL_TEMPERATURES;
+    const struct Wiring w = wire(contact);
+    return show_here(contact, &w, NULL, NULL, 1);
 }
 
 void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS])

@@ -13,14 +13,17 @@ static double sample_of(const struct Record *r, int64_t n, int j, int lane)
 static enum Status set_slopes(struct Contact *contact, const struct Record *r, int64_t n)
 {
     const double step = n > 0 ? r->times[n] - r->times[n - 1] : 0;
-    for (int j = 0; j < r->input_count; ++j)
-        EACH_LANE {
-            const double now = sample_of(r, n, j, i);
-            const enum Status status = i == 0 || r->per_lane ? kernel_check(r->input_index[j], now) : KERNEL_OK;
+    for (int j = 0; j < r->input_count; ++j) {
+        double *const slope = contact->slope[r->input_index[j] - INPUT_FIRST];
+        for (int i = 0; i < (r->per_lane ? LANES : 1); ++i) {
+            const enum Status status = kernel_check(r->input_index[j], sample_of(r, n, j, i));
             if (status != KERNEL_OK)
                 return status;
-            contact->slope[r->input_index[j] - INPUT_FIRST][i] = n > 0 ? (now - sample_of(r, n - 1, j, i)) / step : 0;
+            slope[i] = n > 0 ? (sample_of(r, n, j, i) - sample_of(r, n - 1, j, i)) / step : 0;
         }
+        for (int i = 1; i < LANES && !r->per_lane; ++i)
+            slope[i] = slope[0];
+    }
     return KERNEL_OK;
 }
 
@@ -28,18 +31,22 @@ static void land(struct Contact *contact, const struct Record *r, int64_t n)
 {
     EACH_LANE contact->value[TIME][i] = r->times[n];
     for (int j = 0; j < r->input_count; ++j)
-        EACH_LANE {
+        for (int i = 0; i < LANES; ++i) {
             contact->value[r->input_index[j]][i] = sample_of(r, n, j, i);
             contact->slope[r->input_index[j] - INPUT_FIRST][i] = 0;
         }
 }
 
-/* A point that a step has passed through shows all there is, but out of contact, and where rates wait for the deflection. */
-static int is_whole(const struct Wiring *w, const struct Point *x)
+/* In which lanes does a point that a step has passed through show all there is? Not out of contact, nor where rates wait for the deflection.
+ * Returns whether in all. */
+static int find_whole(const struct Wiring *w, const struct Point *x, int whole[LANES])
 {
-    int cutting = 1;
-    EACH_LANE cutting &= x->cutting[i] != 0;
-    return cutting && !w->iterates;
+    int all = 1;
+    EACH_LANE {
+        whole[i] = (x->cutting[i] != 0) & !w->iterates;
+        all &= whole[i];
+    }
+    return all;
 }
 
 static void give(const struct Contact *contact, struct Yield *y)
@@ -79,11 +86,16 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
         if (status != KERNEL_OK)
             break;
         land(contact, record, n);
+        const struct Point *const passed = &course.room[course.now];
         if (!record->keep || record->keep[n]) {
-            if (course.known && is_whole(&w, &course.room[course.now]))
-                show_outputs(contact, &w, &course.room[course.now], angles || n == record->count - 1);
-            else
-                status = kernel_evaluate(contact);
+            const int shown = angles || n == record->count - 1;
+            int whole[LANES];
+            if (course.known && find_whole(&w, passed, whole))
+                show_outputs(contact, &w, passed, shown);
+            else {
+                wire_time(contact, &w);
+                status = show_here(contact, &w, course.known ? passed : NULL, whole, shown);
+            }
             give(contact, yield);
         }
         yield->samples_done = n + (status == KERNEL_OK);

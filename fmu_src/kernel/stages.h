@@ -171,6 +171,11 @@ int touches_within(const struct Contact *contact, const struct Wiring *w, int la
 
 /* evaluate.c: the point x as outputs, derivatives and indicators; the shear angle, which is dear, only with `angles`. */
 void show_outputs(struct Contact *contact, const struct Wiring *w, const struct Point *x, int angles);
+/* evaluate.c: the contact's warnings at x. */
+void warn(struct Contact *contact, const struct Point *x);
+/* evaluate.c: show the point at value[TIME], with sides as the inputs say; but the point `passed`, where not NULL, in the lanes in which
+ * it is whole. */
+enum Status show_here(struct Contact *contact, const struct Wiring *w, const struct Point *passed, const int whole[LANES], int angles);
 
 /* window.c: length and end [s] of the present averaging window, 0 and infinity where no means are formed. */
 extern const int mean_of[MEANS];
