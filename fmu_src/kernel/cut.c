@@ -46,16 +46,20 @@ static double locate(const struct Contact *contact, const struct Wiring *w, int 
     return b.high;
 }
 
-int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *middle, const struct Point *end, int seen[LANES])
+int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *start, const struct Point *middle,
+              const struct Point *end, int seen[LANES])
 {
     lanes at_middle[INDICATORS], at_end[INDICATORS];
     int any = 0;
     indicators(w, middle, at_middle);
     indicators(w, end, at_end);
-    EACH_LANE seen[i] = 0;
-    for (int k = 0; k < INDICATORS; ++k)
-        EACH_LANE seen[i] |= (contact->sign[k][i] * at_middle[k][i] < 0) | (contact->sign[k][i] * at_end[k][i] < 0);
-    EACH_LANE any |= seen[i];
+    EACH_LANE {
+        int changed = 0;
+        for (int k = 0; k < INDICATORS; ++k)
+            changed |= (contact->sign[k][i] * at_middle[k][i] < 0) | (contact->sign[k][i] * at_end[k][i] < 0);
+        seen[i] = changed;
+        any |= changed | (!w->held & (contact->sign[AT_CONTACT][i] < 0) & !((start->contact[i] > 0) & (middle->contact[i] > 0)));
+    }
     return any;
 }
 

@@ -48,14 +48,16 @@ void friction_open(const struct Contact *contact, const struct Wiring *w, const 
         x->margin[i] = w->dissipative ? p[DAMPING_MARGIN][i] : INFINITY;
     }
     act(w, STAGE_FRICTION, x);
+    int softest = 0;
     EACH_LANE {
         const double floor = p[STIFFNESS_FLOOR][i] * p[SIGMA0][i];
         const int below = x->s0[i] < floor;
         x->clamped[i] += below;
-        x->warnings |= below ? WARN_STIFFNESS_FLOOR : 0u;
+        softest |= below;
         x->s0[i] = larger(x->s0[i], floor); /* the paper, eq. 7 */
         x->P[i] = w->thermal_rate ? x->s0[i] : x->P[i];
     }
+    x->warnings |= softest ? WARN_STIFFNESS_FLOOR : 0u;
 }
 
 /* Out of contact nothing drives the bristles: they relax, or (release_time 0) were let go at separation. */

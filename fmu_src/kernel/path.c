@@ -59,9 +59,10 @@ static void open_path(const struct Contact *contact, const struct Wiring *w, con
         x->centre_y[i] = carried ? input_at(contact, TOOL_DISPLACEMENT_Y, i, tau[i]) : 0;
         x->centre_u_x[i] = carried ? input_at(contact, TOOL_VELOCITY_X, i, tau[i]) : 0;
         x->centre_u_y[i] = carried ? input_at(contact, TOOL_VELOCITY_Y, i, tau[i]) : 0;
-        x->raised[i] = 0;
-        x->left[i] = w->meets_again ? surface_left(contact, i, x->t[i] - meeting_time(w, i)) : 0;
+        x->raised[i] = x->left[i] = 0;
     }
+    for (int i = 0; w->meets_again && i < LANES; ++i)
+        x->left[i] = surface_left(contact, i, x->t[i] - meeting_time(w, i));
 }
 
 /* Where the tool passes a place again: thickness over the surface that the previous cycle left there. It reaches up to where that cycle

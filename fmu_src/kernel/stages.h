@@ -8,7 +8,7 @@
 
 /* Lanes do not touch each other: a compiler may take them side by side. */
 #if LANES > 1 && defined(__clang__)
-#define EACH_LANE _Pragma("clang loop vectorize(assume_safety)") for (int i = 0; i < LANES; ++i)
+#define EACH_LANE _Pragma("clang loop vectorize(assume_safety) vectorize_width(LANES) interleave_count(1) unroll(disable)") for (int i = 0; i < LANES; ++i)
 #else
 #define EACH_LANE for (int i = 0; i < LANES; ++i)
 #endif
@@ -137,8 +137,10 @@ void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes t
 void try_step(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
               struct Point *middle, struct Point *end, lanes difference);
 
-/* cut.c: which lanes see an event between start and end, by its signs at middle and end? Most steps see none. */
-int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *middle, const struct Point *end, int seen[LANES]);
+/* cut.c: which lanes see an event between start and end, by its signs at middle and end? Returns whether one does, or may have touched
+ * the work in between, where there is more to do for each lane. Most steps see none. */
+int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *start, const struct Point *middle,
+              const struct Point *end, int seen[LANES]);
 /* cut.c: does an event fall into the step? If so shorten h to it and say which; JUMP: it has happened already, before the start. The event
  * `known` to lie at the end is passed over. cut_at_touch: the same for a contact that start, middle and end do not show. */
 enum Cut { NO_EVENT = -1, JUMP = -2 };
