@@ -7,18 +7,43 @@
 
 #include <math.h>
 
+/* How much a lower order would change, and in which units: deflection, friction force, principal force. `reach` of a loaded bristle. */
+struct Change {
+    double of[3], in[3];
+};
+
+static inline struct Change change(int i, const struct Point *a, const struct Point *m, const struct Point *b, double difference, double reach)
+{
+    const double force = larger(a->F_C[i], a->F_S[i]);
+    const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
+    const double F = larger(larger(fabs(a->F[i]), fabs(b->F[i])), force), F_p = larger(larger(fabs(a->F_p[i]), fabs(b->F_p[i])), force);
+    return (struct Change){{difference, fabs(a->F[i] - 2 * m->F[i] + b->F[i]), fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i])}, {z, 3 * F, 3 * F_p}};
+}
+
 /* How far a step is from the tolerance: 1 is just right. The measured differences are those of a second-order solution, h^3; the step's
  * own error is of h^5 and taken as a tenth of their power 5/3. */
 static inline double badness(const struct Contact *contact, int i, const struct Point *a, const struct Point *m, const struct Point *b,
                              double difference, double of_late)
 {
-    const double force = larger(a->F_C[i], a->F_S[i]), reach = force / b->P[i];
-    const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
-    const double F = larger(larger(fabs(a->F[i]), fabs(b->F[i])), force), F_p = larger(larger(fabs(a->F_p[i]), fabs(b->F_p[i])), force);
-    const double of_friction = fabs(a->F[i] - 2 * m->F[i] + b->F[i]) / (3 * F);
-    const double of_principal = fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]) / (3 * F_p);
-    const double worst = larger(difference / z, larger(of_friction, of_principal));
+    const struct Change c = change(i, a, m, b, difference, larger(a->F_C[i], a->F_S[i]) / b->P[i]);
+    const double worst = larger(c.of[0] / c.in[0], larger(c.of[1] / c.in[1], c.of[2] / c.in[2]));
     return a->cutting[i] == 0 ? of_late : larger(worst / contact->largest_difference[i], of_late);
+}
+
+/* A step may grow fourfold where its badness is below this. */
+#define WELL_WITHIN 0.011
+
+/* Is the badness surely below in every lane? By products, which are cheaper than quotients. */
+static int all_well_within(const struct Contact *contact, const struct Point *a, const struct Point *m, const struct Point *b,
+                           const lanes difference)
+{
+    int all = 1;
+    EACH_LANE {
+        const struct Change c = change(i, a, m, b, difference[i], 0);
+        const double allowed = 0.99 * WELL_WITHIN * contact->largest_difference[i];
+        all &= (a->cutting[i] == 0) | ((c.of[0] <= allowed * c.in[0]) & (c.of[1] <= allowed * c.in[1]) & (c.of[2] <= allowed * c.in[2]));
+    }
+    return all;
 }
 
 /* Integral by Simpson's rule of what start, middle and end show. */
@@ -54,12 +79,12 @@ static void accumulate(struct Contact *contact, const struct Wiring *w, const la
 
 /* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step and the averaging window.
  * Returns whether any lane is still on its way. */
-static int choose_step(const struct Contact *contact, const struct Wiring *w, double step, const lanes s, const lanes windows_end,
+static int choose_step(const struct Contact *contact, const struct Wiring *w, double step, const lanes s, const lanes window_ends,
                        const struct Point *start, lanes h, lanes to_window)
 {
     int running = 0;
     EACH_LANE {
-        const double left = step - s[i], window = larger(windows_end[i] - contact->value[TIME][i] - s[i], 0);
+        const double left = step - s[i], window = larger(window_ends[i] - contact->value[TIME][i] - s[i], 0);
         const double whole = smaller(left, window), wanted = smaller(contact->next_step[i], w->longest[i]);
         const int last = whole <= wanted;
         h[i] = left <= 0 ? 0 : last ? whole : whole < 2 * wanted ? 0.5 * whole : wanted; /* two even steps, not one and a remnant */
@@ -80,16 +105,23 @@ static int accurate(const struct Contact *contact, const struct Wiring *w, doubl
                     const struct Point *middle, const struct Point *end, const lanes difference, lanes next, int fits[LANES])
 {
     int all = 1, coarse = 0;
+    if (!w->looks_back && all_well_within(contact, start, middle, end, difference)) {
+        EACH_LANE {
+            next[i] = smaller(larger(4 * h[i], next[i]), w->longest[i]);
+            fits[i] = 1;
+        }
+        return 1;
+    }
     lanes of_late = {0}, bad, factor;
     for (int i = 0; w->looks_back && i < LANES; ++i)
         of_late[i] = late_bend(contact, w, i, start, middle, end) / contact->largest_difference[i];
     EACH_LANE {
         bad[i] = badness(contact, i, start, middle, end, difference[i], of_late[i]);
         factor[i] = 4;
-        coarse |= bad[i] > 0.011;
+        coarse |= bad[i] > WELL_WITHIN;
     }
     for (int i = 0; coarse && i < LANES; ++i)
-        if (bad[i] > 0.011)
+        if (bad[i] > WELL_WITHIN)
             factor[i] = 0.9 / cbrt(bad[i]);
     EACH_LANE {
         const double changed = h[i] * smaller(larger(factor[i], 0.1), bad[i] > 1 ? 0.7 : 4);
@@ -121,17 +153,19 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
     /* for each vibration cycle that is passed a hundred times what tight tolerances take; solving for the slip makes steps dear */
     const double most_steps = smaller((w->current_angle ? 1e4 : 1e5) * (1 + step * w->p[VIBRATION_FREQUENCY][0]), 1e9);
     struct Point *start = &course->room[course->now], *middle = &course->room[(course->now + 1) % 3], *end = &course->room[(course->now + 2) % 3];
-    lanes h, to_window, windows_end, difference;
+    lanes h, to_window, difference;
     int jumps = 0;
     const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VIBRATION_FREQUENCY][0];
     if (!course->known) {
         point_at(contact, w, s, start);
         let_go(contact, w, start);
-        EACH_LANE start->z[i] = contact->value[BRISTLE_DEFLECTION][i];
+        EACH_LANE {
+            start->z[i] = contact->value[BRISTLE_DEFLECTION][i];
+            course->window_end[i] = window_end(contact, i);
+        }
     }
     course->known = 0;
-    EACH_LANE windows_end[i] = window_end(contact, i);
-    for (double n = 0; choose_step(contact, w, step, s, windows_end, start, h, to_window); ++n) {
+    for (double n = 0; choose_step(contact, w, step, s, course->window_end, start, h, to_window); ++n) {
         int seen[LANES], cut[LANES], acts[LANES], fits[LANES], misfits[LANES], shorter = 0, event = 0, jump = 0;
         lanes next;
         EACH_LANE next[i] = contact->next_step[i];
@@ -199,7 +233,7 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
         for (int i = 0; windows_ended && i < LANES; ++i)
             if (to_window[i] != 0) {
                 close_window(contact, i);
-                windows_end[i] = window_end(contact, i);
+                course->window_end[i] = window_end(contact, i);
             }
         if (event && stop_at_events)
             break;

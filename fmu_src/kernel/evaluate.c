@@ -23,12 +23,10 @@ void warn(struct Contact *contact, const struct Point *x)
 static void show_means(struct Contact *contact, const struct Point *x)
 {
     const lanes *const now[MEANS] = {&x->F, &x->F_p, &x->F_f, &x->N, &x->cutting, &x->measured[0], &x->measured[1], &x->measured[2]};
-    lanes closed;
-    EACH_LANE closed[i] = window_length(contact, i) > 0;
-    for (int n = 0; n < MEANS; ++n) {
-        double *const mean = contact->value[mean_of[n]];
-        EACH_LANE mean[i] = closed[i] != 0 ? mean[i] : (*now[n])[i];
-    }
+    int forms[LANES];
+    forms_means(contact, forms);
+    for (int n = 0; n < MEANS; ++n)
+        EACH_LANE contact->value[mean_of[n]][i] = forms[i] ? contact->value[mean_of[n]][i] : (*now[n])[i];
 }
 
 void show_outputs(struct Contact *contact, const struct Wiring *w, const struct Point *x, int angles)

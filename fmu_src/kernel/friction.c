@@ -65,10 +65,15 @@ void friction_rates(const struct Wiring *w, struct Point *x)
 {
     w->law->rates(w->law_p, x);
     act(w, STAGE_BRISTLE, x);
-    EACH_LANE if (x->cutting[i] == 0) {
-        const double release_time = w->p[RELEASE_TIME][i];
-        x->rate[i] = release_time > 0 ? 1 / release_time : 0;
-        x->drive[i] = x->target[i] = 0;
+    int apart = 0;
+    EACH_LANE apart |= x->cutting[i] == 0;
+    if (!apart)
+        return;
+    EACH_LANE {
+        const double release_time = w->p[RELEASE_TIME][i], release = release_time > 0 ? 1 / release_time : 0;
+        x->rate[i] = x->cutting[i] == 0 ? release : x->rate[i];
+        x->drive[i] = x->cutting[i] == 0 ? 0 : x->drive[i];
+        x->target[i] = x->cutting[i] == 0 ? 0 : x->target[i];
     }
 }
 

@@ -37,6 +37,8 @@ static inline void integrals(double D, double I[3])
 void moments(double D, double I[3]) { integrals(D, I); }
 
 static double reach(const struct Point *x, int i) { return larger(x->F_C[i], x->F_S[i]) / x->P[i]; }
+/* Is z surely within it? A product, which is cheaper, and right but for roundings. */
+static int within(const struct Point *x, int i, double z) { return fabs(z) * x->P[i] < 0.999 * larger(x->F_C[i], x->F_S[i]); }
 
 /* A law without a rate; out of contact it relaxes like any other. */
 static void by_simpson(const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end, lanes z_middle,
@@ -57,6 +59,7 @@ void bristle_step(int relaxes, int clip, const lanes h, const struct Point *star
         by_simpson(h, start, middle, end, z_middle, z_end, difference);
         return;
     }
+    int far = 0;
     EACH_LANE {
         const double z = start->z[i];
         const double a0 = start->rate[i], am = middle->rate[i], a1 = end->rate[i];
@@ -81,8 +84,12 @@ void bristle_step(int relaxes, int clip, const lanes h, const struct Point *star
         /* of the target's bend, and of the rate's: it shifts D, of which only the last relaxation is remembered */
         const double shift = h[i] / 3 * fabs(a0 - 2 * am + a1) / (1 + D);
         difference[i] = fabs((slope_seen - chord) * I[1] + bend_seen * I[2]) + shift * fabs(q_end - reached);
-        /* no bristle bends further than its largest target, which the parabola may overshoot */
-        const double bound = larger(larger(reach(start, i), reach(end, i)), fabs(z));
-        z_end[i] = clip ? larger(smaller(reached, bound), -bound) : reached;
+        z_end[i] = reached;
+        far |= !((fabs(reached) <= fabs(z)) | within(start, i, reached) | within(end, i, reached));
     }
+    if (clip && far) /* no bristle bends further than its largest target, which the parabola may overshoot */
+        EACH_LANE {
+            const double bound = larger(larger(reach(start, i), reach(end, i)), fabs(start->z[i]));
+            z_end[i] = larger(smaller(z_end[i], bound), -bound);
+        }
 }

@@ -129,6 +129,24 @@ static void given_at(const struct Contact *contact, const struct Wiring *w, cons
     }
 }
 
+/* Both indicators of order 1, in um and m/s; a given thickness of just 0 is none, and says so by its sign. */
+static void engage_given(struct Point *x)
+{
+    EACH_LANE {
+        x->shear_speed[i] = fabs(x->v[i]);
+        x->contact[i] = x->h[i] > 0 ? x->h[i] : smaller(x->h[i], -1e-300);
+    }
+}
+
+static void engage_ellipse(const struct Wiring *w, struct Point *x)
+{
+    EACH_LANE {
+        x->v[i] = slip_along_rake(w, x, i, w->tan_flow[i]);
+        x->shear_speed[i] = larger(x->approach[i], 0);
+        x->contact[i] = smaller(x->h[i] / 1e-6, x->approach[i]);
+    }
+}
+
 void path_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
     const int given = w->kinematics == KINEMATICS_EXTERNAL;
@@ -139,11 +157,8 @@ void path_at(const struct Contact *contact, const struct Wiring *w, const lanes 
     else
         ellipse_at(contact, w, tau, x);
     act(w, STAGE_ENGAGEMENT, x);
-    EACH_LANE {
-        x->v[i] = given ? x->v[i] : slip_along_rake(w, x, i, w->tan_flow[i]);
-        x->shear_speed[i] = given ? fabs(x->v[i]) : larger(x->approach[i], 0);
-        /* both of order 1, in um and m/s; a given thickness of just 0 is none, and says so by its sign */
-        const double touching = x->h[i] > 0 ? x->h[i] : smaller(x->h[i], -1e-300);
-        x->contact[i] = given ? touching : smaller(x->h[i] / 1e-6, x->approach[i]);
-    }
+    if (given)
+        engage_given(x);
+    else
+        engage_ellipse(w, x);
 }

@@ -157,6 +157,7 @@ void act_at_step_end(struct Contact *contact, const struct Wiring *w, const lane
 /* advance.c: from value[TIME] on by `step`, s telling how far it went; the point reached is room[now], where known. */
 struct Course {
     struct Point room[3];
+    lanes window_end; /* as window_end(), where known */
     int now, known;
 };
 enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s, struct Course *course);
@@ -183,6 +184,7 @@ enum Status show_here(struct Contact *contact, const struct Wiring *w, const str
 extern const int mean_of[MEANS];
 double window_length(const struct Contact *contact, int i);
 double window_end(const struct Contact *contact, int i);
+void forms_means(const struct Contact *contact, int forms[LANES]); /* is there a window? */
 void open_window(struct Contact *contact, int i);
 void close_window(struct Contact *contact, int i);
 

@@ -16,7 +16,7 @@ static double moved(const struct Wiring *w, const struct Point *x, const struct 
     return larger(of_z, by / (allowed * force));
 }
 
-/* How far the contact has slid at middle and end, by the parabola of its speed. */
+/* How far the contact has slid at middle and end, by the parabola of its speed: effects may ask. */
 static void slide(const lanes h, const struct Point *a, struct Point *m, struct Point *b)
 {
     EACH_LANE {
@@ -40,7 +40,8 @@ static void pass(const struct Contact *contact, const struct Wiring *w, const la
         }
         engage_point(contact, w, half, middle);
         engage_point(contact, w, whole, end);
-        slide(h, start, middle, end);
+        if (w->on_count > 0)
+            slide(h, start, middle, end);
         move_states(w, DRIVEN_BY_MOTION, h, start, middle, end);
         open_point(contact, w, half, 1, middle);
         open_point(contact, w, whole, 1, end);
