@@ -66,7 +66,7 @@ static void accumulate(struct Contact *contact, const struct Wiring *w, const la
         value[MEASURED_PRINCIPAL_IMPULSE][i] += SUM(measured[1]);
         value[MEASURED_FEED_IMPULSE][i] += SUM(measured[2]);
         value[STEP_COUNT][i] += h[i] > 0;
-        value[CLAMPED_COUNT][i] += h[i] > 0 && b->cutting[i] != 0 && b->clamped[i] + b->outside[i] > 0;
+        value[CLAMPED_COUNT][i] += (h[i] > 0) & (b->cutting[i] != 0) & (b->clamped[i] + b->outside[i] > 0);
     }
     if (w->drivers)
         store_states(contact, w, b);
@@ -88,7 +88,7 @@ static int choose_step(const struct Contact *contact, const struct Wiring *w, do
         const double whole = smaller(left, window), wanted = smaller(contact->next_step[i], w->longest[i]);
         const int last = whole <= wanted;
         h[i] = left <= 0 ? 0 : last ? whole : whole < 2 * wanted ? 0.5 * whole : wanted; /* two even steps, not one and a remnant */
-        to_window[i] = left > 0 && last && window <= left;
+        to_window[i] = (left > 0) & last & (window <= left);
         running |= left > 0;
     }
     for (int i = 0; w->looks_back && i < LANES; ++i) {

@@ -49,16 +49,20 @@ static double locate(const struct Contact *contact, const struct Wiring *w, int 
 int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *start, const struct Point *middle,
               const struct Point *end, int seen[LANES])
 {
-    lanes at_middle[INDICATORS], at_end[INDICATORS];
     int any = 0;
-    indicators(w, middle, at_middle);
-    indicators(w, end, at_end);
     EACH_LANE {
-        int changed = 0;
-        for (int k = 0; k < INDICATORS; ++k)
-            changed |= (contact->sign[k][i] * at_middle[k][i] < 0) | (contact->sign[k][i] * at_end[k][i] < 0);
-        seen[i] = changed;
-        any |= changed | (!w->held & (contact->sign[AT_CONTACT][i] < 0) & !((start->contact[i] > 0) & (middle->contact[i] > 0)));
+        const double contact_side = contact->sign[AT_CONTACT][i], surface_side = contact->sign[AT_SURFACE][i];
+        const int out = !w->held & (contact_side < 0) & !((start->contact[i] > 0) & (middle->contact[i] > 0));
+        seen[i] = (contact_side * middle->contact[i] < 0) | (contact_side * end->contact[i] < 0) |
+                  (surface_side * middle->surface[i] < 0) | (surface_side * end->surface[i] < 0);
+        any |= seen[i] | out;
+    }
+    if (w->current_angle)
+        return any;
+    EACH_LANE {
+        const double slip_side = contact->sign[AT_SLIP][i], law_side = contact->sign[AT_LAW][i];
+        seen[i] |= (slip_side * middle->v[i] < 0) | (slip_side * end->v[i] < 0) | (law_side * middle->law[i] < 0) | (law_side * end->law[i] < 0);
+        any |= seen[i];
     }
     return any;
 }

@@ -19,6 +19,45 @@ void warn(struct Contact *contact, const struct Point *x)
     contact->warnings |= x->warnings | (outside ? WARN_FORCE_DOMAIN : 0u);
 }
 
+/* Outputs that are a field of the point. */
+static const struct {
+    int index;
+    size_t field;
+} plain[] = {
+    {FRICTION_FORCE, offsetof(struct Point, F)}, {PRINCIPAL_FORCE, offsetof(struct Point, F_p)}, {FEED_FORCE, offsetof(struct Point, F_f)},
+    {NORMAL_FORCE, offsetof(struct Point, N)}, {TOOL_FORCE_Y, offsetof(struct Point, F_f)},
+    {MEASURED_FRICTION_FORCE, offsetof(struct Point, measured[0])}, {MEASURED_PRINCIPAL_FORCE, offsetof(struct Point, measured[1])},
+    {MEASURED_FEED_FORCE, offsetof(struct Point, measured[2])}, {SLIP_VELOCITY_USED, offsetof(struct Point, v)},
+    {THETA_USED, offsetof(struct Point, theta)}, {SPEED_RATIO, offsetof(struct Point, speed_ratio)},
+    {IN_CONTACT, offsetof(struct Point, cutting)}, {CONTACT_RATE, offsetof(struct Point, cutting)}, {BRISTLE_RATE, offsetof(struct Point, dz)},
+};
+enum { PLAIN_COUNT = sizeof plain / sizeof plain[0] };
+
+static void show_plain(struct Contact *contact, const struct Point *x, int n)
+{
+    const double *const shown = (const double *)((const char *)x + plain[n].field);
+    double *const value = contact->value[plain[n].index];
+    EACH_LANE value[i] = shown[i];
+}
+
+int shows_plainly(int count, const int *index)
+{
+    int found = 0;
+    for (int j = 0; j < count; ++j)
+        for (int n = 0; n < PLAIN_COUNT; ++n)
+            found += plain[n].index == index[j];
+    return found == count;
+}
+
+void show_some(struct Contact *contact, const struct Point *x, int count, const int *index)
+{
+    for (int j = 0; j < count; ++j)
+        for (int n = 0; n < PLAIN_COUNT; ++n)
+            if (plain[n].index == index[j])
+                show_plain(contact, x, n);
+    warn(contact, x);
+}
+
 /* Without a window the means are what is now. */
 static void show_means(struct Contact *contact, const struct Point *x)
 {
@@ -33,24 +72,14 @@ void show_outputs(struct Contact *contact, const struct Wiring *w, const struct 
 {
     lanes *value = contact->value;
     watched_indicators(contact, w, x, value + CONTACT_INDICATOR);
+    for (int n = 0; n < PLAIN_COUNT; ++n)
+        show_plain(contact, x, n);
     EACH_LANE {
-        value[FRICTION_FORCE][i] = x->F[i];
-        value[PRINCIPAL_FORCE][i] = x->F_p[i];
-        value[FEED_FORCE][i] = x->F_f[i];
-        value[NORMAL_FORCE][i] = x->N[i];
         value[TOOL_FORCE_X][i] = -x->F_p[i];
-        value[TOOL_FORCE_Y][i] = x->F_f[i];
-        value[SLIP_VELOCITY_USED][i] = x->v[i];
         value[UNCUT_THICKNESS_USED][i] = x->cutting[i] * x->h[i];
-        value[THETA_USED][i] = x->theta[i];
-        value[SPEED_RATIO][i] = x->speed_ratio[i];
-        value[IN_CONTACT][i] = value[CONTACT_RATE][i] = x->cutting[i];
         value[DISSIPATED_POWER][i] = x->F[i] * x->v[i];
         value[SLIDING_SPEED][i] = x->cutting[i] * x->speed[i];
-        value[BRISTLE_RATE][i] = x->dz[i];
     }
-    for (int k = 0; k < CHANNELS; ++k)
-        EACH_LANE value[MEASURED_FRICTION_FORCE + k][i] = x->measured[k][i];
     show_means(contact, x);
     for (int i = 0; i < LANES && angles; ++i)
         value[SHEAR_ANGLE][i] = shear_angle(w, x, i);

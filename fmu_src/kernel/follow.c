@@ -70,6 +70,7 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
     struct Wiring w = wire(contact);
     struct Course course;
     course.now = course.known = 0;
+    const int plainly = shows_plainly(yield->output_count, yield->output_index);
     int angles = 0;
     for (int j = 0; j < yield->output_count; ++j)
         angles |= yield->output_index[j] == SHEAR_ANGLE;
@@ -90,7 +91,10 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
         if (!record->keep || record->keep[n]) {
             const int shown = angles || n == record->count - 1;
             int whole[LANES];
-            if (course.known && find_whole(&w, passed, whole))
+            const int all_whole = course.known && find_whole(&w, passed, whole);
+            if (all_whole && plainly && n < record->count - 1)
+                show_some(contact, passed, yield->output_count, yield->output_index);
+            else if (all_whole)
                 show_outputs(contact, &w, passed, shown);
             else {
                 wire_time(contact, &w);

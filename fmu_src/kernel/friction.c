@@ -81,7 +81,9 @@ void friction_force(const struct Wiring *w, struct Point *x)
 {
     EACH_LANE x->dz[i] = x->drive[i] - x->rate[i] * x->z[i];
     w->law->force(w->law_p, x);
-    EACH_LANE x->F[i] = x->cutting[i] * (x->sticking[i] != 0 ? x->F_stick[i] : x->F[i]);
+    if (w->current_angle)
+        EACH_LANE x->F[i] = x->sticking[i] != 0 ? x->F_stick[i] : x->F[i];
+    EACH_LANE x->F[i] *= x->cutting[i];
 }
 
 static void answer(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)

@@ -71,7 +71,7 @@ void bristle_step(int relaxes, int clip, const lanes h, const struct Point *star
         const double chord = (q1 - q0) * per_D, bend_seen = (last - first) * per_D, slope_seen = first - bend_seen * M;
         /* Where the slip reverses the rate is 0 and the bristle does not follow its target, whose dip of static friction is far narrower
          * than the step: that end is left out, and the target is straight. */
-        const int from_reversal = a0 < 1e-3 * am && D > M, to_reversal = !from_reversal && a1 < 1e-3 * am && M > 0;
+        const int from_reversal = (a0 < 1e-3 * am) & (D > M), to_reversal = !from_reversal & (a1 < 1e-3 * am) & (M > 0);
         first = from_reversal ? last : first;
         last = to_reversal ? first : last;
         const double q = from_reversal ? qm - last * M : q0, bend = (last - first) * per_D, slope = first - bend * M;

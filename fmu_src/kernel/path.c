@@ -56,11 +56,14 @@ static void open_path(const struct Contact *contact, const struct Wiring *w, con
         x->a[i] = w->p[AMPLITUDE_X][i];
         x->b[i] = w->p[AMPLITUDE_Y][i];
         x->phase_y[i] = w->p[PHASE_Y][i];
-        x->centre_y[i] = carried ? input_at(contact, TOOL_DISPLACEMENT_Y, i, tau[i]) : 0;
-        x->centre_u_x[i] = carried ? input_at(contact, TOOL_VELOCITY_X, i, tau[i]) : 0;
-        x->centre_u_y[i] = carried ? input_at(contact, TOOL_VELOCITY_Y, i, tau[i]) : 0;
-        x->raised[i] = x->left[i] = 0;
+        x->centre_y[i] = x->centre_u_x[i] = x->centre_u_y[i] = x->raised[i] = x->left[i] = 0;
     }
+    if (carried)
+        EACH_LANE {
+            x->centre_y[i] = input_at(contact, TOOL_DISPLACEMENT_Y, i, tau[i]);
+            x->centre_u_x[i] = input_at(contact, TOOL_VELOCITY_X, i, tau[i]);
+            x->centre_u_y[i] = input_at(contact, TOOL_VELOCITY_Y, i, tau[i]);
+        }
     for (int i = 0; w->meets_again && i < LANES; ++i)
         x->left[i] = surface_left(contact, i, x->t[i] - meeting_time(w, i));
 }
@@ -129,6 +132,17 @@ static void given_at(const struct Contact *contact, const struct Wiring *w, cons
     }
 }
 
+/* The same where no effect asks for more. */
+static void given_alone(const struct Contact *contact, const lanes tau, struct Point *x)
+{
+    EACH_LANE {
+        x->v[i] = input_at(contact, SLIP_VELOCITY, i, tau[i]);
+        x->h[i] = input_at(contact, UNCUT_THICKNESS, i, tau[i]);
+        x->surface[i] = x->approach[i] = 1;
+        x->a[i] = x->u_x[i] = x->u_y[i] = x->speed_ratio[i] = 0;
+    }
+}
+
 /* Both indicators of order 1, in um and m/s; a given thickness of just 0 is none, and says so by its sign. */
 static void engage_given(struct Point *x)
 {
@@ -150,6 +164,11 @@ static void engage_ellipse(const struct Wiring *w, struct Point *x)
 void path_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
     const int given = w->kinematics == KINEMATICS_EXTERNAL;
+    if (given && w->on_count == 0) {
+        given_alone(contact, tau, x);
+        engage_given(x);
+        return;
+    }
     open_path(contact, w, tau, x);
     act(w, STAGE_PATH, x);
     if (given)

@@ -174,6 +174,9 @@ int touches_within(const struct Contact *contact, const struct Wiring *w, int la
 
 /* evaluate.c: the point x as outputs, derivatives and indicators; the shear angle, which is dear, only with `angles`. */
 void show_outputs(struct Contact *contact, const struct Wiring *w, const struct Point *x, int angles);
+/* evaluate.c: are these outputs fields of a point? show_some: then only these of them, and warnings. */
+int shows_plainly(int count, const int *index);
+void show_some(struct Contact *contact, const struct Point *x, int count, const int *index);
 /* evaluate.c: the contact's warnings at x. */
 void warn(struct Contact *contact, const struct Point *x);
 /* evaluate.c: show the point at value[TIME], with sides as the inputs say; but the point `passed`, where not NULL, in the lanes in which

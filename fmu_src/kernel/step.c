@@ -100,7 +100,9 @@ void try_step(const struct Contact *contact, const struct Wiring *w, const lanes
     for (int k = 0; w->drivers && k < EFFECT_STATES; ++k)
         EACH_LANE middle->state[k][i] = end->state[k][i] = start->state[k][i];
     (w->iterates ? settle : pass)(contact, w, s, h, start, middle, end, difference);
-    for (int i = 0; i < LANES && LANES > 1; ++i) {
+    int arrived = 0;
+    EACH_LANE arrived |= !(h[i] > 0);
+    for (int i = 0; arrived && i < LANES && LANES > 1; ++i) {
         if (h[i] > 0)
             continue; /* a lane that has arrived waits where it is, to the last bit */
         copy_lane((lanes *)middle, (const lanes *)start, POINT_LANES, i);

@@ -7,8 +7,11 @@
 void wire_time(const struct Contact *contact, struct Wiring *w)
 {
     w->held = w->kinematics == KINEMATICS_EXTERNAL && w->on_count == 0;
-    for (int k = 0; k < INPUT_END - INPUT_FIRST; ++k)
-        EACH_LANE w->held &= contact->slope[k][i] == 0;
+    for (int k = 0; k < INPUT_END - INPUT_FIRST && w->held; ++k) {
+        int rises = 0;
+        EACH_LANE rises |= contact->slope[k][i] != 0;
+        w->held = !rises;
+    }
     if (w->kinematics == KINEMATICS_EXTERNAL)
         return;
     EACH_LANE {
