@@ -37,13 +37,14 @@ static inline double badness(const struct Contact *contact, int i, const struct 
 static int all_well_within(const struct Contact *contact, const struct Point *a, const struct Point *m, const struct Point *b,
                            const lanes difference)
 {
-    int all = 1;
+    int beyond = 0;
     EACH_LANE {
         const struct Change c = change(i, a, m, b, difference[i], 0);
         const double allowed = 0.99 * WELL_WITHIN * contact->largest_difference[i];
-        all &= (a->cutting[i] == 0) | ((c.of[0] <= allowed * c.in[0]) & (c.of[1] <= allowed * c.in[1]) & (c.of[2] <= allowed * c.in[2]));
+        const double excess = larger(c.of[0] - allowed * c.in[0], larger(c.of[1] - allowed * c.in[1], c.of[2] - allowed * c.in[2]));
+        beyond |= (a->cutting[i] != 0) & !(excess <= 0);
     }
-    return all;
+    return !beyond;
 }
 
 /* Integral by Simpson's rule of what start, middle and end show. */
@@ -100,16 +101,14 @@ static int choose_step(const struct Contact *contact, const struct Wiring *w, do
     return running;
 }
 
-/* Is the step within the tolerance? Chooses each lane's next step, or where `fits` is not set the shorter one to try again with. */
+/* Is the step within the tolerance? Chooses each lane's next step; where it is not, fits says in which lanes it is, and the others' next
+ * step is the shorter one to try again with. */
 static int accurate(const struct Contact *contact, const struct Wiring *w, double shortest, const lanes h, const struct Point *start,
                     const struct Point *middle, const struct Point *end, const lanes difference, lanes next, int fits[LANES])
 {
     int all = 1, coarse = 0;
     if (!w->looks_back && all_well_within(contact, start, middle, end, difference)) {
-        EACH_LANE {
-            next[i] = smaller(larger(4 * h[i], next[i]), w->longest[i]);
-            fits[i] = 1;
-        }
+        EACH_LANE next[i] = smaller(larger(4 * h[i], next[i]), w->longest[i]);
         return 1;
     }
     lanes of_late = {0}, bad, factor;
@@ -166,7 +165,7 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
     }
     course->known = 0;
     for (double n = 0; choose_step(contact, w, step, s, course->window_end, start, h, to_window); ++n) {
-        int seen[LANES], cut[LANES], acts[LANES], fits[LANES], misfits[LANES], shorter = 0, event = 0, jump = 0;
+        int cut[LANES], acts[LANES], fits[LANES], misfits[LANES], shorter = 0, event = 0, jump = 0;
         lanes next;
         EACH_LANE next[i] = contact->next_step[i];
         if (n >= most_steps)
@@ -179,12 +178,13 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
             try_again(contact, misfits, next);
             continue;
         }
-        const int quiet = !any_event(contact, w, start, middle, end, seen);
-        EACH_LANE cut[i] = NO_EVENT;
+        const int quiet = !any_event(contact, w, start, middle, end);
+        for (int i = 0; i < LANES; ++i)
+            cut[i] = NO_EVENT;
         for (int i = 0; !quiet && i < LANES; ++i) {
             const double wanted = h[i];
             cut[i] = cut_at_touch(contact, w, i, s[i], &h[i], start, middle, end);
-            if (cut[i] == NO_EVENT && wanted > 0 && seen[i])
+            if (cut[i] == NO_EVENT && wanted > 0 && sees_event(contact, w, i, middle, end))
                 cut[i] = cut_at_event(contact, w, i, NO_EVENT, s[i], &h[i], start, middle, end);
             shorter |= h[i] < wanted;
             jump |= cut[i] == JUMP;

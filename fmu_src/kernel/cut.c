@@ -46,24 +46,34 @@ static double locate(const struct Contact *contact, const struct Wiring *w, int 
     return b.high;
 }
 
+/* The sides of some events that are watched wherever a point is, and of those that are not where the slip is solved for. */
+static inline int path_event(const struct Contact *contact, int i, const struct Point *middle, const struct Point *end)
+{
+    const double contact_side = contact->sign[AT_CONTACT][i], surface_side = contact->sign[AT_SURFACE][i];
+    return (contact_side * middle->contact[i] < 0) | (contact_side * end->contact[i] < 0) |
+           (surface_side * middle->surface[i] < 0) | (surface_side * end->surface[i] < 0);
+}
+
+static inline int slip_event(const struct Contact *contact, int i, const struct Point *middle, const struct Point *end)
+{
+    const double slip_side = contact->sign[AT_SLIP][i], law_side = contact->sign[AT_LAW][i];
+    return (slip_side * middle->v[i] < 0) | (slip_side * end->v[i] < 0) | (law_side * middle->law[i] < 0) | (law_side * end->law[i] < 0);
+}
+
+int sees_event(const struct Contact *contact, const struct Wiring *w, int i, const struct Point *middle, const struct Point *end)
+{
+    return path_event(contact, i, middle, end) || (!w->current_angle && slip_event(contact, i, middle, end));
+}
+
 int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *start, const struct Point *middle,
-              const struct Point *end, int seen[LANES])
+              const struct Point *end)
 {
     int any = 0;
-    EACH_LANE {
-        const double contact_side = contact->sign[AT_CONTACT][i], surface_side = contact->sign[AT_SURFACE][i];
-        const int out = !w->held & (contact_side < 0) & !((start->contact[i] > 0) & (middle->contact[i] > 0));
-        seen[i] = (contact_side * middle->contact[i] < 0) | (contact_side * end->contact[i] < 0) |
-                  (surface_side * middle->surface[i] < 0) | (surface_side * end->surface[i] < 0);
-        any |= seen[i] | out;
-    }
-    if (w->current_angle)
-        return any;
-    EACH_LANE {
-        const double slip_side = contact->sign[AT_SLIP][i], law_side = contact->sign[AT_LAW][i];
-        seen[i] |= (slip_side * middle->v[i] < 0) | (slip_side * end->v[i] < 0) | (law_side * middle->law[i] < 0) | (law_side * end->law[i] < 0);
-        any |= seen[i];
-    }
+    EACH_LANE any |= path_event(contact, i, middle, end);
+    if (!w->held)
+        EACH_LANE any |= (contact->sign[AT_CONTACT][i] < 0) & !((start->contact[i] > 0) & (middle->contact[i] > 0));
+    if (!w->current_angle)
+        EACH_LANE any |= slip_event(contact, i, middle, end);
     return any;
 }
 

@@ -137,10 +137,11 @@ void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes t
 void try_step(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
               struct Point *middle, struct Point *end, lanes difference);
 
-/* cut.c: which lanes see an event between start and end, by its signs at middle and end? Returns whether one does, or may have touched
- * the work in between, where there is more to do for each lane. Most steps see none. */
+/* cut.c: does a lane see an event, by the signs at middle and end? And does any, or may it have touched the work in between? Most steps
+ * see none, and need not ask each lane. */
+int sees_event(const struct Contact *contact, const struct Wiring *w, int lane, const struct Point *middle, const struct Point *end);
 int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *start, const struct Point *middle,
-              const struct Point *end, int seen[LANES]);
+              const struct Point *end);
 /* cut.c: does an event fall into the step? If so shorten h to it and say which; JUMP: it has happened already, before the start. The event
  * `known` to lie at the end is passed over. cut_at_touch: the same for a contact that start, middle and end do not show. */
 enum Cut { NO_EVENT = -1, JUMP = -2 };
