@@ -3,38 +3,49 @@
 
 #include <math.h>
 
-static double sample_of(const struct Record *r, int64_t n, int j, int lane)
+/* Input j at sample n: one number, or one for each lane. */
+static const double *sample_of(const struct Record *r, int64_t n, int j)
 {
-    const int64_t at = n * r->input_count + j;
-    return r->per_lane ? r->inputs[at * LANES + lane] : r->inputs[at];
+    return r->inputs + (n * r->input_count + j) * (r->per_lane ? LANES : 1);
 }
 
 /* Inputs that lead to sample n, and their slopes from the one before. */
 static enum Status set_slopes(struct Contact *contact, const struct Record *r, int64_t n)
 {
-    const double step = n > 0 ? r->times[n] - r->times[n - 1] : 0;
+    const double step = n > 0 ? r->times[n] - r->times[n - 1] : 1;
     for (int j = 0; j < r->input_count; ++j) {
+        const double *const now = sample_of(r, n, j), *const before = n > 0 ? sample_of(r, n - 1, j) : now;
         double *const slope = contact->slope[r->input_index[j] - INPUT_FIRST];
         for (int i = 0; i < (r->per_lane ? LANES : 1); ++i) {
-            const enum Status status = kernel_check(r->input_index[j], sample_of(r, n, j, i));
+            const enum Status status = kernel_check(r->input_index[j], now[i]);
             if (status != KERNEL_OK)
                 return status;
-            slope[i] = n > 0 ? (sample_of(r, n, j, i) - sample_of(r, n - 1, j, i)) / step : 0;
         }
-        for (int i = 1; i < LANES && !r->per_lane; ++i)
-            slope[i] = slope[0];
+        if (r->per_lane)
+            EACH_LANE slope[i] = (now[i] - before[i]) / step;
+        else {
+            const double shared = (*now - *before) / step;
+            EACH_LANE slope[i] = shared;
+        }
     }
     return KERNEL_OK;
 }
 
 static void land(struct Contact *contact, const struct Record *r, int64_t n)
 {
-    EACH_LANE contact->value[TIME][i] = r->times[n];
-    for (int j = 0; j < r->input_count; ++j)
-        for (int i = 0; i < LANES; ++i) {
-            contact->value[r->input_index[j]][i] = sample_of(r, n, j, i);
-            contact->slope[r->input_index[j] - INPUT_FIRST][i] = 0;
+    const double time = r->times[n];
+    EACH_LANE contact->value[TIME][i] = time;
+    for (int j = 0; j < r->input_count; ++j) {
+        const double *const now = sample_of(r, n, j);
+        double *const value = contact->value[r->input_index[j]], *const slope = contact->slope[r->input_index[j] - INPUT_FIRST];
+        if (r->per_lane)
+            EACH_LANE value[i] = now[i];
+        else {
+            const double shared = *now;
+            EACH_LANE value[i] = shared;
         }
+        EACH_LANE slope[i] = 0;
+    }
 }
 
 /* In which lanes does a point that a step has passed through show all there is? Not out of contact, nor where rates wait for the deflection.

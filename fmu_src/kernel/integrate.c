@@ -40,26 +40,21 @@ void moments(double D, double I[3])
         by_series(D, I);
 }
 
-/* moments() in every lane; the exponential only where one needs it. */
-static void all_moments(const lanes D, lanes I[3])
+/* moments() of one lane in two halves: what holds below FEW, and above it in its place. */
+static inline void small_moments(lanes I[3], int i, double D)
 {
-    int large = 0;
-    EACH_LANE {
-        double part[3];
-        by_series(D[i] > FEW ? FEW : D[i], part);
-        I[0][i] = part[0];
-        I[1][i] = part[1];
-        I[2][i] = part[2];
-        large |= D[i] > FEW;
-    }
-    if (large)
-        EACH_LANE {
-            double part[3];
-            by_parts(D[i], part);
-            I[0][i] = D[i] > FEW ? part[0] : I[0][i];
-            I[1][i] = D[i] > FEW ? part[1] : I[1][i];
-            I[2][i] = D[i] > FEW ? part[2] : I[2][i];
-        }
+    double part[3];
+    by_series(D > FEW ? FEW : D, part);
+    for (int k = 0; k < 3; ++k)
+        I[k][i] = part[k];
+}
+
+static inline void large_moments(lanes I[3], int i, double D)
+{
+    double part[3];
+    by_parts(D, part);
+    for (int k = 0; k < 3; ++k)
+        I[k][i] = D > FEW ? part[k] : I[k][i];
 }
 
 static double reach(const struct Point *x, int i) { return larger(x->F_C[i], x->F_S[i]) / x->P[i]; }
@@ -83,14 +78,20 @@ static void relax_bristles(int clip, const lanes h, const struct Point *start, c
                            lanes z_middle, lanes z_end, lanes difference)
 {
     lanes M, D, to_M[3], to_D[3];
-    int far = 0;
+    int large = 0, far = 0;
     EACH_LANE {
         const double part = h[i] * (1. / 24), a0 = start->rate[i], am = middle->rate[i], a1 = end->rate[i];
         D[i] = part * (4 * a0 + 16 * am + 4 * a1);
         M[i] = smaller(larger(part * (5 * a0 + 8 * am - a1), 0), D[i]);
+        small_moments(to_M, i, M[i]);
+        small_moments(to_D, i, D[i]);
+        large |= D[i] > FEW;
     }
-    all_moments(M, to_M);
-    all_moments(D, to_D);
+    if (large) /* the exponential only where a lane needs it */
+        EACH_LANE {
+            large_moments(to_M, i, M[i]);
+            large_moments(to_D, i, D[i]);
+        }
     EACH_LANE {
         const double z = start->z[i], m = M[i], d = D[i], per_d = d > 0 ? 1 / d : 0;
         const double a0 = start->rate[i], am = middle->rate[i], a1 = end->rate[i];
