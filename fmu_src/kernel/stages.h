@@ -15,7 +15,7 @@
 
 /* Where in its cycle the tool stops moving forward: last = acos(-r), and bend = sin(last), of the speed ratio r < 1; else 0. */
 struct Turn {
-    double r, last, bend;
+    lanes r, last, bend;
 };
 
 /* What a run of points has in common: which law and effects are on, found once per call. */
@@ -42,7 +42,7 @@ struct Wiring {
     lanes cycle;                    /* place in the vibration cycle at value[TIME], 0..1 */
     lanes cos_rake, sin_rake;
     lanes cos_x, sin_x, cos_y, sin_y; /* of the phases */
-    struct Turn turn[LANES];        /* at the speed ratio that holds at value[TIME] */
+    struct Turn turn;               /* at the speed ratio that holds at value[TIME] */
     lanes tan_flow;                 /* of chip_flow_shear_angle - rake_angle */
 };
 
@@ -97,7 +97,7 @@ void relax(double h, double T, double u_0, double u_m, double u_1, double y, dou
 void swing(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2], double whole[2]);
 
 /* path.c: r = v_c / (a w). */
-struct Turn turn_at(double r);
+void turn_at(double r, struct Turn *turn, int lane);
 /* path.c: u, h, approach, slip, the path's indicators, at `tau` [s] after value[TIME]; uses the states in x. */
 void path_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
 /* path.c: chip slip along the rake; tan_flow: of the shear angle less the rake angle. */
