@@ -165,7 +165,7 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
     }
     course->known = 0;
     for (double n = 0; choose_step(contact, w, step, s, course->window_end, start, h, to_window); ++n) {
-        int cut[LANES], acts[LANES], fits[LANES], misfits[LANES], shorter = 0, event = 0, jump = 0;
+        int cut[LANES], known[LANES], asked[LANES], acts[LANES], fits[LANES], misfits[LANES], shorter = 0, event = 0, jump = 0;
         lanes next;
         EACH_LANE next[i] = contact->next_step[i];
         if (n >= most_steps)
@@ -179,14 +179,20 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
             continue;
         }
         const int quiet = !any_event(contact, w, start, middle, end);
-        for (int i = 0; i < LANES; ++i)
-            cut[i] = NO_EVENT;
+        lanes wanted;
+        for (int i = 0; i < LANES; ++i) {
+            cut[i] = known[i] = NO_EVENT;
+            wanted[i] = h[i];
+        }
+        if (!quiet) {
+            for (int i = 0; i < LANES; ++i) {
+                cut_at_touch(contact, w, i, s, h, start, middle, end, cut);
+                asked[i] = cut[i] == NO_EVENT && h[i] > 0 && sees_event(contact, w, i, middle, end);
+            }
+            cut_at_events(contact, w, asked, known, s, h, start, middle, end, cut);
+        }
         for (int i = 0; !quiet && i < LANES; ++i) {
-            const double wanted = h[i];
-            cut[i] = cut_at_touch(contact, w, i, s[i], &h[i], start, middle, end);
-            if (cut[i] == NO_EVENT && wanted > 0 && sees_event(contact, w, i, middle, end))
-                cut[i] = cut_at_event(contact, w, i, NO_EVENT, s[i], &h[i], start, middle, end);
-            shorter |= h[i] < wanted;
+            shorter |= h[i] < wanted[i];
             jump |= cut[i] == JUMP;
             event |= cut[i] >= 0;
             to_window[i] *= cut[i] == NO_EVENT;
@@ -204,11 +210,16 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
             try_step(contact, w, s, h, start, middle, end, difference);
             within = accurate(contact, w, 1e-12 * step, h, start, middle, end, difference, next, fits);
             shorter = 0;
-            EACH_LANE {
-                const double wanted = h[i];
-                const int other = cut[i] >= 0 ? cut_at_event(contact, w, i, cut[i], s[i], &h[i], start, middle, end) : NO_EVENT;
-                cut[i] = other >= 0 ? other : cut[i];
-                shorter |= h[i] < wanted;
+            for (int i = 0; i < LANES; ++i) {
+                asked[i] = cut[i] >= 0;
+                known[i] = cut[i];
+                cut[i] = NO_EVENT;
+                wanted[i] = h[i];
+            }
+            cut_at_events(contact, w, asked, known, s, h, start, middle, end, cut);
+            for (int i = 0; i < LANES; ++i) {
+                cut[i] = cut[i] >= 0 ? cut[i] : known[i];
+                shorter |= h[i] < wanted[i];
             }
         }
         if (!within) {

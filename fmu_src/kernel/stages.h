@@ -142,13 +142,14 @@ void try_step(const struct Contact *contact, const struct Wiring *w, const lanes
 int sees_event(const struct Contact *contact, const struct Wiring *w, int lane, const struct Point *middle, const struct Point *end);
 int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *start, const struct Point *middle,
               const struct Point *end);
-/* cut.c: does an event fall into the step? If so shorten h to it and say which; JUMP: it has happened already, before the start. The event
- * `known` to lie at the end is passed over. cut_at_touch: the same for a contact that start, middle and end do not show. */
+/* cut.c: does an event fall into the step? In the lanes that are asked, and say NO_EVENT before: if so h is shortened to it and `cut` says
+ * which; JUMP: it has happened already, before the start. The event `known` to lie at the end is passed over. cut_at_touch: the same of one
+ * lane for a contact that start, middle and end do not show. */
 enum Cut { NO_EVENT = -1, JUMP = -2 };
-int cut_at_event(const struct Contact *contact, const struct Wiring *w, int i, int known, double s, double *h, const struct Point *start,
-                 const struct Point *middle, const struct Point *end);
-int cut_at_touch(const struct Contact *contact, const struct Wiring *w, int i, double s, double *h, const struct Point *start,
-                 const struct Point *middle, const struct Point *end);
+void cut_at_events(const struct Contact *contact, const struct Wiring *w, const int asked[LANES], const int known[LANES], const lanes s, lanes h,
+                   const struct Point *start, const struct Point *middle, const struct Point *end, int cut[LANES]);
+void cut_at_touch(const struct Contact *contact, const struct Wiring *w, int lane, const lanes s, lanes h, const struct Point *start,
+                  const struct Point *middle, const struct Point *end, int cut[LANES]);
 
 /* events.c: act_on_event in the lanes where `event` is set. act_at_step_end: with a slip that is solved for, the law's own events are
  * acted upon at the end of each step, in the lanes that have stepped and have no event of their own. */
@@ -165,8 +166,8 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
 void move_on(struct Contact *contact, const lanes s);
 /* cut.c: the motion at tau, and where the forces move the path or `forces` asks for them all of the point, reached from s by a step
  * on the held sides. */
-void point_within(const struct Contact *contact, const struct Wiring *w, int forces, double s, double tau, const struct Point *start,
-                  struct Point *x);
+void point_within(const struct Contact *contact, const struct Wiring *w, int forces, const lanes s, const lanes tau,
+                  const struct Point *start, struct Point *x);
 
 /* touch.c: does a lane that is out of contact touch the work within its step of h from s, where start, middle and end do not show it? If
  * so then not yet at tau[0] but at tau[1], as the indicators there say. A contact may be missed below 1e-4 of a cycle. */
