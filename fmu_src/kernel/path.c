@@ -125,7 +125,9 @@ static void on_what_is_left(const struct Contact *contact, const struct Wiring *
     EACH_LANE {
         const double nominal = p[FEED][i] - p[AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i], y = nominal - x->h[i];
         const double lead = x->phase_y[i] - p[PHASE_X][i] - PI / 2;
-        const double left = smaller(nominal, x->speed_ratio[i] > 0 ? x->b[i] * cos(there[i] + lead) : y) - y;
+        double cosine, sine;
+        cos_sin_of(there[i] + lead, &cosine, &sine);
+        const double left = smaller(nominal, x->speed_ratio[i] > 0 ? x->b[i] * cosine : y) - y;
         x->h[i] = on_left[i] != 0 ? left : x->h[i];
     }
 }
