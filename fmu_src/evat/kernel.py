@@ -28,6 +28,7 @@ from evat.model import (
     Variable,
 )
 from evat.needs import check_needs
+from evat.processor import instructions
 
 TYPES: tuple[Type, ...] = ("real", "integer", "boolean", "choice")
 CAUSALITIES: tuple[Causality, ...] = ("independent", "parameter", "calculated", "input", "output", "local")
@@ -42,7 +43,7 @@ def library(lanes: int = 1) -> tuple[Any, Any]:
     header = re.sub(r"^\s*#.*$", "", header, flags=re.MULTILINE).replace("[LANES]", f"[{lanes}]")
     ffi = cffi.FFI()
     ffi.cdef(header)
-    loaded: Any = ffi.dlopen(str(kernel_library_path(lanes)))
+    loaded: Any = ffi.dlopen(str(kernel_library_path(lanes, instructions())))
     if loaded.kernel_size() != ffi.sizeof("struct Contact"):
         raise EvatError(
             f"the compiled kernel does not fit its header: a contact has {loaded.kernel_size()} bytes there, "
