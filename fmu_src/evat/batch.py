@@ -19,6 +19,7 @@ from evat.model import FloatArray, ParameterError, Run, SimulationError
 from evat.needs import check_needs
 
 Give = Literal["rows", "sums"]
+FEWEST = 4  # sets that are worth a block; fewer run one by one
 MOST_BYTES = 8e9  # of rows in one answer; sums fit any number of sets
 
 
@@ -216,19 +217,13 @@ def run_many(
         table = np.column_stack([np.asarray(data.get(name, np.full(kept.size, np.nan)), dtype=np.float64) for name in names])
     indices = tuple(kernel.variable(name).index for name in names)
     plan = _Plan(clock, keep, inputs, shared, each, indices, table, constants, columns, give)
-    external = kernel.variable("kinematics").choices.index("external")
-    kinematics = columns.get(kernel.variable("kinematics").index, constants.get(kernel.variable("kinematics").index, 0.0))
-    lanes = (
-        MANY_LANES if count > 1 and np.all(kinematics == external) else 1
-    )  # entries and exits keep lanes of an ellipse from sharing work
-    return _gathered(plan, names, count, lanes, threads, progress, cancelled)
+    return _gathered(plan, names, count, threads, progress, cancelled)
 
 
 def _gathered(
     plan: _Plan,
     names: tuple[str, ...],
     count: int,
-    lanes: int,
     threads: int | None,
     progress: Callable[[float], None] | None,
     cancelled: Callable[[], bool] | None,
@@ -243,22 +238,23 @@ def _gathered(
     failed: dict[int, str] = {}
     stop = ffi.new("int *")
 
-    def work(places: np.ndarray[Any, np.dtype[np.intp]]) -> int:
+    def follow(places: np.ndarray[Any, np.dtype[np.intp]], lanes: int) -> int:
         status, found = _follow(plan, places, lanes, stop)
         if status == loaded.KERNEL_OK:
             for name, array in found.items():
                 whole[name][places] = array
-        elif status != loaded.KERNEL_STOPPED:
-            for place in places:  # one of them spoils the block: each alone
-                status, found = _follow(plan, np.array([place]), 1, stop)
-                if status == loaded.KERNEL_OK:
-                    for name, array in found.items():
-                        whole[name][place] = array[0]
-                elif status != loaded.KERNEL_STOPPED:
-                    failed[int(place)] = kernel.status_text(status)
+        return status
+
+    def work(places: np.ndarray[Any, np.dtype[np.intp]]) -> int:
+        if places.size >= FEWEST and follow(places, MANY_LANES) in (loaded.KERNEL_OK, loaded.KERNEL_STOPPED):
+            return places.size
+        for place in places:  # too few, or one of them spoils the block: each alone
+            status = follow(np.array([place]), 1)
+            if status not in (loaded.KERNEL_OK, loaded.KERNEL_STOPPED):
+                failed[int(place)] = kernel.status_text(status)
         return places.size
 
-    blocks = _blocks(count, plan.columns, lanes)
+    blocks = _blocks(count, plan.columns, MANY_LANES)
     done, waiting = 0, set[Future[int]]()
     with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
         try:
