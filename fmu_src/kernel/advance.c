@@ -151,7 +151,8 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
 {
     /* for each vibration cycle that is passed a hundred times what tight tolerances take; solving for the slip makes steps dear */
     const double most_steps = smaller((w->current_angle ? 1e4 : 1e5) * (1 + step * w->p[VIBRATION_FREQUENCY][0]), 1e9);
-    struct Point *start = &course->room[course->now], *middle = &course->room[(course->now + 1) % 3], *end = &course->room[(course->now + 2) % 3];
+    struct Room *const room = course->room;
+    struct Point *start = &room[course->now].point, *middle = &room[(course->now + 1) % 3].point, *end = &room[(course->now + 2) % 3].point;
     lanes h, to_window, difference;
     int jumps = 0;
     const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VIBRATION_FREQUENCY][0];
@@ -259,7 +260,8 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
         if (event)
             act_in_lanes(contact, w, s, ahead, acts, start);
     }
-    course->now = (int)(start - course->room);
+    while (start != &room[course->now].point)
+        course->now = (course->now + 1) % 3;
     course->known = 1;
     return KERNEL_OK;
 }

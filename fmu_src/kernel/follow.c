@@ -98,7 +98,7 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
         if (status != KERNEL_OK)
             break;
         land(contact, record, n);
-        const struct Point *const passed = &course.room[course.now];
+        const struct Point *const passed = &course.room[course.now].point;
         if (!record->keep || record->keep[n]) {
             const int shown = angles || n == record->count - 1;
             int whole[LANES];

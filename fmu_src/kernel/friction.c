@@ -55,8 +55,9 @@ void friction_open(const struct Contact *contact, const struct Wiring *w, const 
         x->clamped[i] += below;
         softest |= below;
         x->s0[i] = larger(x->s0[i], floor); /* the paper, eq. 7 */
-        x->P[i] = w->thermal_rate ? x->s0[i] : x->P[i];
     }
+    if (w->thermal_rate)
+        EACH_LANE x->P[i] = x->s0[i];
     x->warnings |= softest ? WARN_STIFFNESS_FLOOR : 0u;
 }
 
