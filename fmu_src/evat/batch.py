@@ -140,9 +140,8 @@ class _Room(threading.local):
         self.blocks: dict[int, Any] = {}
         self.bytes: list[Any] = []
 
-    def block(self, lanes: int) -> Any:
+    def block(self, ffi: Any, lanes: int) -> Any:
         if lanes not in self.blocks:
-            ffi, _ = kernel.library(lanes)
             self.bytes.append(ffi.new("char[]", ffi.sizeof("struct Contact") + LINE))
             begin = int(ffi.cast("uintptr_t", self.bytes[-1]))
             self.blocks[lanes] = ffi.cast("struct Contact *", begin + -begin % LINE)
@@ -154,7 +153,7 @@ def _follow(
 ) -> tuple[int, dict[str, FloatArray]]:
     """One block through the kernel: its status, and what it gives for each set of the block."""
     ffi, loaded = kernel.library(lanes)
-    block, record, answer = room.block(lanes), ffi.new("struct Record *"), ffi.new("struct Yield *")
+    block, record, answer = room.block(ffi, lanes), ffi.new("struct Record *"), ffi.new("struct Yield *")
     filled = np.resize(places, lanes)  # idle lanes repeat a set
     loaded.kernel_reset(block)
     held = np.frombuffer(ffi.buffer(block.value), dtype=np.float64).reshape(-1, lanes)
@@ -252,6 +251,7 @@ def _gathered(
     cancelled: Callable[[], bool] | None,
 ) -> Batch:
     ffi, loaded = kernel.library()
+    kernel.library(MANY_LANES)  # before the threads, each of which would load its own
     shapes: dict[str, tuple[int, ...]] = (
         {"rows": (count, int(plan.keep.sum()), len(names))} if plan.give == "rows" else {"sums": (count, len(names))}
     )

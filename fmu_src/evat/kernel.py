@@ -35,9 +35,13 @@ CAUSALITIES: tuple[Causality, ...] = ("independent", "parameter", "calculated", 
 VARIABILITIES: tuple[Variability, ...] = ("fixed", "tunable", "discrete", "continuous")
 
 
-@functools.lru_cache(maxsize=2)
 def library(lanes: int = 1) -> tuple[Any, Any]:
     """The compiled kernel with that many contacts in a block (1 or MANY_LANES): cffi's view of kernel.h, and the library itself."""
+    return _loaded(lanes)
+
+
+@functools.cache
+def _loaded(lanes: int) -> tuple[Any, Any]:
     header = (source_root() / "kernel" / "kernel.h").read_text(encoding="utf-8")
     header = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
     header = re.sub(r"^\s*#.*$", "", header, flags=re.MULTILINE).replace("[LANES]", f"[{lanes}]")
