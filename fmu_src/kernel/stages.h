@@ -144,6 +144,11 @@ void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes t
 void try_step(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
               struct Point *middle, struct Point *end, lanes difference);
 
+/* tolerance.c: is the step within the tolerance? Chooses each lane's next step; where it is not, fits says in which lanes it is, and the
+ * others' next step is the shorter one to try again with; a step of `shortest` is taken as it is. */
+int accurate(const struct Contact *contact, const struct Wiring *w, double shortest, const lanes h, const struct Point *start,
+             const struct Point *middle, const struct Point *end, const lanes difference, lanes next, int fits[LANES]);
+
 /* cut.c: does a lane see an event, by the signs at middle and end? And does any, or may it have touched the work in between? Most steps
  * see none, and need not ask each lane. */
 int sees_event(const struct Contact *contact, const struct Wiring *w, int lane, const struct Point *middle, const struct Point *end);
