@@ -8,9 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from evat import kernel
 from evat.batch import Batch, Cancelled, run_many
+from evat.compile import MANY_LANES, kernel_library_path
 from evat.kernel import Contact
 from evat.model import FloatArray, ParameterError, Run
+from evat.processor import instructions
 from evat.sensitivity import sensitivities
 from scipy.integrate import solve_ivp
 
@@ -67,6 +70,24 @@ def test_an_ellipse_among_others_is_that_ellipse_alone() -> None:
     batch = run_many(run, values)
     for place in range(6):
         assert np.array_equal(batch.rows["principal_force"][place], alone(one(values, place), run)[:, 0])
+
+
+@pytest.mark.parametrize("kinematics", ["external", "internal"])
+def test_every_library_gives_the_same_bits(monkeypatch: pytest.MonkeyPatch, kinematics: str) -> None:
+    """Compiled for wider vectors or not: with each instruction that the kernel knows to use taken away."""
+    run = Run(TIMES, RIG.inputs if kinematics == "external" else {}, ("principal_force", "bristle_deflection"))
+    there, found = instructions(), {}
+    for less in (frozenset(), {"AVX512F"}, {"AVX512F", "AVX2"}):
+        monkeypatch.setattr(kernel, "instructions", lambda less=less: there - less)
+        kernel._loaded.cache_clear()
+        batch = run_many(
+            Run(run.times * (1 if kinematics == "external" else 1e-3), run.inputs, run.outputs), {**sets(), "kinematics": kinematics}
+        )
+        found[kernel_library_path(MANY_LANES, there - less).name] = np.stack([batch.rows[name] for name in run.outputs])
+    kernel._loaded.cache_clear()
+    first, *others = found.values()
+    assert np.isfinite(first).all()
+    assert all(np.array_equal(first, other) for other in others)
 
 
 def test_conditions_of_their_own() -> None:

@@ -6,6 +6,7 @@ A set's answer does not depend on its neighbours, on the number of threads or on
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
@@ -19,6 +20,8 @@ from evat.model import FloatArray, ParameterError, Run, SimulationError
 from evat.needs import check_needs
 
 Give = Literal["rows", "sums"]
+LINE = 64  # bytes
+FEWEST = 4  # sets that are worth a block; fewer run one by one
 MOST_BYTES = 8e9  # of rows in one answer; sums fit any number of sets
 
 
@@ -127,10 +130,30 @@ def _blocks(count: int, columns: Mapping[int, FloatArray], lanes: int) -> Iterat
             yield places[first : first + lanes]
 
 
-def _follow(plan: _Plan, places: np.ndarray[Any, np.dtype[np.intp]], lanes: int, stop: Any) -> tuple[int, dict[str, FloatArray]]:
+class _Room(threading.local):
+    """One thread's contacts, used again for block after block: fresh memory costs as much as a hundred samples.
+
+    They begin on a line of the cache: wide vectors that lie across two cost twice.
+    """
+
+    def __init__(self) -> None:
+        self.blocks: dict[int, Any] = {}
+        self.bytes: list[Any] = []
+
+    def block(self, ffi: Any, lanes: int) -> Any:
+        if lanes not in self.blocks:
+            self.bytes.append(ffi.new("char[]", ffi.sizeof("struct Contact") + LINE))
+            begin = int(ffi.cast("uintptr_t", self.bytes[-1]))
+            self.blocks[lanes] = ffi.cast("struct Contact *", begin + -begin % LINE)
+        return self.blocks[lanes]
+
+
+def _follow(
+    plan: _Plan, places: np.ndarray[Any, np.dtype[np.intp]], lanes: int, room: _Room, stop: Any
+) -> tuple[int, dict[str, FloatArray]]:
     """One block through the kernel: its status, and what it gives for each set of the block."""
     ffi, loaded = kernel.library(lanes)
-    block, record, answer = ffi.new("struct Contact *"), ffi.new("struct Record *"), ffi.new("struct Yield *")
+    block, record, answer = room.block(ffi, lanes), ffi.new("struct Record *"), ffi.new("struct Yield *")
     filled = np.resize(places, lanes)  # idle lanes repeat a set
     loaded.kernel_reset(block)
     held = np.frombuffer(ffi.buffer(block.value), dtype=np.float64).reshape(-1, lanes)
@@ -216,24 +239,19 @@ def run_many(
         table = np.column_stack([np.asarray(data.get(name, np.full(kept.size, np.nan)), dtype=np.float64) for name in names])
     indices = tuple(kernel.variable(name).index for name in names)
     plan = _Plan(clock, keep, inputs, shared, each, indices, table, constants, columns, give)
-    external = kernel.variable("kinematics").choices.index("external")
-    kinematics = columns.get(kernel.variable("kinematics").index, constants.get(kernel.variable("kinematics").index, 0.0))
-    lanes = (
-        MANY_LANES if count > 1 and np.all(kinematics == external) else 1
-    )  # entries and exits keep lanes of an ellipse from sharing work
-    return _gathered(plan, names, count, lanes, threads, progress, cancelled)
+    return _gathered(plan, names, count, threads, progress, cancelled)
 
 
 def _gathered(
     plan: _Plan,
     names: tuple[str, ...],
     count: int,
-    lanes: int,
     threads: int | None,
     progress: Callable[[float], None] | None,
     cancelled: Callable[[], bool] | None,
 ) -> Batch:
     ffi, loaded = kernel.library()
+    kernel.library(MANY_LANES)  # before the threads, each of which would load its own
     shapes: dict[str, tuple[int, ...]] = (
         {"rows": (count, int(plan.keep.sum()), len(names))} if plan.give == "rows" else {"sums": (count, len(names))}
     )
@@ -241,24 +259,25 @@ def _gathered(
         shapes["squares"] = (count, len(names))
     whole = {name: np.full(shape, np.nan) for name, shape in shapes.items()}
     failed: dict[int, str] = {}
-    stop = ffi.new("int *")
+    stop, room = ffi.new("int *"), _Room()
 
-    def work(places: np.ndarray[Any, np.dtype[np.intp]]) -> int:
-        status, found = _follow(plan, places, lanes, stop)
+    def follow(places: np.ndarray[Any, np.dtype[np.intp]], lanes: int) -> int:
+        status, found = _follow(plan, places, lanes, room, stop)
         if status == loaded.KERNEL_OK:
             for name, array in found.items():
                 whole[name][places] = array
-        elif status != loaded.KERNEL_STOPPED:
-            for place in places:  # one of them spoils the block: each alone
-                status, found = _follow(plan, np.array([place]), 1, stop)
-                if status == loaded.KERNEL_OK:
-                    for name, array in found.items():
-                        whole[name][place] = array[0]
-                elif status != loaded.KERNEL_STOPPED:
-                    failed[int(place)] = kernel.status_text(status)
+        return status
+
+    def work(places: np.ndarray[Any, np.dtype[np.intp]]) -> int:
+        if places.size >= FEWEST and follow(places, MANY_LANES) in (loaded.KERNEL_OK, loaded.KERNEL_STOPPED):
+            return places.size
+        for place in places:  # too few, or one of them spoils the block: each alone
+            status = follow(np.array([place]), 1)
+            if status not in (loaded.KERNEL_OK, loaded.KERNEL_STOPPED):
+                failed[int(place)] = kernel.status_text(status)
         return places.size
 
-    blocks = _blocks(count, plan.columns, lanes)
+    blocks = _blocks(count, plan.columns, MANY_LANES)
     done, waiting = 0, set[Future[int]]()
     with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
         try:

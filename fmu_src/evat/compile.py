@@ -16,7 +16,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,7 +32,7 @@ HERE = Path(__file__).resolve().parent
 
 # One set of flags for the Python library and for every FMU, so that both give the same bits: no contraction, no fast-math, the
 # baseline processor of the architecture.
-MANY_LANES = 8  # two to four vectors of today's processors; more do not pay
+MANY_LANES = 8  # one to four vectors of today's processors; more do not pay
 FLAGS = (
     "-std=c99",
     "-ffp-contract=off",
@@ -45,8 +45,31 @@ FLAGS = (
     "-Werror",
     "-fvisibility=hidden",
 )
-RELEASE = ("-O2", "-g0", "-mcpu=baseline", "-fno-sanitize=undefined")  # zig's cc puts checks in unless told not to
+RELEASE = ("-O2", "-g0", "-fno-sanitize=undefined")  # zig's cc puts checks in unless told not to
 SANITIZE = ("-O1", "-g", "-fno-omit-frame-pointer", "-fsanitize=address,undefined", "-fno-sanitize-recover=undefined")
+
+
+@dataclass(frozen=True)
+class Processor:
+    """A processor that a library is compiled for: compiler flags, and the instructions without which it cannot be loaded."""
+
+    name: str  # in the library's name
+    flags: tuple[str, ...]
+    needs: frozenset[str] = frozenset()  # as evat.processor names them
+
+
+BASELINE = Processor("", ("-mcpu=baseline",))
+# Many lanes are compiled for these too, best first, and the machine that loads them chooses. Wider vectors, the same arithmetic.
+WIDER: dict[str, tuple[Processor, ...]] = {
+    "x86_64": (
+        Processor(
+            "avx512",
+            ("-mcpu=baseline+avx512f+avx512dq+avx512bw+avx512vl", "-mprefer-vector-width=512"),
+            frozenset({"AVX512F", "AVX512DQ", "AVX512BW", "AVX512VL"}),
+        ),
+        Processor("avx2", ("-mcpu=baseline+avx2",), frozenset({"AVX2"})),
+    )
+}
 
 
 class CompileError(EvatError):
@@ -62,6 +85,10 @@ class Target:
     fmi3_folder: str
     extension: str
     wheel: str  # its tag in the name of a Python wheel
+
+    @property
+    def machine(self) -> str:
+        return self.fmi3_folder.partition("-")[0]
 
     @property
     def system(self) -> str:
@@ -147,6 +174,7 @@ def compile_library(
     exports: Iterable[str] = (),
     link: bool = True,
     sanitize: bool = False,
+    processor: Processor = BASELINE,
 ) -> Path:
     """Compile C `sources` into the shared library `output`, which appears whole or not at all.
 
@@ -162,7 +190,10 @@ def compile_library(
         raise CompileError(f"{output.name}: the sanitizers run on this machine only, not on {target.fmi3_folder}.")
     if isinstance(defines, Mapping):
         defines = [f"{name}={value}" for name, value in defines.items()]
-    command = [*_sanitizing_compiler(), *FLAGS, *SANITIZE] if sanitize else [*_zig(), "-target", target.zig, *FLAGS, *RELEASE]
+    if sanitize:
+        command = [*_sanitizing_compiler(), *FLAGS, *SANITIZE]
+    else:
+        command = [*_zig(), "-target", target.zig, *FLAGS, *RELEASE, *processor.flags]
     command += [f"-I{Path(folder).resolve()}" for folder in include] + [f"-D{define}" for define in defines]
     if target.system != "windows":
         command.append("-fPIC")
@@ -189,34 +220,41 @@ def compile_library(
     return output
 
 
-def _library_name(lanes: int) -> str:
-    return f"{KERNEL_LIBRARY}{'' if lanes == 1 else f'_{lanes}'}{host_target().extension}"
+def _processors(lanes: int) -> tuple[Processor, ...]:
+    """What the kernel with so many lanes is compiled for, best first."""
+    return (BASELINE,) if lanes == 1 else (*WIDER.get(host_target().machine, ()), BASELINE)
 
 
-def build_kernel_library(output_dir: Path, lanes: int = 1) -> Path:
+def _library_name(lanes: int, processor: Processor) -> str:
+    return "_".join(filter(None, (KERNEL_LIBRARY, "" if lanes == 1 else str(lanes), processor.name))) + host_target().extension
+
+
+def build_kernel_library(output_dir: Path, lanes: int = 1, processor: Processor = BASELINE) -> Path:
     """The kernel for Python in `output_dir`, compiled only where its sources, flags or compiler have changed.
 
     `lanes` contacts run side by side in one block of the library.
     """
     root, target = source_root(), host_target()
-    output = output_dir / _library_name(lanes)
+    output = output_dir / _library_name(lanes, processor)
     stamp = output_dir / f"{output.name}.sha256"
     state = _fingerprint(root, target)
     if not (output.is_file() and stamp.is_file() and stamp.read_text(encoding="ascii") == state):
         stamp.unlink(missing_ok=True)
-        compile_library(kernel_sources(root), output, target, include=[root / "kernel"], exports=["kernel.h"], defines={"LANES": lanes})
+        include, defines = [root / "kernel"], {"LANES": lanes}
+        compile_library(kernel_sources(root), output, target, include=include, exports=["kernel.h"], defines=defines, processor=processor)
         stamp.write_text(state, encoding="ascii")
     return output
 
 
 def build_kernel_libraries(output_dir: Path) -> list[Path]:
     """The kernel with one lane and with many."""
-    return [build_kernel_library(output_dir, lanes) for lanes in (1, MANY_LANES)]
+    return [build_kernel_library(output_dir, lanes, processor) for lanes in (1, MANY_LANES) for processor in _processors(lanes)]
 
 
-def kernel_library_path(lanes: int = 1) -> Path:
-    """The compiled kernel that came with this package."""
-    path = HERE / "_lib" / _library_name(lanes)
+def kernel_library_path(lanes: int = 1, instructions: Collection[str] = ()) -> Path:
+    """The compiled kernel that came with this package: the best for a machine with these instructions."""
+    fits = next(processor for processor in _processors(lanes) if processor.needs <= set(instructions))
+    path = HERE / "_lib" / _library_name(lanes, fits)
     if not path.is_file():
         raise CompileError(
             f"the compiled kernel is not there: {path}. In a checkout run `python -m evat.compile`; else install evat again, "

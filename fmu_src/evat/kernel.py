@@ -23,21 +23,26 @@ from evat.model import (
     Variability,
     Variable,
 )
+from evat.processor import instructions
 
 TYPES: tuple[Type, ...] = ("real", "integer", "boolean", "choice")
 CAUSALITIES: tuple[Causality, ...] = ("independent", "parameter", "calculated", "input", "output", "local")
 VARIABILITIES: tuple[Variability, ...] = ("fixed", "tunable", "discrete", "continuous")
 
 
-@functools.lru_cache(maxsize=2)
 def library(lanes: int = 1) -> tuple[Any, Any]:
     """The compiled kernel with that many contacts in a block (1 or MANY_LANES): cffi's view of kernel.h, and the library itself."""
+    return _loaded(lanes)
+
+
+@functools.cache
+def _loaded(lanes: int) -> tuple[Any, Any]:
     header = (source_root() / "kernel" / "kernel.h").read_text(encoding="utf-8")
     header = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
     header = re.sub(r"^\s*#.*$", "", header, flags=re.MULTILINE).replace("[LANES]", f"[{lanes}]")
     ffi = cffi.FFI()
     ffi.cdef(header)
-    loaded: Any = ffi.dlopen(str(kernel_library_path(lanes)))
+    loaded: Any = ffi.dlopen(str(kernel_library_path(lanes, instructions())))
     if loaded.kernel_size() != ffi.sizeof("struct Contact"):
         raise EvatError(
             f"the compiled kernel does not fit its header: a contact has {loaded.kernel_size()} bytes there, "

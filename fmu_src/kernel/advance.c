@@ -7,23 +7,6 @@
 
 #include <math.h>
 
-/* How far a step is from the tolerance: 1 is just right. The measured differences are those of a second-order solution, h^3; the step's
- * own error is of h^5 and taken as a tenth of their power 5/3. */
-static double badness(const struct Contact *contact, const struct Wiring *w, int i, const struct Point *a, const struct Point *m,
-                      const struct Point *b, double difference)
-{
-    const double of_late = w->looks_back ? late_bend(contact, w, i, a, m, b) / contact->largest_difference[i] : 0;
-    if (a->cutting[i] == 0)
-        return of_late;
-    const double force = larger(a->F_C[i], a->F_S[i]), reach = force / b->P[i];
-    const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
-    const double F = larger(larger(fabs(a->F[i]), fabs(b->F[i])), force), F_p = larger(larger(fabs(a->F_p[i]), fabs(b->F_p[i])), force);
-    const double of_friction = fabs(a->F[i] - 2 * m->F[i] + b->F[i]) / (3 * F);
-    const double of_principal = fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]) / (3 * F_p);
-    const double worst = larger(difference / z, larger(of_friction, of_principal));
-    return larger(worst / contact->largest_difference[i], of_late);
-}
-
 /* Integral by Simpson's rule of what start, middle and end show. */
 #define SUM(field) (h[i] / 6 * (a->field[i] + 4 * m->field[i] + b->field[i]))
 
@@ -44,9 +27,10 @@ static void accumulate(struct Contact *contact, const struct Wiring *w, const la
         value[MEASURED_PRINCIPAL_IMPULSE][i] += SUM(measured[1]);
         value[MEASURED_FEED_IMPULSE][i] += SUM(measured[2]);
         value[STEP_COUNT][i] += h[i] > 0;
-        value[CLAMPED_COUNT][i] += h[i] > 0 && b->cutting[i] != 0 && b->clamped[i] + b->outside[i] > 0;
+        value[CLAMPED_COUNT][i] += (h[i] > 0) & (b->cutting[i] != 0) & (b->clamped[i] + b->outside[i] > 0);
     }
-    store_states(contact, w, b);
+    if (w->drivers)
+        store_states(contact, w, b);
     for (int i = 0; w->looks_back && i < LANES; ++i)
         if (h[i] > 0)
             remember(contact, i, h[i], a, m, b);
@@ -56,42 +40,25 @@ static void accumulate(struct Contact *contact, const struct Wiring *w, const la
 
 /* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step and the averaging window.
  * Returns whether any lane is still on its way. */
-static int choose_step(const struct Contact *contact, const struct Wiring *w, double step, const lanes s, const struct Point *start, lanes h,
-                       lanes to_window)
+static int choose_step(const struct Contact *contact, const struct Wiring *w, double step, const lanes s, const lanes window_ends,
+                       const struct Point *start, lanes h, lanes to_window)
 {
     int running = 0;
     EACH_LANE {
-        const double left = step - s[i], window = larger(window_end(contact, i) - contact->value[TIME][i] - s[i], 0);
+        const double left = step - s[i], window = larger(window_ends[i] - contact->value[TIME][i] - s[i], 0);
         const double whole = smaller(left, window), wanted = smaller(contact->next_step[i], w->longest[i]);
         const int last = whole <= wanted;
         h[i] = left <= 0 ? 0 : last ? whole : whole < 2 * wanted ? 0.5 * whole : wanted; /* two even steps, not one and a remnant */
-        to_window[i] = left > 0 && last && window <= left;
-        if (w->looks_back && left > 0) {
-            const double chosen_step = h[i];
-            h[i] = until_late_jump(contact, w, i, contact->value[TIME][i] + s[i], h[i], start);
-            to_window[i] *= h[i] == chosen_step;
-        }
+        to_window[i] = (left > 0) & last & (window <= left);
         running |= left > 0;
     }
-    return running;
-}
-
-/* Is the step within the tolerance? Chooses each lane's next step, or where `fits` is not set the shorter one to try again with. */
-static int accurate(const struct Contact *contact, const struct Wiring *w, double shortest, const lanes h, const struct Point *start,
-                    const struct Point *middle, const struct Point *end, const lanes difference, lanes next, int fits[LANES])
-{
-    int all = 1;
-    EACH_LANE {
-        const double bad = badness(contact, w, i, start, middle, end, difference[i]), factor = bad > 0.011 ? 0.9 / cbrt(bad) : 4;
-        const double changed = h[i] * smaller(larger(factor, 0.1), bad > 1 ? 0.7 : 4);
-        const int shortest_of_all = h[i] <= shortest && bad > 1 && isfinite(bad);
-        /* a step that was short because it had to end somewhere says nothing against a longer one */
-        const double wanted = smaller(factor < 1 ? changed : larger(changed, next[i]), w->longest[i]);
-        next[i] = shortest_of_all ? next[i] : wanted;
-        fits[i] = shortest_of_all || bad <= 1;
-        all &= fits[i];
+    for (int i = 0; w->looks_back && i < LANES; ++i) {
+        const double chosen_step = h[i];
+        if (step - s[i] > 0)
+            h[i] = until_late_jump(contact, w, i, contact->value[TIME][i] + s[i], h[i], start);
+        to_window[i] *= h[i] == chosen_step;
     }
-    return all;
+    return running;
 }
 
 /* A step is tried again because some lanes ask for it: only they take what they have chosen, the others repeat the step that they had. */
@@ -100,41 +67,60 @@ static void try_again(struct Contact *contact, const int asks[LANES], const lane
     EACH_LANE contact->next_step[i] = asks[i] ? next[i] : contact->next_step[i];
 }
 
+static int all_finite(const struct Point *x)
+{
+    int lost = 0;
+    EACH_LANE lost |= !(fabs(x->z[i]) < INFINITY) | !(fabs(x->F_p[i]) < INFINITY);
+    return !lost;
+}
+
 enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s, struct Course *course)
 {
     /* for each vibration cycle that is passed a hundred times what tight tolerances take; solving for the slip makes steps dear */
     const double most_steps = smaller((w->current_angle ? 1e4 : 1e5) * (1 + step * w->p[VIBRATION_FREQUENCY][0]), 1e9);
-    struct Point *start = &course->room[course->now], *middle = &course->room[(course->now + 1) % 3], *end = &course->room[(course->now + 2) % 3];
+    struct Room *const room = course->room;
+    struct Point *start = &room[course->now].point, *middle = &room[(course->now + 1) % 3].point, *end = &room[(course->now + 2) % 3].point;
     lanes h, to_window, difference;
     int jumps = 0;
     const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VIBRATION_FREQUENCY][0];
     if (!course->known) {
         point_at(contact, w, s, start);
         let_go(contact, w, start);
-        EACH_LANE start->z[i] = contact->value[BRISTLE_DEFLECTION][i];
+        EACH_LANE {
+            start->z[i] = contact->value[BRISTLE_DEFLECTION][i];
+            course->window_end[i] = window_end(contact, i);
+        }
     }
     course->known = 0;
-    for (double n = 0; choose_step(contact, w, step, s, start, h, to_window); ++n) {
-        int cut[LANES], acts[LANES], fits[LANES], misfits[LANES], shorter = 0, event = 0, jump = 0;
+    for (double n = 0; choose_step(contact, w, step, s, course->window_end, start, h, to_window); ++n) {
+        int cut[LANES], known[LANES], asked[LANES], acts[LANES], fits[LANES], misfits[LANES], shorter = 0, event = 0, jump = 0;
         lanes next;
         EACH_LANE next[i] = contact->next_step[i];
         if (n >= most_steps)
             return KERNEL_TOO_MANY_STEPS;
         try_step(contact, w, s, h, start, middle, end, difference);
-        EACH_LANE if (!isfinite(end->z[i]) || !isfinite(end->F_p[i])) return KERNEL_DIVERGED;
+        if (!all_finite(end))
+            return KERNEL_DIVERGED;
         if (!accurate(contact, w, 1e-12 * step, h, start, middle, end, difference, next, fits)) {
             EACH_LANE misfits[i] = !fits[i];
             try_again(contact, misfits, next);
             continue;
         }
-        int seen[LANES];
-        any_event(contact, w, middle, end, seen);
+        const int quiet = !any_event(contact, w, start, middle, end);
+        lanes wanted;
         for (int i = 0; i < LANES; ++i) {
-            const double wanted = h[i];
-            cut[i] = cut_at_touch(contact, w, i, s[i], &h[i], start, middle, end);
-            if (cut[i] == NO_EVENT && wanted > 0 && seen[i])
-                cut[i] = cut_at_event(contact, w, i, NO_EVENT, s[i], &h[i], start, middle, end);
-            shorter |= h[i] < wanted;
+            cut[i] = known[i] = NO_EVENT;
+            wanted[i] = h[i];
+        }
+        if (!quiet) {
+            for (int i = 0; i < LANES; ++i) {
+                cut_at_touch(contact, w, i, s, h, start, middle, end, cut);
+                asked[i] = cut[i] == NO_EVENT && h[i] > 0 && sees_event(contact, w, i, middle, end);
+            }
+            cut_at_events(contact, w, asked, known, s, h, start, middle, end, cut);
+        }
+        for (int i = 0; !quiet && i < LANES; ++i) {
+            shorter |= h[i] < wanted[i];
             jump |= cut[i] == JUMP;
             event |= cut[i] >= 0;
             to_window[i] *= cut[i] == NO_EVENT;
@@ -152,11 +138,16 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
             try_step(contact, w, s, h, start, middle, end, difference);
             within = accurate(contact, w, 1e-12 * step, h, start, middle, end, difference, next, fits);
             shorter = 0;
-            EACH_LANE {
-                const double wanted = h[i];
-                const int other = cut[i] >= 0 ? cut_at_event(contact, w, i, cut[i], s[i], &h[i], start, middle, end) : NO_EVENT;
-                cut[i] = other >= 0 ? other : cut[i];
-                shorter |= h[i] < wanted;
+            for (int i = 0; i < LANES; ++i) {
+                asked[i] = cut[i] >= 0;
+                known[i] = cut[i];
+                cut[i] = NO_EVENT;
+                wanted[i] = h[i];
+            }
+            cut_at_events(contact, w, asked, known, s, h, start, middle, end, cut);
+            for (int i = 0; i < LANES; ++i) {
+                cut[i] = cut[i] >= 0 ? cut[i] : known[i];
+                shorter |= h[i] < wanted[i];
             }
         }
         if (!within) {
@@ -167,15 +158,22 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
         EACH_LANE contact->next_step[i] = next[i];
         if (shorter)
             try_step(contact, w, s, h, start, middle, end, difference);
-        contact->warnings |= end->warnings;
-        EACH_LANE contact->warnings |= end->outside[i] != 0 ? WARN_FORCE_DOMAIN : 0u;
+        warn(contact, end);
         measure_step(contact, w, h, start, middle, end);
         accumulate(contact, w, h, start, middle, end);
         for (int i = 0; w->looks_back && i < LANES; ++i)
             if (!recall_reaches(contact, i, end->t[i] - look_back(w, i)))
                 return KERNEL_HISTORY_SHORT;
-        EACH_LANE s[i] = h[i] == step - s[i] ? step : s[i] + h[i];
-        EACH_LANE if (to_window[i] != 0) close_window(contact, i);
+        int windows_ended = 0;
+        EACH_LANE {
+            s[i] = h[i] == step - s[i] ? step : s[i] + h[i];
+            windows_ended |= to_window[i] != 0;
+        }
+        for (int i = 0; windows_ended && i < LANES; ++i)
+            if (to_window[i] != 0) {
+                close_window(contact, i);
+                course->window_end[i] = window_end(contact, i);
+            }
         if (event && stop_at_events)
             break;
         struct Point *const reached = end;
@@ -189,7 +187,8 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
         if (event)
             act_in_lanes(contact, w, s, ahead, acts, start);
     }
-    course->now = (int)(start - course->room);
+    while (start != &room[course->now].point)
+        course->now = (course->now + 1) % 3;
     course->known = 1;
     return KERNEL_OK;
 }

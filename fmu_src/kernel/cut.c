@@ -4,98 +4,143 @@
 
 #include <math.h>
 
-void point_within(const struct Contact *contact, const struct Wiring *w, int forces, double s, double tau, const struct Point *start,
-                  struct Point *x)
+void point_within(const struct Contact *contact, const struct Wiring *w, int forces, const lanes s, const lanes tau,
+                  const struct Point *start, struct Point *x)
 {
-    struct Point middle;
-    lanes from, h, difference;
-    EACH_LANE {
-        from[i] = s;
-        h[i] = tau - s;
-    }
-    if (forces || w->feedback)
-        try_step(contact, w, from, h, start, &middle, x, difference);
-    else {
-        EACH_LANE from[i] = tau;
-        path_at(contact, w, from, x);
-    }
+    if (forces || w->feedback) {
+        struct Point middle;
+        lanes h, difference;
+        EACH_LANE h[i] = tau[i] - s[i];
+        try_step(contact, w, s, h, start, &middle, x, difference);
+    } else
+        path_at(contact, w, tau, x);
 }
 
-/* Indicator k at tau, reached from s by a step on the held sides. */
-static double indicator_at(const struct Contact *contact, const struct Wiring *w, int k, int lane, double s, double tau,
-                           const struct Point *start)
-{
-    struct Point x;
-    lanes now[INDICATORS];
-    point_within(contact, w, k == AT_LAW, s, tau, start, &x);
-    indicators(w, &x, now);
-    return now[k][lane];
-}
+/* Where an event is sought, by lanes: between low and high, where the indicator has these values; not in lanes that are not open. */
+struct Search {
+    lanes low, high, at_low, at_high;
+    int open[LANES];
+};
 
-/* The first tau in (low, high] at which indicator k is on the other side, to a thousandth of the tolerance. */
-static double locate(const struct Contact *contact, const struct Wiring *w, int k, int i, double s, double low, double high,
-                     double at_low, double at_high, const struct Point *start)
+/* In each lane the first tau in (low, high] at which indicator k is on the other side, to a thousandth of the tolerance; a step on the
+ * held sides leads there from s. All lanes take their steps at once. */
+static void locate(const struct Contact *contact, const struct Wiring *w, int k, const lanes s, const struct Search *search,
+                   const struct Point *start, lanes found)
 {
-    const double side = contact->sign[k][i];
-    const double close = 1e-3 * w->p[RELATIVE_TOLERANCE][i] * (high - s) + 4.4e-16 * high; /* the last: rounding of tau */
-    struct Bracket b = bracket(low, high, side * at_low, side * at_high);
-    while (b.count < 100 && b.high - b.low > close) {
-        const double tau = bracket_next(&b, close);
-        bracket_update(&b, tau, side * indicator_at(contact, w, k, i, s, tau, start));
+    struct Bracket b[LANES];
+    lanes tau, close, now[INDICATORS];
+    int open = 0;
+    for (int i = 0; i < LANES; ++i) {
+        const double side = contact->sign[k][i], high = search->high[i];
+        close[i] = 1e-3 * w->p[RELATIVE_TOLERANCE][i] * (high - s[i]) + 4.4e-16 * high; /* the last: rounding of tau */
+        b[i] = bracket(search->low[i], high, side * search->at_low[i], side * search->at_high[i]);
+        tau[i] = search->open[i] ? high : s[i];
+        open |= search->open[i] && b[i].high - b[i].low > close[i];
     }
-    return b.high;
+    while (open) {
+        struct Point x;
+        for (int i = 0; i < LANES; ++i)
+            if (search->open[i] && b[i].count < 100 && b[i].high - b[i].low > close[i])
+                tau[i] = bracket_next(&b[i], close[i]);
+        point_within(contact, w, k == AT_LAW, s, tau, start, &x);
+        indicators(w, &x, now);
+        open = 0;
+        for (int i = 0; i < LANES; ++i) {
+            if (!search->open[i] || b[i].count >= 100 || !(b[i].high - b[i].low > close[i]))
+                continue;
+            bracket_update(&b[i], tau[i], contact->sign[k][i] * now[k][i]);
+            open |= b[i].count < 100 && b[i].high - b[i].low > close[i];
+        }
+    }
+    for (int i = 0; i < LANES; ++i)
+        found[i] = b[i].high;
 }
 
-int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *middle, const struct Point *end, int seen[LANES])
+/* The sides of some events that are watched wherever a point is, and of those that are not where the slip is solved for. */
+static inline int path_event(const struct Contact *contact, int i, const struct Point *middle, const struct Point *end)
 {
-    lanes at_middle[INDICATORS], at_end[INDICATORS];
+    const double contact_side = contact->sign[AT_CONTACT][i], surface_side = contact->sign[AT_SURFACE][i];
+    return (contact_side * middle->contact[i] < 0) | (contact_side * end->contact[i] < 0) |
+           (surface_side * middle->surface[i] < 0) | (surface_side * end->surface[i] < 0);
+}
+
+static inline int slip_event(const struct Contact *contact, int i, const struct Point *middle, const struct Point *end)
+{
+    const double slip_side = contact->sign[AT_SLIP][i], law_side = contact->sign[AT_LAW][i];
+    return (slip_side * middle->v[i] < 0) | (slip_side * end->v[i] < 0) | (law_side * middle->law[i] < 0) | (law_side * end->law[i] < 0);
+}
+
+int sees_event(const struct Contact *contact, const struct Wiring *w, int i, const struct Point *middle, const struct Point *end)
+{
+    return path_event(contact, i, middle, end) || (!w->current_angle && slip_event(contact, i, middle, end));
+}
+
+int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *start, const struct Point *middle,
+              const struct Point *end)
+{
     int any = 0;
-    indicators(w, middle, at_middle);
-    indicators(w, end, at_end);
-    EACH_LANE seen[i] = 0;
-    for (int k = 0; k < INDICATORS; ++k)
-        EACH_LANE seen[i] |= (contact->sign[k][i] * at_middle[k][i] < 0) | (contact->sign[k][i] * at_end[k][i] < 0);
-    EACH_LANE any |= seen[i];
+    EACH_LANE any |= path_event(contact, i, middle, end);
+    if (!w->held)
+        EACH_LANE any |= (contact->sign[AT_CONTACT][i] < 0) & !((start->contact[i] > 0) & (middle->contact[i] > 0));
+    if (!w->current_angle)
+        EACH_LANE any |= slip_event(contact, i, middle, end);
     return any;
 }
 
-int cut_at_event(const struct Contact *contact, const struct Wiring *w, int i, int known, double s, double *h,
-                        const struct Point *start, const struct Point *middle, const struct Point *end)
+void cut_at_events(const struct Contact *contact, const struct Wiring *w, const int asked[LANES], const int known[LANES], const lanes s, lanes h,
+                   const struct Point *start, const struct Point *middle, const struct Point *end, int cut[LANES])
 {
-    lanes at_start[INDICATORS], at_middle[INDICATORS], at_end[INDICATORS];
-    int first = NO_EVENT;
-    double step = *h;
+    lanes at_start[INDICATORS], at_middle[INDICATORS], at_end[INDICATORS], step, found;
     indicators(w, middle, at_middle);
     indicators(w, end, at_end);
     indicators(w, start, at_start);
+    EACH_LANE step[i] = h[i];
     for (int k = 0; k < INDICATORS; ++k) {
-        const double side = contact->sign[k][i], half = 0.5 * *h;
-        double at;
-        if (k == known || !watched(contact, k, i))
-            continue;
-        if (side * at_middle[k][i] < 0) {
-            if (side * at_start[k][i] < 0)
-                return JUMP;
-            at = locate(contact, w, k, i, s, s, s + half, at_start[k][i], at_middle[k][i], start) - s;
-        } else if (side * at_end[k][i] < 0)
-            at = locate(contact, w, k, i, s, s + half, s + *h, at_middle[k][i], at_end[k][i], start) - s;
-        else
-            continue;
-        if (first == NO_EVENT || at < step) {
-            first = k;
-            step = at;
+        struct Search search = {{0}, {0}, {0}, {0}, {0}};
+        int any = 0;
+        for (int i = 0; i < LANES; ++i) {
+            const double side = contact->sign[k][i], half = s[i] + 0.5 * h[i];
+            const int early = side * at_middle[k][i] < 0, late = side * at_end[k][i] < 0;
+            if (!asked[i] || cut[i] == JUMP || k == known[i] || !watched(contact, k, i) || !(early || late))
+                continue;
+            if (early && side * at_start[k][i] < 0) {
+                cut[i] = JUMP;
+                continue;
+            }
+            any = search.open[i] = 1;
+            search.low[i] = early ? s[i] : half;
+            search.high[i] = early ? half : s[i] + h[i];
+            search.at_low[i] = early ? at_start[k][i] : at_middle[k][i];
+            search.at_high[i] = early ? at_middle[k][i] : at_end[k][i];
+        }
+        if (any)
+            locate(contact, w, k, s, &search, start, found);
+        for (int i = 0; any && i < LANES; ++i) {
+            const double at = found[i] - s[i];
+            if (!search.open[i] || !(cut[i] == NO_EVENT || at < step[i]))
+                continue;
+            cut[i] = k;
+            step[i] = at;
         }
     }
-    *h = step;
-    return first;
+    for (int i = 0; i < LANES; ++i)
+        h[i] = asked[i] && cut[i] >= 0 ? step[i] : h[i];
 }
 
-int cut_at_touch(const struct Contact *contact, const struct Wiring *w, int i, double s, double *h, const struct Point *start,
-                        const struct Point *middle, const struct Point *end)
+void cut_at_touch(const struct Contact *contact, const struct Wiring *w, int i, const lanes s, lanes h, const struct Point *start,
+                  const struct Point *middle, const struct Point *end, int cut[LANES])
 {
     double tau[2], indicator[2];
-    if (!(*h > 0) || !touches_within(contact, w, i, s, *h, start, middle, end, tau, indicator))
-        return NO_EVENT;
-    *h = locate(contact, w, AT_CONTACT, i, s, tau[0], tau[1], indicator[0], indicator[1], start) - s;
-    return AT_CONTACT;
+    if (!(h[i] > 0) || !touches_within(contact, w, i, s[i], h[i], start, middle, end, tau, indicator))
+        return;
+    struct Search search = {{0}, {0}, {0}, {0}, {0}};
+    lanes found;
+    search.open[i] = 1;
+    search.low[i] = tau[0];
+    search.high[i] = tau[1];
+    search.at_low[i] = indicator[0];
+    search.at_high[i] = indicator[1];
+    locate(contact, w, AT_CONTACT, s, &search, start, found);
+    h[i] = found[i] - s[i];
+    cut[i] = AT_CONTACT;
 }

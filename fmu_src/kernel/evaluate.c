@@ -12,40 +12,80 @@ static void watched_indicators(const struct Contact *contact, const struct Wirin
         EACH_LANE if (!watched(contact, k, i)) indicator[k][i] = 1;
 }
 
+void warn(struct Contact *contact, const struct Point *x)
+{
+    int outside = 0;
+    EACH_LANE outside |= x->outside[i] != 0;
+    contact->warnings |= x->warnings | (outside ? WARN_FORCE_DOMAIN : 0u);
+}
+
+/* Outputs that are a field of the point. */
+static const struct {
+    int index;
+    size_t field;
+} plain[] = {
+    {FRICTION_FORCE, offsetof(struct Point, F)}, {PRINCIPAL_FORCE, offsetof(struct Point, F_p)}, {FEED_FORCE, offsetof(struct Point, F_f)},
+    {NORMAL_FORCE, offsetof(struct Point, N)}, {TOOL_FORCE_Y, offsetof(struct Point, F_f)},
+    {MEASURED_FRICTION_FORCE, offsetof(struct Point, measured[0])}, {MEASURED_PRINCIPAL_FORCE, offsetof(struct Point, measured[1])},
+    {MEASURED_FEED_FORCE, offsetof(struct Point, measured[2])}, {SLIP_VELOCITY_USED, offsetof(struct Point, v)},
+    {THETA_USED, offsetof(struct Point, theta)}, {SPEED_RATIO, offsetof(struct Point, speed_ratio)},
+    {IN_CONTACT, offsetof(struct Point, cutting)}, {CONTACT_RATE, offsetof(struct Point, cutting)}, {BRISTLE_RATE, offsetof(struct Point, dz)},
+};
+enum { PLAIN_COUNT = sizeof plain / sizeof plain[0] };
+
+static void show_plain(struct Contact *contact, const struct Point *x, int n)
+{
+    const double *const shown = (const double *)((const char *)x + plain[n].field);
+    double *const value = contact->value[plain[n].index];
+    EACH_LANE value[i] = shown[i];
+}
+
+int shows_plainly(int count, const int *index)
+{
+    int found = 0;
+    for (int j = 0; j < count; ++j)
+        for (int n = 0; n < PLAIN_COUNT; ++n)
+            found += plain[n].index == index[j];
+    return found == count;
+}
+
+void show_some(struct Contact *contact, const struct Point *x, int count, const int *index)
+{
+    for (int j = 0; j < count; ++j)
+        for (int n = 0; n < PLAIN_COUNT; ++n)
+            if (plain[n].index == index[j])
+                show_plain(contact, x, n);
+    warn(contact, x);
+}
+
+/* Without a window the means are what is now. */
+static void show_means(struct Contact *contact, const struct Point *x)
+{
+    const lanes *const now[MEANS] = {&x->F, &x->F_p, &x->F_f, &x->N, &x->cutting, &x->measured[0], &x->measured[1], &x->measured[2]};
+    int forms[LANES];
+    forms_means(contact, forms);
+    for (int n = 0; n < MEANS; ++n)
+        EACH_LANE contact->value[mean_of[n]][i] = forms[i] ? contact->value[mean_of[n]][i] : (*now[n])[i];
+}
+
 void show_outputs(struct Contact *contact, const struct Wiring *w, const struct Point *x, int angles)
 {
     lanes *value = contact->value;
     watched_indicators(contact, w, x, value + CONTACT_INDICATOR);
+    for (int n = 0; n < PLAIN_COUNT; ++n)
+        show_plain(contact, x, n);
     EACH_LANE {
-        value[FRICTION_FORCE][i] = x->F[i];
-        value[PRINCIPAL_FORCE][i] = x->F_p[i];
-        value[FEED_FORCE][i] = x->F_f[i];
-        value[NORMAL_FORCE][i] = x->N[i];
         value[TOOL_FORCE_X][i] = -x->F_p[i];
-        value[TOOL_FORCE_Y][i] = x->F_f[i];
-        value[SLIP_VELOCITY_USED][i] = x->v[i];
         value[UNCUT_THICKNESS_USED][i] = x->cutting[i] * x->h[i];
-        value[THETA_USED][i] = x->theta[i];
-        value[SPEED_RATIO][i] = x->speed_ratio[i];
-        value[IN_CONTACT][i] = value[CONTACT_RATE][i] = x->cutting[i];
         value[DISSIPATED_POWER][i] = x->F[i] * x->v[i];
         value[SLIDING_SPEED][i] = x->cutting[i] * x->speed[i];
-        for (int k = 0; k < CHANNELS; ++k)
-            value[MEASURED_FRICTION_FORCE + k][i] = x->measured[k][i];
-        value[BRISTLE_RATE][i] = x->dz[i];
-        if (window_length(contact, i) > 0)
-            continue;
-        const double now[MEANS] = {x->F[i], x->F_p[i], x->F_f[i], x->N[i], x->cutting[i],
-                                   x->measured[0][i], x->measured[1][i], x->measured[2][i]};
-        for (int n = 0; n < MEANS; ++n)
-            value[mean_of[n]][i] = now[n];
     }
+    show_means(contact, x);
     for (int i = 0; i < LANES && angles; ++i)
         value[SHEAR_ANGLE][i] = shear_angle(w, x, i);
     if (w->drivers)
         show_rates(contact, w, x);
-    contact->warnings |= x->warnings;
-    EACH_LANE contact->warnings |= x->outside[i] != 0 ? WARN_FORCE_DOMAIN : 0u;
+    warn(contact, x);
 }
 
 int ordered_temperatures(const struct Contact *contact)
@@ -55,24 +95,35 @@ int ordered_temperatures(const struct Contact *contact)
     return 1;
 }
 
-enum Status kernel_evaluate(struct Contact *contact)
+enum Status show_here(struct Contact *contact, const struct Wiring *w, const struct Point *passed, const int whole[LANES], int angles)
 {
-    const struct Wiring w = wire(contact);
     struct Point x;
-    if (!ordered_temperatures(contact))
-        return KERNEL_TEMPERATURES;
     lanes held[INDICATORS]; /* looking must not touch */
     for (int k = 0; k < INDICATORS; ++k)
         EACH_LANE held[k][i] = contact->sign[k][i];
-    if (w.kinematics == KINEMATICS_EXTERNAL) /* inputs may jump without an event: what is shown follows them */
-        settle_sides(contact, &w, here, 0, &x);
+    if (w->kinematics == KINEMATICS_EXTERNAL) /* inputs may jump without an event: what is shown follows them */
+        settle_sides(contact, w, here, 0, &x);
     else
-        point_at(contact, &w, here, &x);
-    show_outputs(contact, &w, &x, 1);
+        point_at(contact, w, here, &x);
+    for (int i = 0; passed && i < LANES; ++i)
+        if (whole[i]) {
+            copy_lane((lanes *)&x, (const lanes *)passed, POINT_LANES, i);
+            copy_lane(contact->sign, (const lanes *)held, INDICATORS, i);
+        }
+    show_outputs(contact, w, &x, angles);
     for (int k = 0; k < INDICATORS; ++k)
         EACH_LANE contact->sign[k][i] = held[k][i];
-    EACH_LANE if (!isfinite(x.F_p[i]) || !isfinite(x.dz[i])) return KERNEL_DIVERGED;
-    return KERNEL_OK;
+    int lost = 0;
+    EACH_LANE lost |= !(fabs(x.F_p[i]) < INFINITY) | !(fabs(x.dz[i]) < INFINITY);
+    return lost ? KERNEL_DIVERGED : KERNEL_OK;
+}
+
+enum Status kernel_evaluate(struct Contact *contact)
+{
+    if (!ordered_temperatures(contact))
+        return KERNEL_TEMPERATURES;
+    const struct Wiring w = wire(contact);
+    return show_here(contact, &w, NULL, NULL, 1);
 }
 
 void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS])

@@ -3,43 +3,61 @@
 
 #include <math.h>
 
-static double sample_of(const struct Record *r, int64_t n, int j, int lane)
+/* Input j at sample n: one number, or one for each lane. */
+static const double *sample_of(const struct Record *r, int64_t n, int j)
 {
-    const int64_t at = n * r->input_count + j;
-    return r->per_lane ? r->inputs[at * LANES + lane] : r->inputs[at];
+    return r->inputs + (n * r->input_count + j) * (r->per_lane ? LANES : 1);
 }
 
 /* Inputs that lead to sample n, and their slopes from the one before. */
 static enum Status set_slopes(struct Contact *contact, const struct Record *r, int64_t n)
 {
-    const double step = n > 0 ? r->times[n] - r->times[n - 1] : 0;
-    for (int j = 0; j < r->input_count; ++j)
-        EACH_LANE {
-            const double now = sample_of(r, n, j, i);
-            const enum Status status = i == 0 || r->per_lane ? kernel_check(r->input_index[j], now) : KERNEL_OK;
+    const double step = n > 0 ? r->times[n] - r->times[n - 1] : 1;
+    for (int j = 0; j < r->input_count; ++j) {
+        const double *const now = sample_of(r, n, j), *const before = n > 0 ? sample_of(r, n - 1, j) : now;
+        double *const slope = contact->slope[r->input_index[j] - INPUT_FIRST];
+        for (int i = 0; i < (r->per_lane ? LANES : 1); ++i) {
+            const enum Status status = kernel_check(r->input_index[j], now[i]);
             if (status != KERNEL_OK)
                 return status;
-            contact->slope[r->input_index[j] - INPUT_FIRST][i] = n > 0 ? (now - sample_of(r, n - 1, j, i)) / step : 0;
         }
+        if (r->per_lane)
+            EACH_LANE slope[i] = (now[i] - before[i]) / step;
+        else {
+            const double shared = (*now - *before) / step;
+            EACH_LANE slope[i] = shared;
+        }
+    }
     return KERNEL_OK;
 }
 
 static void land(struct Contact *contact, const struct Record *r, int64_t n)
 {
-    EACH_LANE contact->value[TIME][i] = r->times[n];
-    for (int j = 0; j < r->input_count; ++j)
-        EACH_LANE {
-            contact->value[r->input_index[j]][i] = sample_of(r, n, j, i);
-            contact->slope[r->input_index[j] - INPUT_FIRST][i] = 0;
+    const double time = r->times[n];
+    EACH_LANE contact->value[TIME][i] = time;
+    for (int j = 0; j < r->input_count; ++j) {
+        const double *const now = sample_of(r, n, j);
+        double *const value = contact->value[r->input_index[j]], *const slope = contact->slope[r->input_index[j] - INPUT_FIRST];
+        if (r->per_lane)
+            EACH_LANE value[i] = now[i];
+        else {
+            const double shared = *now;
+            EACH_LANE value[i] = shared;
         }
+        EACH_LANE slope[i] = 0;
+    }
 }
 
-/* A point that a step has passed through shows all there is, but out of contact, and where rates wait for the deflection. */
-static int is_whole(const struct Wiring *w, const struct Point *x)
+/* In which lanes does a point that a step has passed through show all there is? Not out of contact, nor where rates wait for the deflection.
+ * Returns whether in all. */
+static int find_whole(const struct Wiring *w, const struct Point *x, int whole[LANES])
 {
-    int cutting = 1;
-    EACH_LANE cutting &= x->cutting[i] != 0;
-    return cutting && !w->iterates;
+    int all = 1;
+    EACH_LANE {
+        whole[i] = (x->cutting[i] != 0) & !w->iterates;
+        all &= whole[i];
+    }
+    return all;
 }
 
 static void give(const struct Contact *contact, struct Yield *y)
@@ -63,6 +81,7 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
     struct Wiring w = wire(contact);
     struct Course course;
     course.now = course.known = 0;
+    const int plainly = shows_plainly(yield->output_count, yield->output_index);
     int angles = 0;
     for (int j = 0; j < yield->output_count; ++j)
         angles |= yield->output_index[j] == SHEAR_ANGLE;
@@ -79,11 +98,19 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
         if (status != KERNEL_OK)
             break;
         land(contact, record, n);
+        const struct Point *const passed = &course.room[course.now].point;
         if (!record->keep || record->keep[n]) {
-            if (course.known && is_whole(&w, &course.room[course.now]))
-                show_outputs(contact, &w, &course.room[course.now], angles || n == record->count - 1);
-            else
-                status = kernel_evaluate(contact);
+            const int shown = angles || n == record->count - 1;
+            int whole[LANES];
+            const int all_whole = course.known && find_whole(&w, passed, whole);
+            if (all_whole && plainly && n < record->count - 1)
+                show_some(contact, passed, yield->output_count, yield->output_index);
+            else if (all_whole)
+                show_outputs(contact, &w, passed, shown);
+            else {
+                wire_time(contact, &w);
+                status = show_here(contact, &w, course.known ? passed : NULL, whole, shown);
+            }
             give(contact, yield);
         }
         yield->samples_done = n + (status == KERNEL_OK);

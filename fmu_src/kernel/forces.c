@@ -31,8 +31,9 @@ void load_at(const struct Contact *contact, const struct Wiring *w, const lanes 
 {
     const lanes *p = w->p;
     act(w, STAGE_TEMPERATURE, x);
+    if (w->on_count > 0)
+        EACH_LANE x->theta_ratio[i] = x->theta[i] / p[THETA_REF][i];
     EACH_LANE {
-        x->theta_ratio[i] = x->theta[i] / p[THETA_REF][i];
         x->tau_s[i] = p[SHEAR_STRESS][i];
         x->w[i] = p[WIDTH][i];
         x->edge_p[i] = x->edge_f[i] = 0;
@@ -48,10 +49,19 @@ void load_at(const struct Contact *contact, const struct Wiring *w, const lanes 
 
 void forces_at(const struct Wiring *w, struct Point *x)
 {
+    if (w->by_energy)
+        EACH_LANE {
+            x->N[i] = normal_by_energy(x->F[i], x->k[i], w->cos_rake[i], w->sin_rake[i]);
+            x->outside[i] = (x->N[i] < 0) | (x->k[i] + x->F[i] * w->cos_rake[i] < 0);
+        }
+    else
+        EACH_LANE {
+            x->N[i] = normal_by_shear_stress(x->F[i], x->k[i], w->cos_rake[i], w->sin_rake[i]);
+            x->outside[i] = x->N[i] < 0;
+        }
     EACH_LANE {
-        const double F = x->F[i], k = x->k[i], cos_rake = w->cos_rake[i], sin_rake = w->sin_rake[i], N = normal_force(w, F, k, i);
-        x->outside[i] = N < 0 || (w->by_energy && k + F * cos_rake < 0);
-        x->N[i] = larger(N, 0);
+        const double F = x->F[i], cos_rake = w->cos_rake[i], sin_rake = w->sin_rake[i];
+        x->N[i] = larger(x->N[i], 0);
         x->F_p[i] = x->N[i] * cos_rake + F * sin_rake + x->cutting[i] * x->edge_p[i];
         x->F_f[i] = F * cos_rake - x->N[i] * sin_rake + x->cutting[i] * x->edge_f[i];
     }

@@ -48,14 +48,17 @@ void friction_open(const struct Contact *contact, const struct Wiring *w, const 
         x->margin[i] = w->dissipative ? p[DAMPING_MARGIN][i] : INFINITY;
     }
     act(w, STAGE_FRICTION, x);
+    int softest = 0;
     EACH_LANE {
         const double floor = p[STIFFNESS_FLOOR][i] * p[SIGMA0][i];
         const int below = x->s0[i] < floor;
         x->clamped[i] += below;
-        x->warnings |= below ? WARN_STIFFNESS_FLOOR : 0u;
+        softest |= below;
         x->s0[i] = larger(x->s0[i], floor); /* the paper, eq. 7 */
-        x->P[i] = w->thermal_rate ? x->s0[i] : x->P[i];
     }
+    if (w->thermal_rate)
+        EACH_LANE x->P[i] = x->s0[i];
+    x->warnings |= softest ? WARN_STIFFNESS_FLOOR : 0u;
 }
 
 /* Out of contact nothing drives the bristles: they relax, or (release_time 0) were let go at separation. */
@@ -63,10 +66,15 @@ void friction_rates(const struct Wiring *w, struct Point *x)
 {
     w->law->rates(w->law_p, x);
     act(w, STAGE_BRISTLE, x);
-    EACH_LANE if (x->cutting[i] == 0) {
-        const double release_time = w->p[RELEASE_TIME][i];
-        x->rate[i] = release_time > 0 ? 1 / release_time : 0;
-        x->drive[i] = x->target[i] = 0;
+    int apart = 0;
+    EACH_LANE apart |= x->cutting[i] == 0;
+    if (!apart)
+        return;
+    EACH_LANE {
+        const double release_time = w->p[RELEASE_TIME][i], release = release_time > 0 ? 1 / release_time : 0;
+        x->rate[i] = x->cutting[i] == 0 ? release : x->rate[i];
+        x->drive[i] = x->cutting[i] == 0 ? 0 : x->drive[i];
+        x->target[i] = x->cutting[i] == 0 ? 0 : x->target[i];
     }
 }
 
@@ -74,7 +82,9 @@ void friction_force(const struct Wiring *w, struct Point *x)
 {
     EACH_LANE x->dz[i] = x->drive[i] - x->rate[i] * x->z[i];
     w->law->force(w->law_p, x);
-    EACH_LANE x->F[i] = x->cutting[i] * (x->sticking[i] != 0 ? x->F_stick[i] : x->F[i]);
+    if (w->current_angle)
+        EACH_LANE x->F[i] = x->sticking[i] != 0 ? x->F_stick[i] : x->F[i];
+    EACH_LANE x->F[i] *= x->cutting[i];
 }
 
 static void answer(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)

@@ -9,34 +9,57 @@
 
 #include <math.h>
 
-/* k! D^(k+1) phi_(k+1)(-D). By parts; below D = 0.25, where that would cancel, by the series of phi_3, in pairs that do not wait for one
- * another. Many lanes take both, to stay side by side. */
-static inline void integrals(double D, double I[3])
+#define FEW 0.25 /* below, by_parts would cancel */
+
+/* k! D^(k+1) phi_(k+1)(-D). */
+static inline void by_parts(double D, double I[3])
 {
-    const int large = D > 0.25, both = LANES > 1;
-    double by_parts[3] = {0}, by_series[3] = {0};
-    if (both || large) {
-        by_parts[0] = 1 - exponential(-D);
-        by_parts[1] = D - by_parts[0];
-        by_parts[2] = D * D - 2 * by_parts[1];
-    }
-    if (both || !large) {
-        const double x = large ? -0.25 : -D, x2 = x * x, x4 = x2 * x2;
-        const double low = (1. / 6 + x * (1. / 24)) + (1. / 120 + x * (1. / 720)) * x2;
-        const double high = (1. / 5040 + x * (1. / 40320)) + (1. / 362880 + x * (1. / 3628800)) * x2;
-        const double phi3 = low + high * x4 + (1. / 39916800 + x * (1. / 479001600)) * (x4 * x4);
-        const double phi2 = 0.5 - D * phi3, phi1 = 1 - D * phi2;
-        by_series[0] = D * phi1;
-        by_series[1] = D * D * phi2;
-        by_series[2] = 2 * D * D * D * phi3;
-    }
-    for (int k = 0; k < 3; ++k)
-        I[k] = large ? by_parts[k] : by_series[k];
+    I[0] = 1 - exponential(-D);
+    I[1] = D - I[0];
+    I[2] = D * D - 2 * I[1];
 }
 
-void moments(double D, double I[3]) { integrals(D, I); }
+/* The same by the series of phi_3, in pairs that do not wait for one another. */
+static inline void by_series(double D, double I[3])
+{
+    const double x = -D, x2 = x * x, x4 = x2 * x2;
+    const double low = (1. / 6 + x * (1. / 24)) + (1. / 120 + x * (1. / 720)) * x2;
+    const double high = (1. / 5040 + x * (1. / 40320)) + (1. / 362880 + x * (1. / 3628800)) * x2;
+    const double phi3 = low + high * x4 + (1. / 39916800 + x * (1. / 479001600)) * (x4 * x4);
+    const double phi2 = 0.5 - D * phi3, phi1 = 1 - D * phi2;
+    I[0] = D * phi1;
+    I[1] = D * D * phi2;
+    I[2] = 2 * D * D * D * phi3;
+}
+
+void moments(double D, double I[3])
+{
+    if (D > FEW)
+        by_parts(D, I);
+    else
+        by_series(D, I);
+}
+
+/* moments() of one lane in two halves: what holds below FEW, and above it in its place. */
+static inline void small_moments(lanes I[3], int i, double D)
+{
+    double part[3];
+    by_series(D > FEW ? FEW : D, part);
+    for (int k = 0; k < 3; ++k)
+        I[k][i] = part[k];
+}
+
+static inline void large_moments(lanes I[3], int i, double D)
+{
+    double part[3];
+    by_parts(D, part);
+    for (int k = 0; k < 3; ++k)
+        I[k][i] = D > FEW ? part[k] : I[k][i];
+}
 
 static double reach(const struct Point *x, int i) { return larger(x->F_C[i], x->F_S[i]) / x->P[i]; }
+/* Is z surely within it? A product, which is cheaper, and right but for roundings. */
+static int within(const struct Point *x, int i, double z) { return fabs(z) * x->P[i] < 0.999 * larger(x->F_C[i], x->F_S[i]); }
 
 /* A law without a rate; out of contact it relaxes like any other. */
 static void by_simpson(const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end, lanes z_middle,
@@ -50,39 +73,59 @@ static void by_simpson(const lanes h, const struct Point *start, const struct Po
     }
 }
 
+/* By exponentials. */
+static void relax_bristles(int clip, const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end,
+                           lanes z_middle, lanes z_end, lanes difference)
+{
+    lanes M, D, to_M[3], to_D[3];
+    int large = 0, far = 0;
+    EACH_LANE {
+        const double part = h[i] * (1. / 24), a0 = start->rate[i], am = middle->rate[i], a1 = end->rate[i];
+        D[i] = part * (4 * a0 + 16 * am + 4 * a1);
+        M[i] = smaller(larger(part * (5 * a0 + 8 * am - a1), 0), D[i]);
+        small_moments(to_M, i, M[i]);
+        small_moments(to_D, i, D[i]);
+        large |= D[i] > FEW;
+    }
+    if (large) /* the exponential only where a lane needs it */
+        EACH_LANE {
+            large_moments(to_M, i, M[i]);
+            large_moments(to_D, i, D[i]);
+        }
+    EACH_LANE {
+        const double z = start->z[i], m = M[i], d = D[i], per_d = d > 0 ? 1 / d : 0;
+        const double a0 = start->rate[i], am = middle->rate[i], a1 = end->rate[i];
+        const double q0 = start->target[i], qm = middle->target[i], q1 = end->target[i];
+        /* target = q + slope A + bend A^2 through (0, q0), (M, qm), (D, q1); `chord` is the straight one through the ends */
+        double first = m > 0 ? (qm - q0) / m : 0, last = d > m ? (q1 - qm) / (d - m) : first;
+        const double chord = (q1 - q0) * per_d, bend_seen = (last - first) * per_d, slope_seen = first - bend_seen * m;
+        /* Where the slip reverses the rate is 0 and the bristle does not follow its target, whose dip of static friction is far narrower
+         * than the step: that end is left out, and the target is straight. */
+        const int from_reversal = (a0 < 1e-3 * am) & (d > m), to_reversal = !from_reversal & (a1 < 1e-3 * am) & (m > 0);
+        first = from_reversal ? last : first;
+        last = to_reversal ? first : last;
+        const double q = from_reversal ? qm - last * m : q0, bend = (last - first) * per_d, slope = first - bend * m;
+        const double q_end = to_reversal ? qm + first * (d - m) : q1;
+        z_middle[i] = z + (q - z) * to_M[0][i] + slope * to_M[1][i] + bend * to_M[2][i];
+        const double reached = z + (q - z) * to_D[0][i] + slope * to_D[1][i] + bend * to_D[2][i];
+        /* of the target's bend, and of the rate's: it shifts D, of which only the last relaxation is remembered */
+        const double shift = h[i] / 3 * fabs(a0 - 2 * am + a1) / (1 + d);
+        difference[i] = fabs((slope_seen - chord) * to_D[1][i] + bend_seen * to_D[2][i]) + shift * fabs(q_end - reached);
+        z_end[i] = reached;
+        far |= !((fabs(reached) <= fabs(z)) | within(start, i, reached) | within(end, i, reached));
+    }
+    if (clip && far) /* no bristle bends further than its largest target, which the parabola may overshoot */
+        EACH_LANE {
+            const double bound = larger(larger(reach(start, i), reach(end, i)), fabs(start->z[i]));
+            z_end[i] = larger(smaller(z_end[i], bound), -bound);
+        }
+}
+
 void bristle_step(int relaxes, int clip, const lanes h, const struct Point *start, const struct Point *middle,
                   const struct Point *end, lanes z_middle, lanes z_end, lanes difference)
 {
-    if (!relaxes) {
+    if (relaxes)
+        relax_bristles(clip, h, start, middle, end, z_middle, z_end, difference);
+    else
         by_simpson(h, start, middle, end, z_middle, z_end, difference);
-        return;
-    }
-    EACH_LANE {
-        const double z = start->z[i];
-        const double a0 = start->rate[i], am = middle->rate[i], a1 = end->rate[i];
-        const double q0 = start->target[i], qm = middle->target[i], q1 = end->target[i];
-        const double part = h[i] * (1. / 24), D = part * (4 * a0 + 16 * am + 4 * a1), per_D = D > 0 ? 1 / D : 0;
-        const double M = smaller(larger(part * (5 * a0 + 8 * am - a1), 0), D);
-        /* target = q + slope A + bend A^2 through (0, q0), (M, qm), (D, q1); `chord` is the straight one through the ends */
-        double first = M > 0 ? (qm - q0) / M : 0, last = D > M ? (q1 - qm) / (D - M) : first;
-        const double chord = (q1 - q0) * per_D, bend_seen = (last - first) * per_D, slope_seen = first - bend_seen * M;
-        /* Where the slip reverses the rate is 0 and the bristle does not follow its target, whose dip of static friction is far narrower
-         * than the step: that end is left out, and the target is straight. */
-        const int from_reversal = a0 < 1e-3 * am && D > M, to_reversal = !from_reversal && a1 < 1e-3 * am && M > 0;
-        first = from_reversal ? last : first;
-        last = to_reversal ? first : last;
-        const double q = from_reversal ? qm - last * M : q0, bend = (last - first) * per_D, slope = first - bend * M;
-        const double q_end = to_reversal ? qm + first * (D - M) : q1;
-        double I[3];
-        integrals(M, I);
-        z_middle[i] = z + (q - z) * I[0] + slope * I[1] + bend * I[2];
-        integrals(D, I);
-        const double reached = z + (q - z) * I[0] + slope * I[1] + bend * I[2];
-        /* of the target's bend, and of the rate's: it shifts D, of which only the last relaxation is remembered */
-        const double shift = h[i] / 3 * fabs(a0 - 2 * am + a1) / (1 + D);
-        difference[i] = fabs((slope_seen - chord) * I[1] + bend_seen * I[2]) + shift * fabs(q_end - reached);
-        /* no bristle bends further than its largest target, which the parabola may overshoot */
-        const double bound = larger(larger(reach(start, i), reach(end, i)), fabs(z));
-        z_end[i] = clip ? larger(smaller(reached, bound), -bound) : reached;
-    }
 }

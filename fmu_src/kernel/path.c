@@ -8,7 +8,11 @@
 #include <math.h>
 
 /* The whole part of x >= 0; floor() would be a call. */
-static inline double whole(double x) { return (double)(int64_t)x; }
+static inline double whole(double x)
+{
+    const double rounded = (x + ROUNDER) - ROUNDER;
+    return rounded > x ? rounded - 1 : rounded;
+}
 
 /* The chip leaves along the rake as one rigid body that shears on one plane: V_s = approach / cos(phi - alpha) along that plane.
  * Merchant 1945, with the tool's own velocity u in place of the cutting speed. */
@@ -17,34 +21,48 @@ double slip_along_rake(const struct Wiring *w, const struct Point *x, int lane, 
     return x->approach[lane] * tan_flow + x->u_x[lane] * w->sin_rake[lane] - x->u_y[lane] * w->cos_rake[lane];
 }
 
-struct Turn turn_at(double r)
+void turn_at(double r, struct Turn *turn, int lane)
 {
-    return r < 1 ? (struct Turn){r, acos(-r), sqrt(1 - r * r)} : (struct Turn){r, 0, 0};
+    turn->r[lane] = r;
+    turn->last[lane] = r < 1 ? acos(-r) : 0;
+    turn->bend[lane] = r < 1 ? sqrt(1 - r * r) : 0;
 }
 
 /* Angle in the previous cycle at which the tool stood at the same place X (in units of amplitude_x) on its way forward:
  * r chi + sin(chi) = X, |chi| <= last. The slope vanishes at `last`, so the search starts from the series there,
- * top - X = bend d^2/2 + r d^3/6 - bend d^4/24 with d = last - chi, and goes on by Halley's rule. */
-static double angle_at(double X, const struct Turn *t)
+ * top - X = bend d^2/2 + r d^3/6 - bend d^4/24 with d = last - chi, and goes on by Halley's rule. `last` where it is not sought. */
+static void angle_at(const lanes X, const struct Turn *t, lanes sought, lanes chi)
 {
-    const double r = t->r, last = t->last, bend = t->bend, top = r * last + bend, d = sqrt(2 * larger(top - X, 0) / bend), q = r / bend;
-    double low = -last, high = last, chi = last - d * (1 - d * q / 6 + d * d * (3 + 5 * q * q) / 72);
-    for (int n = 0; n < 60; ++n) {
-        chi = chi > low && chi < high ? chi : 0.5 * (low + high);
-        double cosine, sine;
-        cos_sin_of(chi, &cosine, &sine);
-        const double miss = r * chi + sine - X, slope = r + cosine;
-        const double move = miss / (slope + 0.5 * miss * sine / slope);
-        if (miss > 0)
-            high = chi;
-        else
-            low = chi;
-        chi -= move;
-        /* Halley's rule leaves the cube of the move as error; the last line: rounding of X */
-        if (fabs(move) < 1e-6 * (last - chi) || high - low < 1e-15 || fabs(miss) < 4e-16)
-            break;
+    lanes low, high;
+    int any = 0;
+    EACH_LANE {
+        const double r = t->r[i], last = t->last[i], bend = t->bend[i], top = r * last + bend;
+        const double d = sqrt(2 * larger(top - X[i], 0) / bend), q = r / bend;
+        low[i] = -last;
+        high[i] = last;
+        chi[i] = sought[i] != 0 ? last - d * (1 - d * q / 6 + d * d * (3 + 5 * q * q) / 72) : last;
+        any |= sought[i] != 0;
     }
-    return smaller(larger(chi, -last), last);
+    for (int n = 0; n < 60 && any; ++n) {
+        any = 0;
+        EACH_LANE {
+            const int inside = (chi[i] > low[i]) & (chi[i] < high[i]);
+            const double last = t->last[i], at = inside ? chi[i] : 0.5 * (low[i] + high[i]);
+            double cosine, sine;
+            cos_sin_of(at, &cosine, &sine);
+            const double miss = t->r[i] * at + sine - X[i], slope = t->r[i] + cosine;
+            const double move = miss / (slope + 0.5 * miss * sine / slope);
+            const int on = sought[i] != 0;
+            high[i] = miss > 0 ? at : high[i];
+            low[i] = miss > 0 ? low[i] : at;
+            chi[i] = on ? at - move : chi[i];
+            /* Halley's rule leaves the cube of the move as error; the last: rounding of X */
+            const int found = (fabs(move) < 1e-6 * (last - chi[i])) | (high[i] - low[i] < 1e-15) | (fabs(miss) < 4e-16);
+            sought[i] = on & !found;
+            any |= on & !found;
+        }
+    }
+    EACH_LANE chi[i] = smaller(larger(chi[i], -t->last[i]), t->last[i]);
 }
 
 /* The fields that the stage opens. The ellipse of a tool that nothing disturbs; its centre moves as a machine model says. */
@@ -56,31 +74,62 @@ static void open_path(const struct Contact *contact, const struct Wiring *w, con
         x->a[i] = w->p[AMPLITUDE_X][i];
         x->b[i] = w->p[AMPLITUDE_Y][i];
         x->phase_y[i] = w->p[PHASE_Y][i];
-        x->centre_y[i] = carried ? input_at(contact, TOOL_DISPLACEMENT_Y, i, tau[i]) : 0;
-        x->centre_u_x[i] = carried ? input_at(contact, TOOL_VELOCITY_X, i, tau[i]) : 0;
-        x->centre_u_y[i] = carried ? input_at(contact, TOOL_VELOCITY_Y, i, tau[i]) : 0;
-        x->raised[i] = 0;
-        x->left[i] = w->meets_again ? surface_left(contact, i, x->t[i] - meeting_time(w, i)) : 0;
+        x->centre_y[i] = x->centre_u_x[i] = x->centre_u_y[i] = x->raised[i] = x->left[i] = 0;
     }
+    if (carried)
+        EACH_LANE {
+            x->centre_y[i] = input_at(contact, TOOL_DISPLACEMENT_Y, i, tau[i]);
+            x->centre_u_x[i] = input_at(contact, TOOL_VELOCITY_X, i, tau[i]);
+            x->centre_u_y[i] = input_at(contact, TOOL_VELOCITY_Y, i, tau[i]);
+        }
+    for (int i = 0; w->meets_again && i < LANES; ++i)
+        x->left[i] = surface_left(contact, i, x->t[i] - meeting_time(w, i));
 }
 
 /* Where the tool passes a place again: thickness over the surface that the previous cycle left there. It reaches up to where that cycle
  * turned, and past it its last height stands. psi: vibration angle, 0 where the tool is fastest; X: its place in units of a. */
-static void on_what_is_left(const struct Contact *contact, const struct Wiring *w, double tau, int i, struct Point *x)
+static void on_what_is_left(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
-    const double r = x->speed_ratio[i], nominal = p[FEED][i] - p[AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i];
-    const struct Turn t = r == w->turn[i].r ? w->turn[i] : turn_at(r);
-    const double turns = w->cycle[i] + p[VIBRATION_FREQUENCY][i] * tau, turn = 2 * PI * (turns - whole(turns));
-    const double ahead = turn + p[PHASE_X][i] + PI / 2; /* -3/2 pi .. 9/2 pi */
-    const double psi = ahead - 2 * PI * (whole(ahead / (2 * PI) + 1.5) - 1), X = r * psi + x->cos_x[i];
-    const double lead = x->phase_y[i] - p[PHASE_X][i] - PI / 2, y = nominal - x->h[i];
-    if (r > 0)
-        x->surface[i] = r * (t.last - 2 * PI) + t.bend - X;
-    const int on_left = contact->sign[AT_CONTACT][i] > 0 ? contact->sign[AT_SURFACE][i] > 0 : r == 0 || x->surface[i] > 0;
-    const double there = on_left && x->surface[i] > 0 ? angle_at(X + 2 * PI * r, &t) : t.last;
-    if (on_left)
-        x->h[i] = smaller(nominal, r > 0 ? x->b[i] * cos(there + lead) : y) - y;
+    lanes X, there, on_left, sought;
+    int passing = 0, others = 0;
+    EACH_LANE {
+        on_left[i] = (x->speed_ratio[i] < 1) & (x->a[i] > 0) & (x->approach[i] > 0);
+        passing |= on_left[i] != 0;
+        others |= (on_left[i] != 0) & !(x->speed_ratio[i] == w->turn.r[i]);
+    }
+    if (!passing)
+        return;
+    const struct Turn *t = &w->turn;
+    struct Turn other;
+    if (others) {
+        other = w->turn;
+        for (int i = 0; i < LANES; ++i)
+            if (on_left[i] != 0 && !(x->speed_ratio[i] == other.r[i]))
+                turn_at(x->speed_ratio[i], &other, i);
+        t = &other;
+    }
+    EACH_LANE {
+        const double r = x->speed_ratio[i], turns = w->cycle[i] + p[VIBRATION_FREQUENCY][i] * tau[i];
+        const double turn = 2 * PI * (turns - whole(turns)), ahead = turn + p[PHASE_X][i] + PI / 2; /* -3/2 pi .. 9/2 pi */
+        const double psi = ahead - 2 * PI * (whole(ahead / (2 * PI) + 1.5) - 1), place = r * psi + x->cos_x[i];
+        const double surface = r * (t->last[i] - 2 * PI) + t->bend[i] - place;
+        const int moving_on = (on_left[i] != 0) & (r > 0);
+        x->surface[i] = moving_on ? surface : x->surface[i];
+        const int in_contact = contact->sign[AT_CONTACT][i] > 0, side = contact->sign[AT_SURFACE][i] > 0, there_now = (r == 0) | (x->surface[i] > 0);
+        on_left[i] = (on_left[i] != 0) & (in_contact ? side : there_now);
+        sought[i] = (on_left[i] != 0) & (x->surface[i] > 0);
+        X[i] = place + 2 * PI * r;
+    }
+    angle_at(X, t, sought, there);
+    EACH_LANE {
+        const double nominal = p[FEED][i] - p[AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i], y = nominal - x->h[i];
+        const double lead = x->phase_y[i] - p[PHASE_X][i] - PI / 2;
+        double cosine, sine;
+        cos_sin_of(there[i] + lead, &cosine, &sine);
+        const double left = smaller(nominal, x->speed_ratio[i] > 0 ? x->b[i] * cosine : y) - y;
+        x->h[i] = on_left[i] != 0 ? left : x->h[i];
+    }
 }
 
 static void ellipse_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
@@ -111,7 +160,7 @@ static void ellipse_at(const struct Contact *contact, const struct Wiring *w, co
         x->surface[i] = -1;
         x->h[i] = nominal - y;
     }
-    EACH_LANE if (x->speed_ratio[i] < 1 && x->a[i] > 0 && x->approach[i] > 0) on_what_is_left(contact, w, tau[i], i, x);
+    on_what_is_left(contact, w, tau, x);
 }
 
 /* Slip and thickness are given; what effects do to the path comes on top. */
@@ -128,9 +177,43 @@ static void given_at(const struct Contact *contact, const struct Wiring *w, cons
     }
 }
 
+/* The same where no effect asks for more. */
+static void given_alone(const struct Contact *contact, const lanes tau, struct Point *x)
+{
+    EACH_LANE {
+        x->v[i] = input_at(contact, SLIP_VELOCITY, i, tau[i]);
+        x->h[i] = input_at(contact, UNCUT_THICKNESS, i, tau[i]);
+        x->surface[i] = x->approach[i] = 1;
+        x->a[i] = x->u_x[i] = x->u_y[i] = x->speed_ratio[i] = 0;
+    }
+}
+
+/* Both indicators of order 1, in um and m/s; a given thickness of just 0 is none, and says so by its sign. */
+static void engage_given(struct Point *x)
+{
+    EACH_LANE {
+        x->shear_speed[i] = fabs(x->v[i]);
+        x->contact[i] = x->h[i] > 0 ? x->h[i] : smaller(x->h[i], -1e-300);
+    }
+}
+
+static void engage_ellipse(const struct Wiring *w, struct Point *x)
+{
+    EACH_LANE {
+        x->v[i] = slip_along_rake(w, x, i, w->tan_flow[i]);
+        x->shear_speed[i] = larger(x->approach[i], 0);
+        x->contact[i] = smaller(x->h[i] / 1e-6, x->approach[i]);
+    }
+}
+
 void path_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
     const int given = w->kinematics == KINEMATICS_EXTERNAL;
+    if (given && w->on_count == 0) {
+        given_alone(contact, tau, x);
+        engage_given(x);
+        return;
+    }
     open_path(contact, w, tau, x);
     act(w, STAGE_PATH, x);
     if (given)
@@ -138,11 +221,8 @@ void path_at(const struct Contact *contact, const struct Wiring *w, const lanes 
     else
         ellipse_at(contact, w, tau, x);
     act(w, STAGE_ENGAGEMENT, x);
-    EACH_LANE {
-        x->v[i] = given ? x->v[i] : slip_along_rake(w, x, i, w->tan_flow[i]);
-        x->shear_speed[i] = given ? fabs(x->v[i]) : larger(x->approach[i], 0);
-        /* both of order 1, in um and m/s; a given thickness of just 0 is none, and says so by its sign */
-        const double touching = x->h[i] > 0 ? x->h[i] : smaller(x->h[i], -1e-300);
-        x->contact[i] = given ? touching : smaller(x->h[i] / 1e-6, x->approach[i]);
-    }
+    if (given)
+        engage_given(x);
+    else
+        engage_ellipse(w, x);
 }

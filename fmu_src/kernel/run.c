@@ -48,7 +48,7 @@ static enum Status begin(struct Contact *contact)
     const lanes now = {0};
     EACH_LANE {
         contact->next_step[i] = 1 / (200 * contact->value[VIBRATION_FREQUENCY][i]);
-        contact->largest_difference[i] = pow(10 * contact->value[RELATIVE_TOLERANCE][i], 0.6); /* see badness in advance.c */
+        contact->largest_difference[i] = pow(10 * contact->value[RELATIVE_TOLERANCE][i], 0.6); /* see badness in tolerance.c */
     }
     if (w.law->rest) {
         load_states(contact, &w, &x);

@@ -8,14 +8,21 @@
 
 /* Lanes do not touch each other: a compiler may take them side by side. */
 #if LANES > 1 && defined(__clang__)
-#define EACH_LANE _Pragma("clang loop vectorize(assume_safety)") for (int i = 0; i < LANES; ++i)
+#define EACH_LANE _Pragma("clang loop vectorize(assume_safety) vectorize_width(LANES) interleave_count(1) unroll(disable)") for (int i = 0; i < LANES; ++i)
 #else
 #define EACH_LANE for (int i = 0; i < LANES; ++i)
 #endif
 
+/* On a line of the cache of its own: wide vectors that lie across two cost twice. */
+#if defined(__GNUC__)
+#define ON_LINES __attribute__((aligned(64)))
+#else
+#define ON_LINES
+#endif
+
 /* Where in its cycle the tool stops moving forward: last = acos(-r), and bend = sin(last), of the speed ratio r < 1; else 0. */
 struct Turn {
-    double r, last, bend;
+    lanes r, last, bend;
 };
 
 /* What a run of points has in common: which law and effects are on, found once per call. */
@@ -42,7 +49,7 @@ struct Wiring {
     lanes cycle;                    /* place in the vibration cycle at value[TIME], 0..1 */
     lanes cos_rake, sin_rake;
     lanes cos_x, sin_x, cos_y, sin_y; /* of the phases */
-    struct Turn turn[LANES];        /* at the speed ratio that holds at value[TIME] */
+    struct Turn turn;               /* at the speed ratio that holds at value[TIME] */
     lanes tan_flow;                 /* of chip_flow_shear_angle - rake_angle */
 };
 
@@ -97,7 +104,7 @@ void relax(double h, double T, double u_0, double u_m, double u_1, double y, dou
 void swing(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2], double whole[2]);
 
 /* path.c: r = v_c / (a w). */
-struct Turn turn_at(double r);
+void turn_at(double r, struct Turn *turn, int lane);
 /* path.c: u, h, approach, slip, the path's indicators, at `tau` [s] after value[TIME]; uses the states in x. */
 void path_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
 /* path.c: chip slip along the rake; tan_flow: of the shear angle less the rake angle. */
@@ -137,15 +144,24 @@ void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes t
 void try_step(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
               struct Point *middle, struct Point *end, lanes difference);
 
-/* cut.c: which lanes see an event between start and end, by its signs at middle and end? Most steps see none. */
-int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *middle, const struct Point *end, int seen[LANES]);
-/* cut.c: does an event fall into the step? If so shorten h to it and say which; JUMP: it has happened already, before the start. The event
- * `known` to lie at the end is passed over. cut_at_touch: the same for a contact that start, middle and end do not show. */
+/* tolerance.c: is the step within the tolerance? Chooses each lane's next step; where it is not, fits says in which lanes it is, and the
+ * others' next step is the shorter one to try again with; a step of `shortest` is taken as it is. */
+int accurate(const struct Contact *contact, const struct Wiring *w, double shortest, const lanes h, const struct Point *start,
+             const struct Point *middle, const struct Point *end, const lanes difference, lanes next, int fits[LANES]);
+
+/* cut.c: does a lane see an event, by the signs at middle and end? And does any, or may it have touched the work in between? Most steps
+ * see none, and need not ask each lane. */
+int sees_event(const struct Contact *contact, const struct Wiring *w, int lane, const struct Point *middle, const struct Point *end);
+int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *start, const struct Point *middle,
+              const struct Point *end);
+/* cut.c: does an event fall into the step? In the lanes that are asked, and say NO_EVENT before: if so h is shortened to it and `cut` says
+ * which; JUMP: it has happened already, before the start. The event `known` to lie at the end is passed over. cut_at_touch: the same of one
+ * lane for a contact that start, middle and end do not show. */
 enum Cut { NO_EVENT = -1, JUMP = -2 };
-int cut_at_event(const struct Contact *contact, const struct Wiring *w, int i, int known, double s, double *h, const struct Point *start,
-                 const struct Point *middle, const struct Point *end);
-int cut_at_touch(const struct Contact *contact, const struct Wiring *w, int i, double s, double *h, const struct Point *start,
-                 const struct Point *middle, const struct Point *end);
+void cut_at_events(const struct Contact *contact, const struct Wiring *w, const int asked[LANES], const int known[LANES], const lanes s, lanes h,
+                   const struct Point *start, const struct Point *middle, const struct Point *end, int cut[LANES]);
+void cut_at_touch(const struct Contact *contact, const struct Wiring *w, int lane, const lanes s, lanes h, const struct Point *start,
+                  const struct Point *middle, const struct Point *end, int cut[LANES]);
 
 /* events.c: act_on_event in the lanes where `event` is set. act_at_step_end: with a slip that is solved for, the law's own events are
  * acted upon at the end of each step, in the lanes that have stepped and have no event of their own. */
@@ -154,15 +170,18 @@ void act_at_step_end(struct Contact *contact, const struct Wiring *w, const lane
 
 /* advance.c: from value[TIME] on by `step`, s telling how far it went; the point reached is room[now], where known. */
 struct Course {
-    struct Point room[3];
+    struct Room {
+        ON_LINES struct Point point;
+    } room[3];
+    lanes window_end; /* as window_end(), where known */
     int now, known;
 };
 enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s, struct Course *course);
 void move_on(struct Contact *contact, const lanes s);
 /* cut.c: the motion at tau, and where the forces move the path or `forces` asks for them all of the point, reached from s by a step
  * on the held sides. */
-void point_within(const struct Contact *contact, const struct Wiring *w, int forces, double s, double tau, const struct Point *start,
-                  struct Point *x);
+void point_within(const struct Contact *contact, const struct Wiring *w, int forces, const lanes s, const lanes tau,
+                  const struct Point *start, struct Point *x);
 
 /* touch.c: does a lane that is out of contact touch the work within its step of h from s, where start, middle and end do not show it? If
  * so then not yet at tau[0] but at tau[1], as the indicators there say. A contact may be missed below 1e-4 of a cycle. */
@@ -171,11 +190,20 @@ int touches_within(const struct Contact *contact, const struct Wiring *w, int la
 
 /* evaluate.c: the point x as outputs, derivatives and indicators; the shear angle, which is dear, only with `angles`. */
 void show_outputs(struct Contact *contact, const struct Wiring *w, const struct Point *x, int angles);
+/* evaluate.c: are these outputs fields of a point? show_some: then only these of them, and warnings. */
+int shows_plainly(int count, const int *index);
+void show_some(struct Contact *contact, const struct Point *x, int count, const int *index);
+/* evaluate.c: the contact's warnings at x. */
+void warn(struct Contact *contact, const struct Point *x);
+/* evaluate.c: show the point at value[TIME], with sides as the inputs say; but the point `passed`, where not NULL, in the lanes in which
+ * it is whole. */
+enum Status show_here(struct Contact *contact, const struct Wiring *w, const struct Point *passed, const int whole[LANES], int angles);
 
 /* window.c: length and end [s] of the present averaging window, 0 and infinity where no means are formed. */
 extern const int mean_of[MEANS];
 double window_length(const struct Contact *contact, int i);
 double window_end(const struct Contact *contact, int i);
+void forms_means(const struct Contact *contact, int forms[LANES]); /* is there a window? */
 void open_window(struct Contact *contact, int i);
 void close_window(struct Contact *contact, int i);
 

@@ -16,7 +16,7 @@ static double moved(const struct Wiring *w, const struct Point *x, const struct 
     return larger(of_z, by / (allowed * force));
 }
 
-/* How far the contact has slid at middle and end, by the parabola of its speed. */
+/* How far the contact has slid at middle and end, by the parabola of its speed: effects may ask. */
 static void slide(const lanes h, const struct Point *a, struct Point *m, struct Point *b)
 {
     EACH_LANE {
@@ -40,7 +40,8 @@ static void pass(const struct Contact *contact, const struct Wiring *w, const la
         }
         engage_point(contact, w, half, middle);
         engage_point(contact, w, whole, end);
-        slide(h, start, middle, end);
+        if (w->on_count > 0)
+            slide(h, start, middle, end);
         move_states(w, DRIVEN_BY_MOTION, h, start, middle, end);
         open_point(contact, w, half, 1, middle);
         open_point(contact, w, whole, 1, end);
@@ -99,7 +100,9 @@ void try_step(const struct Contact *contact, const struct Wiring *w, const lanes
     for (int k = 0; w->drivers && k < EFFECT_STATES; ++k)
         EACH_LANE middle->state[k][i] = end->state[k][i] = start->state[k][i];
     (w->iterates ? settle : pass)(contact, w, s, h, start, middle, end, difference);
-    for (int i = 0; i < LANES && LANES > 1; ++i) {
+    int arrived = 0;
+    EACH_LANE arrived |= !(h[i] > 0);
+    for (int i = 0; arrived && i < LANES && LANES > 1; ++i) {
         if (h[i] > 0)
             continue; /* a lane that has arrived waits where it is, to the last bit */
         copy_lane((lanes *)middle, (const lanes *)start, POINT_LANES, i);

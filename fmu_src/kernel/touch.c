@@ -30,7 +30,12 @@ static struct Look seen(const struct Point *x, int i, double tau)
 static struct Look look(const struct Search *search, double tau)
 {
     struct Point x;
-    point_within(search->contact, search->w, 0, search->s, tau, search->start, &x);
+    lanes from, to;
+    EACH_LANE {
+        from[i] = search->s;
+        to[i] = tau;
+    }
+    point_within(search->contact, search->w, 0, from, to, search->start, &x);
     return seen(&x, search->lane, tau);
 }
 

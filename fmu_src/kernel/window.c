@@ -3,11 +3,18 @@
 
 #include <math.h>
 
+static int turning(const struct Contact *contact) { return chosen(contact->value, KINEMATICS, 0) != KINEMATICS_EXTERNAL; }
+
 double window_length(const struct Contact *contact, int i)
 {
     const double length = contact->value[AVERAGING_WINDOW][i];
-    const int turning = chosen(contact->value, KINEMATICS, 0) != KINEMATICS_EXTERNAL;
-    return length > 0 ? length : turning ? 1 / contact->value[VIBRATION_FREQUENCY][i] : 0;
+    return length > 0 ? length : turning(contact) ? 1 / contact->value[VIBRATION_FREQUENCY][i] : 0;
+}
+
+void forms_means(const struct Contact *contact, int forms[LANES])
+{
+    const int always = turning(contact);
+    EACH_LANE forms[i] = always | (contact->value[AVERAGING_WINDOW][i] > 0);
 }
 
 double window_end(const struct Contact *contact, int i)

@@ -7,17 +7,20 @@
 void wire_time(const struct Contact *contact, struct Wiring *w)
 {
     w->held = w->kinematics == KINEMATICS_EXTERNAL && w->on_count == 0;
-    for (int k = 0; k < INPUT_END - INPUT_FIRST; ++k)
-        EACH_LANE w->held &= contact->slope[k][i] == 0;
+    for (int k = 0; k < INPUT_END - INPUT_FIRST && w->held; ++k) {
+        int rises = 0;
+        EACH_LANE rises |= contact->slope[k][i] != 0;
+        w->held = !rises;
+    }
     if (w->kinematics == KINEMATICS_EXTERNAL)
         return;
-    EACH_LANE {
+    for (int i = 0; i < LANES; ++i) {
         const double turns = w->p[VIBRATION_FREQUENCY][i] * w->p[TIME][i];
         const double omega = 2 * PI * w->p[VIBRATION_FREQUENCY][i], a = w->p[AMPLITUDE_X][i];
         const double r = a > 0 ? w->p[CUTTING_SPEED][i] / (a * omega) : INFINITY; /* to the bit as ellipse_at finds it */
         w->cycle[i] = turns - floor(turns);
-        if (!(w->turn[i].r == r))
-            w->turn[i] = turn_at(r);
+        if (!(w->turn.r[i] == r))
+            turn_at(r, &w->turn, i);
     }
 }
 
@@ -74,7 +77,7 @@ struct Wiring wire(const struct Contact *contact)
         w.sin_rake[i] = 0;
         if (rake != 0)
             cos_sin_of(rake, &w.cos_rake[i], &w.sin_rake[i]);
-        w.turn[i].r = NAN;
+        w.turn.r[i] = NAN;
         w.tan_flow[i] = 0;
         if (w.kinematics == KINEMATICS_EXTERNAL && w.on_count == 0)
             continue;

@@ -11,14 +11,18 @@ static double stribeck(const struct Point *x, int i) /* g(v), a force here */
 static void rates(const lanes *p, struct Point *x)
 {
     (void)p;
+    lanes bound; /* dissipative: |v| s1 <= 4 c g; with s0 below P the bound that keeps v F above the growth of s0 z^2/2 shrinks by s0/P */
+    int bounded = 0;
     EACH_LANE {
         const double most = stribeck(x, i) / x->P[i];
         x->drive[i] = x->v[i];
         x->rate[i] = x->speed[i] / most;
         x->target[i] = x->direction[i] * most;
-        /* dissipative: |v| s1 <= 4 c g; with s0 below P the bound that keeps v F above the growth of s0 z^2/2 shrinks by s0/P */
-        x->s1[i] = smaller(x->s1[i], 4 * x->margin[i] * most * x->s0[i] / larger(x->speed[i], 1e-300));
+        bound[i] = 4 * x->margin[i] * most * x->s0[i];
+        bounded |= x->s1[i] * x->speed[i] > 0.999 * bound[i];
     }
+    if (bounded)
+        EACH_LANE x->s1[i] = smaller(x->s1[i], bound[i] / larger(x->speed[i], 1e-300));
 }
 
 static void force(const lanes *p, struct Point *x)

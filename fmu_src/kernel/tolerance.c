@@ -1,0 +1,75 @@
+/* Is a step within the tolerance, and how long may the next one be? */
+#include "stages.h"
+
+#include <math.h>
+
+/* How much a lower order would change, and in which units: deflection, friction force, principal force. `reach` of a loaded bristle. */
+struct Change {
+    double of[3], in[3];
+};
+
+static inline struct Change change(int i, const struct Point *a, const struct Point *m, const struct Point *b, double difference, double reach)
+{
+    const double force = larger(a->F_C[i], a->F_S[i]);
+    const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
+    const double F = larger(larger(fabs(a->F[i]), fabs(b->F[i])), force), F_p = larger(larger(fabs(a->F_p[i]), fabs(b->F_p[i])), force);
+    return (struct Change){{difference, fabs(a->F[i] - 2 * m->F[i] + b->F[i]), fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i])}, {z, 3 * F, 3 * F_p}};
+}
+
+/* How far a step is from the tolerance: 1 is just right. The measured differences are those of a second-order solution, h^3; the step's
+ * own error is of h^5 and taken as a tenth of their power 5/3. */
+static inline double badness(const struct Contact *contact, int i, const struct Point *a, const struct Point *m, const struct Point *b,
+                             double difference, double of_late)
+{
+    const struct Change c = change(i, a, m, b, difference, larger(a->F_C[i], a->F_S[i]) / b->P[i]);
+    const double worst = larger(c.of[0] / c.in[0], larger(c.of[1] / c.in[1], c.of[2] / c.in[2]));
+    return a->cutting[i] == 0 ? of_late : larger(worst / contact->largest_difference[i], of_late);
+}
+
+/* A step may grow fourfold where its badness is below this. */
+#define WELL_WITHIN 0.011
+
+/* Is the badness surely below in every lane? By products, which are cheaper than quotients. */
+static int all_well_within(const struct Contact *contact, const struct Point *a, const struct Point *m, const struct Point *b,
+                           const lanes difference)
+{
+    int beyond = 0;
+    EACH_LANE {
+        const struct Change c = change(i, a, m, b, difference[i], 0);
+        const double allowed = 0.99 * WELL_WITHIN * contact->largest_difference[i];
+        const double excess = larger(c.of[0] - allowed * c.in[0], larger(c.of[1] - allowed * c.in[1], c.of[2] - allowed * c.in[2]));
+        beyond |= (a->cutting[i] != 0) & !(excess <= 0);
+    }
+    return !beyond;
+}
+
+int accurate(const struct Contact *contact, const struct Wiring *w, double shortest, const lanes h, const struct Point *start,
+             const struct Point *middle, const struct Point *end, const lanes difference, lanes next, int fits[LANES])
+{
+    int all = 1, coarse = 0;
+    if (!w->looks_back && all_well_within(contact, start, middle, end, difference)) {
+        EACH_LANE next[i] = smaller(larger(4 * h[i], next[i]), w->longest[i]);
+        return 1;
+    }
+    lanes of_late = {0}, bad, factor;
+    for (int i = 0; w->looks_back && i < LANES; ++i)
+        of_late[i] = late_bend(contact, w, i, start, middle, end) / contact->largest_difference[i];
+    EACH_LANE {
+        bad[i] = badness(contact, i, start, middle, end, difference[i], of_late[i]);
+        factor[i] = 4;
+        coarse |= bad[i] > WELL_WITHIN;
+    }
+    for (int i = 0; coarse && i < LANES; ++i)
+        if (bad[i] > WELL_WITHIN)
+            factor[i] = 0.9 / cbrt(bad[i]);
+    EACH_LANE {
+        const double changed = h[i] * smaller(larger(factor[i], 0.1), bad[i] > 1 ? 0.7 : 4);
+        const int shortest_of_all = (h[i] <= shortest) & (bad[i] > 1) & (bad[i] < INFINITY);
+        /* a step that was short because it had to end somewhere says nothing against a longer one */
+        const double wanted = smaller(factor[i] < 1 ? changed : larger(changed, next[i]), w->longest[i]);
+        next[i] = shortest_of_all ? next[i] : wanted;
+        fits[i] = shortest_of_all | (bad[i] <= 1);
+        all &= fits[i];
+    }
+    return all;
+}
