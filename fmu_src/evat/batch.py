@@ -59,6 +59,7 @@ class _Plan:
     constants: Mapping[int, float]
     columns: Mapping[int, FloatArray]
     give: Give
+    most_steps: float
 
 
 def _sets(
@@ -175,7 +176,7 @@ def _follow(
     )
     inputs, outputs = ffi.new("int[]", list(plan.inputs)), ffi.new("int[]", list(plan.outputs))
     record.input_count, record.input_index, record.inputs = len(plan.inputs), inputs, ffi.from_buffer("double[]", table)
-    record.per_lane = plan.each is not None
+    record.per_lane, record.most_steps = plan.each is not None, plan.most_steps
     answer.output_count, answer.output_index = width, outputs
     for name, array in found.items():
         setattr(answer, name, ffi.from_buffer("double[]", array))
@@ -197,6 +198,7 @@ def run_many(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
+    most_steps: float = 0.0,
 ) -> Batch:
     """Run K value sets over one input, or one set over K inputs, or both.
 
@@ -209,6 +211,7 @@ def run_many(
     give : "rows" for whole traces, "sums" for the sum of each output over the kept samples: then any number of sets fits into memory.
     data : output name -> measured values at the kept times, nan where there is none: also gives squares of the distance.
     threads : how many; without it as many as there are processors. The answer does not depend on it.
+    most_steps : internal steps of a set over the whole run, beyond which it fails; 0 for as many as it takes.
     progress : told the share that is done; cancelled : asked about ten times a second whether to stop.
 
     Returns
@@ -238,7 +241,7 @@ def run_many(
             raise ParameterError(f"data need {kept.size} values for outputs that are asked for; found {unknown or shapes}.")
         table = np.column_stack([np.asarray(data.get(name, np.full(kept.size, np.nan)), dtype=np.float64) for name in names])
     indices = tuple(kernel.variable(name).index for name in names)
-    plan = _Plan(clock, keep, inputs, shared, each, indices, table, constants, columns, give)
+    plan = _Plan(clock, keep, inputs, shared, each, indices, table, constants, columns, give, most_steps)
     return _gathered(plan, names, count, threads, progress, cancelled)
 
 

@@ -77,7 +77,8 @@ static int all_finite(const struct Point *x)
 enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s, struct Course *course)
 {
     /* for each vibration cycle that is passed a hundred times what tight tolerances take; solving for the slip makes steps dear */
-    const double most_steps = smaller((w->current_angle ? 1e4 : 1e5) * (1 + step * w->p[VIBRATION_FREQUENCY][0]), 1e9);
+    const double usual = smaller((w->current_angle ? 1e4 : 1e5) * (1 + step * w->p[VIBRATION_FREQUENCY][0]), 1e9);
+    const double most_steps = course->most_steps > 0 ? smaller(usual, course->most_steps) : usual;
     struct Room *const room = course->room;
     struct Point *start = &room[course->now].point, *middle = &room[(course->now + 1) % 3].point, *end = &room[(course->now + 2) % 3].point;
     lanes h, to_window, difference;
@@ -213,6 +214,7 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
     const struct Wiring w = wire(contact);
     struct Course course;
     course.now = course.known = 0;
+    course.most_steps = 0;
     lanes s = {0};
     const enum Status status = march(contact, &w, step, stop_at_events, s, &course);
     move_on(contact, s);

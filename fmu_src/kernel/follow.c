@@ -76,11 +76,23 @@ static void give(const struct Contact *contact, struct Yield *y)
     y->rows_done += 1;
 }
 
+/* What is left of the steps that a lane may take; none left is an error. */
+static enum Status within(const struct Contact *contact, double most, double *left)
+{
+    double taken = 0;
+    for (int i = 0; i < LANES; ++i)
+        if (contact->value[STEP_COUNT][i] > taken)
+            taken = contact->value[STEP_COUNT][i];
+    *left = most - taken;
+    return *left > 0 ? KERNEL_OK : KERNEL_TOO_MANY_STEPS;
+}
+
 enum Status kernel_follow(struct Contact *contact, const struct Record *record, struct Yield *yield, const volatile int *stop)
 {
     struct Wiring w = wire(contact);
     struct Course course;
     course.now = course.known = 0;
+    course.most_steps = record->most_steps;
     const int plainly = shows_plainly(yield->output_count, yield->output_index);
     int angles = 0;
     for (int j = 0; j < yield->output_count; ++j)
@@ -94,6 +106,8 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
             lanes s = {0};
             wire_time(contact, &w);
             status = step > 0 && isfinite(step) ? march(contact, &w, step, 0, s, &course) : KERNEL_BAD_STEP;
+            if (status == KERNEL_OK && record->most_steps > 0)
+                status = within(contact, record->most_steps, &course.most_steps);
         }
         if (status != KERNEL_OK)
             break;

@@ -145,6 +145,7 @@ struct Record {
     const double *inputs;
     int per_lane;
     const unsigned char *keep;
+    double most_steps; /* internal steps of a lane over the whole record, beyond which it fails; 0: as many as it takes */
 };
 
 /* What to bring back, each may be NULL: rows[(row * output_count + j) * LANES + lane] of the kept samples; their sums, and their squared

@@ -175,6 +175,7 @@ struct Course {
     } room[3];
     lanes window_end; /* as window_end(), where known */
     int now, known;
+    double most_steps; /* internal steps that may still be taken, 0: as many as it takes */
 };
 enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s, struct Course *course);
 void move_on(struct Contact *contact, const lanes s);

@@ -43,8 +43,8 @@ def recorded(name: str, times: FloatArray, slip: FloatArray, temperature: FloatA
 
 
 def test_temperature_steps_are_advised_where_only_they_tell() -> None:
-    """Al 6061 to and fro at one temperature: the exponent of softening is told by nothing, wherever its estimate ends. Temperature steps are
-    advised; tests at the very levels that the advice names then give about the standard error that it promises."""
+    """Al 6061 to and fro at one temperature: the exponent of softening is told by nothing, wherever its estimate ends. Temperature steps
+    are advised; tests at the very levels that the advice names then give about the standard error that it promises."""
     times = np.arange(1000) * 1e-3
     slip = 0.05 * np.sin(4 * np.pi * times) + 3 * WAY * 50 * np.pi * np.cos(50 * np.pi * times)
     one = recorded("warm", times, slip, np.full(times.size, WARM), 0.1, 1)
@@ -65,7 +65,7 @@ def test_temperature_steps_are_advised_where_only_they_tell() -> None:
         recorded(each.condition, each.times, each.inputs["slip_velocity"], each.inputs["contact_temperature"], 0.1, 2 + place)
         for place, each in enumerate(heated)
     ]
-    again = identify(rig(one, *more), FREE, model=MODEL, search_by="none", seed=1)
+    again = identify(rig(one, *more), FREE, model=MODEL, search_by="none", seed=1, profiles=False)
     assert again[Q].verdict == "identified"
     assert abs(again[Q].value - float(TRUTH[Q])) < 4 * again[Q].sd
     assert 100 * again[Q].sd / float(TRUTH[Q]) == pytest.approx(float(said[2]), rel=0.3)

@@ -20,7 +20,9 @@ SPEEDS = np.array([10, 14, 18, 22, 26, 30]) / 60
 FREE = ("shear_stress", "F_C")
 FORCES = ("mean_principal_force", "mean_feed_force")
 SHIPPED = parameter_sets.load("regularised/al-7075-t6")
-TRUTH: dict[str, float | str] = {**kernel.by_choice(dict(SHIPPED.values)), "kinematics": "internal", "shear_stress": 4e8}
+TRUTH: dict[str, float | str] = {
+    **kernel.by_choice(dict(SHIPPED.values)), "friction_law": "lugre", "kinematics": "internal", "shear_stress": 4e8,
+}  # fmt: skip
 SHARE = 0.01  # of a force's root mean square: its error
 
 

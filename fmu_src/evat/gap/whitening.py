@@ -90,7 +90,7 @@ class Whitening:
         found = {}
         for channel in dict.fromkeys(group.channel for group in self.groups):
             whole = np.concatenate([self.prediction.measured[s.at] for s in self.prediction.segments if s.channel == channel])
-            found[channel] = float(np.sqrt(np.mean(whole**2))) + 1e-300
+            found[channel] = float(np.sqrt(np.mean(whole**2))) + 1e-12  # of a dead channel, too, something can be divided by it
         return found
 
     def _means(self, predicted: FloatArray) -> list[FloatArray]:

@@ -5,14 +5,18 @@ from __future__ import annotations
 import base64
 import io
 import itertools
+import math
+from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from evat.identify.result import Identification
-from evat.model import FloatArray
-from evat.plot import COLOURS, STYLE, clock_unit, label, new_figure
+from evat.identify.result import Curve, Identification
+from evat.model import FloatArray, ParameterError
+from evat.plot import COLOURS, STYLE, clock_unit, label, new_figure, save_figure
+from evat.units import affine
 
 POINTS = 2000  # of a line; longer ones are drawn as the envelope of their pieces
 PANELS = 6
@@ -111,6 +115,23 @@ def _convergence(found: Identification) -> Figure | None:
     return figure
 
 
+def save_profiles(found: Identification, path: Path) -> Path:
+    """The profiles alone, as a picture."""
+    with mpl.rc_context(STYLE):
+        figure = _profiles(found)
+        if figure is None:
+            raise ParameterError("there are no profiles to draw: the search was stopped before them, or they were not asked for.")
+        return save_figure(figure, path)
+
+
+def _smooth(curve: Curve, centre: float) -> tuple[FloatArray, FloatArray]:
+    """The line through a profile's points: its root is all but straight on either side."""
+    root = np.sign(curve.values - centre) * np.sqrt(np.maximum(curve.rise, 0.0))
+    between = np.concatenate([np.linspace(low, high, 20) for low, high in itertools.pairwise(curve.values)])
+    found: FloatArray = np.interp(between, curve.values, root) ** 2
+    return between, found
+
+
 def _profiles(found: Identification) -> Figure | None:
     shown = [(each, each.profile) for each in found.estimates if each.profile is not None and each.profile.values.size > 1]
     if not shown:
@@ -120,16 +141,27 @@ def _profiles(found: Identification) -> Figure | None:
     figure, axes = new_figure(rows, columns, (2.9 * columns, 2.6 * rows), sharex=False)
     for axis, (estimate, curve) in zip(axes.ravel(), shown, strict=False):
         colour = {"identified": COLOURS[2], "weak": COLOURS[4]}.get(estimate.verdict, COLOURS[0])
-        axis.plot(curve.values, curve.rise, "o-", ms=3, lw=1, color=colour)
+        unit = estimate.variable.display_unit or estimate.variable.unit
+        factor, offset = affine(estimate.variable.unit, unit)
+        axis.plot(factor * curve.values + offset, curve.rise, "o", ms=3, color=colour)
+        between, rise = _smooth(curve, estimate.value)
+        axis.plot(factor * between + offset, rise, lw=1, color=colour)
         axis.axhline(curve.threshold, color=COLOURS[5], ls=":", lw=1)
-        axis.axvline(estimate.value, color=COLOURS[5], lw=0.6)
-        axis.set(ylim=(-0.3, 2.5 * curve.threshold), title=estimate.verdict, xlabel=label(estimate.name, estimate.variable.unit))
-        if estimate.bounds[0] > 0 and float(curve.values[-1]) > 10 * float(curve.values[0]):
+        axis.axvline(factor * estimate.value + offset, color=COLOURS[5], lw=0.6)
+        axis.set(ylim=(-0.3, 2.5 * curve.threshold), title=estimate.verdict, xlabel=label(estimate.name, unit))
+        decades = math.log10(float(curve.values[-1] / curve.values[0])) if estimate.bounds[0] > 0 and not offset else 0.0
+        if decades > 1:
             axis.set_xscale("log")
+            axis.xaxis.set_major_locator(LogLocator(numticks=4))
+            axis.xaxis.set_minor_formatter(NullFormatter())
+        else:
+            axis.xaxis.set_major_locator(MaxNLocator(3))
+            axis.ticklabel_format(axis="x", useOffset=False)
         axis.tick_params(labelsize="small")
     for axis in axes.ravel()[len(shown) :]:
         axis.set_visible(False)
-    axes[0, 0].set_ylabel("rise of the misfit [sd^2]")
+    for row in axes:
+        row[0].set_ylabel("rise of the misfit [sd^2]")
     return figure
 
 

@@ -60,8 +60,8 @@ def fit_doubts(aim: Objective, fits: Mapping[str, Fit], whiten: bool) -> list[st
             )
         if fit.samples < FEW and math.isnan(fit.noise) and not aim.has_sd(channel):
             found.append(
-                f"{channel}: {fit.samples} numbers, neither repeated nor with a standard deviation: their noise was guessed from what the fit "
-                f"leaves of them, and the intervals may be too narrow. State their standard deviation (of averages as {channel}_sd)."
+                f"{channel}: {fit.samples} numbers, neither repeated nor with a standard deviation: their noise was guessed from what "
+                f"the fit leaves of them, and the intervals may be too narrow. State their sd (of averages as {channel}_sd)."
             )
         if fit.follows_itself > SLOW and math.isnan(fit.noise):
             how = "whitened" if whiten and aim.kind == "least_squares" else "with wider intervals for it"

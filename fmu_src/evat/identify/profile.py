@@ -133,7 +133,8 @@ def _beyond(
 ) -> tuple[FloatArray, float] | None:
     """A point beyond the end of the interval to which the data do not object either, and its rise; None where none was found.
 
-    A descent stays in its valley, so many points are tried: some of the other parameters as at the optimum, some anywhere.
+    A descent stays in its valley, so many points are tried: some of the other parameters as at the optimum, some anywhere. From the best
+    ones the others go down first, then all: a valley may be narrower than the points are apart.
     """
     bound, rng = 0.0 if way < 0 else 1.0, np.random.default_rng([place, int(way > 0), again])
     probes = np.where(rng.random((PROBES, optimum.point.size)) < ELSEWHERE, rng.random((PROBES, optimum.point.size)), optimum.point)
@@ -144,6 +145,9 @@ def _beyond(
     for start in probes[np.argsort(losses(objective, optimum.noise, probes))[:DESCENTS]]:
         point, loss, _ = descend(objective, optimum.noise, start, free, most=12, exact=1e-4)
         rise = _scaled(optimum, place, loss)
+        if rise >= limit:
+            point, loss, _ = descend(objective, optimum.noise, point, np.ones_like(free), most=12, exact=1e-4)
+            rise = _scaled(optimum, place, loss) if (point[place] - end) * way > 0 else np.inf
         if strict and rise < -BETTER:
             raise BetterPoint(point)
         if rise < limit and (best is None or (point[place] - best[0][place]) * way > 0):
