@@ -13,7 +13,11 @@ from evat.batch import run_many
 from evat.model import FloatArray, Rival, Run, Trace
 from evat.needs import check_needs, missing_inputs
 
-MOST_STEPS, STEPS_PER_SAMPLE = 20_000, 40  # far beyond what a sound set takes; a holder that chatters against a rigid law takes thousands
+MOST_STEPS, STEPS_PER_SAMPLE, STEPS_PER_CYCLE = (
+    20_000,
+    40,
+    400,
+)  # far beyond what a sound set takes; a holder that chatters against a rigid law takes thousands
 LAW = "friction_law"
 RIVALS = ("coulomb", "dahl", "lugre")  # karnopp needs an applied force, bristle draws random places, reset_integrator jumps
 FRICTION = ("sigma0", "sigma1", "sigma2", "F_C", "F_S", "v_s")
@@ -52,7 +56,11 @@ class ContactModel(kernel.Component):
 
     def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
         """K value sets through one run; see evat.model.Model."""
-        return run_many(run, values, on, threads=self.threads, most_steps=MOST_STEPS + STEPS_PER_SAMPLE * run.times.size).rows
+        cycles = float(run.times[-1] - run.times[0]) / self.cycle_time(
+            {k: v for k, v in values.items() if isinstance(v, (int, float, str))}
+        )
+        most = MOST_STEPS + STEPS_PER_SAMPLE * run.times.size + (STEPS_PER_CYCLE * cycles if cycles > 0 else 0.0)
+        return run_many(run, values, on, threads=self.threads, most_steps=most).rows
 
     def settled(self, names: Sequence[str], on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
         """Cycle means of the periodic motion, or of steady slip; see evat.model.Model."""

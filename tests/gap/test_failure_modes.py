@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import toy
 from evat.experiment import Experiment
 from evat.gap import Diagnosis, diagnose
-from evat.model import FloatArray
+from evat.model import FloatArray, Run, Variable
 from rig import MODEL, SAMPLES, STEP, VALUES, measured
 
 LEAN = {"direction_asymmetry.a": 0.06}
@@ -124,11 +126,21 @@ def test_wrong_units_signs_and_dead_sensors_are_told(factor: float, said: str) -
 
 
 def test_a_solver_that_is_too_coarse_is_told() -> None:
-    """A tolerance at which the error of the integrator is beyond the noise."""
-    fine = measured(noise=lambda draw, size: 1e-3 * draw.normal(size=size), nominal={"relative_tolerance": 0.1})
-    found = diagnose(fine, MODEL)
-    assert found.verdict == "cannot_tell"
-    assert any("solver's own error" in note for note in found.cannot_tell)
+    """Of a toy; the component's own error control leaves no such error at any tolerance that it allows."""
+
+    class Coarse(toy.Toy):
+        variables = (*toy.Toy.variables, Variable("relative_tolerance", "1", 1e-4, 1e-12, 1.0, "tolerance", "toy"))
+
+        def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
+            error = np.ravel(values["relative_tolerance"])[0] * np.sin(40 * run.times)
+            return {"F": super().simulate_many(run, on, values)["F"] + error}
+
+    experiment = toy.measured(noise=0.1)
+    for tolerance, verdict in ((1.0, "cannot_tell"), (1e-3, "no_gap")):
+        nominal = replace(experiment.nominal, values={"k": 10.0, "relative_tolerance": tolerance})
+        found = diagnose(replace(experiment, nominal=nominal), Coarse())
+        assert found.verdict == verdict
+        assert any("solver's own error" in note for note in found.cannot_tell) == (verdict == "cannot_tell")
 
 
 def test_a_channel_of_noise_changes_nothing() -> None:

@@ -70,23 +70,28 @@ def _columns(prediction: Prediction) -> set[str]:
     return found | set(experiment.means.values if experiment.means is not None else ())
 
 
+def too_slow(prediction: Prediction) -> str:
+    """Why a record cannot be compared with a model that vibrates faster than it was sampled; "" where it can."""
+    for trial in prediction.experiment.trials[:1]:
+        period = prediction.model.cycle_time({**prediction.nominal, **trial.values})
+        if math.isfinite(period) and trial.times.size > 1:
+            step = float(np.median(np.diff(trial.times)))
+            if step * PER_CYCLE > period:
+                return (
+                    f"sampled at {1 / step:.4g} Hz, the vibration has {1 / period:.4g} Hz: "
+                    "phases cannot be seen; give cycle means as a means file, or a faster record"
+                )
+    return ""
+
+
 def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, float]) -> Audit:
     """predicted : (N,), by the nominal model; noise_sd : of each channel, whitened or not, whichever is smaller."""
-    refused, notes = list[str](), list[str]()
+    refused, notes = list(filter(None, [too_slow(prediction)])), list[str]()
     experiment = prediction.experiment
     recorded = sum(trial.times.size for trial in experiment.trials)
     means = len(experiment.means.conditions) if experiment.means is not None else 0
     if recorded < FEWEST and means < FEWEST_MEANS:
         refused.append(f"{recorded} samples and {means} means: at least {FEWEST} samples or {FEWEST_MEANS} means are needed")
-    for trial in experiment.trials[:1]:
-        period = prediction.model.cycle_time({**prediction.nominal, **trial.values})
-        if math.isfinite(period) and trial.times.size > 1:
-            step = float(np.median(np.diff(trial.times)))
-            if step * PER_CYCLE > period:
-                refused.append(
-                    f"sampled at {1 / step:.4g} Hz, the vibration has {1 / period:.4g} Hz: "
-                    "phases cannot be seen; give cycle means as a means file, or a faster record"
-                )
     numerical = prediction.numerical_error()
     for channel in dict.fromkeys(segment.channel for segment in prediction.segments):
         places = np.concatenate([np.arange(s.at.start, s.at.stop) for s in prediction.segments if s.channel == channel])
