@@ -97,3 +97,22 @@ def test_the_diagnosis_names_no_effect_and_imports_no_kernel() -> None:
                     waiting.append(base / "__init__.py" if base.is_dir() else base.with_suffix(".py"))
     assert {"evat.prediction", "evat.experiment", "evat.model"} <= seen
     assert not seen & {"evat.kernel", "evat.batch", "evat.contact_model", "evat.fmu", "evat.ssv", "evat.compile", "cffi"}
+
+
+def test_a_long_record_is_cut_and_said_to_be() -> None:
+    """Ten thousand samples each of four conditions: the same answer from the heads, and a note."""
+    short = measured(["bend"], {"bend.c": 0.2})
+    times = np.arange(10_000) * 0.01
+    trials = tuple(
+        replace(
+            trial,
+            times=times,
+            inputs={"x": np.resize(trial.inputs["x"], times.size)},
+            outputs={"F": np.resize(trial.outputs["F"], times.size)},
+        )
+        for trial in short.trials
+    )
+    found = diagnose(replace(short, trials=trials), Toy())
+    assert [effect.name for effect in found.effects] == ["bend"]
+    assert any("only the first 4000 samples" in note for note in found.cannot_tell)
+    assert not any("only the first" in note for note in diagnose(short, Toy()).cannot_tell)

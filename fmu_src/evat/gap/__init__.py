@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from evat.experiment import Experiment
 from evat.gap.advise import next_experiment
@@ -18,6 +19,7 @@ from evat.gap.budget import squares
 from evat.gap.closure import close
 from evat.gap.compare import Comparison, compare
 from evat.gap.judge import MISTUNED, NO_GAP, UNKNOWN, Constants, Judgement, features, fitted, judge
+from evat.gap.portion import portion
 from evat.gap.where import Where, locate
 from evat.model import Model
 from evat.prediction import Prediction
@@ -48,10 +50,15 @@ def diagnose_with(
     experiment: Experiment, model: Model, *, version: str = "", report: Report | None = None, constants: Constants | None = None
 ) -> tuple[Diagnosis, Comparison]:
     """The same, with everything that was fitted on the way: what the report draws."""
-    comparison = compare(Prediction(model, experiment), report)
-    known = constants or Constants.stored()
+    looked_at, cut = portion(experiment, model)
+    with threadpool_limits(1):  # sums over short rows gain nothing from threads, and their last bits would depend on them
+        return _diagnosed(Prediction(model, looked_at), cut, version, report, constants or Constants.stored())
+
+
+def _diagnosed(prediction: Prediction, cut: str, version: str, report: Report | None, known: Constants) -> tuple[Diagnosis, Comparison]:
+    model, comparison = prediction.model, compare(prediction, report)
     judgement = judge(features(comparison), known)
-    verdict, missing = CANNOT_TELL if comparison.audit.refused else judgement.verdict, _missing(comparison)
+    verdict, missing = CANNOT_TELL if comparison.audit.refused else judgement.verdict, tuple(filter(None, (cut, *_missing(comparison))))
     if report:
         report("on held-out conditions", 0.95)
     chosen = fitted(comparison, judgement.chosen)
@@ -69,7 +76,7 @@ def diagnose_with(
         made_by={
             "version": version,
             "model": _digest([*(v.name for v in model.variables), *(e.equation for e in model.effects)]),
-            "data": experiment.data_hash,
+            "data": prediction.experiment.data_hash,
         },
     )
     return answer, comparison

@@ -1,0 +1,39 @@
+"""How much of a long record is looked at? The head of every trial, as long as a diagnosis is to take seconds, and the answer says so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from evat.experiment import Experiment
+from evat.model import Model
+from evat.prediction import Prediction
+
+MOST_SAMPLES = 16_000  # that have to be simulated in one run of all trials; repeats of a run count once
+
+
+def portion(experiment: Experiment, model: Model) -> tuple[Experiment, str]:
+    """The experiment with its trials cut to what can be looked at, and a note of that; "" where nothing was cut."""
+    alike = Prediction(model, experiment).alike
+    sizes = {key: experiment.trials[place].times.size for place, key in alike.items()}
+    total = sum(sizes.values())
+    if total <= MOST_SAMPLES:
+        return experiment, ""
+    most = MOST_SAMPLES // len(sizes)
+    while True:  # short trials leave more for the long ones
+        left = MOST_SAMPLES - sum(size for size in sizes.values() if size <= most)
+        longer = sum(size > most for size in sizes.values())
+        if not longer or left // longer <= most:
+            break
+        most = left // longer
+    head, trials = slice(0, max(most, 2)), []
+    for trial in experiment.trials:
+        trials.append(
+            replace(
+                trial,
+                times=trial.times[head],
+                inputs={name: column[head] for name, column in trial.inputs.items()},
+                outputs={name: column[head] for name, column in trial.outputs.items()},
+            )
+        )
+    note = f"only the first {most} samples of each trial were looked at, {MOST_SAMPLES} of {total} in all; what grows slowly may be missed"
+    return replace(experiment, trials=tuple(trials)), note
