@@ -13,11 +13,8 @@ from evat.batch import run_many
 from evat.model import FloatArray, Rival, Run, Trace
 from evat.needs import check_needs, missing_inputs
 
-MOST_STEPS, STEPS_PER_SAMPLE, STEPS_PER_CYCLE = (
-    20_000,
-    40,
-    400,
-)  # far beyond what a sound set takes; a holder that chatters against a rigid law takes thousands
+# Internal steps, far beyond what a sound set takes; a holder that chatters against a rigid law takes thousands.
+MOST_STEPS, STEPS_PER_SAMPLE, STEPS_PER_CYCLE = 2_000, 15, 120
 LAW = "friction_law"
 RIVALS = ("coulomb", "dahl", "lugre")  # karnopp needs an applied force, bristle draws random places, reset_integrator jumps
 FRICTION = ("sigma0", "sigma1", "sigma2", "F_C", "F_S", "v_s")
