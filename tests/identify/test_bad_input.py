@@ -9,7 +9,7 @@ import pytest
 from evat.experiment import ExperimentError, Trial
 from evat.identify import identify
 from evat.model import ParameterError
-from rigs import FREE, GUESS, MODEL, TIMES, TO_AND_FRO, TRUTH, experiment, force, trial
+from known_rigs import FREE, GUESS, MODEL, TIMES, TO_AND_FRO, TRUTH, experiment, force, trial
 
 GOOD = trial(TO_AND_FRO)
 

@@ -13,7 +13,7 @@ from evat.contact_model import ContactModel
 from evat.identify import identify
 from evat.identify.cluster import Cluster, ClusterError
 from evat.identify.objective import Objective
-from rigs import FREE, TO_AND_FRO, experiment, trial
+from known_rigs import FREE, TO_AND_FRO, experiment, trial
 
 distributed = pytest.importorskip("distributed")
 RIG = experiment(trial(TO_AND_FRO))

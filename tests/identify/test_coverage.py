@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from evat.identify import identify
-from rigs import FREE, MODEL, TIMES, TRUTH, experiment, trial
+from known_rigs import FREE, MODEL, TIMES, TRUTH, experiment, trial
 
 TRUTHS = 50
 NAMES = ("F_C", "F_S", "sigma0", "sigma2", "v_s")

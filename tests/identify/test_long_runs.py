@@ -15,7 +15,7 @@ from evat.contact_model import ContactModel
 from evat.identify import Identification, identify
 from evat.identify.journal import Journal, JournalError
 from evat.identify.search import Search, search
-from rigs import FREE, MODEL, TO_AND_FRO, experiment, trial
+from known_rigs import FREE, MODEL, TO_AND_FRO, experiment, trial
 
 RIG = experiment(trial(TO_AND_FRO[:300]))
 SETTINGS = {"population": 24, "generations": 12, "seed": 3, "profiles": False}

@@ -20,8 +20,8 @@ from evat.experiment_files import read_experiment
 from evat.experiment_writer import write_experiment
 from evat.identify import Identification, identify, output
 from evat.model import Run
+from known_rigs import FREE, GUESS, MODEL, TIMES, TO_AND_FRO, experiment, trial
 from lxml import html
-from rigs import FREE, GUESS, MODEL, TIMES, TO_AND_FRO, experiment, trial
 from typer.testing import CliRunner
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from evat.identify import Identification, identify
 from evat.model import ParameterError
-from rigs import FREE, GUESS, MODEL, SLIDING, STEP, TIMES, TO_AND_FRO, TRUTH, experiment, force, trial
+from known_rigs import FREE, GUESS, MODEL, SLIDING, STEP, TIMES, TO_AND_FRO, TRUTH, experiment, force, trial
 
 
 @pytest.fixture(scope="module")
