@@ -56,6 +56,11 @@ class Trial:
     inputs: Mapping[str, FloatArray]
     outputs: Mapping[str, FloatArray]
 
+    def head(self, count: int) -> Trial:
+        """Its first samples."""
+        inputs, outputs = ({name: column[:count] for name, column in some.items()} for some in (self.inputs, self.outputs))
+        return replace(self, times=self.times[:count], inputs=inputs, outputs=outputs)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Means:

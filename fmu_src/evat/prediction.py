@@ -110,12 +110,14 @@ class Prediction:
         row: FloatArray = self.many(values or {}, on)[0]
         return row
 
-    def numerical_error(self) -> FloatArray:
-        """What the solver's tolerance leaves in the nominal prediction, (N,): its change when the tolerance is ten times tighter."""
+    def numerical_error(self, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()) -> FloatArray:
+        """What the solver's tolerance leaves in a prediction, (N,): its change when the tolerance is a hundred times tighter."""
         if TIGHTNESS not in self.nominal:
             return np.zeros(self.measured.size)
-        finer = {TIGHTNESS: float(self.nominal[TIGHTNESS]) / 10}
-        return self.one() - self.one(finer)
+        own = {**self.nominal, **(values or {})}
+        least = next(variable.min for variable in self.model.variables if variable.name == TIGHTNESS)
+        finer = {**own, TIGHTNESS: max(float(own[TIGHTNESS]) / 100, least)}
+        return self.one(own, on) - self.one(finer, on)
 
     def jacobian(
         self, values: Mapping[str, float | str], names: Sequence[str], scales: Mapping[str, float], on: Sequence[str] = ()

@@ -9,13 +9,12 @@ import hashlib
 import math
 from collections.abc import Callable
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from evat.experiment import Experiment
 from evat.gap.advise import next_experiment
 from evat.gap.answer import Diagnosis, Named, Recalibrated
-from evat.gap.budget import squares
+from evat.gap.budget import structural
 from evat.gap.closure import close
 from evat.gap.compare import Comparison, compare
 from evat.gap.judge import MISTUNED, NO_GAP, UNKNOWN, Constants, Judgement, features, fitted, judge
@@ -111,11 +110,8 @@ def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:
 
 def _recalibrated(comparison: Comparison) -> Recalibrated:
     found, sd = comparison.recalibrated, comparison.recalibrated.sd
-    before, after = (squares(comparison.whitening, fit.predicted) for fit in (comparison.nominal, found))
-    levels = comparison.whitening.levels
-    total = sum(before[c].structural / levels[c] ** 2 for c in levels)
-    left = sum(after[c].structural / levels[c] ** 2 for c in levels)
-    share = min(max(1 - left / total, 0.0), 1.0) if total > 0 else 0.0
+    before, after = (structural(comparison.whitening, fit.predicted) for fit in (comparison.nominal, found))
+    share = min(max(1 - after / before, 0.0), 1.0) if before > 0 else 0.0
     return Recalibrated({p.name: (p.mean, float(found.values[p.name]), sd[p.name]) for p in found.parameters}, share)
 
 
@@ -125,13 +121,8 @@ def _where(comparison: Comparison, judgement: Judgement) -> Where:
     base = comparison.recalibrated.predicted
     if judgement.chosen:
         return locate(comparison.prediction, comparison.models[judgement.chosen].predicted - base)
-    left = np.zeros_like(base)
     reference = base if judgement.verdict == UNKNOWN else comparison.nominal.predicted
-    for place, group in enumerate(comparison.whitening.groups):
-        rest = comparison.whitening.residual(reference, place)
-        for member in group.members:
-            left[comparison.prediction.segments[member].at] = rest
-    return locate(comparison.prediction, left)
+    return locate(comparison.prediction, comparison.whitening.residuals(reference))
 
 
 def _missing(comparison: Comparison) -> tuple[str, ...]:

@@ -21,8 +21,7 @@ OUTPUT_SAMPLES = 1500
 
 @dataclass(frozen=True)
 class Advice:
-    """`values`: what to set, SI (an input by the factor of its size so far); `separates`: the two sets; `probability` to be right after
-    it."""
+    """`values`: what to set, SI, of an input its rms; `separates`: the two sets; `probability` to be right after it."""
 
     values: Mapping[str, float]
     separates: tuple[tuple[str, ...], tuple[str, ...]]
@@ -52,15 +51,13 @@ def next_experiment(
 def _options(comparison: Comparison, experiment: Experiment) -> list[tuple[dict[str, float], Experiment]]:
     found = []
     bounds = {variable.name: variable for variable in comparison.prediction.model.variables}
-    trials = tuple({trial.condition: trial for trial in experiment.trials}.values())
-    for name in sorted({name for trial in trials for name in trial.inputs} | {name for trial in trials for name in trial.values}):
-        for factor in FACTORS:
-            some = [_scaled(trial, name, factor, bounds[name].min, bounds[name].max) for trial in trials[:1]]
-            kept = tuple(trial for trial in some if trial is not None)
-            if kept:
-                trial = kept[0]
-                size = trial.values[name] if name in trial.values else float(np.sqrt(np.mean(trial.inputs[name] ** 2)))
-                found.append(({name: size}, replace(experiment, trials=kept, means=None)))
+    for trial in experiment.trials[:1]:
+        for name in sorted({*trial.inputs, *trial.values}):
+            for factor in FACTORS:
+                other = _scaled(trial, name, factor, bounds[name].min, bounds[name].max)
+                if other is not None:
+                    size = other.values[name] if name in other.values else float(np.sqrt(np.mean(other.inputs[name] ** 2)))
+                    found.append(({name: size}, replace(experiment, trials=(other,), means=None)))
     means = experiment.means
     if means is not None:
         for name, column in means.values.items():
@@ -74,13 +71,7 @@ def _options(comparison: Comparison, experiment: Experiment) -> list[tuple[dict[
 
 
 def _scaled(trial: Trial, name: str, factor: float, low: float, high: float) -> Trial | None:
-    head = slice(0, OUTPUT_SAMPLES)
-    cut = replace(
-        trial,
-        times=trial.times[head],
-        inputs={key: column[head] for key, column in trial.inputs.items()},
-        outputs={key: column[head] for key, column in trial.outputs.items()},
-    )
+    cut = trial.head(OUTPUT_SAMPLES)
     if name in trial.values:
         value = trial.values[name] * factor
         return replace(cut, values={**trial.values, name: value}) if low <= value <= high and value != 0 else None

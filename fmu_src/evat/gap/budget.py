@@ -55,10 +55,13 @@ def squares(whitening: Whitening, predicted: FloatArray, conditions: set[str] | 
     }
 
 
+def structural(whitening: Whitening, predicted: FloatArray) -> float:
+    """Structural mean square of all channels, each in that of its rms."""
+    return sum(found.structural / whitening.levels[channel] ** 2 for channel, found in squares(whitening, predicted).items())
+
+
 def structural_share(whitening: Whitening, predicted: FloatArray, reference: FloatArray) -> float:
     """The structural mean square that one prediction leaves, in that of another; channels weighed by their rms."""
-    ours, theirs = squares(whitening, predicted), squares(whitening, reference)
-    levels = whitening.levels
-    unsure = sum(UNSURE * theirs[c].floor / levels[c] ** 2 for c in levels)
-    total = sum(theirs[c].structural / levels[c] ** 2 for c in levels)
-    return (sum(ours[c].structural / levels[c] ** 2 for c in levels) + unsure) / (total + unsure)
+    floors = squares(whitening, reference)
+    unsure = sum(UNSURE * found.floor / whitening.levels[channel] ** 2 for channel, found in floors.items())
+    return (structural(whitening, predicted) + unsure) / (structural(whitening, reference) + unsure)

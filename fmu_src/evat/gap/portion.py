@@ -25,15 +25,5 @@ def portion(experiment: Experiment, model: Model) -> tuple[Experiment, str]:
         if not longer or left // longer <= most:
             break
         most = left // longer
-    head, trials = slice(0, max(most, 2)), []
-    for trial in experiment.trials:
-        trials.append(
-            replace(
-                trial,
-                times=trial.times[head],
-                inputs={name: column[head] for name, column in trial.inputs.items()},
-                outputs={name: column[head] for name, column in trial.outputs.items()},
-            )
-        )
     note = f"only the first {most} samples of each trial were looked at, {MOST_SAMPLES} of {total} in all; what grows slowly may be missed"
-    return replace(experiment, trials=tuple(trials)), note
+    return replace(experiment, trials=tuple(trial.head(max(most, 2)) for trial in experiment.trials)), note

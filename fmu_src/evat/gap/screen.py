@@ -27,7 +27,7 @@ DECADES = np.arange(-4.0, 4.0)  # around the first guess of an amplitude
 PROBED_SAMPLES, PROBED_CONDITIONS, PROBED_MEANS = 700, 3, 8
 LINEAR = 0.3  # of an amplitude's prior standard deviation: where its slope is taken
 FAR = (0.3, 1.5, 6.0)  # the same for an effect with one amplitude, which need not be linear: a time, a frequency
-TIMES = 9
+TIMES = 9  # tried of an amplitude that is a time
 NOTHING = 1e-5  # of the rms of a channel: less than this is not looked for
 
 
@@ -49,20 +49,9 @@ def small(experiment: Experiment) -> Experiment:
     chosen = (
         [conditions[round(k)] for k in np.linspace(0, len(conditions) - 1, min(PROBED_CONDITIONS, len(conditions)))] if conditions else []
     )
-    trials = []
-    for condition in dict.fromkeys(chosen):
-        whole = next(trial for trial in experiment.trials if trial.condition == condition)
-        head = slice(0, PROBED_SAMPLES)
-        trials.append(
-            replace(
-                whole,
-                times=whole.times[head],
-                inputs={name: column[head] for name, column in whole.inputs.items()},
-                outputs={name: column[head] for name, column in whole.outputs.items()},
-            )
-        )
+    wholes = [next(trial for trial in experiment.trials if trial.condition == condition) for condition in dict.fromkeys(chosen)]
     means = experiment.means.only(experiment.means.conditions[:PROBED_MEANS]) if experiment.means is not None else None
-    return replace(experiment, trials=tuple(trials), means=means)
+    return replace(experiment, trials=tuple(whole.head(PROBED_SAMPLES) for whole in wholes), means=means)
 
 
 def _design(unknown: Sequence[Parameter]) -> FloatArray:

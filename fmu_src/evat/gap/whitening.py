@@ -172,6 +172,14 @@ class Whitening:
         found: FloatArray = self.means[place] - predicted[self.groups[place].at]
         return found
 
+    def residuals(self, predicted: FloatArray) -> FloatArray:
+        """The same of all groups, (N,), at each of their repeats."""
+        found = np.zeros_like(predicted)
+        for place, group in enumerate(self.groups):
+            for member in group.members:
+                found[self.prediction.segments[member].at] = self.residual(predicted, place)
+        return found
+
     def sums(self, predicted: FloatArray, slopes: FloatArray) -> Sums:
         """predicted (N,), slopes (N, p)."""
         width = slopes.shape[1] + 1

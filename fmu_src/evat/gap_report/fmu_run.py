@@ -13,7 +13,7 @@ from platformdirs import user_cache_path
 
 from evat import fmu, kernel, parameter_sets
 from evat.compile import HERE, host_target
-from evat.experiment import Experiment, Trial
+from evat.experiment import Experiment
 from evat.fmu.sources import source_files
 from evat.gap.budget import squares
 from evat.gap.compare import Comparison
@@ -106,10 +106,4 @@ def _some(whole: Prediction, conditions: tuple[str, ...]) -> tuple[Experiment, t
     part = experiment.only(kept)
     means = len(part.means.conditions) if part.means is not None else 0
     left_out = tuple(condition for condition in conditions if condition not in kept)
-    return replace(part, trials=tuple(_head(trial) for trial in part.trials)), left_out, len(seen) + means, samples
-
-
-def _head(trial: Trial) -> Trial:
-    head = slice(0, MOST_SAMPLES)
-    inputs, outputs = ({name: column[head] for name, column in some.items()} for some in (trial.inputs, trial.outputs))
-    return replace(trial, times=trial.times[head], inputs=inputs, outputs=outputs)
+    return replace(part, trials=tuple(trial.head(MOST_SAMPLES) for trial in part.trials)), left_out, len(seen) + means, samples

@@ -10,10 +10,6 @@ import numpy as np
 from evat.gap.budget import squares
 from evat.gap.compare import Comparison
 from evat.gap.fit import Fit
-from evat.model import FloatArray
-
-FINER = 1e-2  # of the solver's tolerance: what then changes is numerical error
-TOLERANCE = "relative_tolerance"
 
 TITLES = {
     "noise": "noise",
@@ -73,12 +69,7 @@ def parts(comparison: Comparison, chosen: Fit) -> dict[str, Parts]:
 def numerical_error(comparison: Comparison, chosen: Fit) -> dict[str, float]:
     """Mean square that a finer solver changes [unit squared]; nothing where the model has no tolerance to set."""
     prediction = comparison.prediction
-    known = {variable.name: variable for variable in prediction.model.variables}
-    if TOLERANCE not in known:
-        return {}
-    now = float({**prediction.nominal, **chosen.values}[TOLERANCE])
-    finer = max(FINER * now, known[TOLERANCE].min)
-    change: FloatArray = np.nan_to_num(prediction.one({**chosen.values, TOLERANCE: finer}, chosen.on) - chosen.predicted)
+    change = np.nan_to_num(prediction.numerical_error(chosen.values, chosen.on))
     sums, counts = dict[str, float](), dict[str, int]()
     for segment in prediction.segments:
         sums[segment.channel] = sums.get(segment.channel, 0.0) + float(np.sum(change[segment.at] ** 2))

@@ -88,11 +88,7 @@ def unlike(comparison: Comparison, chosen: FloatArray | None, reference: FloatAr
     """(N,) what the diagnosis has placed: what the effects change; without any, what `reference` leaves of the means of repeats."""
     if chosen is not None:
         return chosen - comparison.recalibrated.predicted
-    found = np.zeros_like(reference)
-    for place, group in enumerate(comparison.whitening.groups):
-        for member in group.members:
-            found[comparison.prediction.segments[member].at] = comparison.whitening.residual(reference, place)
-    return found
+    return comparison.whitening.residuals(reference)
 
 
 def extremes(column: FloatArray, most: int = POINTS) -> npt.NDArray[np.intp]:
