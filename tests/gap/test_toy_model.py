@@ -14,7 +14,6 @@ from evat.gap import diagnose
 from toy import Toy, measured
 
 FOLDER = Path(evat.gap.__file__).parent
-DESCENT = np.linspace(-1, 1, 400)
 
 
 @pytest.mark.parametrize(("on", "parameter", "value"), [("bend", "c", 0.2), ("drift", "rate", 0.3), ("lean", "a", -0.8)])

@@ -9,7 +9,6 @@ import json
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, fields
-from pathlib import Path
 
 import numpy as np
 from scipy.optimize import minimize
@@ -43,10 +42,6 @@ class Case:
         for name in ("gain", "left"):
             held[name] = {tuple(on.split("+")): value for on, value in held[name].items()}
         return Case(Features(**held), truth)
-
-
-def read_cases(path: Path) -> tuple[Case, ...]:
-    return tuple(Case.read(line) for line in path.read_text(encoding="utf-8").splitlines() if line)
 
 
 def with_unknown(cases: Iterable[Case]) -> tuple[Case, ...]:

@@ -24,6 +24,7 @@ LEFT = 0.005  # of the rms: where recalibration leaves less, other base laws are
 LAW_STARTS = 32
 PAIRS_FROM, PAIR_FITS = 4, 5
 HOPE = 0.2  # of the best gain: an effect that gains less where it is taken as linear is not looked at closer
+NO_RUN = "the nominal model does not run on this experiment; simulate it on its own to see why."
 WORTH = 12.0  # of log evidence: a model that is this far behind is not looked at closer
 
 
@@ -97,7 +98,7 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     tell("recalibrating the nominal model", 0.0)
     predicted = prediction.one()
     if not np.all(np.isfinite(predicted)):
-        raise SimulationError("the nominal model does not run on this experiment; simulate it on its own to see why.")
+        raise SimulationError(NO_RUN)
     noise = estimate_noise(prediction, predicted)
     floors = {s.channel: float(noise.sizes[place]) for place, s in enumerate(prediction.segments)}
     audited = audit(prediction, predicted, floors)
@@ -245,5 +246,5 @@ def _pairs(
 
 def _must(found: Fit | None) -> Fit:
     if found is None:
-        raise SimulationError("the nominal model does not run on this experiment; simulate it on its own to see why.")
+        raise SimulationError(NO_RUN)
     return found

@@ -24,7 +24,9 @@ from evat.gap.fit import Fit
 
 NO_GAP, MISTUNED, UNKNOWN = "no_gap", "mistuned", "unknown"
 STORED = Path(__file__).with_name("calibration.json")
-SURE, LIKELY = 0.9, 0.02  # the set that holds this much of the probability; what is less likely is not listed
+SURE = 0.9  # of the probability: what the listed sets hold
+EVIDENT = 5.0  # of log evidence: less is chance
+AMBIGUOUS = 0.55  # of what is not unknown: a set with less is one of several
 
 
 @dataclass(frozen=True)
@@ -140,10 +142,6 @@ def judge(found: Features, constants: Constants) -> Judgement:
     else:
         verdict = "effect" if probabilities[chosen] > AMBIGUOUS * (1 - unknown) or len(likely) == 1 else "ambiguous"
     return Judgement(verdict, chosen, probabilities, unknown, no_gap, tuple(likely), found)
-
-
-EVIDENT = 5.0  # of log evidence: less is chance
-AMBIGUOUS = 0.55
 
 
 def _score(on: tuple[str, ...], found: Features, constants: Constants) -> float:

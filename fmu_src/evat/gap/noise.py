@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.model import FloatArray
-from evat.prediction import Prediction, Segment
+from evat.prediction import Prediction
 
 MOST_LAGS = 6
 CLIP = 4.0  # robust standard deviations, beyond which a sample counts as no more than that
@@ -33,18 +33,6 @@ class Noise:
     sizes: FloatArray
     spread: Mapping[str, FloatArray]
     repeated: bool
-
-    def floor(self, segments: Sequence[Segment], channel: str, basis: Sequence[FloatArray]) -> float:
-        """Mean square that noise and repeatability leave in a channel [unit squared]."""
-        total, count = 0.0, 0
-        gain = float(np.sum(impulse_response(self.filters[channel]) ** 2)) if channel in self.filters else 1.0
-        for place, segment in enumerate(segments):
-            if segment.channel == channel:
-                size = segment.at.stop - segment.at.start
-                between = float(np.mean((basis[place] @ np.diag(self.spread[channel])) ** 2) * 3) if channel in self.spread else 0.0
-                total += size * (self.sizes[place] ** 2 * gain + between)
-                count += size
-        return total / max(count, 1)
 
 
 def impulse_response(filter_: FloatArray, length: int = 400) -> FloatArray:

@@ -69,16 +69,6 @@ def nominal_parameters(model: Model, experiment: Experiment) -> tuple[Parameter,
     return tuple(found)
 
 
-def form_parameters(model: Model) -> tuple[Parameter, ...]:
-    """Shapes of the base laws that nobody knows exactly: parameters outside of all effects that have a neutral value."""
-    own = {variable.name for effect in model.effects for variable in effect.variables} | {effect.name for effect in model.effects}
-    return tuple(
-        Parameter(v.name, v.unit, v.neutral, 0.3, v.min, v.max, True)
-        for v in model.variables
-        if v.name not in own and v.causality == "parameter" and math.isfinite(v.neutral) and v.neutral > 0
-    )
-
-
 def amplitudes(effect: Effect) -> tuple[Variable, ...]:
     return tuple(variable for variable in effect.variables if math.isfinite(variable.neutral) and variable.type == "real")
 

@@ -24,6 +24,7 @@ from evat.prediction import Prediction
 
 BANDS = 20  # of the harmonics, and again as many of all between them
 CORRELATION_SAMPLES = (0.3, 2.0, 8.0, 32.0, 128.0)  # over which a discrepancy may be correlated
+OUTLYING = 5.0  # robust standard deviations of the repeats from each other
 BESIDE = 3  # samples on either side of a jump
 SHARPNESS = 0.5  # of a jump: what may be wrong beside it
 APERIODIC = 0.1  # of the discrepancy of a periodic motion, in variance, may not repeat
@@ -217,9 +218,6 @@ class Whitening:
                     factor = 1.0 if not periodic else (1 - APERIODIC) / share if band < BANDS else APERIODIC / (1 - share)
                     found[row, place, band] = spectrum[rows].mean() * factor
         return found
-
-
-OUTLYING = 5.0  # robust standard deviations of the repeats from each other
 
 
 def _without_outliers(rows: FloatArray, predicted: FloatArray) -> FloatArray:
