@@ -107,6 +107,12 @@ class Experiment:
         return tuple(dict.fromkeys([*recorded, *(self.means.outputs if self.means is not None else ())]))
 
     @property
+    def given(self) -> frozenset[str]:
+        """Variables that it states itself, beside the nominal model: recorded inputs, and values of trials and means."""
+        recorded = {name for trial in self.trials for name in (*trial.inputs, *trial.values)}
+        return frozenset(recorded | set(self.means.values if self.means is not None else ()))
+
+    @property
     def samples(self) -> int:
         """Measured numbers in all: samples of every output of every trial, and means."""
         recorded = sum(column.size for trial in self.trials for column in trial.outputs.values())

@@ -33,7 +33,8 @@ class Variable:
     """One quantity of a model: the seven facts (name, unit, start, min, max, meaning, source) and its role.
 
     `start`, `min` and `max` are in `unit`. A choice holds the place of its name in `choices`. `neutral` is for parameters of effects: with
-    all of an effect's at their neutral values it changes nothing; nan where the value has no say in that.
+    all of an effect's at their neutral values it changes nothing; nan where the value has no say in that. Above 0 it is also for shapes of
+    a base law that nobody knows exactly: with that value it is the law as published.
     """
 
     name: str

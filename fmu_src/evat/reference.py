@@ -90,7 +90,7 @@ class LuGre(Law):
 
     @staticmethod
     def g(x: Slide) -> float:
-        return float(x.p["F_C"] + (x.p["F_S"] - x.p["F_C"]) * math.exp(-((x.v / x.p["v_s"]) ** 2)))
+        return float(x.p["F_C"] + (x.p["F_S"] - x.p["F_C"]) * math.exp(-((x.speed / x.p["v_s"]) ** x.p["lugre.stribeck_exponent"])))
 
     def rate(self, x: Slide, z: float) -> float:
         return x.v - x.P * x.speed * z / self.g(x)

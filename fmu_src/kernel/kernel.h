@@ -37,7 +37,8 @@ struct Variable {
     enum Variability variability;
     const char *const *choices; /* CHOICE: the names, ended by NULL; the value is the place in the list */
     int derivative_of;          /* index of the state whose rate this is; 0: none (of an effect's: see kernel_derivative_of) */
-    double neutral;             /* of an effect's parameter: with all at their neutral values on equals off; NAN: shape, has no say */
+    double neutral;             /* of an effect's parameter: with all at their neutral values on equals off; NAN: shape, has no say;
+                                   of a law's parameter: the published law's value, where that is not 0 */
 };
 
 enum Stage { STAGE_PATH, STAGE_ENGAGEMENT, STAGE_TEMPERATURE, STAGE_SHEAR, STAGE_LOAD, STAGE_FRICTION, STAGE_BRISTLE, STAGE_FORCES,

@@ -25,6 +25,17 @@ def stribeck(v: float) -> float:
     return SET["F_C"] + (SET["F_S"] - SET["F_C"]) * exp(-((v / SET["v_s"]) ** 2))
 
 
+@pytest.mark.parametrize("exponent", [0.5, 1.0, 3.0])
+@pytest.mark.parametrize("v", [-5e-2, 2e-3, 1e-2, 3e-2])
+def test_the_stribeck_curve_has_the_exponent_that_is_set(v: float, exponent: float) -> None:
+    """At v_s the curve does not depend on it: friction is F_C + (F_S - F_C)/e there."""
+    curve = SET["F_C"] + (SET["F_S"] - SET["F_C"]) * exp(-((abs(v) / SET["v_s"]) ** exponent))
+    found = steady("lugre", v, **{"lugre.stribeck_exponent": exponent})
+    assert found == pytest.approx(np.sign(v) * curve + SET["sigma2"] * v, rel=1e-12)
+    if abs(v) == SET["v_s"]:
+        assert found == pytest.approx(steady("lugre", v), rel=1e-12)
+
+
 @pytest.mark.parametrize("law", ["lugre", "dahl", "bristle", "reset_integrator"])
 def test_a_resting_contact_is_a_spring(law: str) -> None:
     """Displaced by a thousandth of the way to break-away: sigma0 x less a share of that order; held there, the force stays."""

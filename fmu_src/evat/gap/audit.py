@@ -53,7 +53,7 @@ def varying(prediction: Prediction) -> set[str]:
 
 def idle_effects(prediction: Prediction, effects: Sequence[Effect]) -> dict[str, tuple[str, ...]]:
     """Effects whose needed inputs are there but do not vary: they are one with other parameter values."""
-    moving, everything = varying(prediction), _columns(prediction)
+    moving, everything = varying(prediction), prediction.experiment.given
     held = {name: value for name, value in prediction.nominal.items() if name not in everything}
     found = {}
     for effect in effects:
@@ -62,12 +62,6 @@ def idle_effects(prediction: Prediction, effects: Sequence[Effect]) -> dict[str,
             if still:
                 found[effect.name] = tuple(still)
     return found
-
-
-def _columns(prediction: Prediction) -> set[str]:
-    experiment = prediction.experiment
-    found = {name for trial in experiment.trials for name in (*trial.inputs, *trial.values)}
-    return found | set(experiment.means.values if experiment.means is not None else ())
 
 
 def too_slow(prediction: Prediction) -> str:

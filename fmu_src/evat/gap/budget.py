@@ -45,7 +45,7 @@ def squares(whitening: Whitening, predicted: FloatArray, conditions: set[str] | 
             float(np.sum((prediction.measured[prediction.segments[member].at] - predicted[group.at]) ** 2)) for member in group.members
         )
         # Beside a jump the clock's spread alone makes large squares: there a structural gap cannot be seen.
-        counted = whitening.weights[place] ** 2
+        counted = whitening.jumps[place].weights ** 2
         clear = float(np.sum(counted * (whitening.residual(predicted, place) ** 2 - (within + between) / repeats)))
         row = np.array([alone / repeats, float(within.sum()), float(between.sum()), size, clear, float(counted.sum())])
         sums[group.channel] = sums.get(group.channel, np.zeros(row.size)) + row

@@ -10,11 +10,11 @@ from scipy.stats import qmc
 
 from evat.gap.audit import Audit, audit
 from evat.gap.discrepancy import likelihood
-from evat.gap.fit import Fit, fit
+from evat.gap.fit import Fit, Look, climb, fit
 from evat.gap.noise import Noise, estimate_noise
-from evat.gap.parameters import Scales, law_parameters, nominal_parameters
+from evat.gap.parameters import Parameter, Scales, form_parameters, law_parameters, nominal_parameters
 from evat.gap.screen import Screen, Start, linear
-from evat.gap.whitening import Sums, Whitening
+from evat.gap.whitening import Whitening
 from evat.model import Effect, FloatArray, Model, SimulationError
 from evat.prediction import Prediction
 
@@ -24,7 +24,10 @@ LEFT = 0.005  # of the rms: where recalibration leaves less, other base laws are
 LAW_STARTS = 32
 PAIRS_FROM, PAIR_FITS = 4, 5
 HOPE = 0.2  # of the best gain: an effect that gains less where it is taken as linear is not looked at closer
+FORM = 0.07  # of the gap that recalibration leaves: what no effect explains any closer, since its form in the world is another
 NO_RUN = "the nominal model does not run on this experiment; simulate it on its own to see why."
+NOTHING = -1.0  # of log evidence: what an effect costs that is not there
+CHANCE = 2.0  # of log evidence: less may be chance
 WORTH = 12.0  # of log evidence: a model that is this far behind is not looked at closer
 
 
@@ -47,12 +50,16 @@ class Comparison:
     audit: Audit
 
 
-def _frozen(prediction: Prediction, whitening: Whitening, base: Fit, start: Start) -> tuple[float, FloatArray] | None:
-    """Evidence and best point (base's parameters, then the effect's) with the slopes of the base's parameters held where they are."""
+def _frozen(prediction: Prediction, whitening: Whitening, base: Fit, start: Start) -> Look | None:
+    """The best point (base's parameters, then the effect's) with the slopes of the base's parameters held where they are."""
     names = [parameter.name for parameter in start.parameters]
     fitted = base.point.size
 
-    def look(point: FloatArray) -> tuple[float, float, FloatArray, Sums] | None:
+    def keep(point: FloatArray) -> FloatArray:
+        own = [p.within(float(u)) for p, u in zip(start.parameters, point[fitted:], strict=True)]
+        return np.concatenate([point[:fitted], own])
+
+    def look(point: FloatArray) -> Look | None:
         own = point[fitted:]
         values = {**base.values, **{p.name: p.value(float(u)) for p, u in zip(start.parameters, own, strict=True)}}
         scales = {p.name: p.slope(float(u)) for p, u in zip(start.parameters, own, strict=True)}
@@ -61,28 +68,9 @@ def _frozen(prediction: Prediction, whitening: Whitening, base: Fit, start: Star
             return None
         predicted = predicted + base.slopes @ (point[:fitted] - base.point)
         sums = whitening.sums(predicted, np.column_stack([base.slopes, np.nan_to_num(slopes)]))
-        found = likelihood(whitening, sums, point)
-        return found.log, found.evidence, found.step, sums
+        return Look(point, sums, likelihood(whitening, sums, point))
 
-    point = np.concatenate([base.point, start.point])
-    best = look(point)
-    if best is None:
-        return None
-    damping = 0.0
-    for _ in range(FROZEN_STEPS):
-        step = likelihood(whitening, best[3], point, damping=damping).step if damping else best[2]
-        step = step / max(1.0, float(np.max(np.abs(step))) / 3)
-        ahead = point + step
-        ahead[fitted:] = [p.within(float(u)) for p, u in zip(start.parameters, ahead[fitted:], strict=True)]
-        tried = look(ahead)
-        if tried is None or tried[0] < best[0]:
-            damping = max(4 * damping, 0.3)
-            continue
-        gained = tried[0] - best[0]
-        best, point, damping = tried, ahead, damping / 4 if damping > 0.1 else 0.0
-        if gained < 0.1:
-            break
-    return best[1], point
+    return climb(look, keep, np.concatenate([base.point, start.point]), whitening, FROZEN_STEPS)
 
 
 def _allowed(model: Model, effects: Sequence[str]) -> bool:
@@ -94,7 +82,7 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     """Fit everything that may explain the gap."""
     model, experiment = prediction.model, prediction.experiment
     tell = report or (lambda _, __: None)
-    parameters = nominal_parameters(model, experiment)
+    parameters = (*nominal_parameters(model, experiment), *form_parameters(model, experiment))
     tell("recalibrating the nominal model", 0.0)
     predicted = prediction.one()
     if not np.all(np.isfinite(predicted)):
@@ -106,24 +94,26 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     if audited.refused:
         nominal = _must(fit(prediction, whitening, (), np.empty(0)))
         return Comparison(prediction, noise, whitening, nominal, nominal, {}, {}, (), {}, audited)
-    recalibrated = _must(fit(prediction, whitening, parameters, np.zeros(len(parameters))))
+    recalibrated = _trusted(prediction, whitening, parameters, np.zeros(len(parameters)))
+    told = np.any(recalibrated.slopes, axis=0) | np.array([p.name in experiment.nominal.values for p in parameters])
+    parameters = tuple(parameter for parameter, tells in zip(parameters, told, strict=True) if tells)  # of the law that is there
     noise = estimate_noise(prediction, recalibrated.predicted)
     whitening = Whitening(prediction, noise, recalibrated.predicted)
-    recalibrated = _must(fit(prediction, whitening, parameters, recalibrated.point))
+    recalibrated = _trusted(prediction, whitening, parameters, recalibrated.point[told])
+    whitening.forgive(FORM * recalibrated.found.size, recalibrated.found.length)
+    recalibrated = recalibrated.again(whitening)
     nominal = _must(fit(prediction, whitening, (), np.empty(0)))
 
     scales, on = Scales(model, experiment), set(experiment.nominal.effects)
     screen = Screen(prediction, whitening, scales)
     offered = [e for e in model.effects if e.name not in on and _allowed(model, (*on, e.name))]
     rough, fronts, silent = dict[tuple[str, ...], float](), dict[str, tuple[Start, FloatArray]](), list[str]()
-    columns = set().union(*(trial.inputs for trial in experiment.trials)) if experiment.trials else set()
-    columns |= set(experiment.means.values) if experiment.means is not None else set()
     screened, unfed = dict[str, list[Start]](), dict[str, Sequence[str]]()
     for place, effect in enumerate(offered):
         if effect.name in audited.idle:
             continue
         tell(f"trying {effect.name}", 0.1 + 0.3 * place / len(offered))
-        if lacking := model.missing_inputs([effect.name], {**prediction.nominal, **recalibrated.values}, columns):
+        if lacking := model.missing_inputs([effect.name], {**prediction.nominal, **recalibrated.values}, experiment.given):
             unfed[effect.name] = tuple(lacking)
             continue
         starts = screen.starts(recalibrated, effect)
@@ -137,12 +127,12 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
         tell(f"trying {name}", 0.4 + 0.2 * place / len(screened))
         rough[(name,)] = starts[0].evidence
         fronts[name] = starts[0], np.concatenate([recalibrated.point, starts[0].point])
-        if starts[0].evidence - base < HOPE * most - WORTH:
+        if starts[0].evidence - base < max(HOPE * most - WORTH, NOTHING):
             continue
         found = [(front, start) for start in _apart(starts) if (front := _frozen(prediction, whitening, recalibrated, start))]
         if found:
-            (evidence, point), start = max(found, key=lambda pair: pair[0][0])
-            rough[(name,)], fronts[name] = evidence, (start, point)
+            front, start = max(found, key=lambda pair: pair[0].found.evidence)
+            rough[(name,)], fronts[name] = front.found.evidence, (start, front.point)
 
     models = dict[tuple[str, ...], Fit]()
     order = sorted(fronts, key=lambda name: -rough[(name,)])
@@ -158,6 +148,16 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     _rivals(prediction, whitening, models, recalibrated, scales, tell)
     _pairs(prediction, whitening, models, fronts, rough, offered, tell)
     return Comparison(prediction, noise, whitening, nominal, recalibrated, models, rough, tuple(silent), unfed, audited)
+
+
+def _trusted(prediction: Prediction, whitening: Whitening, parameters: Sequence[Parameter], start: FloatArray) -> Fit:
+    """A fit that the whitening then trusts as far as what it leaves allows."""
+    found = _must(fit(prediction, whitening, parameters, start, most_steps=0))
+    for _ in range(2):
+        whitening.doubt(found.found.size, found.found.length)
+        found = _must(fit(prediction, whitening, parameters, found.point))
+    whitening.doubt(found.found.size, found.found.length)
+    return found.again(whitening)
 
 
 def _rivals(
@@ -226,16 +226,15 @@ def _pairs(
             # Slopes of the second effect as they are without the first.
             sums = whitening.sums(base.predicted, np.column_stack([base.slopes, start.slopes]))
             width = start.slopes.shape[1]
-            evidence, point = linear(whitening, sums, np.concatenate([base.point, np.zeros(width)]))
-            strength = np.array([p.within(float(u)) for p, u in zip(start.parameters, point[-width:], strict=False)])
-            point = np.concatenate([point[:-width], strength, start.point[width:]])
+            evidence, point = linear(whitening, sums, np.concatenate([base.point, np.zeros(width)]), start.parameters[:width])
+            point = np.concatenate([point, start.point[width:]])
             if key not in merit or evidence > merit[key][0]:
                 merit[key] = (evidence, base, start, point)
                 rough[key] = evidence
     singles = max((found.found.evidence for found in models.values()), default=-np.inf)
     for place, key in enumerate(sorted(merit, key=lambda k: -merit[k][0])[:PAIR_FITS]):
         tell(f"fitting {' and '.join(key)}", 0.75 + 0.2 * place / PAIR_FITS)
-        if merit[key][0] < singles + 1.0:
+        if merit[key][0] < singles + CHANCE:
             break
         _, base, start, point = merit[key]
         on = tuple(sorted((*base.on, start.effect.name)))

@@ -17,7 +17,6 @@ from evat.model import FloatArray
 BoolArray = npt.NDArray[np.bool_]
 
 SIZES = np.concatenate([[0.0], np.geomspace(5e-4, 1.0, 23)])  # of the rms of a channel
-EVER = 0.002  # of the rms, from sample to sample: no model of a contact is better, whatever repeats say
 USUAL = 0.02  # a discrepancy of this size is nothing special
 
 
@@ -45,20 +44,20 @@ def likelihood(
     point : (p,), parameters in prior standard deviations from their prior mean; held_out : (groups,), true where not to look.
     """
     kept = np.ones(len(whitening.groups), dtype=bool) if held_out is None else np.logical_not(held_out)
-    counts, grams = whitening.counts[kept], sums.grams[kept]
+    trust = whitening.trust[kept]
+    counts, grams = whitening.counts[kept] * trust, sums.grams[kept] * trust[..., None, None]
     chi = grams[..., -1, -1]
     log, size, length = -np.inf, 0.0, 0
     squares = float(point @ point)
     # Size and length from the residual as it stands; slopes do not enter, which keeps the search cheap.
     for place in range(whitening.unexplained.shape[0]):
-        shape, least = whitening.unexplained[place][kept], 1 + EVER**2 * whitening.unexplained[0][kept]
-        variance = least + SIZES[:, None, None] ** 2 * shape
+        variance = whitening.least[kept] + SIZES[:, None, None] ** 2 * whitening.unexplained[place][kept]
         logs = -0.5 * np.sum(counts * np.log(variance) + chi / variance, axis=(1, 2)) - 0.5 * squares
         logs -= np.log1p((SIZES / USUAL) ** 2)
         if logs.max() > log:
             log, size, length = float(logs.max()), float(SIZES[int(np.argmax(logs))]), place
-    weights = 1 / (1 + EVER**2 * whitening.unexplained[0] + size**2 * whitening.unexplained[length])
-    total = np.einsum("sb,sbij->ij", weights[kept], grams)
+    weights = 1 / (whitening.least + size**2 * whitening.unexplained[length])
+    total = np.einsum("sb,sbij->ij", weights[kept], grams, optimize=True)
     normal = total[:-1, :-1] + np.eye(point.size)
     step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), total[:-1, -1] - point)
     covariance = np.linalg.inv(normal)

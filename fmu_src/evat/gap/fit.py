@@ -3,8 +3,9 @@ call."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -16,20 +17,27 @@ from evat.prediction import Prediction
 
 MOST_STEPS = 8
 ENOUGH = 0.05  # of log likelihood that a step still gains
+Looked = TypeVar("Looked", bound="Look")
 
 
 @dataclass(frozen=True)
-class Fit:
+class Look:
+    """A point (p,), the `sums` of residual and slopes there, and what follows from them."""
+
+    point: FloatArray
+    sums: Sums
+    found: Likelihood
+
+
+@dataclass(frozen=True)
+class Fit(Look):
     """A model at its best. `point` (p,) in prior standard deviations; `predicted` (N,); `slopes` (N, p) by prior standard deviations;
     `sums` of both; `fixed` are values that were given, not fitted."""
 
     on: tuple[str, ...]
     parameters: tuple[Parameter, ...]
-    point: FloatArray
     predicted: FloatArray
     slopes: FloatArray
-    sums: Sums
-    found: Likelihood
     fixed: Mapping[str, float | str]
 
     @property
@@ -42,6 +50,10 @@ class Fit:
         """Standard deviation of each fitted value."""
         spread = np.sqrt(np.diag(self.found.covariance))
         return {p.name: p.slope(float(u)) * float(s) for p, u, s in zip(self.parameters, self.point, spread, strict=True)}
+
+    def again(self, whitening: Whitening) -> Fit:
+        """The same point, judged by what is forgiven now."""
+        return replace(self, found=likelihood(whitening, self.sums, self.point))
 
 
 def fit(
@@ -67,18 +79,35 @@ def fit(
             return None
         slopes = np.nan_to_num(slopes)
         sums = whitening.sums(predicted, slopes)
-        return Fit(
-            tuple(on), tuple(parameters), point, predicted, slopes, sums, likelihood(whitening, sums, point, held_out=held_out), fixed
-        )
+        found = likelihood(whitening, sums, point, held_out=held_out)
+        return Fit(point, sums, found, tuple(on), tuple(parameters), predicted, slopes, fixed)
 
-    best = look(np.array([p.within(float(u)) for p, u in zip(parameters, start, strict=True)]))
+    def keep(point: FloatArray) -> FloatArray:
+        return np.array([p.within(float(u)) for p, u in zip(parameters, point, strict=True)])
+
+    return climb(look, keep, start, whitening, most_steps, held_out)
+
+
+def climb(
+    look: Callable[[FloatArray], Looked | None],
+    keep: Callable[[FloatArray], FloatArray],
+    start: FloatArray,
+    whitening: Whitening,
+    most_steps: int,
+    held_out: BoolArray | None = None,
+) -> Looked | None:
+    """Levenberg's and Marquardt's steps from `start` to where the log likelihood no longer rises; None where `look` finds nothing there.
+
+    look : what is to be seen at a point (p,), None where the model does not run; keep : the nearest point within bounds.
+    """
+    best = look(keep(start))
     if best is None:
         return None
     damping = 0.0
     for _ in range(most_steps):
         step = likelihood(whitening, best.sums, best.point, damping=damping, held_out=held_out).step if damping else best.found.step
         step = step / max(1.0, float(np.max(np.abs(step), initial=0.0)) / 3)  # three prior standard deviations at a time
-        point = np.array([p.within(float(u)) for p, u in zip(parameters, best.point + step, strict=True)])
+        point = keep(best.point + step)
         if np.max(np.abs(point - best.point), initial=0.0) < 1e-4:
             break
         tried = look(point)

@@ -1,10 +1,8 @@
 """What is to be believed? From what each model explains to probabilities, a verdict, and which effects cannot be told apart.
 
 Evidence alone is far too sure of itself: it takes the form of every effect for exact. So a model is judged by the share of the structural
-gap
-that it leaves, by its evidence at a temperature, and by how many effects it takes; the constants come from simulated cases whose forms
-differ
-from the model's (`evat calibrate`), and are stored with how they were found.
+gap that it leaves, by its evidence at a temperature, and by how many effects it takes. The constants below are reasoned; where a campaign
+of simulated cases has been run (`evat calibrate`) those that it found stand in their place, and the answer says which.
 """
 
 from __future__ import annotations
@@ -26,6 +24,9 @@ NO_GAP, MISTUNED, UNKNOWN = "no_gap", "mistuned", "unknown"
 STORED = Path(__file__).with_name("calibration.json")
 SURE = 0.9  # of the probability: what the listed sets hold
 EVIDENT = 5.0  # of log evidence: less is chance
+LEAST = 0.2  # of what nobody would look at: a structural rms below that is no smaller
+UNSEEN = 0.2  # share that a model with much evidence is held to leave of a gap that is too small to look at
+SUDDEN = 20.0  # log-odds per share of irregularity: noise has next to none
 AMBIGUOUS = 0.55  # of what is not unknown: a set with less is one of several
 
 
@@ -46,6 +47,7 @@ class Constants:
     evident: float = 15.0  # log evidence that makes an effect as likely as not where the gap itself is too small to look at
     small_noise: float = 0.5  # of the noise's rms: a structural gap of this size is nothing to look at
     small_form: float = 0.01  # of the rms of a channel: the same
+    irregular: float = 0.3  # share of what repeats do not share, in bursts and lines: makes something foreign as likely as not
 
     @staticmethod
     def stored() -> Constants:
@@ -58,6 +60,7 @@ class Constants:
 @dataclass(frozen=True)
 class Features:
     """What is judged. By channel, in its mean square: structural squares of the nominal and of the recalibrated model, and the noise floor;
+    `irregular`, what repeats do not share beside noise (in the same mean square), and `irregular_share` of all that they do not share;
     `exact`, log evidence of the nominal over the recalibrated model; `gain[set]`, the same of a set of effects; `left[set]`, its share of
     the
     recalibrated model's structural squares."""
@@ -65,6 +68,8 @@ class Features:
     nominal: Mapping[str, float]
     recalibrated: Mapping[str, float]
     floor: Mapping[str, float]
+    irregular: Mapping[str, float]
+    irregular_share: Mapping[str, float]
     exact: float
     gain: Mapping[tuple[str, ...], float]
     left: Mapping[tuple[str, ...], float]
@@ -91,7 +96,7 @@ class Judgement:
 def _size(structural: Mapping[str, float], floor: Mapping[str, float], constants: Constants) -> float:
     """Log of the largest structural rms of a channel over what nobody would look at."""
     ratios = [square / (constants.small_noise**2 * floor[c] + constants.small_form**2) for c, square in structural.items()]
-    return 0.5 * math.log(max([*ratios, 1e-6]))
+    return 0.5 * math.log(max([*ratios, LEAST**2]))
 
 
 def features(comparison: Comparison) -> Features:
@@ -102,6 +107,8 @@ def features(comparison: Comparison) -> Features:
         nominal={c: before[c].structural / levels[c] ** 2 for c in levels},
         recalibrated={c: after[c].structural / levels[c] ** 2 for c in levels},
         floor={c: after[c].floor / levels[c] ** 2 for c in levels},
+        irregular={c: found.square * found.share / levels[c] ** 2 for c, found in comparison.noise.irregular.items()},
+        irregular_share={c: found.share for c, found in comparison.noise.irregular.items()},
         exact=comparison.nominal.found.evidence - base,
         gain={on: found.found.evidence - base for on, found in comparison.models.items()},
         left={on: structural_share(whitening, found.predicted, reference) for on, found in comparison.models.items()},
@@ -109,24 +116,23 @@ def features(comparison: Comparison) -> Features:
 
 
 def judge(found: Features, constants: Constants) -> Judgement:
-    """Three questions, one after the other: is there a gap, is it more than mis-tuning, and which effects are it."""
-    size = _size(found.nominal, found.floor, constants)
-    no_gap = 1 - _sigmoid(constants.gap_offset + constants.gap_slope * size - (found.exact + EVIDENT) / constants.evident)
-    structural = _sigmoid(constants.structure_offset + constants.structure_slope * _size(found.recalibrated, found.floor, constants))
-    scores = {on: _score(on, found, constants) for on in found.gain}
-    best = max(scores, key=lambda on: scores[on]) if scores else ()
-    if scores and found.gain[best] > 0:
+    """Three questions, one after the other: is there a gap beyond mis-tuning, does the library know it, and which effects are it."""
+    size = _size(found.recalibrated, found.floor, constants)
+    lefts = {on: share * _seen(size) for on, share in found.left.items()}
+    scores = {on: _score(on, gain, lefts[on], constants) for on, gain in found.gain.items()}
+    left = min(lefts.values(), default=1.0)
+    structural = _sigmoid(constants.structure_offset + constants.structure_slope * size)
+    if scores:
         # A small gap that an effect explains well and with much evidence is one, however small.
-        structural = max(structural, _sigmoid((found.gain[best] - constants.evident) * 3 / constants.evident) * (1 - found.left[best]))
-    left = min((found.left[on] for on in scores), default=1.0)
-    unknown = structural * _sigmoid(
-        constants.unknown_offset + constants.unknown_slope * math.log(max(left, 1e-3) / (1.0 - min(left, 0.999)))
-    )
-    named = structural - unknown
+        best = max(scores, key=lambda on: scores[on])
+        evident = _sigmoid((found.gain[best] - constants.evident) * 3 / constants.evident)
+        structural = max(structural, evident * max(1 - lefts[best], 0.0))
+    odds = math.log(max(left, 1e-3) / max(1 - left, 1e-3))
+    unknown = structural * _sigmoid(constants.unknown_offset + constants.unknown_slope * odds) if scores else structural
+    unknown, structural = _foreign(found, max(1 - left, 0.0), unknown, structural, constants)
+
     total = np.logaddexp.reduce(list(scores.values())) if scores else 0.0
-    probabilities = {on: named * math.exp(score - total) for on, score in scores.items()} if scores else {}
-    if not scores:
-        unknown = structural
+    probabilities = {on: (structural - unknown) * math.exp(score - total) for on, score in scores.items()}
     probabilities[()] = 1 - structural
     ranked = sorted(probabilities, key=lambda on: -probabilities[on])
     likely, held = list[tuple[str, ...]](), 0.0
@@ -134,22 +140,35 @@ def judge(found: Features, constants: Constants) -> Judgement:
         if held < SURE * (1 - unknown):
             likely.append(on)
             held += probabilities[on]
-    chosen = ranked[0]
-    if unknown > probabilities[chosen]:
-        verdict, chosen = UNKNOWN, ()
-    elif chosen == ():
-        verdict = NO_GAP if no_gap > 0.5 else MISTUNED
-    else:
-        verdict = "effect" if probabilities[chosen] > AMBIGUOUS * (1 - unknown) or len(likely) == 1 else "ambiguous"
-    return Judgement(verdict, chosen, probabilities, unknown, no_gap, tuple(likely), found)
+
+    nominal = _size(found.nominal, found.floor, constants)
+    no_gap = 1 - _sigmoid(constants.gap_offset + constants.gap_slope * nominal - (found.exact + EVIDENT) / constants.evident)
+    if unknown > max(structural - unknown, 1 - structural):
+        return Judgement(UNKNOWN, (), probabilities, unknown, no_gap, tuple(likely), found)
+    if 1 - structural >= structural - unknown:
+        return Judgement(NO_GAP if no_gap > 0.5 else MISTUNED, (), probabilities, unknown, no_gap, tuple(likely), found)
+    chosen = next(on for on in ranked if on)
+    sure = probabilities[chosen] > AMBIGUOUS * (1 - unknown) or len(likely) == 1
+    return Judgement("effect" if sure else "ambiguous", chosen, probabilities, unknown, no_gap, tuple(likely), found)
 
 
-def _score(on: tuple[str, ...], found: Features, constants: Constants) -> float:
-    return (
-        found.gain[on] / constants.temperature
-        - 0.5 * constants.sharpness * math.log(found.left[on] + constants.form)
-        - constants.effect_cost * len(on)
-    )
+def _foreign(found: Features, explained: float, unknown: float, structural: float, constants: Constants) -> tuple[float, float]:
+    """Probabilities of something unknown and of any gap, where more comes and goes by itself than the effects explain."""
+    for channel, share in found.irregular_share.items():
+        if found.irregular[channel] > explained * found.recalibrated[channel]:
+            foreign = _sigmoid((share - constants.irregular) * SUDDEN)
+            unknown, structural = max(unknown, foreign), max(structural, foreign)
+    return unknown, structural
+
+
+def _seen(size: float) -> float:
+    """Which part of what a model leaves says anything; where the gap is too small to look at (log size < 0) evidence alone decides."""
+    square = math.exp(2 * size)
+    return (square + UNSEEN) / (square + 1)
+
+
+def _score(on: tuple[str, ...], gain: float, left: float, constants: Constants) -> float:
+    return gain / constants.temperature - 0.5 * constants.sharpness * math.log(left + constants.form) - constants.effect_cost * len(on)
 
 
 def _sigmoid(x: float) -> float:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evat.gap.irregular import Irregular, bursts, irregular
 from evat.model import FloatArray
 from evat.prediction import Prediction
 
@@ -26,13 +27,15 @@ WHITE = np.array([1.0])
 class Noise:
     """What repeats say. `filters[channel]` turns noise into innovations; `sizes[place]` is their sd in each segment [unit of the channel].
 
-    `spread[channel]` are standard deviations from trial to trial of gain [1], zero [unit of the channel] and clock [s].
+    `spread[channel]` are standard deviations from trial to trial of gain [1], zero [unit of the channel] and clock [s];
+    `irregular[channel]` tells what repeats do not share and is no noise.
     """
 
     filters: Mapping[str, FloatArray]
     sizes: FloatArray
     spread: Mapping[str, FloatArray]
     repeated: bool
+    irregular: Mapping[str, Irregular]
 
 
 def impulse_response(filter_: FloatArray, length: int = 400) -> FloatArray:
@@ -62,7 +65,7 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray) -> Noise:
         groups.setdefault((segment.channel, segment.condition), []).append(place)
     recorded = tuple(dict.fromkeys(s.channel for s in prediction.segments if s.trial >= 0))
     sizes = np.full(len(prediction.segments), np.nan)
-    filters, spread, repeated = dict[str, FloatArray](), dict[str, FloatArray](), False
+    filters, spread, repeated, comes = dict[str, FloatArray](), dict[str, FloatArray](), False, dict[str, Irregular]()
     for channel in recorded:
         own = {condition: places for (name, condition), places in groups.items() if name == channel}
         left, slopes = dict[int, FloatArray](), list[tuple[FloatArray, FloatArray]]()
@@ -76,18 +79,14 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray) -> Noise:
                     left[place] = row - basis / _scale(basis) @ coefficients
                     slopes.append((coefficients / _scale(basis), basis))
         repeated = repeated or bool(left)
-        if left:
-            filters[channel] = _autoregression(list(left.values()))
-        else:
-            filters[channel] = WHITE
+        comes[channel] = irregular(list(left.values()), [_step(prediction, place) for place in left])
+        calm = {place: np.where(bursts(row), np.nan, row) for place, row in left.items()}
+        filters[channel] = _autoregression([np.nan_to_num(row) for row in calm.values()]) if calm else WHITE
         for places in own.values():
             with_repeats = [place for place in places if place in left]
-            if with_repeats:
-                innovations = np.concatenate([_filtered(filters[channel], left[place]) for place in with_repeats])
-                sizes[places] = _robust_sd(innovations)
-            elif left:
-                everything = np.concatenate([_filtered(filters[channel], row) for row in left.values()])
-                sizes[places] = _robust_sd(everything)
+            if left:
+                innovations = np.concatenate([_filtered(filters[channel], calm[place]) for place in with_repeats or left])
+                sizes[places] = _robust_sd(innovations[np.isfinite(innovations)])
             else:
                 for place in places:
                     row = residual[prediction.segments[place].at]
@@ -95,7 +94,11 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray) -> Noise:
         spread[channel] = _spread(prediction, channel, predicted, slopes, filters[channel], sizes)
     _means(prediction, groups, sizes)
     floor = 1e-9 * float(np.sqrt(np.mean(prediction.measured**2))) + 1e-300
-    return Noise(filters, np.maximum(sizes, floor), spread, repeated)
+    return Noise(filters, np.maximum(sizes, floor), spread, repeated, comes)
+
+
+def _step(prediction: Prediction, place: int) -> float:
+    return float(np.median(np.diff(prediction.experiment.trials[prediction.segments[place].trial].times)))
 
 
 def _same_length(prediction: Prediction, places: Sequence[int]) -> list[list[int]]:
@@ -160,7 +163,7 @@ def _spread(
     """Standard deviations of gain, zero and clock from trial to trial, beyond what noise alone would show."""
     own = [place for place, segment in enumerate(prediction.segments) if segment.channel == channel]
     level = float(np.sqrt(np.mean(np.concatenate([predicted[prediction.segments[place].at] for place in own]) ** 2)))
-    steps = [float(np.median(np.diff(prediction.experiment.trials[prediction.segments[place].trial].times))) for place in own]
+    steps = [_step(prediction, place) for place in own]
     prior = np.array([PRIOR_GAIN, PRIOR_OFFSET * level, PRIOR_DELAY * float(np.median(steps))])
     size = float(np.median(sizes[own]))
     total, weight = PRIOR_TRIALS * prior**2, np.full(3, PRIOR_TRIALS)

@@ -17,6 +17,8 @@ import numpy as np
 from evat.experiment import Experiment
 from evat.model import Effect, FloatArray, Model, Variable
 
+FORM_SD = 0.3  # of the logarithm of a shape of the base law
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -67,6 +69,17 @@ def nominal_parameters(model: Model, experiment: Experiment) -> tuple[Parameter,
             else Parameter(variable.name, variable.unit, float(value), share * abs(value), variable.min, variable.max)
         )
     return tuple(found)
+
+
+def form_parameters(model: Model, experiment: Experiment) -> tuple[Parameter, ...]:
+    """Shapes of the base law that nobody knows exactly: outside of all effects, with a neutral value above 0, and not given by the user."""
+    own = {variable.name for effect in model.effects for variable in effect.variables}
+    return tuple(
+        Parameter(v.name, v.unit, v.neutral, FORM_SD, v.min, v.max, True)
+        for v in model.variables
+        if v.name not in own and v.name not in experiment.nominal.values and v.type == "real" and v.variability == "tunable"
+        if math.isfinite(v.neutral) and v.neutral > 0
+    )
 
 
 def amplitudes(effect: Effect) -> tuple[Variable, ...]:

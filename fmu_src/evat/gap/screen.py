@@ -28,6 +28,7 @@ PROBED_SAMPLES, PROBED_CONDITIONS, PROBED_MEANS = 700, 3, 8
 LINEAR = 0.3  # of an amplitude's prior standard deviation: where its slope is taken
 FAR = (0.3, 1.5, 6.0)  # the same for an effect with one amplitude, which need not be linear: a time, a frequency
 TIMES = 9  # tried of an amplitude that is a time
+FARTHEST = 1e6  # prior standard deviations from the mean: beyond any bound
 NOTHING = 1e-5  # of the rms of a channel: less than this is not looked for
 
 
@@ -104,16 +105,15 @@ class Screen:
             kept = [*range(fitted), *own, everything.shape[-1] - 1]
             sums = Sums(everything[:, :, kept][:, :, :, kept])
             start = np.concatenate([base.point, np.zeros(width)])
-            evidence, point = linear(self.whitening, sums, start)
             parameters = (
                 *(amplitude_parameter(v, float(np.repeat(spreads[v.name], reach.size // spreads[v.name].size)[row])) for v in strengths),
                 *unknown,
             )
             if not all(math.isfinite(parameter.sd) and parameter.sd > 0 for parameter in parameters):
                 continue
-            strength = np.array([p.within(float(u)) for p, u in zip(parameters, point[fitted:], strict=False)])
+            evidence, point = linear(self.whitening, sums, start, parameters[:width])
             found.append(
-                Start(effect, parameters, np.concatenate([strength, shape]), evidence, slopes[:, [column - fitted for column in own]])
+                Start(effect, parameters, np.concatenate([point[fitted:], shape]), evidence, slopes[:, [column - fitted for column in own]])
             )
         return sorted(found, key=lambda start: -start.evidence)
 
@@ -132,22 +132,27 @@ class Screen:
         self, base: Fit, effect: Effect, unknown: Sequence[Parameter], strengths: Sequence[Variable], neutral: Mapping[str, float]
     ) -> dict[str, FloatArray]:
         """Of each amplitude at each point of the design: how large it is where it does what is plausible; nan where it does nothing."""
-        design, found = _design(unknown), dict[str, FloatArray]()
-        without = self.probe.one(base.values, base.on)
+        design, without = _design(unknown), self.probe.one(base.values, base.on)
+        shape = {p.name: np.array([p.value(float(u)) for u in design[:, place]]) for place, p in enumerate(unknown)}
+        channels = [
+            np.concatenate([np.arange(s.at.start, s.at.stop) for s in self.probe.segments if s.channel == channel])
+            for channel in dict.fromkeys(s.channel for s in self.probe.segments)
+        ]
+        found = dict[str, FloatArray]()
         for variable in strengths:
             guess = self.scales.amplitude(variable)
             tried = np.clip(variable.neutral + guess * 10**DECADES, variable.min, variable.max)
-            lanes: dict[str, float | str | FloatArray] = {**base.values, **neutral}
-            lanes[variable.name] = np.tile(tried, design.shape[0])
-            for place, parameter in enumerate(unknown):
-                lanes[parameter.name] = np.repeat([parameter.value(float(u)) for u in design[:, place]], tried.size)
-            change = (self.probe.many(lanes, (*base.on, effect.name)) - without) / self._level
-            channels = [np.concatenate([np.arange(s.at.start, s.at.stop) for s in self.probe.segments if s.channel == c]) for c in
-                        dict.fromkeys(s.channel for s in self.probe.segments)]  # fmt: skip
-            sizes = np.max([np.sqrt(np.mean(change[:, channel] ** 2, axis=1)) for channel in channels], axis=0)
-            found[variable.name] = np.array(
-                [_spread(np.abs(tried - variable.neutral), row) for row in sizes.reshape(design.shape[0], tried.size)]
-            )
+            sizes = np.full((design.shape[0], tried.size), np.nan)
+            for some in np.array_split(np.arange(tried.size), 4):  # from small to large: what is large enough need not be made larger
+                rows = np.flatnonzero(~np.any(sizes > PLAUSIBLE, axis=1))
+                if not rows.size:
+                    break
+                lanes: dict[str, float | str | FloatArray] = {**base.values, **neutral, variable.name: np.tile(tried[some], rows.size)}
+                lanes.update({name: np.repeat(values[rows], some.size) for name, values in shape.items()})
+                change = (self.probe.many(lanes, (*base.on, effect.name)) - without) / self._level
+                rms = np.max([np.sqrt(np.mean(change[:, channel] ** 2, axis=1)) for channel in channels], axis=0)
+                sizes[np.ix_(rows, some)] = rms.reshape(rows.size, some.size)
+            found[variable.name] = np.array([_spread(np.abs(tried - variable.neutral), row) for row in sizes])
         return found
 
     def _lanes(
@@ -186,12 +191,23 @@ def _spread(amplitudes: FloatArray, sizes: FloatArray) -> float:
     return float(min(amplitudes[place] * PLAUSIBLE / sizes[place], 10 * amplitudes.max()))
 
 
-def linear(whitening: Whitening, sums: Sums, point: FloatArray, rounds: int = 3) -> tuple[float, FloatArray]:
-    """Evidence and best point of a model that is linear in its parameters; as `sums` stand at `point`."""
+def linear(
+    whitening: Whitening, sums: Sums, point: FloatArray, parameters: Sequence[Parameter], rounds: int = 3
+) -> tuple[float, FloatArray]:
+    """Evidence and best point (p,) of a model that is linear in its parameters; as `sums` stand at `point`. `parameters` are the last of
+    them, whose bounds are kept: one that would leave them stays there."""
+    first = point.size - len(parameters)
+    bounds = np.array([[p.within(-FARTHEST), p.within(FARTHEST)] for p in parameters]).reshape(-1, 2).T
+    free = np.ones(point.size + 1)
     for _ in range(rounds):
         found = likelihood(whitening, sums, point)
-        point = point + found.step
-        turn = np.eye(point.size + 1)
-        turn[:-1, -1] = -found.step
+        step = np.where(free[:-1] > 0, found.step, 0.0)
+        wanted = point[first:] + step[first:]
+        step[first:] = np.clip(wanted, *bounds) - point[first:]
+        point = point + step
+        turn = np.diag(free)
+        turn[:-1, -1] = -step
+        free[first:-1] *= (wanted >= bounds[0]) & (wanted <= bounds[1])
         sums = Sums(np.einsum("ki,sbkl,lj->sbij", turn, sums.grams, turn, optimize=True))
+    sums = Sums(sums.grams * np.outer(free, free))
     return likelihood(whitening, sums, point).evidence, point

@@ -15,18 +15,18 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import maximum_filter1d
 
 from evat.gap.cycles import cycle_samples
-from evat.gap.noise import Noise, differing
+from evat.gap.jumps import Jumps
+from evat.gap.noise import WHITE, Noise, differing
 from evat.model import FloatArray
 from evat.prediction import Prediction
 
 BANDS = 20  # of the harmonics, and again as many of all between them
 CORRELATION_SAMPLES = (0.3, 2.0, 8.0, 32.0, 128.0)  # over which a discrepancy may be correlated
 OUTLYING = 5.0  # robust standard deviations of the repeats from each other
-BESIDE = 3  # samples on either side of a jump
-SHARPNESS = 0.5  # of a jump: what may be wrong beside it
+EVER = 0.002  # of the rms, from sample to sample: no model of a contact is better, whatever repeats say
+INDEPENDENT = 2.0  # numbers of a band, as which the discrepancy in it counts: it is wrong in a few ways, not in each sample on its own
 APERIODIC = 0.1  # of the discrepancy of a periodic motion, in variance, may not repeat
 
 
@@ -51,10 +51,10 @@ class Sums:
 class Whitening:
     """The covariance of an experiment as a way to sum up residuals.
 
-    `weights[group]` is what its samples count, less beside jumps; `counts` (groups, 2 BANDS) is how many numbers a band has;
-    `unexplained` (lengths, groups, 2 BANDS) what a discrepancy of unit size
-    (rms of
-    its channel) and given correlation length would add to the variance 1 that noise has there.
+    `jumps[group]` tells what its samples count, less beside jumps; `counts` (groups, 2 BANDS) is how many numbers a band has;
+    `unexplained` (lengths, groups, 2 BANDS) what a discrepancy of unit size (rms of its channel) and given correlation length would add to
+    the variance 1 that noise has there; `least` (groups, 2 BANDS) the variance that every model is granted; `trust` (groups, 2 BANDS) the
+    share of its numbers that a band counts.
     """
 
     def __init__(self, prediction: Prediction, noise: Noise, predicted: FloatArray) -> None:
@@ -63,13 +63,29 @@ class Whitening:
         self.groups = self._grouped()
         self.levels = self._levels()
         self.means = self._means(predicted)
-        self.weights = [self._weight(group, predicted) for group in self.groups]
+        self.jumps = [self._jumps_of(group, predicted) for group in self.groups]
         self._bases = [self._basis(place, predicted) for place in range(len(self.groups))]
         self._bands = [self._edges(group) for group in self.groups]
         self.counts = np.zeros((len(self.groups), 2 * BANDS))
         for place, bands in enumerate(self._bands):
             for band, (_, weight) in bands.items():
-                self.counts[place, band] = weight.sum()
+                self.counts[place, band] = weight.sum() * self.jumps[place].share
+        self.least: FloatArray = 1 + EVER**2 * self.unexplained[0]
+        self.trust: FloatArray = np.ones_like(self.counts)
+
+    def doubt(self, size: float, length: int) -> None:
+        """Count what is known of a band no higher than as if the discrepancy in it were INDEPENDENT numbers, not one for each sample.
+
+        size and length (a place in CORRELATION_SAMPLES) are those of the discrepancy. The mean square of a band is known as well as its
+        noise, which is independent, and its discrepancy, which is not, allow.
+        """
+        ratio = size**2 * self.unexplained[length] / self.least
+        known = (1 + ratio) ** 2 / ((1 + 2 * ratio) / np.maximum(self.counts, 1.0) + ratio**2 / INDEPENDENT)
+        self.trust = np.minimum(known / np.maximum(self.counts, 1.0), 1.0)
+
+    def forgive(self, size: float, length: int) -> None:
+        """From now on count a discrepancy of at least this size and length in every model."""
+        self.least = self.least + size**2 * self.unexplained[length]
 
     def _grouped(self) -> tuple[Group, ...]:
         found: dict[tuple[object, str], list[int]] = {}
@@ -104,17 +120,13 @@ class Whitening:
             found.append(np.asarray(rows.mean(axis=0), dtype=np.float64))
         return found
 
-    def _weight(self, group: Group, predicted: FloatArray) -> FloatArray:
-        """Of each sample: less beside a jump of the prediction, whose place and sharpness no model has right to a fraction of a sample."""
-        row = predicted[group.at]
-        if row.size < 3:
-            return np.ones(row.size)
-        bend = np.zeros_like(row)
-        bend[1:-1] = np.abs(np.diff(row, 2))
-        lags = self.noise.filters[group.channel].size
-        near = maximum_filter1d(bend, 2 * BESIDE + lags, origin=-((lags - 1) // 2))
-        weight: FloatArray = 1 / np.sqrt(1 + (SHARPNESS * near / self.noise.sizes[group.members[0]]) ** 2)
-        return weight
+    def _jumps_of(self, group: Group, predicted: FloatArray) -> Jumps:
+        """The mean of repeats is as wrong beside a jump as each of them."""
+        size = self.noise.sizes[group.members[0]] / math.sqrt(len(group.members))
+        return Jumps(predicted[group.at], self._filter_of(group), float(size))
+
+    def _filter_of(self, group: Group) -> FloatArray:
+        return self.noise.filters[group.channel] if group.at.stop - group.at.start > 1 else WHITE
 
     def _basis(self, place: int, predicted: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         """Orthonormal columns of what differs from trial to trial, and by how much each is to be shrunk."""
@@ -130,16 +142,12 @@ class Whitening:
         """Innovations of the columns of one segment, by their sd."""
         group = self.groups[place]
         size = self.noise.sizes[group.members[0]]
-        if group.at.stop - group.at.start == 1:
-            alone: FloatArray = columns / size
-            return alone
-        filter_ = self.noise.filters[group.channel]
+        filter_ = self._filter_of(group)
         lost = filter_.size - 1
         white: FloatArray = columns[lost:] * (filter_[0] / size)
         for lag in range(1, filter_.size):
             white = white + columns[lost - lag : -lag] * (filter_[lag] / size)
-        weighed: FloatArray = white * self.weights[place][lost:, None]
-        return weighed
+        return self.jumps[place].whiten(white)
 
     def _white(self, columns: FloatArray, place: int) -> FloatArray:
         basis = self._bases[place]
@@ -151,9 +159,7 @@ class Whitening:
 
     def _edges(self, group: Group) -> dict[int, tuple[npt.NDArray[np.intp], FloatArray]]:
         """Of each band that a group has: the coefficients of the real Fourier transform in it, and how many numbers each is."""
-        length = group.at.stop - group.at.start
-        if length > 1:
-            length -= self.noise.filters[group.channel].size - 1
+        length = group.at.stop - group.at.start - self._filter_of(group).size + 1
         last = length // 2 + 1
         weight = np.full(last, 2.0)
         weight[0] = 1.0
@@ -188,7 +194,7 @@ class Whitening:
         for place, group in enumerate(self.groups):
             columns = np.column_stack([slopes[group.at], self.residual(predicted, place)])
             white = self._white(columns, place)
-            spectrum = np.fft.rfft(white, axis=0, norm="ortho")
+            spectrum = np.fft.rfft(np.ascontiguousarray(white.T), norm="ortho").T
             spectrum[1 : (white.shape[0] + 1) // 2] *= np.sqrt(2)
             for band, (rows, _) in self._bands[place].items():
                 part = spectrum[rows]
@@ -200,12 +206,12 @@ class Whitening:
     def unexplained(self) -> FloatArray:
         found = np.zeros((len(CORRELATION_SAMPLES), len(self.groups), 2 * BANDS))
         for place, group in enumerate(self.groups):
-            ratio = (self.levels[group.channel] / self.noise.sizes[group.members[0]]) ** 2 * len(group.members)
+            ratio = (self.levels[group.channel] / self.noise.sizes[group.members[0]]) ** 2 * len(group.members) * self.jumps[place].share
             length = group.at.stop - group.at.start
             if length == 1:
                 found[:, place, 0] = ratio
                 continue
-            filter_ = self.noise.filters[group.channel]
+            filter_ = self._filter_of(group)
             length -= filter_.size - 1
             omega = 2 * np.pi * np.arange(length // 2 + 1) / length
             gain = np.abs(np.exp(-1j * np.outer(omega, np.arange(filter_.size))) @ filter_) ** 2

@@ -1,20 +1,39 @@
 /* LuGre: bristles that bend, yield and damp. Canudas de Wit, Olsson, Astrom, Lischinsky 1995, eqs. 2 to 5; thermally modified by the
- * paper's eq. 8 through s0 and s1. */
+ * paper's eq. 8 through s0 and s1; the exponent 2 of the Stribeck curve is the start of a parameter. */
 #include "../stages.h"
 
-static double stribeck(const struct Point *x, int i) /* g(v), a force here */
+#include <math.h>
+
+enum { STRIBECK_EXPONENT, COUNT };
+
+static const struct Variable variables[COUNT] = {
+    [STRIBECK_EXPONENT] = {.name = "lugre.stribeck_exponent", .unit = "1", .start = 2, .min = 0.3, .max = 6, .neutral = 2,
+                           .causality = PARAMETER, .variability = TUNABLE,
+                           .meaning = "exponent of |v|/v_s in the Stribeck curve: 2 is LuGre's, 1 Tustin's, others were measured",
+                           .source = "Canudas de Wit et al. 1995: 2; Bo and Pavelescu 1982: 0.5 to 1; Armstrong-Helouvry et al. 1994"},
+};
+
+/* (v/v_s)^exponent. */
+static void powers(const lanes *p, const struct Point *x, lanes power)
 {
-    const double ratio = x->speed[i] / x->v_s[i];
-    return x->F_C[i] + (x->F_S[i] - x->F_C[i]) * exponential(-(ratio * ratio));
+    int other = 0;
+    EACH_LANE {
+        const double ratio = x->speed[i] / x->v_s[i];
+        power[i] = ratio * ratio;
+        other |= p[STRIBECK_EXPONENT][i] != 2;
+    }
+    if (other)
+        EACH_LANE power[i] = p[STRIBECK_EXPONENT][i] == 2 ? power[i] : pow(x->speed[i] / x->v_s[i], p[STRIBECK_EXPONENT][i]);
 }
 
 static void rates(const lanes *p, struct Point *x)
 {
-    (void)p;
+    lanes power;
+    powers(p, x, power);
     lanes bound; /* dissipative: |v| s1 <= 4 c g; with s0 below P the bound that keeps v F above the growth of s0 z^2/2 shrinks by s0/P */
     int bounded = 0;
     EACH_LANE {
-        const double most = stribeck(x, i) / x->P[i];
+        const double most = (x->F_C[i] + (x->F_S[i] - x->F_C[i]) * exponential(-power[i])) / x->P[i]; /* g(v)/P */
         x->drive[i] = x->v[i];
         x->rate[i] = x->speed[i] / most;
         x->target[i] = x->direction[i] * most;
@@ -33,7 +52,7 @@ static void force(const lanes *p, struct Point *x)
 
 const struct FrictionLaw friction_lugre = {
     .meaning = "mean deflection of elastic bristles with Stribeck curve, damping and viscous friction",
-    .equation = "dz/dt = v - P |v| z / g(v);  g(v) = F_C + (F_S - F_C) exp(-(v/v_s)^2);  F = s0 z + s1 dz/dt + sigma2 v",
+    .equation = "dz/dt = v - P |v| z / g(v);  g(v) = F_C + (F_S - F_C) exp(-(|v|/v_s)^stribeck_exponent);  F = s0 z + s1 dz/dt + sigma2 v",
     .source = "Canudas de Wit et al. 1995, eqs. 2 to 5; the paper, eq. 8",
-    .relaxes = 1, .rates = rates, .force = force,
+    .relaxes = 1, .rates = rates, .force = force, .variables = variables, .count = COUNT,
 };

@@ -1,0 +1,80 @@
+"""What comes and goes by itself? Bursts and lines in what repeats of a recording do not share, which no noise has.
+
+A chatter line, a built-up edge that breaks off, a hum: their phase or moment differs from repeat to repeat, so no model of the contact can
+have them, and they are no noise either. A single outlier is no burst; a filter of the noise is no line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import binary_dilation, median_filter
+
+from evat.model import FloatArray
+
+LASTS = 5  # samples: a burst fills most of so many
+OUT = 7.0  # robust standard deviations of medians, beyond which they are a burst; noise reaches 5
+LINE = 40.0  # times the spectrum around: noise reaches 15
+FEWEST = 60  # samples of a recording that is looked at
+
+
+@dataclass(frozen=True)
+class Irregular:
+    """Of one channel: the mean square of what repeats do not share [unit squared], the shares of it in bursts and in lines, and the
+    frequency [Hz] of the strongest line, 0 where there is none."""
+
+    square: float = 0.0
+    bursts: float = 0.0
+    lines: float = 0.0
+    frequency: float = 0.0
+
+    @property
+    def share(self) -> float:
+        return min(self.bursts + self.lines, 1.0)
+
+
+def bursts(row: FloatArray) -> npt.NDArray[np.bool_]:
+    """Which samples of a difference between repeats lie in a burst."""
+    if row.size < FEWEST:
+        return np.zeros(row.size, dtype=bool)
+    middle = median_filter(row, LASTS)
+    away = np.abs(middle - np.median(middle))
+    size = 1.4826 * float(np.median(away))
+    if size <= 0:
+        return np.zeros(row.size, dtype=bool)
+    return np.asarray(binary_dilation(away > OUT * size, iterations=LASTS // 2), dtype=bool)
+
+
+def lines(row: FloatArray) -> tuple[float, float, int]:
+    """Share of a row's mean square in lines of its spectrum, and the strongest: how far above the spectrum around, and its place."""
+    if row.size < FEWEST:
+        return 0.0, 0.0, 0
+    memory = float(np.clip(row[1:] @ row[:-1] / (row @ row + 1e-300), -0.99, 0.99))
+    squares, plain = _spectrum(row[1:] - memory * row[:-1]), _spectrum(row[1:])
+    around = median_filter(squares, max(21, squares.size // 10 * 2 + 1)) / np.log(2)  # the median of an exponential variable
+    above = squares / (around + 1e-300)
+    above[:2] = 0.0
+    strongest = int(np.argmax(above))
+    share = float(plain[above > LINE].sum() / plain.sum()) if plain.sum() > 0 else 0.0
+    return share, float(above[strongest]), strongest
+
+
+def _spectrum(row: FloatArray) -> FloatArray:
+    squares: FloatArray = np.abs(np.fft.rfft((row - row.mean()) * np.hanning(row.size))) ** 2
+    return squares
+
+
+def irregular(rows: Sequence[FloatArray], steps: Sequence[float]) -> Irregular:
+    """Of all differences (L,) between repeats of one channel; steps : their sample times [s]."""
+    total = sum(float(row @ row) for row in rows)
+    if total <= 0:
+        return Irregular()
+    in_bursts = sum(float(np.sum(row[bursts(row)] ** 2)) for row in rows)
+    found = [(*lines(row), row.size, step, float(row @ row)) for row, step in zip(rows, steps, strict=True)]
+    in_lines = sum(share * square for share, *_, square in found)
+    _, above, place, size, step, _ = max(found, key=lambda line: line[1])
+    frequency = place / ((size - 1) * step) if above > LINE else 0.0
+    return Irregular(total / sum(row.size for row in rows), in_bursts / total, in_lines / total, frequency)

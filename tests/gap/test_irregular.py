@@ -1,0 +1,62 @@
+"""Is what comes and goes by itself told from noise of every kind, and from single outliers?"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from evat.gap.irregular import bursts, irregular, lines
+from scipy.signal import lfilter
+
+COUNT = 3000
+
+
+def noise(seed: int, memory: float = 0.5, tails: float = 0.0) -> np.ndarray:
+    luck = np.random.default_rng(seed)
+    drawn = luck.standard_t(tails, COUNT) if tails else luck.normal(size=COUNT)
+    return np.asarray(lfilter([1.0], [1.0, -memory], drawn))
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.5, 0.95])
+@pytest.mark.parametrize("tails", [0.0, 3.0])
+def test_noise_is_regular(memory: float, tails: float) -> None:
+    """Heavy tails make some; together with a long memory, where an outlier lasts, more."""
+    found = [irregular([noise(seed, memory, tails)], [1e-3]).share for seed in range(20)]
+    assert max(found) < (0.5 if tails and memory > 0.9 else 0.2)
+    assert np.median(found) < 0.1
+
+
+def test_outliers_are_no_bursts() -> None:
+    row = noise(1)
+    row[::50] += 30.0
+    assert np.mean(bursts(row)) < 0.002
+
+
+@pytest.mark.parametrize("width", [5, 12, 40])
+def test_sawteeth_are_bursts(width: int) -> None:
+    row = noise(2)
+    places = np.random.default_rng(3).choice(np.arange(0, COUNT - 50, 60), 12, replace=False)
+    for place in places:
+        row[place : place + width] += np.linspace(8, 24, width)
+    found = irregular([row], [1e-3])
+    tooth = 12 * float(np.sum(np.linspace(8, 24, width) ** 2)) / float(row @ row)
+    assert found.bursts == pytest.approx(tooth, abs=0.15)
+    assert found.lines < 0.05
+
+
+def test_a_hum_is_a_line_at_its_frequency() -> None:
+    row = noise(4) + 1.5 * np.sin(2 * np.pi * 50.0 * np.arange(COUNT) * 1e-3 + 1.0)
+    found = irregular([row], [1e-3])
+    assert found.frequency == pytest.approx(50.0, abs=0.5)
+    assert 0.2 < found.lines < 0.9
+    assert found.bursts < 0.05
+
+
+def test_a_resonance_of_the_noise_is_no_line() -> None:
+    pole = 0.9 * np.exp(2j * np.pi * 0.1)
+    row = lfilter([1.0], np.real(np.poly([pole, pole.conjugate()])), np.random.default_rng(5).normal(size=COUNT))
+    assert lines(np.asarray(row))[0] < 0.05
+
+
+def test_identical_repeats_have_nothing_irregular() -> None:
+    assert irregular([np.zeros(COUNT)], [1e-3]).share == 0.0
+    assert irregular([], []).share == 0.0
