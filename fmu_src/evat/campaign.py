@@ -1,7 +1,9 @@
 """On which simulated cases is the diagnosis calibrated? Rigs, machines and ellipses drawn at random, run through the component itself.
 
-What is simulated is never quite of the form that is fitted: a second effect, small against the first, stands for what a real contact does
-otherwise. Case after case is appended to a file, so that a campaign goes on where it was stopped; a case depends on its number alone.
+Half of the cases are of the very form that is fitted. In the others the Stribeck curve has another exponent, and a second effect, small
+against the first, stands for what a real contact does otherwise. A gap is as large as its ratio to the noise says once the nominal
+parameters have been refitted. Case after case is appended to a file, so that a campaign goes on where it was stopped; a case depends on its
+number alone.
 """
 
 from __future__ import annotations
@@ -27,6 +29,9 @@ from evat.prediction import Prediction
 KINDS = (NO_GAP, MISTUNED, "single", "single", "single", "pair", UNKNOWN)
 RATIOS = (1.5, 4.0, 12.0)  # structural gap over noise
 FORM = 0.12  # what the form of a case is off by, in its gap (rms), in every other case
+EXPONENT = (0.8, 2.6)  # of the Stribeck curve, there
+CURVE = "lugre.stribeck_exponent"
+BELIEF = 0.15  # usual prior standard deviation of a nominal parameter, of its value
 EXACT = ("vibration_frequency", "width")  # known to whoever set them
 SAMPLES, CONDITIONS, REPEATS = 900, 4, 2
 
@@ -45,28 +50,41 @@ def draw_case(number: int, seed: int = 1) -> tuple[Experiment, str] | None:
     model, drawn = ContactModel(1), _rig(draw)
     prediction = Prediction(model, drawn.experiment)
     kind = KINDS[number % len(KINDS)]
+    other_form = bool(number % 2) and kind != NO_GAP
+    if other_form:
+        drawn.truth[CURVE] = float(draw.uniform(*EXPONENT))
     clean = prediction.one(drawn.truth)
     level = float(np.sqrt(np.mean(clean**2)))
     noise = level * float(10 ** draw.uniform(-2.5, -1.5))
     ratio = RATIOS[(number // len(KINDS)) % len(RATIOS)]
-    gap, truth = np.zeros_like(clean), kind
+    left = _refit(prediction, drawn)
+    gap, strange, truth = np.zeros_like(clean), None, kind
     if kind in ("single", "pair"):
-        found = _effects(draw, prediction, drawn, 1 if kind == "single" else 2, ratio * noise)
+        found = _effects(draw, prediction, drawn, 1 if kind == "single" else 2, ratio * noise, left)
         if found is None:
             return None
         gap, names = found
         truth = "+".join(sorted(names))
     elif kind == UNKNOWN:
-        gap = ratio * noise * _stranger(draw, prediction)
-    if number % 2 and kind != NO_GAP:
-        other = _effects(draw, prediction, drawn, 1, FORM * max(ratio * noise, 0.02 * level))
+        strange = _Stranger(int(draw.integers(3)), float(draw.uniform(0.02, 0.12)), ratio * noise, bool(draw.integers(2)))
+    if other_form:
+        other = _effects(draw, prediction, drawn, 1, FORM * max(ratio * noise, 0.02 * level), left)
         gap = gap + (other[0] if other else 0.0)
-    nominal = dict(drawn.truth)
-    sd = {name: float(draw.uniform(0.05, 0.25)) for name, value in drawn.truth.items() if isinstance(value, float) and name not in EXACT}
+    nominal = {name: value for name, value in drawn.truth.items() if name != CURVE}
+    sd = {name: float(draw.uniform(0.05, 0.25)) for name, value in nominal.items() if isinstance(value, float) and name not in EXACT}
     if kind != NO_GAP:
         for name, share in sd.items():
             nominal[name] = float(drawn.truth[name]) * math.exp(share * float(draw.normal()))
-    return _measured(draw, prediction, clean + gap, noise, nominal, sd), truth
+    return _measured(draw, prediction, clean + gap, noise, nominal, sd, strange), truth
+
+
+def _refit(prediction: Prediction, drawn: Drawn) -> Callable[[FloatArray], FloatArray]:
+    """What a refit of the nominal parameters leaves of a change of the outputs, (K, N) -> (K, N), as far as they are linear."""
+    scales = {name: BELIEF * value for name, value in drawn.truth.items() if isinstance(value, float) and name not in (*EXACT, CURVE)}
+    _, slopes = prediction.jacobian(drawn.truth, list(scales), scales)
+    basis, sizes, _ = np.linalg.svd(slopes, full_matrices=False)
+    basis = basis[:, sizes > 1e-3 * sizes.max()]
+    return lambda change: np.asarray(change - (change @ basis) @ basis.T, dtype=np.float64)
 
 
 def _rig(draw: np.random.Generator) -> Drawn:
@@ -107,17 +125,22 @@ def _rig(draw: np.random.Generator) -> Drawn:
 
 
 def _effects(
-    draw: np.random.Generator, prediction: Prediction, drawn: Drawn, count: int, size: float
+    draw: np.random.Generator,
+    prediction: Prediction,
+    drawn: Drawn,
+    count: int,
+    size: float,
+    left: Callable[[FloatArray], FloatArray],
 ) -> tuple[FloatArray, tuple[str, ...]] | None:
-    """Contributions (N,) of effects drawn at random, each made about as large as asked [N rms], and their names."""
-    columns = set().union(*(trial.inputs for trial in drawn.experiment.trials))
-    offered = [e for e in prediction.model.effects if not prediction.model.missing_inputs([e.name], drawn.truth, columns)]
+    """Contributions (N,) of effects drawn at random, each made to leave about as much as asked [N rms], and their names."""
+    given = drawn.experiment.given
+    offered = [e for e in prediction.model.effects if not prediction.model.missing_inputs([e.name], drawn.truth, given)]
     clean, total, names = prediction.one(drawn.truth), np.zeros(prediction.measured.size), list[str]()
     for _ in range(30):
         effect = offered[int(draw.integers(len(offered)))]
         if effect.name in names or any(name in effect.rivals for name in names):
             continue
-        found = _sized(draw, prediction, drawn, effect, size, clean)
+        found = _sized(draw, prediction, drawn, effect, size, clean, left)
         if found is not None:
             total, names = total + found, [*names, effect.name]
             if len(names) == count:
@@ -126,7 +149,13 @@ def _effects(
 
 
 def _sized(
-    draw: np.random.Generator, prediction: Prediction, drawn: Drawn, effect: Effect, size: float, clean: FloatArray
+    draw: np.random.Generator,
+    prediction: Prediction,
+    drawn: Drawn,
+    effect: Effect,
+    size: float,
+    clean: FloatArray,
+    left: Callable[[FloatArray], FloatArray],
 ) -> FloatArray | None:
     scales = Scales(prediction.model, drawn.experiment)
     values: dict[str, float | str | FloatArray] = dict(drawn.truth)
@@ -139,8 +168,8 @@ def _sized(
     tried = np.clip(chosen.neutral + sign * scales.amplitude(chosen) * 10 ** np.arange(-4.0, 4.0, 0.5), chosen.min, chosen.max)
     values |= {v.name: v.neutral for v in own if v is not chosen}
     change = prediction.many({**values, chosen.name: tried}, (effect.name,)) - clean
-    sizes = np.sqrt(np.mean(change**2, axis=1))
-    good = np.isfinite(sizes) & (sizes > 0.5 * size) & (sizes < 3 * size)
+    sizes = np.sqrt(np.mean(left(np.nan_to_num(change)) ** 2, axis=1))
+    good = np.all(np.isfinite(change), axis=1) & (sizes > 0.5 * size) & (sizes < 3 * size)
     if not np.any(good):
         return None
     place = int(np.flatnonzero(good)[np.argmin(np.abs(np.log(sizes[good] / size)))])
@@ -148,18 +177,23 @@ def _sized(
     return row
 
 
-def _stranger(draw: np.random.Generator, prediction: Prediction) -> FloatArray:
-    """What no effect is, of unit rms: a line at a frequency of its own, a sawtooth, or spikes that come again in every repeat."""
-    kind, found = int(draw.integers(3)), np.zeros(prediction.measured.size)
-    rate = float(draw.uniform(0.02, 0.12))
-    for segment in prediction.segments:
-        n = np.arange(segment.at.stop - segment.at.start)
-        phase = float(draw.uniform(0, 2 * np.pi))
-        line = np.sin(2 * np.pi * rate * n + phase)
-        tooth = np.mod(0.3 * rate * n + phase, 1.0) - 0.5
-        spikes = (np.mod(0.5 * rate * n + phase, 1.0) < 0.06) * 1.0
-        found[segment.at] = (line, tooth, spikes)[kind]
-    return found / float(np.sqrt(np.mean(found**2)))
+@dataclass(frozen=True)
+class _Stranger:
+    """What no effect is, of some rms [N]: a line at a frequency of its own, a sawtooth, or spikes; in every repeat the same, or anew."""
+
+    kind: int
+    rate: float  # per sample
+    size: float
+    anew: bool
+
+    def row(self, samples: int, phase: float) -> FloatArray:
+        n = np.arange(samples)
+        line = np.sin(2 * np.pi * self.rate * n + phase)
+        tooth = np.mod(0.3 * self.rate * n + phase, 1.0) - 0.5
+        spikes = (np.mod(0.5 * self.rate * n + phase, 1.0) < 0.06) * 1.0
+        found = (line, tooth, spikes)[self.kind]
+        row: FloatArray = self.size * found / float(np.sqrt(np.mean(found**2)) + 1e-12)
+        return row
 
 
 def _measured(
@@ -169,11 +203,14 @@ def _measured(
     noise: float,
     nominal: dict[str, float | str],
     sd: Mapping[str, float],
+    strange: _Stranger | None,
 ) -> Experiment:
     """Repeats with coloured noise; gain, zero and clock differ a little from one to the next."""
     colour, trials = float(draw.uniform(0, 0.7)), list[Trial]()
     for place, trial in enumerate(prediction.experiment.trials):
+        phase = float(draw.uniform(0, 2 * np.pi))
         for repeat in range(REPEATS):
+            phase = float(draw.uniform(0, 2 * np.pi)) if strange and strange.anew else phase
             outputs = {}
             for segment in prediction.segments:
                 if segment.trial != place:
@@ -183,7 +220,7 @@ def _measured(
                 for n in range(1, white.size):
                     white[n] += colour * white[n - 1]
                 late = float(draw.normal()) * 0.1 * (trial.times[1] - trial.times[0])
-                moved = np.interp(trial.times - late, trial.times, row)
+                moved = np.interp(trial.times - late, trial.times, row) + (strange.row(row.size, phase) if strange else 0.0)
                 outputs[segment.channel] = moved * (1 + 0.003 * draw.normal()) + noise * (
                     0.1 * draw.normal() + white[50:] * math.sqrt(1 - colour**2)
                 )

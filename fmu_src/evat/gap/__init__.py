@@ -24,6 +24,7 @@ from evat.model import Model
 from evat.prediction import Prediction
 
 CANNOT_TELL = "cannot_tell"
+WORTH_TELLING = 0.1  # of what repeats do not share: bursts and lines
 Report = Callable[[str, float], None]
 
 __all__ = ["Comparison", "Diagnosis", "diagnose", "diagnose_with"]
@@ -116,13 +117,14 @@ def _recalibrated(comparison: Comparison) -> Recalibrated:
 
 
 def _where(comparison: Comparison, judgement: Judgement) -> Where:
-    """From what the effects contribute; where there are none, from what the recalibrated (or nominal) model leaves of the means of
-    repeats."""
+    """From what the effects contribute; of something unknown from all that the recalibrated model leaves, which need not come back in every
+    repeat; else from what the nominal model leaves of the means of repeats."""
     base = comparison.recalibrated.predicted
     if judgement.chosen:
         return locate(comparison.prediction, comparison.models[judgement.chosen].predicted - base)
-    reference = base if judgement.verdict == UNKNOWN else comparison.nominal.predicted
-    return locate(comparison.prediction, comparison.whitening.residuals(reference))
+    if judgement.verdict == UNKNOWN:
+        return locate(comparison.prediction, comparison.prediction.measured - base)
+    return locate(comparison.prediction, comparison.whitening.residuals(comparison.nominal.predicted))
 
 
 def _missing(comparison: Comparison) -> tuple[str, ...]:
@@ -131,6 +133,10 @@ def _missing(comparison: Comparison) -> tuple[str, ...]:
     found += [f"{name}: not identifiable, {', '.join(still)} does not vary" for name, still in comparison.audit.idle.items()]
     found += [f"{name}: it changes nothing that was measured here" for name in comparison.silent if name not in comparison.unfed]
     found += [f"{name}: {', '.join(inputs)} was not recorded" for name, inputs in comparison.unfed.items()]
+    for channel, comes in comparison.noise.irregular.items():
+        if comes.share > WORTH_TELLING:
+            where = f", the strongest line at {comes.frequency:.4g} Hz" if comes.frequency else ""
+            found.append(f"{channel}: {comes.share:.0%} of what repeats do not share is no noise but bursts or lines{where}")
     if not comparison.noise.repeated:
         found.append("repeatability: no condition was recorded twice, so trial-to-trial changes are taken from priors")
     return tuple(found)

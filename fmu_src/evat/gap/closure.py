@@ -21,8 +21,8 @@ SEED = 20240229
 @dataclass(frozen=True)
 class Closure:
     """`share` of the structural gap that the effects close on `held_out` conditions, nan where none could be held out, with its 90 %
-    interval;
-    `rms[channel]`: nominal, recalibrated, corrected and noise floor [unit of the channel], there or, where there are none, everywhere."""
+    interval; `rms[channel]`: nominal, recalibrated, corrected and noise floor [unit of the channel], there or, where there are none,
+    everywhere."""
 
     share: float
     interval: tuple[float, float]

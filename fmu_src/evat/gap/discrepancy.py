@@ -23,8 +23,7 @@ USUAL = 0.02  # a discrepancy of this size is nothing special
 @dataclass(frozen=True)
 class Likelihood:
     """`size` (of the rms) and `length` (place in CORRELATION_SAMPLES) of the discrepancy; `log` the penalised log likelihood, `evidence`
-    its
-    integral over the parameters (Laplace); `step` (p,) to the best parameters from here; `covariance` (p, p) of the parameters;
+    its integral over the parameters (Laplace); `step` (p,) to the best parameters from here; `covariance` (p, p) of the parameters;
     `weights` (groups, BANDS): what a whitened square counts."""
 
     size: float

@@ -25,6 +25,7 @@ STORED = Path(__file__).with_name("calibration.json")
 SURE = 0.9  # of the probability: what the listed sets hold
 EVIDENT = 5.0  # of log evidence: less is chance
 LEAST = 0.2  # of what nobody would look at: a structural rms below that is no smaller
+WORSE = 1.03  # times the gap that recalibration leaves: a model that leaves more makes it worse, whatever its evidence
 UNSEEN = 0.2  # share that a model with much evidence is held to leave of a gap that is too small to look at
 SUDDEN = 20.0  # log-odds per share of irregularity: noise has next to none
 AMBIGUOUS = 0.55  # of what is not unknown: a set with less is one of several
@@ -59,11 +60,10 @@ class Constants:
 
 @dataclass(frozen=True)
 class Features:
-    """What is judged. By channel, in its mean square: structural squares of the nominal and of the recalibrated model, and the noise floor;
-    `irregular`, what repeats do not share beside noise (in the same mean square), and `irregular_share` of all that they do not share;
-    `exact`, log evidence of the nominal over the recalibrated model; `gain[set]`, the same of a set of effects; `left[set]`, its share of
-    the
-    recalibrated model's structural squares."""
+    """What is judged. By channel, in its mean square: structural squares of the nominal and of the recalibrated model, and the noise
+    floor; `irregular`, what repeats do not share beside noise (in the same mean square), and `irregular_share` of all that they do not
+    share; `exact`, log evidence of the nominal over the recalibrated model; `gain[set]`, the same of a set of effects; `left[set]`, its
+    share of the recalibrated model's structural squares."""
 
     nominal: Mapping[str, float]
     recalibrated: Mapping[str, float]
@@ -118,7 +118,7 @@ def features(comparison: Comparison) -> Features:
 def judge(found: Features, constants: Constants) -> Judgement:
     """Three questions, one after the other: is there a gap beyond mis-tuning, does the library know it, and which effects are it."""
     size = _size(found.recalibrated, found.floor, constants)
-    lefts = {on: share * _seen(size) for on, share in found.left.items()}
+    lefts = {on: share * _seen(size) if share < WORSE else share for on, share in found.left.items()}
     scores = {on: _score(on, gain, lefts[on], constants) for on, gain in found.gain.items()}
     left = min(lefts.values(), default=1.0)
     structural = _sigmoid(constants.structure_offset + constants.structure_slope * size)

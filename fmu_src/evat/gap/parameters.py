@@ -1,9 +1,8 @@
 """In which coordinates is a parameter fitted, and what is known of it beforehand? Prior standard deviations from a prior mean.
 
 A nominal parameter is known as well as its owner says. An effect's parameters are known by their units alone: an amplitude (it has a
-neutral
-value) is as large as what it does to the outputs may plausibly be, the rest (times, frequencies, exponents) lies within what the record can
-show: between its sample time and its length, and so on.
+neutral value) is as large as what it does to the outputs may plausibly be, the rest (times, frequencies, exponents) lies within what the
+record can show: between its sample time and its length, and so on.
 """
 
 from __future__ import annotations

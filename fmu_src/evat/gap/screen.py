@@ -1,8 +1,7 @@
 """What could an effect do to these records, and how much of the gap would that explain? The score test, over a design of its shapes.
 
-An effect's amplitudes enter nearly linearly once its other parameters (times, frequencies, exponents) are given. So each point of a
-design in
-those is one linear fit, in sums that are there already.
+An effect's amplitudes enter nearly linearly once its other parameters (times, frequencies, exponents) are given. So each point of a design
+in those is one linear fit, in sums that are there already.
 """
 
 from __future__ import annotations

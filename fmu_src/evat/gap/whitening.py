@@ -1,10 +1,9 @@
 """How much does each number of a residual weigh? Residuals and slopes, whitened by the noise, then summed up band by band of frequency.
 
 All that later steps ask (fits, evidence, held-out conditions, how much is left unexplained) follows from these sums: no step looks at
-samples
-again. In bands, since what a model lacks is smooth in time where noise, once whitened, is not; and apart for the harmonics of a periodic
-motion, since what a model lacks comes back in every cycle where noise does not. Repeats of one run count as their mean, for the same
-reason.
+samples again. In bands, since what a model lacks is smooth in time where noise, once whitened, is not; and apart for the harmonics of a
+periodic motion, since what a model lacks comes back in every cycle where noise does not. Repeats of one run count as their mean, for the
+same reason.
 """
 
 from __future__ import annotations
@@ -51,10 +50,10 @@ class Sums:
 class Whitening:
     """The covariance of an experiment as a way to sum up residuals.
 
-    `jumps[group]` tells what its samples count, less beside jumps; `counts` (groups, 2 BANDS) is how many numbers a band has;
-    `unexplained` (lengths, groups, 2 BANDS) what a discrepancy of unit size (rms of its channel) and given correlation length would add to
-    the variance 1 that noise has there; `least` (groups, 2 BANDS) the variance that every model is granted; `trust` (groups, 2 BANDS) the
-    share of its numbers that a band counts.
+    `jumps[group]` tells what its samples count, less beside jumps; `counts` (groups, 2 BANDS) is how many numbers a band has; `unexplained`
+    (lengths, groups, 2 BANDS) what a discrepancy of unit size (rms of its channel) and given correlation length would add to the variance 1
+    that noise has there; `least` (groups, 2 BANDS) the variance that every model is granted; `trust` (groups, 2 BANDS) the share of its
+    numbers that a band counts.
     """
 
     def __init__(self, prediction: Prediction, noise: Noise, predicted: FloatArray) -> None:
