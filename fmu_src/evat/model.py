@@ -14,6 +14,7 @@ Type = Literal["real", "integer", "boolean", "choice"]
 Causality = Literal["independent", "parameter", "calculated", "input", "output", "local"]
 Variability = Literal["fixed", "tunable", "discrete", "continuous"]
 FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
 
 
 class EvatError(Exception):

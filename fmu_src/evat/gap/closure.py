@@ -9,9 +9,8 @@ import numpy as np
 
 from evat.gap.budget import squares
 from evat.gap.compare import Comparison
-from evat.gap.discrepancy import BoolArray
 from evat.gap.fit import Fit, fit
-from evat.model import FloatArray
+from evat.model import BoolArray, FloatArray
 
 FEWEST = 3  # conditions, below which none can be held out
 DRAWS = 1000

@@ -9,12 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from evat.gap.whitening import Sums, Whitening
-from evat.model import FloatArray
-
-BoolArray = npt.NDArray[np.bool_]
+from evat.model import BoolArray, FloatArray
 
 SIZES = np.concatenate([[0.0], np.geomspace(5e-4, 1.0, 23)])  # of the rms of a channel
 USUAL = 0.02  # a discrepancy of this size is nothing special

@@ -9,10 +9,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from evat.gap.discrepancy import BoolArray, Likelihood, likelihood
+from evat.gap.discrepancy import Likelihood, likelihood
 from evat.gap.parameters import Parameter
 from evat.gap.whitening import Sums, Whitening
-from evat.model import FloatArray
+from evat.model import BoolArray, FloatArray
 from evat.prediction import Prediction
 
 MOST_STEPS = 8

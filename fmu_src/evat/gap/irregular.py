@@ -10,10 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import binary_dilation, median_filter
 
-from evat.model import FloatArray
+from evat.model import BoolArray, FloatArray
 
 LASTS = 5  # samples: a burst fills most of so many
 OUT = 7.0  # robust standard deviations of medians, beyond which they are a burst; noise reaches 5
@@ -36,7 +35,7 @@ class Irregular:
         return min(self.bursts + self.lines, 1.0)
 
 
-def bursts(row: FloatArray) -> npt.NDArray[np.bool_]:
+def bursts(row: FloatArray) -> BoolArray:
     """Which samples of a difference between repeats lie in a burst."""
     if row.size < FEWEST:
         return np.zeros(row.size, dtype=bool)

@@ -9,18 +9,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.gap.cycles import cycle_time
-from evat.model import FloatArray
+from evat.model import BoolArray, FloatArray
 from evat.prediction import Prediction
 
 MOST = 0.8  # of the square of the gap that a box is to hold
 BINS = 40
 WORTH = 0.08  # a range must hold this much more of the gap than of the samples
+PHASE = "phase"
 SHOWN = 0.05  # channels with less of the gap are not described
 
 
 @dataclass(frozen=True)
 class Region:
-    """A box: ranges of signals, `phase` (0 to 1), `time` or values of the condition; `share` of the whole squared gap lies in it."""
+    """A box: ranges of signals, `phase` (0 to 1; [0.9, 0.1] runs over the end), `time` or values of the condition; `share` of the whole
+    squared gap lies in it."""
 
     channel: str
     box: Mapping[str, tuple[float, float]]
@@ -43,7 +45,7 @@ def samples_of(prediction: Prediction, place: int) -> dict[str, FloatArray]:
     found = {name: column for name, column in trial.inputs.items()}
     period = cycle_time(prediction, place)
     if math.isfinite(period):
-        found["phase"] = np.mod(trial.times / period, 1.0)
+        found[PHASE] = np.mod(trial.times / period, 1.0)
     found["time"] = trial.times
     found.update({name: np.full(size, value) for name, value in trial.values.items()})
     return found
@@ -98,50 +100,56 @@ def _box(energy: FloatArray, columns: Mapping[str, FloatArray]) -> tuple[dict[st
         for name, column in columns.items():
             if name in box or np.ptp(column) == 0:
                 continue
-            found = _range(energy * inside, column, inside, (MOST if not box else math.sqrt(MOST)) * float(energy[inside].sum()))
+            wanted = (MOST if not box else math.sqrt(MOST)) * float(energy[inside].sum())
+            found = _range(energy * inside, column, inside, wanted, name == PHASE)
             if found is None:
                 continue
-            low, high = found
-            kept = inside & (column >= low) & (column <= high)
+            kept = inside & within(column, found)
             gain = float(energy[kept].sum() / energy[inside].sum()) - float(kept.sum() / inside.sum())
             if gain > WORTH and (best is None or gain > best[0]):
                 best = (gain, name, found)
         if best is None:
             break
-        _, name, (low, high) = best
-        box[name] = (low, high)
-        inside &= (columns[name] >= low) & (columns[name] <= high)
+        _, name, bounds = best
+        box[name] = bounds
+        inside &= within(columns[name], bounds)
     return box, float(energy[inside].sum()) / total
 
 
-def _range(
-    energy: FloatArray, column: FloatArray, inside: np.ndarray[tuple[int], np.dtype[np.bool_]], wanted: float
-) -> tuple[float, float] | None:
-    """The range with the fewest samples that holds the energy `wanted`."""
-    low, high = float(column[inside].min()), float(column[inside].max())
+def within(column: FloatArray, bounds: tuple[float, float]) -> BoolArray:
+    """Which samples lie in a range; one whose low end is above its high end (of a phase) runs over the end of the cycle."""
+    low, high = bounds
+    above, below = column >= low, column <= high
+    return above & below if low <= high else above | below
+
+
+def _range(energy: FloatArray, column: FloatArray, inside: BoolArray, wanted: float, turns: bool) -> tuple[float, float] | None:
+    """The range with the fewest samples that holds the energy `wanted`; turns : it may run over the end."""
+    low, high = (0.0, 1.0) if turns else (float(column[inside].min()), float(column[inside].max()))
     values = np.unique(column[inside])
-    edges = values if values.size <= BINS else np.linspace(low, high, BINS + 1)
-    if values.size <= BINS:
-        place = np.searchsorted(values, column)
-        bins = values.size
-    else:
-        place = np.clip(((column - low) / (high - low) * BINS).astype(int), 0, BINS - 1)
-        bins = BINS
+    few = values.size <= BINS and not turns
+    bins = values.size if few else BINS
+    starts, ends = (values, values) if few else (np.linspace(low, high, BINS + 1)[:-1], np.linspace(low, high, BINS + 1)[1:])
+    place = np.searchsorted(values, column) if few else ((column - low) / (high - low) * BINS).astype(int)
     place = np.clip(place, 0, bins - 1)
-    sums = np.concatenate([[0.0], np.cumsum(np.bincount(place[inside], energy[inside], bins))])
-    counts = np.concatenate([[0], np.cumsum(np.bincount(place[inside], minlength=bins))])
-    best: tuple[int, int, int] | None = None
-    end = 0
+    sums, counts = (np.bincount(place[inside], weights, bins) for weights in (energy[inside], np.ones(int(inside.sum()))))
+    if turns:
+        sums, counts = np.tile(sums, 2), np.tile(counts, 2)
+    sums, counts = np.concatenate([[0.0], np.cumsum(sums)]), np.concatenate([[0.0], np.cumsum(counts)])
+    best: tuple[float, int, int] | None = None
+    end, last = 0, sums.size - 1
     for begin in range(bins):
         end = max(end, begin)
-        while end < bins and sums[end + 1] - sums[begin] < wanted:
+        while end < last and sums[end + 1] - sums[begin] < wanted:
             end += 1
-        if end == bins:
+        if end == last:
             break
-        size = int(counts[end + 1] - counts[begin])
+        size = float(counts[end + 1] - counts[begin])
         if best is None or size < best[0]:
             best = (size, begin, end)
     if best is None:
         return None
     _, begin, end = best
-    return (float(edges[begin]), float(edges[end])) if values.size <= BINS else (float(edges[begin]), float(edges[end + 1]))
+    if turns and end - begin >= bins - 1:
+        return 0.0, 1.0
+    return float(starts[begin]), float(ends[end % bins])

@@ -29,7 +29,7 @@ def where_charts(series: Series, region: Region, unlike: FloatArray, number: int
     force, total = axis(region.channel, unit(series, region.channel)), float(np.sum(unlike**2)) or 1.0
     upper, lower = list[Panel](), list[Panel]()
     for key in keys:
-        bands = (region.box[key],) if key in region.box else ()
+        bands = _pieces(region.box[key]) if key in region.box else ()
         label = axis(key, unit(series, key))
         upper.append(Panel(label, force, _over(series, record, key, cycles), f"condition {record.condition}", bands))
         lower.append(
@@ -55,6 +55,12 @@ def _over(series: Series, record: Record, key: str, cycles: float) -> tuple[Line
         return lines_of(record, names, column[at], at, "")
     part = stretch(record.lines["measured"] - record.lines["nominal"])
     return lines_of(record, names, column[part], part, "", dots=True)
+
+
+def _pieces(bounds: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+    """A range of phase that runs over the end of the cycle is two."""
+    low, high = bounds
+    return (bounds,) if low <= high else ((low, 1.0), (0.0, high))
 
 
 def _shares(series: Series, channel: str, key: str, unlike: FloatArray, total: float) -> Line:
