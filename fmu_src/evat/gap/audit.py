@@ -16,8 +16,9 @@ FEWEST = 30  # recorded samples, and FEWEST_MEANS means, below which nothing is 
 FEWEST_MEANS = 4
 PER_CYCLE = 6  # samples of a vibration cycle, below which its phase is not seen
 VARIES = 0.02  # of its size: what changes by less does not vary
-SCALE = 30.0  # a force that is so many times what the model says is one in another unit
+SCALE = 300.0  # a force that is so many times what the model says is one in another unit; static friction can be wrong by 80 times
 AGAINST = -0.3  # correlation of measured and simulated: a sign is turned
+SEEN = 5.0  # standard deviations of all samples together, below which a change cannot be seen
 STUCK, AT_RANGE = 0.001, 0.999  # share of samples at the end of a sensor's range
 COARSE = 0.5  # numerical error over noise, above which nothing is claimed
 
@@ -97,7 +98,25 @@ def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, flo
         error = float(np.sqrt(np.mean(numerical[places] ** 2)))
         if error > COARSE * noise_sd.get(channel, math.inf) and error > 1e-3 * float(np.sqrt(np.mean(simulated**2))):
             refused.append(f"{channel}: the solver's own error ({error:.3g}) dominates; lower the model's relative tolerance")
+    notes += _stated(prediction, predicted, noise_sd)
     return Audit(tuple(refused), tuple(notes), idle_effects(prediction, prediction.model.effects))
+
+
+def _stated(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, float]) -> list[str]:
+    """Effects that are off and whose parameters the nominal model states, where with these they cannot be seen."""
+    sd = np.concatenate([np.full(s.at.stop - s.at.start, noise_sd.get(s.channel, math.nan)) for s in prediction.segments])
+    found = []
+    for effect in prediction.model.effects:
+        stated = any(variable.name in prediction.nominal for variable in effect.variables)
+        if not stated or effect.name in prediction.experiment.nominal.effects:
+            continue
+        change = prediction.one(on=(effect.name,)) - predicted
+        if np.all(np.isfinite(change)) and float(np.sqrt(np.nansum((change / sd) ** 2))) < SEEN:
+            share = float(np.sqrt(np.mean(change**2) / np.mean(predicted**2)))
+            found.append(
+                f"{effect.name}: not identifiable, with the values that the nominal model states it changes {share:.1g} of the rms"
+            )
+    return found
 
 
 def _channel(channel: str, measured: FloatArray, simulated: FloatArray) -> list[str]:

@@ -21,7 +21,7 @@ from evat.prediction import Prediction
 FROZEN_STEPS = 5  # of a first fit of an effect alone, slopes of the nominal parameters held
 FULL_FITS = 6  # singles that are fitted with all parameters
 LEFT = 0.005  # of the rms: where recalibration leaves less, other base laws are not tried
-LAW_STARTS = 32
+LAW_STARTS, LAW_STEPS = 32, 40
 PAIRS_FROM, PAIR_FITS = 4, 5
 HOPE = 0.2  # of the best gain: an effect that gains less where it is taken as linear is not looked at closer
 FORM = 0.07  # of the gap that recalibration leaves: what no effect explains any closer, since its form in the world is another
@@ -188,7 +188,7 @@ def _rivals(
         logs = [likelihood(whitening, whitening.sums(row, none), np.empty(0)).log if np.all(np.isfinite(row)) else -np.inf for row in rows]
         if not np.isfinite(max(logs)):
             continue
-        found = fit(prediction, whitening, parameters, starts[int(np.argmax(logs))], fixed=rival.values, most_steps=12)
+        found = fit(prediction, whitening, parameters, starts[int(np.argmax(logs))], fixed=rival.values, most_steps=LAW_STEPS)
         if found is not None:
             models[(rival.name,)] = found
 
@@ -241,6 +241,21 @@ def _pairs(
         whole = fit(prediction, whitening, (*base.parameters, *start.parameters), point, on, fixed=base.fixed)
         if whole is not None:
             models[key] = whole
+    _polish(prediction, whitening, models)
+
+
+def _polish(prediction: Prediction, whitening: Whitening, models: dict[tuple[str, ...], Fit]) -> None:
+    """Where a pair went further than its first effect alone, that goes on from there: a second effect is not paid for a longer way."""
+    pairs = {key: found for key, found in models.items() if len(key) > 1}
+    for key, base in list(models.items()):
+        further = [pair for pair in pairs.values() if {p.name for p in base.parameters} <= {p.name for p in pair.parameters}]
+        if len(key) > 1 or not further:
+            continue
+        values = max(further, key=lambda pair: pair.found.evidence).values
+        start = np.array([p.place(float(values[p.name])) for p in base.parameters])
+        again = fit(prediction, whitening, base.parameters, start, base.on, fixed=base.fixed)
+        if again is not None and again.found.log > base.found.log:
+            models[key] = again
 
 
 def _must(found: Fit | None) -> Fit:

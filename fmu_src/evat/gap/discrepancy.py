@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evat.gap.whitening import Sums, Whitening
+from evat.gap.whitening import BETWEEN, Sums, Whitening
 from evat.model import BoolArray, FloatArray
 
 SIZES = np.concatenate([[0.0], np.geomspace(5e-4, 1.0, 23)])  # of the rms of a channel
@@ -33,29 +33,57 @@ class Likelihood:
 
 
 def likelihood(
-    whitening: Whitening, sums: Sums, point: FloatArray, *, damping: float = 0.0, held_out: BoolArray | None = None
+    whitening: Whitening,
+    sums: Sums,
+    point: FloatArray,
+    *,
+    damping: float = 0.0,
+    held_out: BoolArray | None = None,
+    like: Likelihood | None = None,
 ) -> Likelihood:
     """The best discrepancy for a residual.
 
-    point : (p,), parameters in prior standard deviations from their prior mean; held_out : (groups,), true where not to look.
+    point : (p,), parameters in prior standard deviations from their prior mean; held_out : (groups,), true where not to look; like : take
+    its discrepancy.
     """
     kept = np.ones(len(whitening.groups), dtype=bool) if held_out is None else np.logical_not(held_out)
     trust = whitening.trust[kept]
     counts, grams = whitening.counts[kept] * trust, sums.grams[kept] * trust[..., None, None]
-    chi = grams[..., -1, -1]
+    tail = grams[..., point.size :, point.size :].reshape(*trust.shape, -1)  # of the residual, and of what differs between trials
     log, size, length = -np.inf, 0.0, 0
     squares = float(point @ point)
     # Size and length from the residual as it stands; slopes do not enter, which keeps the search cheap.
-    for place in range(whitening.unexplained.shape[0]):
-        variance = whitening.least[kept] + SIZES[:, None, None] ** 2 * whitening.unexplained[place][kept]
-        logs = -0.5 * np.sum(counts * np.log(variance) + chi / variance, axis=(1, 2)) - 0.5 * squares
-        logs -= np.log1p((SIZES / USUAL) ** 2)
+    for place in range(whitening.unexplained.shape[0]) if like is None else (like.length,):
+        sizes = SIZES if like is None else np.array([like.size])
+        variance = whitening.least[kept][:, None] + sizes[:, None] ** 2 * whitening.unexplained[place][kept][:, None]  # (g, sizes, bands)
+        chi, spread = _between_trials((1 / variance) @ tail)
+        logs = -0.5 * ((np.log(variance) @ counts[..., None])[..., 0] + chi + spread).sum(axis=0) - 0.5 * squares
+        logs -= np.log1p((sizes / USUAL) ** 2)
         if logs.max() > log:
-            log, size, length = float(logs.max()), float(SIZES[int(np.argmax(logs))]), place
+            log, size, length = float(logs.max()), float(sizes[int(np.argmax(logs))]), place
     weights = 1 / (whitening.least + size**2 * whitening.unexplained[length])
-    total = np.einsum("sb,sbij->ij", weights[kept], grams, optimize=True)
+    total = known(grams, weights[kept])
     normal = total[:-1, :-1] + np.eye(point.size)
-    step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), total[:-1, -1] - point)
-    covariance = np.linalg.inv(normal)
+    step = np.asarray(np.linalg.solve(normal + damping * np.diag(np.diag(normal)), total[:-1, -1] - point), dtype=np.float64)
+    covariance = np.asarray(np.linalg.inv(normal), dtype=np.float64)
     evidence = log - 0.5 * float(np.linalg.slogdet(normal)[1])
     return Likelihood(size, length, log, evidence, step, covariance, weights)
+
+
+def _between_trials(tail: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Of weighted products (..., (1 + BETWEEN)^2): the residual's square where what differs between trials is integrated out, and the log
+    determinant of that (Woodbury)."""
+    products = tail.reshape(*tail.shape[:-1], 1 + BETWEEN, 1 + BETWEEN)
+    inner = np.eye(BETWEEN) + products[..., 1:, 1:]
+    across = products[..., 1:, :1]
+    explained = (across * np.linalg.solve(inner, across))[..., 0].sum(axis=-1)
+    return products[..., 0, 0] - explained, np.linalg.slogdet(inner)[1]
+
+
+def known(grams: FloatArray, weights: FloatArray) -> FloatArray:
+    """Information on [slopes, residual] (p + 1, p + 1), from grams (groups, bands, w, w) and what their squares count (groups, bands)."""
+    products = np.einsum("sb,sbij->sij", weights, grams, optimize=True)
+    first = products.shape[-1] - BETWEEN
+    inner, across = np.eye(BETWEEN) + products[:, first:, first:], products[:, first:, :first]
+    found: FloatArray = (products[:, :first, :first] - across.transpose(0, 2, 1) @ np.linalg.solve(inner, across)).sum(axis=0)
+    return found

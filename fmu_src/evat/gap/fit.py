@@ -15,7 +15,7 @@ from evat.gap.whitening import Sums, Whitening
 from evat.model import BoolArray, FloatArray
 from evat.prediction import Prediction
 
-MOST_STEPS = 8
+MOST_STEPS = 12
 ENOUGH = 0.05  # of log likelihood that a step still gains
 Looked = TypeVar("Looked", bound="Look")
 

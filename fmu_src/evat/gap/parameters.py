@@ -50,17 +50,19 @@ class Parameter:
 
 
 def nominal_parameters(model: Model, experiment: Experiment) -> tuple[Parameter, ...]:
-    """Those of the nominal model that may be recalibrated: real and tunable, named in it, not exactly known, not what the trials vary."""
+    """Those of the nominal model that may be recalibrated: real and tunable, named in it, not exactly known, neither what
+    the trials vary nor of an effect that is off."""
     set_by_trials = {name for trial in experiment.trials for name in trial.values} | set(
         experiment.means.values if experiment.means is not None else ()
     )
+    off = {v.name for effect in model.effects if effect.name not in experiment.nominal.effects for v in effect.variables}
     found = []
     for variable in model.variables:
         value = experiment.nominal.values.get(variable.name)
         share = experiment.nominal.relative_sd.get(variable.name, experiment.nominal.default_relative_sd)
         if variable.type != "real" or variable.variability != "tunable" or not isinstance(value, (int, float)):
             continue
-        if variable.name in set_by_trials or share == 0 or value == 0:
+        if variable.name in set_by_trials or variable.name in off or share == 0 or value == 0:
             continue
         found.append(
             Parameter(variable.name, variable.unit, float(value), share, variable.min, variable.max, True)

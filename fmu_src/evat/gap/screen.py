@@ -14,10 +14,10 @@ import numpy as np
 from scipy.stats import qmc
 
 from evat.experiment import Experiment
-from evat.gap.discrepancy import likelihood
+from evat.gap.discrepancy import Likelihood, likelihood
 from evat.gap.fit import Fit
 from evat.gap.parameters import Parameter, Scales, amplitude_parameter, amplitudes, shape_parameter, shapes
-from evat.gap.whitening import Sums, Whitening
+from evat.gap.whitening import BETWEEN, Sums, Whitening
 from evat.model import Effect, FloatArray, Variable
 from evat.prediction import Prediction
 
@@ -101,7 +101,7 @@ class Screen:
             own = [fitted + row * width + place for place in range(width)]
             if not np.any(slopes[:, [column - fitted for column in own]]):
                 continue
-            kept = [*range(fitted), *own, everything.shape[-1] - 1]
+            kept = [*range(fitted), *own, *range(everything.shape[-1] - 1 - BETWEEN, everything.shape[-1])]
             sums = Sums(everything[:, :, kept][:, :, :, kept])
             start = np.concatenate([base.point, np.zeros(width)])
             parameters = (
@@ -197,16 +197,17 @@ def linear(
     them, whose bounds are kept: one that would leave them stays there."""
     first = point.size - len(parameters)
     bounds = np.array([[p.within(-FARTHEST), p.within(FARTHEST)] for p in parameters]).reshape(-1, 2).T
-    free = np.ones(point.size + 1)
+    free = np.ones(sums.grams.shape[-1])
+    found: Likelihood | None = None
     for _ in range(rounds):
-        found = likelihood(whitening, sums, point)
-        step = np.where(free[:-1] > 0, found.step, 0.0)
+        found = likelihood(whitening, sums, point, like=found)
+        step = np.where(free[: point.size] > 0, found.step, 0.0)
         wanted = point[first:] + step[first:]
         step[first:] = np.clip(wanted, *bounds) - point[first:]
         point = point + step
         turn = np.diag(free)
-        turn[:-1, -1] = -step
-        free[first:-1] *= (wanted >= bounds[0]) & (wanted <= bounds[1])
+        turn[: point.size, point.size] = -step
+        free[first : point.size] *= (wanted >= bounds[0]) & (wanted <= bounds[1])
         sums = Sums(np.einsum("ki,sbkl,lj->sbij", turn, sums.grams, turn, optimize=True))
     sums = Sums(sums.grams * np.outer(free, free))
     return likelihood(whitening, sums, point).evidence, point

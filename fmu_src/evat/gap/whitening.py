@@ -21,6 +21,7 @@ from evat.gap.noise import WHITE, Noise, differing
 from evat.model import FloatArray
 from evat.prediction import Prediction
 
+BETWEEN = 3  # ways in which trials differ: gain, zero, clock
 BANDS = 20  # of the harmonics, and again as many of all between them
 CORRELATION_SAMPLES = (0.3, 2.0, 8.0, 32.0, 128.0)  # over which a discrepancy may be correlated
 OUTLYING = 5.0  # robust standard deviations of the repeats from each other
@@ -42,7 +43,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Sums:
-    """`grams` (groups, 2 BANDS, p + 1, p + 1): inner products of the whitened [slopes, residual]."""
+    """`grams` (groups, 2 BANDS, w, w): inner products of the whitened [slopes (p), residual, what differs between trials (BETWEEN)]."""
 
     grams: FloatArray
 
@@ -63,7 +64,7 @@ class Whitening:
         self.levels = self._levels()
         self.means = self._means(predicted)
         self.jumps = [self._jumps_of(group, predicted) for group in self.groups]
-        self._bases = [self._basis(place, predicted) for place in range(len(self.groups))]
+        self._own = [_spectrum(self._between(place, predicted)) for place in range(len(self.groups))]
         self._bands = [self._edges(group) for group in self.groups]
         self.counts = np.zeros((len(self.groups), 2 * BANDS))
         for place, bands in enumerate(self._bands):
@@ -127,15 +128,13 @@ class Whitening:
     def _filter_of(self, group: Group) -> FloatArray:
         return self.noise.filters[group.channel] if group.at.stop - group.at.start > 1 else WHITE
 
-    def _basis(self, place: int, predicted: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-        """Orthonormal columns of what differs from trial to trial, and by how much each is to be shrunk."""
+    def _between(self, place: int, predicted: FloatArray) -> FloatArray:
+        """What differs from trial to trial, by its standard deviation, white where the noise is: (numbers, BETWEEN)."""
         group = self.groups[place]
         if group.at.stop - group.at.start == 1:
-            return None
+            return np.zeros((1, BETWEEN))
         times = self.prediction.experiment.trials[self.prediction.segments[group.members[0]].trial].times
-        white = self._filter(differing(predicted[group.at], times) * self.noise.spread[group.channel], place)
-        left, sizes, _ = np.linalg.svd(white, full_matrices=False)
-        return left, 1 / np.sqrt(1 + sizes**2) - 1  # (1 + left sizes^2 left')^(-1/2)
+        return self._filter(differing(predicted[group.at], times) * self.noise.spread[group.channel], place)
 
     def _filter(self, columns: FloatArray, place: int) -> FloatArray:
         """Innovations of the columns of one segment, by their sd."""
@@ -147,14 +146,6 @@ class Whitening:
         for lag in range(1, filter_.size):
             white = white + columns[lost - lag : -lag] * (filter_[lag] / size)
         return self.jumps[place].whiten(white)
-
-    def _white(self, columns: FloatArray, place: int) -> FloatArray:
-        basis = self._bases[place]
-        white: FloatArray = self._filter(columns, place) * math.sqrt(len(self.groups[place].members))
-        if basis is None:
-            return white
-        left, shrink = basis
-        return np.asarray(white + left @ (shrink[:, None] * (left.T @ white)), dtype=np.float64)
 
     def _edges(self, group: Group) -> dict[int, tuple[npt.NDArray[np.intp], FloatArray]]:
         """Of each band that a group has: the coefficients of the real Fourier transform in it, and how many numbers each is."""
@@ -188,13 +179,12 @@ class Whitening:
 
     def sums(self, predicted: FloatArray, slopes: FloatArray) -> Sums:
         """predicted (N,), slopes (N, p)."""
-        width = slopes.shape[1] + 1
+        width = slopes.shape[1] + 1 + BETWEEN
         grams = np.zeros((len(self.groups), 2 * BANDS, width, width))
         for place, group in enumerate(self.groups):
             columns = np.column_stack([slopes[group.at], self.residual(predicted, place)])
-            white = self._white(columns, place)
-            spectrum = np.fft.rfft(np.ascontiguousarray(white.T), norm="ortho").T
-            spectrum[1 : (white.shape[0] + 1) // 2] *= np.sqrt(2)
+            white = self._filter(columns, place) * math.sqrt(len(group.members))
+            spectrum = np.concatenate([_spectrum(white), self._own[place]], axis=1)
             for band, (rows, _) in self._bands[place].items():
                 part = spectrum[rows]
                 part = np.concatenate([part.real, part.imag])
@@ -222,7 +212,14 @@ class Whitening:
                 for band, (rows, _) in self._bands[place].items():
                     factor = 1.0 if not periodic else (1 - APERIODIC) / share if band < BANDS else APERIODIC / (1 - share)
                     found[row, place, band] = spectrum[rows].mean() * factor
-        return found
+        return np.asarray(np.cumsum(found, axis=0) / np.arange(1, len(found) + 1)[:, None, None], dtype=np.float64)
+
+
+def _spectrum(white: FloatArray) -> npt.NDArray[np.complex128]:
+    """Fourier coefficients of columns (L, p), with the numbers that the negative frequencies repeat counted in."""
+    found = np.fft.rfft(np.ascontiguousarray(white.T), norm="ortho").T
+    found[1 : (white.shape[0] + 1) // 2] *= np.sqrt(2)
+    return np.asarray(found)
 
 
 def _without_outliers(rows: FloatArray, predicted: FloatArray) -> FloatArray:

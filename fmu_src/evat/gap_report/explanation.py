@@ -9,6 +9,7 @@ import numpy as np
 from evat.gap.answer import Diagnosis
 from evat.gap.budget import structural_share
 from evat.gap.compare import Comparison
+from evat.gap.discrepancy import known
 from evat.gap.fit import Fit
 from evat.gap.judge import fitted
 from evat.gap.parameters import Scales, amplitudes, shape_parameter, shapes
@@ -135,7 +136,7 @@ def smallest_amplitudes(comparison: Comparison, base: Fit, effect: Effect) -> di
         return dict.fromkeys(units, math.inf)
     width = base.point.size
     grams = whitening.sums(base.predicted, np.column_stack([base.slopes, np.nan_to_num(slopes)])).grams
-    information = np.einsum("sb,sbij->ij", base.found.weights, grams)[:-1, :-1]
+    information = known(grams * whitening.trust[..., None, None], base.found.weights)[:-1, :-1]
     nominal = information[:width, :width] + np.eye(width)
     found = {}
     for place, variable in enumerate(strengths, width):
