@@ -89,7 +89,7 @@ class ContactModel(kernel.Component):
         """The other friction laws for which a slip velocity is enough, that draw no random numbers."""
         known = kernel.variable(LAW)
         own = known.choices[int(known.check(values.get(LAW, known.start)))]
-        read = tuple(v for v in self.variables if v.name in FRICTION)
+        read = tuple(kernel.variable(name) for name in FRICTION)
         return tuple(
             Rival(f"{LAW}={law.name}", {LAW: law.name}, (*read, *law.variables))
             for law in kernel.laws()

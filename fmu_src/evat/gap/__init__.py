@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from threadpoolctl import threadpool_limits
 
@@ -17,7 +17,7 @@ from evat.gap.answer import Diagnosis, Named, Recalibrated
 from evat.gap.budget import structural
 from evat.gap.closure import close
 from evat.gap.compare import Comparison, compare
-from evat.gap.judge import MISTUNED, NO_GAP, UNKNOWN, Constants, Judgement, features, fitted, judge
+from evat.gap.judge import MISTUNED, NO_GAP, UNKNOWN, Constants, Judgement, features, fitted, judge, stored
 from evat.gap.portion import portion
 from evat.gap.where import Where, locate
 from evat.model import Model
@@ -52,10 +52,13 @@ def diagnose_with(
     """The same, with everything that was fitted on the way: what the report draws."""
     looked_at, cut = portion(experiment, model)
     with threadpool_limits(1):  # sums over short rows gain nothing from threads, and their last bits would depend on them
-        return _diagnosed(Prediction(model, looked_at), cut, version, report, constants or Constants.stored())
+        known, origin = (constants, "given") if constants else stored()
+        return _diagnosed(Prediction(model, looked_at), cut, {"version": version, "constants": origin}, report, known)
 
 
-def _diagnosed(prediction: Prediction, cut: str, version: str, report: Report | None, known: Constants) -> tuple[Diagnosis, Comparison]:
+def _diagnosed(
+    prediction: Prediction, cut: str, made_by: Mapping[str, str], report: Report | None, known: Constants
+) -> tuple[Diagnosis, Comparison]:
     model, comparison = prediction.model, compare(prediction, report)
     judgement = judge(features(comparison), known)
     verdict, missing = CANNOT_TELL if comparison.audit.refused else judgement.verdict, tuple(filter(None, (cut, *_missing(comparison))))
@@ -74,7 +77,7 @@ def _diagnosed(prediction: Prediction, cut: str, version: str, report: Report | 
         cannot_tell=missing,
         advice=next_experiment(comparison, judgement.likely, judgement.probabilities),
         made_by={
-            "version": version,
+            **made_by,
             "model": _digest([*(v.name for v in model.variables), *(e.equation for e in model.effects)]),
             "data": prediction.experiment.data_hash,
         },

@@ -50,12 +50,16 @@ class Constants:
     small_form: float = 0.01  # of the rms of a channel: the same
     irregular: float = 0.3  # share of what repeats do not share, in bursts and lines: makes something foreign as likely as not
 
-    @staticmethod
-    def stored() -> Constants:
-        if not STORED.is_file():
-            return Constants()
-        held: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))["constants"]
-        return Constants(**{field.name: float(held[field.name]) for field in fields(Constants) if field.name in held})
+
+def stored() -> tuple[Constants, str]:
+    """The constants that a campaign has found, or the reasoned ones where none has been kept; and which they are."""
+    if not STORED.is_file():
+        return Constants(), "reasoned"
+    held: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
+    known = {field.name for field in fields(Constants)}
+    return Constants(
+        **{name: float(value) for name, value in held["constants"].items() if name in known}
+    ), f"found on {held['made']['cases']}"
 
 
 @dataclass(frozen=True)
