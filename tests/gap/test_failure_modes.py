@@ -143,14 +143,26 @@ def test_a_solver_that_is_too_coarse_is_told() -> None:
         assert any("solver's own error" in note for note in found.cannot_tell) == (verdict == "cannot_tell")
 
 
-def test_a_channel_of_noise_changes_nothing() -> None:
-    """The normal force of the rig, of which the model says nothing but zero."""
-    experiment = measured(["direction_asymmetry"], LEAN)
-    first = diagnose(experiment, MODEL)
-    assert names(first) == ["direction_asymmetry"]
-    assert first.where.channels["friction_force"] == pytest.approx(1.0)
-    boxes = [region.box for region in first.where.regions]
-    assert boxes
+@pytest.mark.parametrize("on", [(), ("bend",)])
+def test_a_channel_of_noise_changes_nothing(on: tuple[str, ...]) -> None:
+    """One more output, of which the model says that it is zero, and which is nothing but noise."""
+
+    class Wider(toy.Toy):
+        variables = (*toy.Toy.variables, Variable("G", "N", 0.0, -1e9, 1e9, "another force", "toy", causality="output"))
+
+        def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
+            force = super().simulate_many(run, on, values)["F"]
+            return {"F": force, "G": np.zeros_like(force)}
+
+    draw = np.random.default_rng(8)
+    plain = toy.measured(on, {"bend.c": 0.2} if on else {})
+    trials = [replace(trial, outputs={**trial.outputs, "G": 0.3 * draw.normal(size=trial.times.size)}) for trial in plain.trials]
+    without, found = diagnose(plain, toy.Toy()), diagnose(replace(plain, trials=tuple(trials)), Wider())
+    assert (found.verdict, names(found)) == (without.verdict, names(without))
+    for candidate, probability in without.judgement.probabilities.items():
+        assert found.judgement.probabilities[candidate] == pytest.approx(probability, abs=0.05)
+    if on:
+        assert found.where.channels["F"] == pytest.approx(1.0, abs=1e-6)
 
 
 def test_sides_that_are_the_same_have_no_gap() -> None:

@@ -61,7 +61,10 @@ def structural(whitening: Whitening, predicted: FloatArray) -> float:
 
 
 def structural_share(whitening: Whitening, predicted: FloatArray, reference: FloatArray) -> float:
-    """The structural mean square that one prediction leaves, in that of another; channels weighed by their rms."""
-    floors = squares(whitening, reference)
-    unsure = sum(UNSURE * found.floor / whitening.levels[channel] ** 2 for channel, found in floors.items())
-    return (structural(whitening, predicted) + unsure) / (structural(whitening, reference) + unsure)
+    """The structural mean square that one prediction leaves, in that of another; channels weighed by their rms. A channel in which the
+    other leaves nothing but noise has no say, unless all are so."""
+    left, before, levels = squares(whitening, predicted), squares(whitening, reference), whitening.levels
+    unsure = {channel: UNSURE * found.floor for channel, found in before.items()}
+    telling = [channel for channel, found in before.items() if found.structural > unsure[channel]] or list(before)
+    above, below = (sum((table[c].structural + unsure[c]) / levels[c] ** 2 for c in telling) for table in (left, before))
+    return above / below

@@ -20,6 +20,7 @@ CLIP = 4.0  # robust standard deviations, beyond which a sample counts as no mor
 PRIOR_TRIALS = 2.0  # what the priors below weigh, in repeats
 PRIOR_GAIN, PRIOR_OFFSET, PRIOR_DELAY = 0.003, 0.003, 0.1  # spread: of the gain, of the zero in rms, of the clock in samples
 MEANS_SD = 0.03  # of a mean that nobody has repeated or given a standard deviation for
+NO_SIGNAL = 1e-100
 WHITE = np.array([1.0])
 
 
@@ -171,7 +172,7 @@ def _spread(
         white = np.column_stack([_filtered(filter_, column) for column in basis.T]) / size
         scale = _scale(white)
         normal = (white / scale).T @ (white / scale)
-        errors = np.diag(np.linalg.pinv(normal)) / scale**2
+        errors = np.where(scale > NO_SIGNAL, np.diag(np.linalg.pinv(normal)) / np.maximum(scale, NO_SIGNAL) ** 2, np.inf)
         known = errors < 100 * prior**2 + coefficients**2  # a clock cannot be read off a force that stands still
         share = 0.5  # two repeats share one difference
         total += np.where(known, np.maximum(coefficients**2 - errors, 0.0) * share, 0.0)
