@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from evat.experiment import Experiment, Nominal, Trial
-from evat.model import Effect, FloatArray, Rival, Run, Trace, Variable
+from evat.model import Effect, FloatArray, Run, Variable
+from plain_model import PlainModel
 
 SPRING = Variable("k", "N/m", 10.0, 0.0, 1e6, "stiffness", "toy")
 WAY = Variable("x", "m", 0.0, -10.0, 10.0, "way", "toy", causality="input")
@@ -20,7 +20,7 @@ def _effect(name: str, parameter: str, unit: str, rivals: tuple[str, ...] = ()) 
     return Effect(name, name, "toy", "toy", (own,), rivals)
 
 
-class Toy:
+class Toy(PlainModel):
     """F = k x (1 + c x) + rate t + a |x|."""
 
     effects = (_effect("bend", "c", "1/m"), _effect("drift", "rate", "N/s"), _effect("lean", "a", "N/m"))
@@ -38,21 +38,6 @@ class Toy:
         if "lean" in on:
             force = force + of("lean.a") * np.abs(x)
         return {"F": force}
-
-    def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
-        return Trace(run.times, {"F": self.simulate_many(run, on, dict(values))["F"][0]}, {"F": "N"}, {})
-
-    def settled(self, names: Sequence[str], on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
-        raise NotImplementedError
-
-    def cycle_time(self, values: Mapping[str, float | str]) -> float:
-        return math.nan
-
-    def rival_laws(self, values: Mapping[str, float | str]) -> Sequence[Rival]:
-        return ()
-
-    def missing_inputs(self, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str]) -> Mapping[str, Sequence[str]]:
-        return {}
 
 
 def measured(

@@ -7,14 +7,15 @@ near p = 3 it has a second valley, as deep as |h| = 2 e there.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 from evat.experiment import Experiment, Nominal, Trial
 from evat.identify import Identification, identify
-from evat.model import FloatArray, Rival, Run, Trace, Variable
+from evat.model import FloatArray, Run, Variable
+from plain_model import PlainModel
 from scipy.optimize import brentq
 
 P = Variable("p", "1", 1.0, 0.1, 10.0, "place", "toy")
@@ -31,28 +32,13 @@ def h(p: FloatArray | float, e: FloatArray | float) -> FloatArray:
     return np.asarray((np.asarray(p) - 1) * ((np.asarray(p) - 3) ** 2 + e), dtype=np.float64)
 
 
-class TwoValleys:
+class TwoValleys(PlainModel):
     effects = ()
     variables = (P, LEVEL, DEPTH, FORCE)
 
     def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
         p, q, e = (np.atleast_1d(np.asarray(values.get(one.name, one.start), dtype=np.float64))[:, None] for one in (P, LEVEL, DEPTH))
         return {"F": q + h(p, e) * np.cos(run.times)}
-
-    def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
-        return Trace(run.times, {"F": self.simulate_many(run, on, dict(values))["F"][0]}, {"F": "N"}, {})
-
-    def settled(self, names: Sequence[str], on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
-        raise NotImplementedError
-
-    def cycle_time(self, values: Mapping[str, float | str]) -> float:
-        return math.nan
-
-    def rival_laws(self, values: Mapping[str, float | str]) -> Sequence[Rival]:
-        return ()
-
-    def missing_inputs(self, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str]) -> Mapping[str, Sequence[str]]:
-        return {}
 
 
 def found(depth: float, begin: float = 1.0) -> Identification:
