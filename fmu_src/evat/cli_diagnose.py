@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from evat.gap.answer import Diagnosis
 
 SHOWN = 0.005  # of probability: less is not worth a line
+READING = 0.1  # of the time, usually
 
 
 def diagnose(
@@ -46,6 +47,7 @@ def diagnose(
     from evat.contact_model import ContactModel
     from evat.experiment_files import read_experiment
     from evat.gap import diagnose_with
+    from evat.gap.portion import MOST_SAMPLES
     from evat.gap_report import check_place, explain, sentence, write_diagnosis
 
     check_place(to)
@@ -53,9 +55,13 @@ def diagnose(
     _known(why, [effect.name for effect in model.effects])
     _there(fmu)
     with _told() as tell:
-        tell("reading", 0.0)
-        found = read_experiment(experiment, model)
-        answer, comparison = diagnose_with(found, model, version=importlib.metadata.version("evat"), report=tell)
+        found = read_experiment(experiment, model, progress=lambda share: tell("reading", READING * share), most=MOST_SAMPLES + 1)
+        answer, comparison = diagnose_with(
+            found,
+            model,
+            version=importlib.metadata.version("evat"),
+            report=lambda doing, share: tell(doing, READING + (1 - READING) * share),
+        )
         answer = replace(answer, made_by={**answer.made_by, "seconds": round(time.monotonic() - began, 1)})
         tell("writing the report", 0.97)
         path, without = (None, "the command was called with --no-fmu") if no_fmu else _fmu(fmu)

@@ -55,8 +55,10 @@ class Scan:
     data_hash: str
 
 
-def read_experiment(folder_or_toml: Path, model: Model, *, progress: Progress | None = None) -> Experiment:
+def read_experiment(folder_or_toml: Path, model: Model, *, progress: Progress | None = None, most: int | None = None) -> Experiment:
     """The experiment of a folder, or of its experiment.toml, in SI and checked throughout.
+
+    most : samples of a trial to keep, its first; None: all. Those beyond are checked, too.
 
     Raises
     ------
@@ -65,7 +67,7 @@ def read_experiment(folder_or_toml: Path, model: Model, *, progress: Progress | 
     document = read_document(Path(folder_or_toml), model)
     done = _ShareDone(document, progress)
     data_hash = _hash(document, done)
-    trials = tuple(_read_trial(entry, trial_columns(document, entry, model), document, done) for entry in document.trials)
+    trials = tuple(_read_trial(entry, trial_columns(document, entry, model), document, done, most) for entry in document.trials)
     means = None if document.means is None else read_means(document, *document.means, model)
     return Experiment(document.folder, document.title, document.intended_use, document.nominal, document.signals, trials, means, data_hash)
 
@@ -104,20 +106,21 @@ def _hash(document: Document, done: Callable[[int], None]) -> str:
     return digest.hexdigest()
 
 
-def _read_trial(entry: TrialEntry, columns: list[Column], document: Document, done: Callable[[int], None]) -> Trial:
+def _read_trial(entry: TrialEntry, columns: list[Column], document: Document, done: Callable[[int], None], most: int | None) -> Trial:
     held = [np.empty(0) for _ in columns]
     at = 0
 
     def room(rows: int) -> None:  # in place: no second copy
         for column in held:
-            column.resize(rows, refcheck=False)
+            column.resize(rows if most is None else min(rows, most), refcheck=False)
 
     for batch in trial_batches(entry, columns, done, room):
-        if at + batch[0].size > held[0].size:
-            room(max(at + batch[0].size, int(GROWTH * held[0].size)))
+        end = at + batch[0].size if most is None else min(at + batch[0].size, most)
+        if end > held[0].size:
+            room(max(end, int(GROWTH * held[0].size)))
         for column, values in zip(held, batch, strict=True):
-            column[at : at + values.size] = values
-        at += batch[0].size
+            column[at:end] = values[: end - at]
+        at = end
     room(at)
     for column in held:
         column.flags.writeable = False

@@ -25,5 +25,5 @@ def portion(experiment: Experiment, model: Model) -> tuple[Experiment, str]:
         if not longer or left // longer <= most:
             break
         most = left // longer
-    note = f"only the first {most} samples of each trial were looked at, {MOST_SAMPLES} of {total} in all; what grows slowly may be missed"
+    note = f"only the first {most} samples of each trial were looked at; what grows slowly may be missed"
     return replace(experiment, trials=tuple(trial.head(max(most, 2)) for trial in experiment.trials)), note
