@@ -142,6 +142,9 @@ enum Answer component_enter(struct Component *c, enum Mode mode)
 
 enum Answer component_start(struct Component *c)
 {
+    if (c->life.interface == MODEL_EXCHANGE && kernel_averages(&c->contact))
+        return report(c, ANSWER_ERROR, "averaging = cycle belongs to the steps of Co-Simulation; a solver of Model Exchange follows every "
+                      "cycle: set averaging = resolved, or instantiate for Co-Simulation.");
     const enum Status status = kernel_start(&c->contact, c->life.start);
     if (status != KERNEL_OK)
         return report_kernel(c, ANSWER_ERROR, status);
