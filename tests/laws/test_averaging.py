@@ -43,8 +43,8 @@ def means(averaging: str, values: Values, on: tuple[str, ...], times: FloatArray
 @pytest.mark.parametrize("law", kernel.variable("friction_law").choices)
 @pytest.mark.parametrize("cut", ["with separation", "without"])
 def test_a_steady_cut_has_the_same_means(law: str, cut: str) -> None:
-    """Nothing changes, so one cycle is like the others: forces to what the tolerance of 1e-4 leaves in both, duty to that of the events. From the
-    second millisecond on, when the start is forgotten in both."""
+    """Nothing changes, so one cycle is like the others: forces to what the tolerance of 1e-4 leaves in both, duty to that of events. From
+    the second millisecond on, when the start is forgotten in both."""
     values: Values = {"friction_law": law, "applied_force": 5.0}
     if cut == "without":
         values = {**values, "amplitude_x": 1e-6, "cutting_speed": 0.4}
