@@ -13,7 +13,7 @@ static unsigned when_settable(const struct Component *c, int index, const struct
     /* FMI 3: a host that handles events changes parameters in event mode only. */
     const unsigned tuning = c->host.event_mode ? EVENT : EVENT | STEPPING;
     if (v->causality == INPUT)
-        return before | RUNNING;
+        return before | RUNNING | ASKING;
     if (v->causality == PARAMETER)
         return v->variability == TUNABLE ? before | tuning : before;
     for (int i = 0; i < c->state_count; ++i)
