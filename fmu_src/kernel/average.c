@@ -234,7 +234,8 @@ static enum Status look_here(struct Contact *contact, lanes mean[INTEGRALS])
     show_means(&probe, mean);
     for (int index = 0; index < kernel_variable_count(); ++index) {
         const enum Causality role = kernel_variable(index)->causality;
-        for (int i = 0; i < LANES && (role == OUTPUT || role == LOCAL) && !is_state(index); ++i)
+        const int shown = (role == OUTPUT || role == LOCAL) && index != STEP_COUNT && index != CLAMPED_COUNT; /* a look is no step */
+        for (int i = 0; i < LANES && shown && !is_state(index); ++i)
             contact->value[index][i] = probe.value[index][i];
     }
     memcpy(contact->striven, probe.striven, sizeof contact->striven);

@@ -116,9 +116,9 @@ class Probe:
         switches = {effect.name for effect in kernel.effects()}
         on = choose_effects(self.luck, min(0.5, _FEW / max(len(switches), 1)) if self.luck.random() < 0.5 else 0.5)
         for variable in self.fixed:
-            contact.set(variable.name, variable.name in on if variable.name in switches else draw(variable, self.luck, 0.5))
+            if variable.name != "averaging":  # a mean over a cycle follows all that the cycle does
+                contact.set(variable.name, variable.name in on if variable.name in switches else draw(variable, self.luck, 0.5))
         contact.set("initial_state", "at_rest")  # to look for the periodic states takes long
-        contact.set("averaging", "resolved")  # a mean over a cycle follows all that the cycle does
         active = {*on, kernel.variable("friction_law").choices[int(contact.get("friction_law"))]}
         self.idle = {name for name, owner in self.owner.items() if owner not in active}
         self.period = 1 / contact.get("vibration_frequency")
