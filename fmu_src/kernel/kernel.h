@@ -309,7 +309,8 @@ struct Effect {
     int forgets;                      /* states are 0 again after separation */
     /* Add to or scale fields of its stage. */
     void (*act)(const lanes *p, const lanes *state, struct Point *x);
-    /* States from the start of a step of h to its middle and end; and their rates at a point. */
+    /* States from the start of a step of h to its middle and end; and their rates at a point. For a given drive affine in the states,
+     * and right for any h, but where it forgets: averaging leads them over many cycles by it. */
     void (*move)(const lanes *p, const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end,
                  const lanes *from, lanes *half, lanes *whole);
     void (*rate)(const lanes *p, const struct Point *x, const lanes *state, lanes *rate);
