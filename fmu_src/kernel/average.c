@@ -1,135 +1,23 @@
 /* What does a machine see of a contact that vibrates far faster than the machine moves? One cycle, which stands for all of a step's.
  *
  * Every cycle that is run begins where the tool stands highest: there it is out of the material if it ever is, and has forgotten the
- * cycle before. It runs with the inputs of the step's middle, held, in the middle of the step to within half a cycle. Where bristles
- * are left from one cycle to the next, a second one tells by which ratio what is left shrinks, and the cycles of a step are a geometric
- * series, transients included. Averaging: Kryloff and Bogoliuboff 1947; whole steps from one cycle: Petzold 1981.
+ * cycle before. It runs with the inputs of the step's middle, held, in the middle of the step to within half a cycle. How the others
+ * go on: cycles.c; states of effects: slow.c. Averaging: Kryloff and Bogoliuboff 1947; whole steps from one cycle: Petzold 1981.
  */
-#include "stages.h"
+#include "cycles.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { INTEGRALS = BASE_STATES - 1, MOST_CYCLES = 8 /* of one step */ };
-
-/* What shows as the mean rate of each integral, in the order of kernel_state. */
+/* What shows as the mean rate of each integral. */
 static const int rate_of[INTEGRALS] = {DISSIPATED_POWER, SLIDING_SPEED, FRICTION_FORCE, PRINCIPAL_FORCE, FEED_FORCE, NORMAL_FORCE,
                                        CONTACT_RATE, MEASURED_FRICTION_FORCE, MEASURED_PRINCIPAL_FORCE, MEASURED_FEED_FORCE};
-enum { FIRST_FORCE = 2, DUTY = 6, FIRST_MEASURED = 7, FIRST_MEAN = INTEGRALS - MEANS };
-
-/* What the cycles that were run have shown: gains of the integrals, all together and of the last two; departures of the bristle. */
-struct Seen {
-    lanes gain[INTEGRALS], last[INTEGRALS], before[INTEGRALS], departure, departure_before;
-    lanes left;                    /* share of a departure that outlives a cycle */
-    lanes state[EFFECT_STATES];    /* slow states after the cycle */
-    int cycles[LANES], done[LANES], periodic[LANES];
-};
-
-static double period_of(const struct Contact *contact) { return 1 / contact->value[VIBRATION_FREQUENCY][0]; }
 
 /* Start of that cycle, of those that begin with the tool at its highest, whose middle is nearest to t. */
 static double cycle_at(const struct Contact *contact, double t)
 {
     const double f = contact->value[VIBRATION_FREQUENCY][0], top = -contact->value[PHASE_Y][0] / (2 * PI);
     return (floor(f * t - top) + top) / f;
-}
-
-static enum Status run_cycle(struct Contact *contact, struct Wiring *w, double begin, struct Seen *seen)
-{
-    struct Course course;
-    lanes s = {0}, start[INTEGRALS], z;
-    for (int n = 0; n < INTEGRALS; ++n) { /* from 0, so that no digits are lost; but effects ask for the distance */
-        lanes *const integral = &contact->value[kernel_state(1 + n)];
-        EACH_LANE start[n][i] = (*integral)[i] = rate_of[n] == SLIDING_SPEED ? (*integral)[i] : 0;
-    }
-    EACH_LANE {
-        contact->value[TIME][i] = begin;
-        z[i] = contact->value[BRISTLE_DEFLECTION][i];
-    }
-    wire_time(contact, w);
-    course.now = course.known = 0;
-    course.most_steps = 0;
-    const enum Status status = march(contact, w, period_of(contact), 0, s, &course);
-    for (int i = 0; i < LANES; ++i) {
-        for (int n = 0; n < INTEGRALS && !seen->done[i]; ++n) {
-            seen->before[n][i] = seen->last[n][i];
-            seen->last[n][i] = contact->value[kernel_state(1 + n)][i] - start[n][i];
-            seen->gain[n][i] += seen->last[n][i];
-        }
-        if (seen->done[i])
-            continue;
-        seen->departure_before[i] = seen->departure[i];
-        seen->departure[i] = contact->value[BRISTLE_DEFLECTION][i] - z[i];
-        seen->cycles[i] += 1;
-    }
-    return status;
-}
-
-/* Is the last of so many cycles like those that follow, or are they members of a geometric series? A law with events of its own makes none. */
-static int goes_on_alike(const struct Contact *contact, const struct Wiring *w, double cycles, struct Seen *seen, int i)
-{
-    const double reach = larger(contact->value[F_C][i], contact->value[F_S][i]) / contact->value[SIGMA0][i];
-    seen->left[i] = 0;
-    if (fabs(seen->departure[i]) * smaller(larger(cycles, 1), 1e3) <= contact->value[RELATIVE_TOLERANCE][i] * reach)
-        return 1;
-    if (seen->cycles[i] < 2 || w->law->event)
-        return 0;
-    const double ratio = seen->departure[i] / seen->departure_before[i];
-    seen->left[i] = smaller(larger(ratio, 0), 1);
-    return ratio >= 0 && ratio <= 1;
-}
-
-/* Cycles from `begin`, again and again from the same slow states, until each lane knows how it goes on. A lane that does stays as it is,
- * to the last bit. */
-static enum Status run_cycles(struct Contact *contact, struct Wiring *w, double begin, double cycles, struct Seen *seen)
-{
-    enum { ROWS = offsetof(struct Contact, window_origin) / sizeof(lanes) };
-    lanes from[EFFECT_STATES], slid, aside[ROWS];
-    memset(seen, 0, sizeof *seen);
-    get_slow_states(contact, w, from);
-    EACH_LANE slid[i] = contact->value[SLIDING_DISTANCE][i];
-    for (int n = 0, all = 0; n < MOST_CYCLES && !all; ++n) {
-        if (n > 0) {
-            memcpy(aside, contact, sizeof aside);
-            set_slow_states(contact, w, (const lanes *)from);
-            EACH_LANE contact->value[SLIDING_DISTANCE][i] = slid[i];
-        }
-        const enum Status status = run_cycle(contact, w, begin, seen);
-        if (status != KERNEL_OK)
-            return status;
-        all = 1;
-        for (int i = 0; i < LANES; ++i) {
-            if (seen->done[i])
-                copy_lane((lanes *)contact, (const lanes *)aside, ROWS, i);
-            else
-                seen->done[i] = seen->periodic[i] = goes_on_alike(contact, w, cycles, seen, i);
-            all &= seen->done[i];
-        }
-    }
-    get_slow_states(contact, w, seen->state);
-    find_striven(contact, w, period_of(contact), (const lanes *)from, (const lanes *)seen->state);
-    for (int i = 0; i < LANES; ++i)
-        contact->warnings |= seen->periodic[i] ? 0u : WARN_NOT_PERIODIC;
-    return KERNEL_OK;
-}
-
-/* q + ... + q^m, and the sum of these sums up to the m-th; m need not be whole. */
-static double series(double q, double m) { return q < 1 ? q * (1 - pow(q, m)) / (1 - q) : m; }
-static double series_of_series(double q, double m) { return q < 1 ? q / (1 - q) * (m - series(q, m)) : 0.5 * m * (m + 1); }
-
-/* Mean rates over so many cycles, of which those that were run are the first; and the bristle after them. */
-static void go_on(struct Contact *contact, const struct Seen *seen, double cycles, lanes mean[INTEGRALS])
-{
-    const double period = period_of(contact);
-    for (int i = 0; i < LANES; ++i) {
-        const double run = seen->cycles[i], more = larger(cycles - run, 0), q = seen->left[i];
-        for (int n = 0; n < INTEGRALS; ++n) {
-            const double change = run > 1 ? seen->last[n][i] - seen->before[n][i] : 0;
-            const double gain = seen->gain[n][i] + more * seen->last[n][i] + change * series_of_series(q, more);
-            mean[n][i] = seen->periodic[i] ? gain / ((run + more) * period) : seen->gain[n][i] / (run * period);
-        }
-        contact->value[BRISTLE_DEFLECTION][i] += seen->periodic[i] ? seen->departure[i] * series(q, more) : 0;
-    }
 }
 
 /* Outputs as they are at the instant that the contact stands at. */
@@ -190,7 +78,7 @@ static double error_of(const struct Contact *contact, const struct Seen *seen, l
         const double last = seen->last[FIRST_FORCE + k][i], before = seen->cycles[i] > 1 ? seen->before[FIRST_FORCE + k][i] : last;
         const double rate = (now - was) / (t - at[0]);
         const double bend = first ? fabs(rate) / h : fabs(rate - (was - had) / (at[0] - at[1])) / (t - at[1]);
-        const double unlike = fabs(last - before) / (seen->periodic[i] ? whole : period);
+        const double unlike = (fabs(last - before) + fabs(seen->next[FIRST_FORCE + k][i])) / (seen->periodic[i] ? whole : period);
         const double errors = contact->value[SIGMA0][i] * fabs(seen->departure[i]) * mean[DUTY][i] +
                               (first && at_rest ? loaded * period / whole : 0) + unlike + h * h / 12 * bend + 0.5 * period * fabs(rate) +
                               (slow ? 0.15 * fabs(now - was) : 0) + contact->value[RELATIVE_TOLERANCE][i] * fabs(now);
@@ -260,6 +148,7 @@ enum Status average_start(struct Contact *contact)
         contact->value[TIME][i] = begin;
         contact->value[AVERAGING][i] = RESOLVED; /* as each cycle is */
         contact->earlier_time[0][i] = contact->earlier_time[1][i] = -INFINITY;
+        contact->served[i] = MOST_SERVED;
     }
     enum Status status = kernel_event(contact);
     if (status == KERNEL_OK && periodic)

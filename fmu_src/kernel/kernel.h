@@ -132,6 +132,9 @@ struct Contact {
     /* averaging = cycle: where the effects' slow states strive to, and the mean forces of the two steps before, at their middles [s] */
     lanes striven[EFFECT_STATES];
     lanes earlier_time[2], earlier_force[2][CHANNELS];
+    /* and what a bristle does that is bent otherwise at the start of a cycle: share that outlives it, change of each integral over the
+     * change of the bristle; for how many steps that has served */
+    lanes outlives, changes[BASE_STATES - 1], served;
     /* The last internal steps: end [s], length [s], and the forces at start, middle and end; a ring. Empty unless an effect looks back. */
     lanes past_count, past_first;            /* steps written, and the first that is still there */
     lanes past_end[HISTORY], past_length[HISTORY], past_force[HISTORY][CHANNELS][3];
