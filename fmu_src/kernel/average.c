@@ -175,11 +175,11 @@ enum Status average_start(struct Contact *contact)
 enum Status average_step(struct Contact *contact, double step)
 {
     const double start = contact->value[TIME][0], end = start + step, middle = start + 0.5 * step;
-    lanes value[CAPACITY], slope[INPUT_END - INPUT_FIRST], mean[INTEGRALS], from[EFFECT_STATES], halfway[EFFECT_STATES];
+    lanes before[OWN_ROWS], mean[INTEGRALS], from[EFFECT_STATES], halfway[EFFECT_STATES];
+    const lanes *const value = (const lanes *)before, *const slope = value + offsetof(struct Contact, slope) / sizeof(lanes);
     struct Wiring w;
     struct Seen seen;
-    memcpy(value, contact->value, sizeof value);
-    memcpy(slope, contact->slope, sizeof slope);
+    memcpy(before, contact, sizeof before);
     memset(contact->slope, 0, sizeof contact->slope);
     w = wire(contact);
     const int slow = get_slow_states(contact, &w, from);
@@ -198,11 +198,11 @@ enum Status average_step(struct Contact *contact, double step)
         EACH_LANE contact->value[TIME][i] = start;
         status = measure_means(contact, step, (const lanes *)mean + FIRST_FORCE, mean + FIRST_MEASURED);
     }
-    memcpy(contact->slope, slope, sizeof slope);
     if (status != KERNEL_OK) {
-        memcpy(contact->value, value, sizeof value);
+        memcpy(contact, before, sizeof before);
         return status;
     }
+    memcpy(contact->slope, slope, sizeof contact->slope);
     show_means(contact, mean);
     for (int k = INPUT_FIRST; k < INPUT_END; ++k)
         EACH_LANE contact->value[k][i] = value[k][i] + step * slope[k - INPUT_FIRST][i];

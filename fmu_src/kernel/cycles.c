@@ -69,7 +69,7 @@ static int goes_on_alike(struct Contact *contact, const struct Wiring *w, double
     if (w->law->event)
         return 0;
     if (seen->cycles[i] < 2) {
-        const int known = departure <= LITTLE * reach && (int)contact->served[i] < MOST_SERVED;
+        const int known = departure <= LITTLE * reach && contact->served[i] < (double)MOST_SERVED;
         if (known)
             foretell(contact, seen, i);
         return known;
@@ -86,8 +86,7 @@ static int goes_on_alike(struct Contact *contact, const struct Wiring *w, double
 
 enum Status run_cycles(struct Contact *contact, struct Wiring *w, double begin, double cycles, struct Seen *seen)
 {
-    enum { ROWS = offsetof(struct Contact, window_origin) / sizeof(lanes) };
-    lanes from[EFFECT_STATES], slid, aside[ROWS];
+    lanes from[EFFECT_STATES], slid, aside[OWN_ROWS];
     memset(seen, 0, sizeof *seen);
     get_slow_states(contact, w, from);
     EACH_LANE slid[i] = contact->value[SLIDING_DISTANCE][i];
@@ -103,7 +102,7 @@ enum Status run_cycles(struct Contact *contact, struct Wiring *w, double begin, 
         all = 1;
         for (int i = 0; i < LANES; ++i) {
             if (seen->done[i])
-                copy_lane((lanes *)contact, (const lanes *)aside, ROWS, i);
+                copy_lane((lanes *)contact, (const lanes *)aside, OWN_ROWS, i);
             else
                 seen->done[i] = seen->periodic[i] = goes_on_alike(contact, w, cycles, seen, i);
             all &= seen->done[i];

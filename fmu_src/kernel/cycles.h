@@ -17,6 +17,9 @@ struct Seen {
     int cycles[LANES], done[LANES], periodic[LANES];
 };
 
+/* Rows of a contact that its lanes step with: values, slopes, memory, sides; all but what looks back and what windows have in common. */
+enum { OWN_ROWS = offsetof(struct Contact, window_origin) / sizeof(lanes) };
+
 enum { MOST_SERVED = 30 }; /* steps that go by what an earlier one has found of the bristle */
 
 static inline double period_of(const struct Contact *contact) { return 1 / contact->value[VIBRATION_FREQUENCY][0]; }
