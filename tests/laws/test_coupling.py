@@ -115,6 +115,8 @@ def test_a_step_that_makes_too_much_is_not_accepted() -> None:
     assert good.residual == bad.residual == pytest.approx(2e-4)
     assert (good.accept, bad.accept) == (True, False)
     assert bad.next_step < 1e-3 < good.next_step
+    held = advise(1e-3, [bond], stored=1e-3, tolerance=0.05, order=0)  # falls with a lower power of the step, so it must shrink further
+    assert held.next_step < advise(1e-3, [bond], stored=1e-3, tolerance=0.05, order=1).next_step < 1e-3
     still = advise(1e-3, [Bond(0.0, 0.0, 0.0, 0.0)], stored=0.0)
     assert still.accept
     assert still.next_step == 2e-3
