@@ -1,4 +1,5 @@
-"""How are the README's pictures of identification made? .venv/bin/python build/pictures.py writes them; the same sources, the same bytes.
+"""How are the README's pictures of identification and of two time scales made? .venv/bin/python build/pictures.py writes them; the same
+sources, the same bytes.
 
 The other two come out of `python3 build/run.py` and of the README's `evat run --record`.
 """
@@ -7,15 +8,32 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 from evat import parameter_sets, recovery
+from evat.coupling_study import study
 from evat.identify.figures import save_profiles
 from evat.plot_recovery import plot_recovery
+from evat.plot_two_scales import plot_coupling, plot_two_scales
+from evat.two_scales import TwoScales, changing_speed, compare
 
 FOLDER = Path(__file__).resolve().parent / "pictures"
 MATERIAL, MOTION = "regularised/al-7075-t6", "ramp"  # the paper's own tests
 
 
+def cut(step: float) -> TwoScales:
+    times = np.arange(round(2 / step) + 1, dtype=np.float64) * step
+    return compare(times, changing_speed(times))
+
+
+def two_time_scales() -> None:
+    others = [cut(step) for step in (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3)]
+    print(plot_two_scales(others[3], others, FOLDER / "two-time-scales.png"))
+    found = study((1e-4, 2e-4, 5e-4, 1e-3, 2e-3))
+    print(plot_coupling(found.steps, found.error, found.made, FOLDER / "coupling.png"))
+
+
 def main() -> None:
+    two_time_scales()
     forecasts = [recovery.recovery(parameter_sets.load(name)) for name in recovery.study_sets()]
     print(plot_recovery(forecasts, FOLDER / "recovery.png"))
     found = recovery.fitted(parameter_sets.load(MATERIAL), MOTION, rate=500.0, seed=1)

@@ -324,6 +324,8 @@ class Contact:
         foreign = [name for name, value in p.items() if value is True and name not in EFFECTS]
         if foreign:
             raise ContactError(f"{', '.join(foreign)}: not written here, allowed are {', '.join(EFFECTS)}; use the native FMU.")
+        if p["averaging"] != "resolved":
+            raise ContactError(f"averaging = {p['averaging']}: not written here, allowed is resolved; use the native FMU.")
         if p["friction_law"] == "karnopp" and self._current_angle:
             raise ContactError("friction_law = karnopp has no single slip with chip_flow_angle = current_shear_angle; change one of them.")
         if p["proxy_source"] == "contact_temperature" and p["reference_temperature"] <= p["ambient_temperature"]:
@@ -508,6 +510,7 @@ class Contact:
             "dissipated_power": point.F * point.x.v,
             "sliding_speed": abs(point.x.v) if m.in_contact else 0.0,
             "step_count": self.steps,
+            "averaging_error": 0.0,
             "clamped_count": self.clamped,
             "contact_indicator": m.h if p["kinematics"] == "external" else min(m.h / 1e-6, m.approach),
             "surface_indicator": m.reach if m.in_contact else 1.0,

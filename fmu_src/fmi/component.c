@@ -13,7 +13,7 @@ static unsigned when_settable(const struct Component *c, int index, const struct
     /* FMI 3: a host that handles events changes parameters in event mode only. */
     const unsigned tuning = c->host.event_mode ? EVENT : EVENT | STEPPING;
     if (v->causality == INPUT)
-        return before | RUNNING;
+        return before | RUNNING | ASKING;
     if (v->causality == PARAMETER)
         return v->variability == TUNABLE ? before | tuning : before;
     for (int i = 0; i < c->state_count; ++i)
@@ -142,6 +142,9 @@ enum Answer component_enter(struct Component *c, enum Mode mode)
 
 enum Answer component_start(struct Component *c)
 {
+    if (c->life.interface == MODEL_EXCHANGE && kernel_averages(&c->contact))
+        return report(c, ANSWER_ERROR, "averaging = cycle belongs to the steps of Co-Simulation; a solver of Model Exchange follows every "
+                      "cycle: set averaging = resolved, or instantiate for Co-Simulation.");
     const enum Status status = kernel_start(&c->contact, c->life.start);
     if (status != KERNEL_OK)
         return report_kernel(c, ANSWER_ERROR, status);

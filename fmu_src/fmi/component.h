@@ -15,6 +15,7 @@ enum Answer { ANSWER_OK, ANSWER_WARNING, ANSWER_DISCARD, ANSWER_ERROR, ANSWER_FA
 enum Mode {
     INSTANTIATED = 1, CONFIGURING = 2, INITIALIZING = 4, EVENT = 8, INTEGRATING = 16, STEPPING = 32, STEP_FAILED = 64, TERMINATED = 128,
     FAILED = 256, INTERMEDIATE = 512,
+    ASKING = 1024, /* within a step, too: and the host may give inputs for the rest of it */
     RUNNING = EVENT | INTEGRATING | STEPPING,
     SHOWING = INITIALIZING | RUNNING | STEP_FAILED | TERMINATED | FAILED, /* where values may be read */
     ANY_MODE = SHOWING | INSTANTIATED | CONFIGURING /* but not from within a step */
@@ -35,8 +36,9 @@ struct Host {
     enum Answer partial_step; /* what a step answers that ended halfway */
     int event_mode;           /* co-simulation: the host handles events */
     int early_return;         /* co-simulation: a step may end before its end */
-    /* Show the host a time within a step; nonzero: it wants the step to end at *until. NULL where nobody looks. */
-    int (*show)(const struct Host *host, double time, double *until);
+    /* Show the host a time within a step, with `asks` nonzero ask for inputs from there on; nonzero: it wants the step to end at *until.
+     * NULL where nobody looks. */
+    int (*show)(const struct Host *host, double time, int asks, double *until);
     void (*intermediate_update)(void); /* the host's own callback; `show` knows its type */
 };
 

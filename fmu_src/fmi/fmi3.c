@@ -16,8 +16,8 @@
 #define ANSWER(answer) return (fmi3Status)(answer)
 
 enum {
-    SETTING = INSTANTIATED | INITIALIZING | RUNNING,
-    READING = SHOWING | INSTANTIATED | INTERMEDIATE,
+    SETTING = INSTANTIATED | INITIALIZING | RUNNING | ASKING,
+    READING = SHOWING | INSTANTIATED | INTERMEDIATE | ASKING,
     SOLVING = INITIALIZING | EVENT | INTEGRATING | TERMINATED | FAILED
 };
 
@@ -33,12 +33,12 @@ static void say(const struct Host *host, enum Answer answer, const char *categor
         logger(host->environment, (fmi3Status)answer, category, text);
 }
 
-/* Nothing is asked to be set, the internal step is finished, values may be read. */
-static int show(const struct Host *host, double time, double *until)
+/* The internal step is finished, values may be read, and before the end of the step inputs may be set. */
+static int show(const struct Host *host, double time, int asks, double *until)
 {
     fmi3IntermediateUpdateCallback update = (fmi3IntermediateUpdateCallback)host->intermediate_update;
     fmi3Boolean wants_return = fmi3False;
-    update(host->environment, time, fmi3False, fmi3True, fmi3True, host->early_return != 0, &wants_return, until);
+    update(host->environment, time, asks != 0, fmi3True, fmi3True, host->early_return != 0, &wants_return, until);
     return wants_return;
 }
 
@@ -527,7 +527,7 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueRefere
                                     const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues)
 {
     (void)valueReferences, (void)orders, (void)values, (void)nValues;
-    ENTER(STEPPING | STEP_FAILED | TERMINATED | FAILED | INTERMEDIATE);
+    ENTER(STEPPING | STEP_FAILED | TERMINATED | FAILED | INTERMEDIATE | ASKING);
     ANSWER(no_variables(instance, "output derivative", nValueReferences)); /* maxOutputDerivativeOrder = 0 */
 }
 

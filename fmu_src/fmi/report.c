@@ -45,7 +45,8 @@ enum Answer report_kernel(struct Component *c, enum Answer answer, enum Status s
 
 static const char *const mode_names[] = {"Instantiated",         "Configuration Mode", "Initialization Mode", "Event Mode",
                                          "Continuous-Time Mode", "Step Mode",          "Step Failed",         "Terminated",
-                                         "Error",                "Intermediate Update Mode"};
+                                         "Error",                "Intermediate Update Mode",
+                                         "Intermediate Update Mode before the end of a step"};
 enum { MODE_COUNT = sizeof mode_names / sizeof *mode_names };
 
 void list_modes(unsigned modes, char *text, size_t size)

@@ -54,10 +54,11 @@ static int shown_and_stopped(struct Component *c, double *target)
 {
     const double now = c->contact.value[TIME][0];
     double until = now;
-    c->life.mode = INTERMEDIATE;
+    const int asks = now < *target;
+    c->life.mode = asks ? ASKING : INTERMEDIATE;
     c->life.stale = 1;
-    const int stop = c->host.show(&c->host, now, &until) && c->host.early_return;
-    if (c->life.mode == INTERMEDIATE) /* else a call from within has failed */
+    const int stop = c->host.show(&c->host, now, asks, &until) && c->host.early_return;
+    if (c->life.mode & (ASKING | INTERMEDIATE)) /* else a call from within has failed */
         c->life.mode = STEPPING;
     if (!stop || until >= *target)
         return 0;

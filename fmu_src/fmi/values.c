@@ -17,7 +17,7 @@ static const char *const causality_names[] = {[INDEPENDENT] = "the independent v
 enum Answer refresh(struct Component *c)
 {
     enum Status status;
-    if (!c->life.stale || !(c->life.mode & (INITIALIZING | RUNNING | TERMINATED | INTERMEDIATE)))
+    if (!c->life.stale || !(c->life.mode & (INITIALIZING | RUNNING | TERMINATED | INTERMEDIATE | ASKING)))
         return ANSWER_OK;
     if (c->life.mode == INITIALIZING) { /* the start may still change: try it on a copy */
         c->preview = c->contact;

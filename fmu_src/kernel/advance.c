@@ -211,6 +211,12 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
         return KERNEL_BAD_STEP;
     if (!ordered_temperatures(contact))
         return KERNEL_TEMPERATURES;
+    if (kernel_averages(contact)) {
+        const double start = contact->value[TIME][0];
+        const enum Status status = average_step(contact, step);
+        *taken = status == KERNEL_OK ? step : contact->value[TIME][0] - start;
+        return status;
+    }
     const struct Wiring w = wire(contact);
     struct Course course;
     course.now = course.known = 0;

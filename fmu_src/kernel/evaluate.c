@@ -122,6 +122,8 @@ enum Status kernel_evaluate(struct Contact *contact)
 {
     if (!ordered_temperatures(contact))
         return KERNEL_TEMPERATURES;
+    if (kernel_averages(contact))
+        return KERNEL_OK;
     const struct Wiring w = wire(contact);
     return show_here(contact, &w, NULL, NULL, 1);
 }
@@ -136,6 +138,8 @@ void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS
 
 enum Status kernel_event(struct Contact *contact)
 {
+    if (kernel_averages(contact))
+        return KERNEL_OK;
     const struct Wiring w = wire(contact);
     struct Point x;
     /* hosts find events to some roundings of the time, and stop on either side */
@@ -163,4 +167,4 @@ enum Status kernel_step_completed(struct Contact *contact)
     return KERNEL_OK;
 }
 
-double kernel_next_event(const struct Contact *contact) { return window_end(contact, 0); }
+double kernel_next_event(const struct Contact *contact) { return kernel_averages(contact) ? INFINITY : window_end(contact, 0); }

@@ -93,6 +93,7 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
     struct Course course;
     course.now = course.known = 0;
     course.most_steps = record->most_steps;
+    const int averages = kernel_averages(contact);
     const int plainly = shows_plainly(yield->output_count, yield->output_index);
     int angles = 0;
     for (int j = 0; j < yield->output_count; ++j)
@@ -105,7 +106,7 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
             const double step = record->times[n] - record->times[n - 1];
             lanes s = {0};
             wire_time(contact, &w);
-            status = step > 0 && isfinite(step) ? march(contact, &w, step, 0, s, &course) : KERNEL_BAD_STEP;
+            status = !(step > 0 && isfinite(step)) ? KERNEL_BAD_STEP : averages ? average_step(contact, step) : march(contact, &w, step, 0, s, &course);
             if (status == KERNEL_OK && record->most_steps > 0)
                 status = within(contact, record->most_steps, &course.most_steps);
         }
@@ -117,7 +118,9 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
             const int shown = angles || n == record->count - 1;
             int whole[LANES];
             const int all_whole = course.known && find_whole(&w, passed, whole);
-            if (all_whole && plainly && n < record->count - 1)
+            if (averages)
+                ; /* the step has shown its means */
+            else if (all_whole && plainly && n < record->count - 1)
                 show_some(contact, passed, yield->output_count, yield->output_index);
             else if (all_whole)
                 show_outputs(contact, &w, passed, shown);

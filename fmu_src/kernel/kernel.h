@@ -51,7 +51,7 @@ enum Base {
     SLIP_VELOCITY, PROXY_SPEED, CONTACT_TEMPERATURE, UNCUT_THICKNESS, NORMAL_LOAD, CUTTING_SPEED, APPLIED_FORCE,
     TOOL_DISPLACEMENT_X, TOOL_DISPLACEMENT_Y, TOOL_VELOCITY_X, TOOL_VELOCITY_Y,
     /* choices, fixed */
-    KINEMATICS, FRICTION_LAW, SHEAR_ANGLE_PRINCIPLE, CHIP_FLOW_ANGLE, PROXY_SOURCE, DAMPING_MODE, RATE_STIFFNESS, INITIAL_STATE,
+    KINEMATICS, FRICTION_LAW, SHEAR_ANGLE_PRINCIPLE, CHIP_FLOW_ANGLE, PROXY_SOURCE, DAMPING_MODE, RATE_STIFFNESS, INITIAL_STATE, AVERAGING,
     /* numbers, fixed */
     VIBRATION_FREQUENCY, PHASE_X, PHASE_Y, AVERAGING_WINDOW, RELATIVE_TOLERANCE,
     /* the process, tunable */
@@ -67,6 +67,7 @@ enum Base {
     MEAN_MEASURED_FRICTION_FORCE, MEAN_MEASURED_PRINCIPAL_FORCE, MEAN_MEASURED_FEED_FORCE,
     SLIP_VELOCITY_USED, UNCUT_THICKNESS_USED, THETA_USED, SHEAR_ANGLE, SPEED_RATIO, IN_CONTACT,
     BRISTLE_DEFLECTION, DISSIPATED_POWER, DISSIPATED_ENERGY, SLIDING_SPEED, SLIDING_DISTANCE, CLAMPED_COUNT, STEP_COUNT,
+    AVERAGING_ERROR,
     /* locals: the rate of the bristle and the running integrals behind the cycle means */
     BRISTLE_RATE, FRICTION_IMPULSE, PRINCIPAL_IMPULSE, FEED_IMPULSE, NORMAL_IMPULSE, CONTACT_TIME,
     MEASURED_FRICTION_IMPULSE, MEASURED_PRINCIPAL_IMPULSE, MEASURED_FEED_IMPULSE, CONTACT_RATE,
@@ -82,6 +83,7 @@ enum ProxySource { PROXY_IS_SLIP_SPEED, PROXY_IS_INPUT, PROXY_IS_CUTTING_SPEED, 
 enum DampingMode { DISSIPATIVE, AS_PUBLISHED };
 enum RateStiffness { REFERENCE_STIFFNESS, THERMAL_STIFFNESS };
 enum InitialState { AT_REST, PERIODIC };
+enum Averaging { RESOLVED, CYCLE };
 
 enum Limits {
     CAPACITY = 320,      /* values of one contact: base, laws and effects together (a test holds the tables to it) */
@@ -106,7 +108,7 @@ enum Indicator {
 };
 
 enum Status { KERNEL_OK, KERNEL_NO_SUCH_VARIABLE, KERNEL_NOT_FINITE, KERNEL_OUT_OF_BOUNDS, KERNEL_BAD_STEP, KERNEL_TOO_MANY_STEPS,
-              KERNEL_DIVERGED, KERNEL_TEMPERATURES, KERNEL_RIVALS, KERNEL_HISTORY_SHORT, KERNEL_STOPPED,
+              KERNEL_DIVERGED, KERNEL_TEMPERATURES, KERNEL_RIVALS, KERNEL_HISTORY_SHORT, KERNEL_STOPPED, KERNEL_NO_CYCLE,
               KERNEL_STATUS_COUNT };
 
 /* Things that are legal but worth one line in the log; bits of kernel_warnings. */
@@ -128,6 +130,12 @@ struct Contact {
     uint32_t warnings;
     uint32_t started;
     uint64_t effects_on;                     /* bit n: effect n, since the start */
+    /* averaging = cycle: where the effects' slow states strive to, and the mean forces of the two steps before, at their middles [s] */
+    lanes striven[EFFECT_STATES];
+    lanes earlier_time[2], earlier_force[2][CHANNELS];
+    /* and what a bristle does that is bent otherwise at the start of a cycle: share that outlives it, change of each integral over the
+     * change of the bristle; for how many steps that has served */
+    lanes outlives, changes[BASE_STATES - 1], served;
     /* The last internal steps: end [s], length [s], and the forces at start, middle and end; a ring. Empty unless an effect looks back. */
     lanes past_count, past_first;            /* steps written, and the first that is still there */
     lanes past_end[HISTORY], past_length[HISTORY], past_force[HISTORY][CHANNELS][3];
@@ -175,6 +183,7 @@ const char *kernel_stage_name(enum Stage stage);
 int kernel_effect_switch(int place);               /* index of the effect's Boolean; its parameters follow it */
 const char *kernel_status_text(enum Status status);
 const char *kernel_warning_text(int bit);          /* bit 0 .. WARNING_COUNT-1 */
+int kernel_averages(const struct Contact *contact); /* averaging = cycle: it shows cycle means, and there is nothing to see within a step */
 size_t kernel_size(void);                          /* bytes of a struct Contact */
 void kernel_token(char token[39]);                 /* "{8-4-4-4-12}": a hash over all tables; binds an XML file to its binary */
 int kernel_lanes(void);
@@ -189,7 +198,8 @@ enum Status kernel_set(struct Contact *contact, int index, int lane, double valu
 enum Status kernel_check(int index, double value);
 /* Begin at `time` [s]: sides of the events, bristles at rest or in the periodic steady state. */
 enum Status kernel_start(struct Contact *contact, double time);
-/* Outputs and derivatives from value[TIME], the states and the inputs as they stand. */
+/* Outputs and derivatives from value[TIME], the states and the inputs as they stand. With averaging = cycle outputs hold the means of the
+ * last step. */
 enum Status kernel_evaluate(struct Contact *contact);
 /* Event indicators at value[TIME]; 1 for an event that does not matter at present. kernel_evaluate shows the same as variables. */
 void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS]);
@@ -200,7 +210,7 @@ enum Status kernel_event(struct Contact *contact);
 /* Time of the next averaging-window end, of lane 0; infinity where no means are formed. */
 double kernel_next_event(const struct Contact *contact);
 /* Advance by `step` [s] in internal steps. With stop_at_events nonzero, return at the first contact event before it is acted upon
- * (kernel_event does that), *taken telling how far it went. */
+ * (kernel_event does that), *taken telling how far it went. With averaging = cycle it goes all the way: one cycle stands for the step. */
 enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken);
 /* Follow a record from its first sample, where the contact stands, to its last; see struct Record and struct Yield. A nonzero *stop (may
  * be NULL) breaks off after the sample that is being followed. */
@@ -303,7 +313,8 @@ struct Effect {
     int forgets;                      /* states are 0 again after separation */
     /* Add to or scale fields of its stage. */
     void (*act)(const lanes *p, const lanes *state, struct Point *x);
-    /* States from the start of a step of h to its middle and end; and their rates at a point. */
+    /* States from the start of a step of h to its middle and end; and their rates at a point. For a given drive affine in the states,
+     * and right for any h, but where it forgets: averaging leads them over many cycles by it. */
     void (*move)(const lanes *p, const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end,
                  const lanes *from, lanes *half, lanes *whole);
     void (*rate)(const lanes *p, const struct Point *x, const lanes *state, lanes *rate);

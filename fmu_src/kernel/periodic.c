@@ -45,8 +45,6 @@ static enum Status find_deflection(struct Contact *contact)
 
 /* ---- with effects that have states of their own: Newton's method on all of them ---- */
 
-enum { UNKNOWNS = 1 + EFFECT_STATES };
-
 static int unknown_index(const struct Wiring *w, int n)
 {
     if (n == 0)
@@ -79,8 +77,7 @@ static enum Status cycle(const struct Contact *contact, const struct Wiring *w, 
     return status;
 }
 
-/* Solves A x = b of `count` unknowns in place, by elimination with pivots; a column without a pivot leaves its unknown at 0. */
-static void solve(int count, double A[UNKNOWNS][UNKNOWNS], double x[UNKNOWNS])
+void solve(int count, double A[UNKNOWNS][UNKNOWNS], double x[UNKNOWNS])
 {
     for (int c = 0; c < count; ++c) {
         int best = c;

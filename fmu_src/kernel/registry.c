@@ -149,6 +149,7 @@ static const char *const status_texts[KERNEL_STATUS_COUNT] = {
     [KERNEL_RIVALS] = "two effects are on that are rivals of each other: switch one of them off",
     [KERNEL_HISTORY_SHORT] = "an effect looks back further than the last 256 internal steps, which are kept: shorten its time or loosen relative_tolerance",
     [KERNEL_STOPPED] = "stopped on request",
+    [KERNEL_NO_CYCLE] = "averaging = cycle needs a vibration cycle: use kinematics = internal or combined, or averaging = resolved",
     [KERNEL_TEMPERATURES] = "reference_temperature must lie above ambient_temperature",
 };
 const char *kernel_status_text(enum Status status)
@@ -161,7 +162,7 @@ static const char *const warning_texts[WARNING_COUNT] = {
     "a friction force lay outside the domain of the shear-angle principle and the normal force was kept at 0",
     "contact_temperature lies below ambient_temperature; the temperature proxy was kept at 0",
     "slip_velocity was set but kinematics = internal takes the slip from the ellipse; set kinematics = external to use the input",
-    "initial_state = periodic: no periodic steady state was found (not every law has one, external kinematics has none)",
+    "no periodic steady state of the vibration cycle was found (not every law has one, external kinematics has none)",
 };
 const char *kernel_warning_text(int bit) { return bit >= 0 && bit < WARNING_COUNT ? warning_texts[bit] : "unknown warning"; }
 
@@ -171,6 +172,8 @@ static const char *const stage_names[STAGE_COUNT] = {
     [STAGE_MEASUREMENT] = "measurement",
 };
 const char *kernel_stage_name(enum Stage stage) { return stage < STAGE_COUNT ? stage_names[stage] : "unknown stage"; }
+
+int kernel_averages(const struct Contact *contact) { return (int)contact->value[AVERAGING][0] == CYCLE; }
 
 size_t kernel_size(void) { return sizeof(struct Contact); }
 int kernel_lanes(void) { return LANES; }

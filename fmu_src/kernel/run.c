@@ -69,9 +69,13 @@ enum Status kernel_start(struct Contact *contact, double time)
         return KERNEL_NOT_FINITE;
     if (rivals_on(&w))
         return KERNEL_RIVALS;
+    if (kernel_averages(contact) && w.kinematics == KINEMATICS_EXTERNAL)
+        return KERNEL_NO_CYCLE;
     EACH_LANE contact->value[TIME][i] = contact->window_origin = time;
     contact->started = 1;
     enum Status status = begin(contact);
+    if (status == KERNEL_OK && kernel_averages(contact))
+        return average_start(contact);
     if (chosen(contact->value, INITIAL_STATE, 0) == PERIODIC && status == KERNEL_OK) {
         const int cyclic = chosen(contact->value, KINEMATICS, 0) != KINEMATICS_EXTERNAL;
         contact->warnings |= cyclic ? 0u : WARN_NOT_PERIODIC;
@@ -94,7 +98,8 @@ enum Status kernel_derivative(const struct Contact *contact, int unknown, int kn
     /* Central differences, of second order from within where a bound is near (a magnitude at 0 has no other side). The step balances
      * rounding and truncation, both near 1e-10 of the nominal. */
     const double value = contact->value[known][0], scale = variable->nominal > 0 ? variable->nominal : 1;
-    const double h = cbrt(2.3e-16) * larger(fabs(value), 1e-2 * scale);
+    const int averages = kernel_averages(contact); /* a mean over a cycle is good to the tolerance of its steps only */
+    const double h = (averages ? 1e-3 : cbrt(2.3e-16)) * larger(fabs(value), 1e-2 * scale);
     static const double place[3][3] = {{-1, 0, 1}, {0, 1, 2}, {-2, -1, 0}}, weight[3][3] = {{-0.5, 0, 0.5}, {-1.5, 2, -0.5}, {0.5, -2, 1.5}};
     const int kind = value - h < variable->min ? 1 : value + h > variable->max ? 2 : 0;
     double sum = 0;
@@ -102,7 +107,7 @@ enum Status kernel_derivative(const struct Contact *contact, int unknown, int kn
         if (weight[kind][n] == 0)
             continue;
         EACH_LANE probe.value[known][i] = contact->value[known][i] + place[kind][n] * h;
-        const enum Status status = kernel_evaluate(&probe);
+        const enum Status status = averages ? average_here(&probe) : kernel_evaluate(&probe);
         if (status != KERNEL_OK)
             return status;
         sum += weight[kind][n] * probe.value[unknown][0];

@@ -203,6 +203,8 @@ enum Status show_here(struct Contact *contact, const struct Wiring *w, const str
 /* window.c: length and end [s] of the present averaging window, 0 and infinity where no means are formed. */
 extern const int mean_of[MEANS];
 double window_length(const struct Contact *contact, int i);
+/* window.c: the windows that end while all means stand at the rates `mean` from `begin` to value[TIME]. */
+void pass_windows(struct Contact *contact, int i, double begin, const double mean[MEANS]);
 double window_end(const struct Contact *contact, int i);
 void forms_means(const struct Contact *contact, int forms[LANES]); /* is there a window? */
 void open_window(struct Contact *contact, int i);
@@ -211,8 +213,26 @@ void close_window(struct Contact *contact, int i);
 /* evaluate.c: reference above ambient, where the proxy is a temperature. */
 int ordered_temperatures(const struct Contact *contact);
 
-/* periodic.c: sets the states from which one vibration cycle comes back to itself. */
+/* average.c: averaging = cycle: begin at value[TIME]; go on by `step` at the cost of a cycle or two; show the means of the present inputs. */
+enum Status average_start(struct Contact *contact);
+enum Status average_step(struct Contact *contact, double step);
+enum Status average_here(struct Contact *contact);
+/* slow.c: states of effects that outlive a cycle, by place as in struct Point. Where they strive to (contact->striven), from what a cycle
+ * makes of them; what they are after h, striving there; get_slow_states says how many there are. The sensors are left out: they hear mean forces, over a step or since ever, and
+ * show means. */
+uint64_t sensors_on(const struct Contact *contact);
+int get_slow_states(const struct Contact *contact, const struct Wiring *w, lanes *state);
+void set_slow_states(struct Contact *contact, const struct Wiring *w, const lanes *state);
+void find_striven(struct Contact *contact, const struct Wiring *w, double period, const lanes *from, const lanes *after);
+void slow_states_after(const struct Contact *contact, const struct Wiring *w, double h, const lanes *from, lanes *to);
+void settle_sensors(struct Contact *contact, double period, const lanes *force);
+void measured_now(struct Contact *contact, const lanes *force, lanes *measured);
+enum Status measure_means(struct Contact *contact, double step, const lanes *force, lanes *measured);
+/* periodic.c: sets the states from which one vibration cycle comes back to itself; and A x = b of `count` unknowns, in place, by elimination
+ * with pivots: a column without a pivot leaves its unknown at 0. */
 enum Status find_periodic(struct Contact *contact);
+enum { UNKNOWNS = 1 + EFFECT_STATES };
+void solve(int count, double A[UNKNOWNS][UNKNOWNS], double x[UNKNOWNS]);
 
 /* integrate.c: I[k] = integral from 0 to D of e^-(D - A) A^k dA, D >= 0. */
 void moments(double D, double I[3]);

@@ -16,6 +16,7 @@ static const char *const proxy_sources[] = {"slip_speed", "proxy_speed", "cuttin
 static const char *const damping_modes[] = {"dissipative", "as_published", NULL};
 static const char *const rate_stiffnesses[] = {"reference", "thermal", NULL};
 static const char *const initial_states[] = {"at_rest", "periodic", NULL};
+static const char *const averagings[] = {"resolved", "cycle", NULL};
 
 #define UNBOUNDED (-INFINITY), INFINITY
 #define GIVEN .causality = INPUT, .variability = CONTINUOUS
@@ -90,6 +91,12 @@ const struct Variable base_variables[BASE_COUNT] = {
     [INITIAL_STATE] = {.name = "initial_state", .start = AT_REST, .max = 1, FIXED_CHOICE(initial_states),
                        .meaning = "at_rest: bristle_deflection as set; periodic: the steady state of the vibration cycle",
                        .source = DEFINITION},
+    [AVERAGING] = {.name = "averaging", .start = RESOLVED, .max = 1, FIXED_CHOICE(averagings),
+                   .meaning = "what a step of co-simulation does. resolved: it follows every vibration cycle. cycle: one cycle with the inputs of "
+                              "the step's middle stands for all: forces, powers and sliding_speed are then its means, held until the next step, "
+                              "in_contact says whether it cuts at all, states advance by them; other outputs show the instant at which the tool "
+                              "stands highest. Not with kinematics = external",
+                   .source = "Kryloff and Bogoliuboff 1947, averaging; Petzold 1981, multirevolution methods"},
 
     [VIBRATION_FREQUENCY] = {.name = "vibration_frequency", .unit = "Hz", .display_unit = "kHz", .start = 20e3, .min = 1e-3, .max = 1e7,
                              .nominal = 2e4, FIXED_NUMBER, .meaning = "frequency of the elliptical vibration",
@@ -228,6 +235,10 @@ const struct Variable base_variables[BASE_COUNT] = {
                                   "domain, a temperature below ambient", .source = DEFINITION},
     [STEP_COUNT] = {.name = "step_count", .unit = "1", .type = INTEGER, HELD_RESULT,
                     .meaning = "internal steps taken by co-simulation", .source = DEFINITION},
+    [AVERAGING_ERROR] = {.name = "averaging_error", FORCE, HELD_RESULT,
+                         .meaning = "averaging = cycle: how far the mean forces of the last step may be from those of the resolved run, from the "
+                                    "change between the cycles that were run and between the last three steps; else 0",
+                         .source = "remainder of the midpoint rule; tests/laws/test_averaging.py"},
 
     [BRISTLE_RATE] = {.name = "bristle_rate", .unit = "m/s", INNER, .derivative_of = BRISTLE_DEFLECTION,
                       .meaning = "rate of the mean bristle deflection, dz/dt", .source = "Canudas de Wit et al. 1995, eq. 2"},

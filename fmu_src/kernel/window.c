@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include <math.h>
+
 static int turning(const struct Contact *contact) { return chosen(contact->value, KINEMATICS, 0) != KINEMATICS_EXTERNAL; }
 
 double window_length(const struct Contact *contact, int i)
@@ -43,4 +45,19 @@ void close_window(struct Contact *contact, int i)
         contact->window_start[n][i] = integral;
     }
     contact->window[i] += 1;
+}
+
+void pass_windows(struct Contact *contact, int i, double begin, const double mean[MEANS])
+{
+    const double length = window_length(contact, i), now = contact->value[TIME][i];
+    const double ended = floor((now - contact->window_origin) / length * (1 + 1e-12)), last = contact->window_origin + ended * length;
+    if (!(ended > contact->window[i]))
+        return;
+    for (int n = 0; n < MEANS; ++n) {
+        const double integral = contact->value[kernel_state(FIRST_INTEGRAL + n)][i] - mean[n] * (now - last);
+        const int within = last - length >= begin;
+        contact->value[mean_of[n]][i] = within ? mean[n] : (integral - contact->window_start[n][i]) / length;
+        contact->window_start[n][i] = integral;
+    }
+    contact->window[i] = ended;
 }

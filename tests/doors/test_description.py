@@ -178,7 +178,8 @@ class Point:
             elif variable.causality in ("parameter", "input") or variable.name in kernel.states():
                 self.contact.set(variable.name, drawn(variable, self.luck))
         if self.contact.get("chip_flow_angle") or share > 0.1:
-            self.contact.set("initial_state", "at_rest")  # else one start may take a second
+            self.contact.set("initial_state", "at_rest")  # else one start may take a second,
+            self.contact.set("averaging", "resolved")  # of either
         self.time = self.luck.uniform(0, 1e-3)
         self.fresh = self.contact.state()
 

@@ -90,3 +90,34 @@ def test_a_tighter_tolerance_is_nearer(name: str) -> None:
     errors = np.array([np.abs((reached(tolerance) - exact) / scale).max() for tolerance in tolerances])
     assert np.all(errors < 0.1 * (10 * tolerances) ** 0.6)
     assert errors[0] > 30 * errors[3] > 0
+
+
+@with_states
+def test_states_move_along_straight_lines(name: str) -> None:
+    """What averaging asks of an effect that does not forget: for a given drive the move of a weighted mean of states is the weighted mean
+    of their moves, over a hundredth of a cycle and over a hundred. To rounding, which grows with the forces."""
+    ffi, library = kernel.library()
+    place = next(n for n in range(library.kernel_effect_count()) if kernel.effects()[n].name == name)
+    effect = library.kernel_effect(place)
+    if effect.forgets:
+        pytest.skip("a separation resets its states: the cycle itself carries them")
+    luck = np.random.default_rng(place)
+    first = library.kernel_effect_switch(place)
+    own = ffi.new("double[][1]", [[v.start] for v in kernel.variables()[first : first + effect.count]])
+    points = [ffi.new("struct Point *") for _ in range(3)]
+    for point in points:
+        for field, kind in ffi.typeof("struct Point").fields:
+            if kind.type.kind == "array" and kind.type.item.kind == "primitive":
+                getattr(point, field)[0] = float(luck.uniform(0.5, 2))
+    scale = nominal(STATES[name])
+
+    def moved(state: np.ndarray, step: float) -> np.ndarray:
+        rows = [ffi.new("double[][1]", [[value] for value in values]) for values in (state, 0 * state, 0 * state)]
+        effect.move(own, ffi.new("double[1]", [step]), *points, *rows)
+        return np.array([row[0] for row in rows[2]])
+
+    for step in (0.01 * PERIOD, 100 * PERIOD):
+        one, other = (luck.normal(0, scale) for _ in range(2))
+        mean = 0.3 * moved(one, step) + 0.7 * moved(other, step)
+        assert moved(0.3 * one + 0.7 * other, step) == pytest.approx(mean, rel=1e-9, abs=1e-9 * float(scale.max()))
+    assert not np.array_equal(moved(one, 0.01 * PERIOD), moved(other, 0.01 * PERIOD))

@@ -43,7 +43,7 @@ def _add_variable(parent: Element, variable: Variable, facts: Facts, references:
         "variability": variable.variability,
         "initial": initial(variable, facts.states),
     }
-    if variable.causality == "output" and variable.variability == "continuous":
+    if variable.causality in ("input", "output") and variable.variability == "continuous":
         head["intermediateUpdate"] = True
     if variable.type == "real":
         state = references[variable.derivative_of] if variable.derivative_of else None

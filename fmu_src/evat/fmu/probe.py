@@ -65,7 +65,7 @@ class Probe:
         self.unknowns = tuple(sorted({*self.outputs, *self.rates, *self.indicators}, key=lambda v: v.index))
         self.laws = {own.name: law.name for law in kernel.laws() for own in law.variables}
         self.owner = self.laws | {own.name: effect.name for effect in kernel.effects() for own in (*effect.variables, *effect.states)}
-        own = (v for v in (*self.fixed, *self.tunable) if v.name not in self.owner and v.name != "initial_state")
+        own = (v for v in (*self.fixed, *self.tunable) if v.name not in self.owner and v.name not in ("initial_state", "averaging"))
         self.starts = (*own, *self.driven)
         self.factors = Factors(len(self.unknowns), len(self.driven))
         self.factors.same[:, [v.type != "real" for v in self.unknowns]] = False  # only real numbers have factors
@@ -96,12 +96,12 @@ class Probe:
         return {"run": int(run), "start": int(self.initial.sum())}
 
     def initial_knowns(self, unknown: Variable) -> list[Variable]:
-        """What the unknown follows after a start: seen at rest; and where it follows a state also all that the search for the periodic
-        states follows, which finds them together, in internal steps that every effect may shorten."""
+        """What the unknown follows after a start: seen at rest; and where it follows a state or the time also all that a cycle follows,
+        which the search for the periodic states and the averaging run, in internal steps that every effect may shorten."""
         found = self._seen_at_rest(unknown)
-        if found & {state.name for state in self.states}:
+        if found & {"time", *(state.name for state in self.states)}:
             found |= {name for rate in self.rates for name in self._seen_at_rest(rate)}
-            found |= {"initial_state", "relative_tolerance", "averaging_window", *(effect.name for effect in kernel.effects())}
+            found |= {"initial_state", "averaging", "relative_tolerance", "averaging_window", *(effect.name for effect in kernel.effects())}
         switch = {name: "friction_law" if name in self.laws else owner for name, owner in self.owner.items()}
         found |= {v.name for v in (*self.fixed, *self.tunable) if switch.get(v.name) in found}
         return [v for v in (*self.fixed, *self.tunable, *self.driven) if v.name in found]
@@ -116,7 +116,8 @@ class Probe:
         switches = {effect.name for effect in kernel.effects()}
         on = choose_effects(self.luck, min(0.5, _FEW / max(len(switches), 1)) if self.luck.random() < 0.5 else 0.5)
         for variable in self.fixed:
-            contact.set(variable.name, variable.name in on if variable.name in switches else draw(variable, self.luck, 0.5))
+            if variable.name != "averaging":  # a mean over a cycle follows all that the cycle does
+                contact.set(variable.name, variable.name in on if variable.name in switches else draw(variable, self.luck, 0.5))
         contact.set("initial_state", "at_rest")  # to look for the periodic states takes long
         active = {*on, kernel.variable("friction_law").choices[int(contact.get("friction_law"))]}
         self.idle = {name for name, owner in self.owner.items() if owner not in active}

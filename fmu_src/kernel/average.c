@@ -1,0 +1,222 @@
+/* What does a machine see of a contact that vibrates far faster than the machine moves? One cycle, which stands for all of a step's.
+ *
+ * Every cycle that is run begins where the tool stands highest: there it is out of the material if it ever is, and has forgotten the
+ * cycle before. It runs with the inputs of the step's middle, held, in the middle of the step to within half a cycle. How the others
+ * go on: cycles.c; states of effects: slow.c. Averaging: Kryloff and Bogoliuboff 1947; whole steps from one cycle: Petzold 1981.
+ */
+#include "cycles.h"
+
+#include <math.h>
+#include <string.h>
+
+/* What shows as the mean rate of each integral. */
+static const int rate_of[INTEGRALS] = {DISSIPATED_POWER, SLIDING_SPEED, FRICTION_FORCE, PRINCIPAL_FORCE, FEED_FORCE, NORMAL_FORCE,
+                                       CONTACT_RATE, MEASURED_FRICTION_FORCE, MEASURED_PRINCIPAL_FORCE, MEASURED_FEED_FORCE};
+
+/* Start of that cycle, of those that begin with the tool at its highest, whose middle is nearest to t. */
+static double cycle_at(const struct Contact *contact, double t)
+{
+    const double f = contact->value[VIBRATION_FREQUENCY][0], top = -contact->value[PHASE_Y][0] / (2 * PI);
+    return (floor(f * t - top) + top) / f;
+}
+
+/* Outputs as they are at the instant that the contact stands at. */
+static void show_instant(struct Contact *contact, const struct Wiring *w)
+{
+    static const lanes here;
+    struct Point x;
+    point_at(contact, w, here, &x);
+    show_outputs(contact, w, &x, 1);
+}
+
+static void show_means(struct Contact *contact, lanes mean[INTEGRALS])
+{
+    for (int n = 0; n < INTEGRALS; ++n)
+        EACH_LANE {
+            contact->value[rate_of[n]][i] = mean[n][i];
+            if (n >= FIRST_MEAN && !(contact->value[AVERAGING_WINDOW][i] > 0))
+                contact->value[mean_of[n - FIRST_MEAN]][i] = mean[n][i];
+        }
+    EACH_LANE {
+        contact->value[TOOL_FORCE_X][i] = -mean[FIRST_FORCE + 1][i];
+        contact->value[TOOL_FORCE_Y][i] = mean[FIRST_FORCE + 2][i];
+        contact->value[IN_CONTACT][i] = mean[DUTY][i] > 0;
+    }
+}
+
+/* Run cycles around t with the inputs as they stand; sensors are left out. Leaves the contact at the end of the last one. */
+static enum Status look(struct Contact *contact, double t, double cycles, struct Wiring *w, struct Seen *seen, lanes mean[INTEGRALS])
+{
+    const uint64_t all = contact->effects_on;
+    lanes closed;
+    EACH_LANE {
+        closed[i] = contact->window[i];
+        contact->window[i] = 1e300; /* no window ends within these cycles */
+    }
+    contact->effects_on = all & ~sensors_on(contact);
+    *w = wire(contact);
+    const enum Status status = run_cycles(contact, w, cycle_at(contact, t), cycles, seen);
+    if (status == KERNEL_OK)
+        go_on(contact, seen, cycles, mean);
+    contact->effects_on = all;
+    EACH_LANE contact->window[i] = closed[i];
+    return status;
+}
+
+/* How far the lane's mean forces over a step of h around t may be from those of the resolved run: what was left of the cycle before; a
+ * start at rest, which the first cycle begins otherwise; cycles that were not alike; the remainder of the midpoint rule, h^2/24 times the
+ * second derivative; a cycle that lies half a cycle beside the middle; slow states that strive to what the step before has shown; and the
+ * tolerance of both runs. Differences pass through 0 where what they stand for does not, so the error before is forgotten by halves. */
+static double error_of(const struct Contact *contact, const struct Seen *seen, lanes mean[INTEGRALS], double t, double h, int slow, int i)
+{
+    const double period = period_of(contact), whole = larger(h, period), at[2] = {contact->earlier_time[0][i], contact->earlier_time[1][i]};
+    const double loaded = larger(contact->value[F_C][i], contact->value[F_S][i]) * mean[DUTY][i];
+    const int first = at[1] == -INFINITY, at_rest = chosen(contact->value, INITIAL_STATE, i) == AT_REST;
+    double largest = 0.5 * contact->value[AVERAGING_ERROR][i];
+    for (int k = 0; k < CHANNELS; ++k) {
+        const double now = mean[FIRST_FORCE + k][i], was = contact->earlier_force[0][k][i], had = contact->earlier_force[1][k][i];
+        const double last = seen->last[FIRST_FORCE + k][i], before = seen->cycles[i] > 1 ? seen->before[FIRST_FORCE + k][i] : last;
+        const double rate = (now - was) / (t - at[0]);
+        const double bend = first ? fabs(rate) / h : fabs(rate - (was - had) / (at[0] - at[1])) / (t - at[1]);
+        const double unlike = (fabs(last - before) + fabs(seen->next[FIRST_FORCE + k][i])) / (seen->periodic[i] ? whole : period);
+        const double errors = contact->value[SIGMA0][i] * fabs(seen->departure[i]) * mean[DUTY][i] +
+                              (first && at_rest ? loaded * period / whole : 0) + unlike + h * h / 12 * bend + 0.5 * period * fabs(rate) +
+                              (slow ? 0.15 * fabs(now - was) : 0) + contact->value[RELATIVE_TOLERANCE][i] * fabs(now);
+        largest = larger(largest, errors);
+    }
+    return largest;
+}
+
+static void keep_for_error(struct Contact *contact, lanes mean[INTEGRALS], double t)
+{
+    for (int k = 0; k < CHANNELS; ++k)
+        EACH_LANE {
+            contact->earlier_force[1][k][i] = contact->earlier_force[0][k][i];
+            contact->earlier_force[0][k][i] = mean[FIRST_FORCE + k][i];
+        }
+    EACH_LANE {
+        contact->earlier_time[1][i] = contact->earlier_time[0][i];
+        contact->earlier_time[0][i] = t;
+    }
+}
+
+static int is_state(int index)
+{
+    for (int n = 0; n < kernel_state_count(); ++n)
+        if (kernel_state(n) == index)
+            return 1;
+    return 0;
+}
+
+/* Means as the present inputs and slow states would make them. */
+static enum Status look_here(struct Contact *contact, lanes mean[INTEGRALS])
+{
+    struct Contact probe = *contact;
+    struct Wiring w;
+    struct Seen seen;
+    const enum Status status = look(&probe, contact->value[TIME][0], 1e9, &w, &seen, mean);
+    if (status != KERNEL_OK)
+        return status;
+    measured_now(contact, (const lanes *)mean + FIRST_FORCE, mean + FIRST_MEASURED);
+    show_instant(&probe, &w);
+    show_means(&probe, mean);
+    for (int index = 0; index < kernel_variable_count(); ++index) {
+        const enum Causality role = kernel_variable(index)->causality;
+        const int shown = (role == OUTPUT || role == LOCAL) && index != STEP_COUNT && index != CLAMPED_COUNT; /* a look is no step */
+        for (int i = 0; i < LANES && shown && !is_state(index); ++i)
+            contact->value[index][i] = probe.value[index][i];
+    }
+    memcpy(contact->striven, probe.striven, sizeof contact->striven);
+    contact->warnings |= probe.warnings;
+    return KERNEL_OK;
+}
+
+enum Status average_here(struct Contact *contact)
+{
+    lanes mean[INTEGRALS];
+    return look_here(contact, mean);
+}
+
+enum Status average_start(struct Contact *contact)
+{
+    const double start = contact->value[TIME][0], begin = cycle_at(contact, start);
+    const int periodic = chosen(contact->value, INITIAL_STATE, 0) == PERIODIC;
+    const uint64_t all = contact->effects_on;
+    lanes mean[INTEGRALS];
+    contact->effects_on = all & ~sensors_on(contact);
+    EACH_LANE {
+        contact->value[TIME][i] = begin;
+        contact->value[AVERAGING][i] = RESOLVED; /* as each cycle is */
+        contact->earlier_time[0][i] = contact->earlier_time[1][i] = -INFINITY;
+        contact->served[i] = MOST_SERVED;
+    }
+    enum Status status = kernel_event(contact);
+    if (status == KERNEL_OK && periodic)
+        status = find_periodic(contact);
+    if (status == KERNEL_OK && periodic)
+        status = kernel_event(contact);
+    EACH_LANE {
+        contact->value[TIME][i] = start;
+        contact->value[AVERAGING][i] = CYCLE;
+    }
+    contact->effects_on = all;
+    if (status == KERNEL_OK)
+        status = look_here(contact, mean);
+    if (status == KERNEL_OK && periodic && sensors_on(contact)) {
+        settle_sensors(contact, period_of(contact), (const lanes *)mean + FIRST_FORCE);
+        status = look_here(contact, mean);
+    }
+    if (status == KERNEL_OK)
+        keep_for_error(contact, mean, start);
+    EACH_LANE open_window(contact, i);
+    return status;
+}
+
+enum Status average_step(struct Contact *contact, double step)
+{
+    const double start = contact->value[TIME][0], end = start + step, middle = start + 0.5 * step;
+    lanes before[OWN_ROWS], mean[INTEGRALS], from[EFFECT_STATES], halfway[EFFECT_STATES];
+    const lanes *const value = (const lanes *)before, *const slope = value + offsetof(struct Contact, slope) / sizeof(lanes);
+    struct Wiring w;
+    struct Seen seen;
+    memcpy(before, contact, sizeof before);
+    memset(contact->slope, 0, sizeof contact->slope);
+    w = wire(contact);
+    const int slow = get_slow_states(contact, &w, from);
+    slow_states_after(contact, &w, 0.5 * step, (const lanes *)from, halfway);
+    set_slow_states(contact, &w, (const lanes *)halfway);
+    EACH_LANE {
+        for (int k = INPUT_FIRST; k < INPUT_END; ++k)
+            contact->value[k][i] += 0.5 * step * slope[k - INPUT_FIRST][i];
+        contact->value[SLIDING_DISTANCE][i] += 0.5 * step * value[SLIDING_SPEED][i];
+    }
+    enum Status status = look(contact, middle, step / period_of(contact), &w, &seen, mean);
+    if (status == KERNEL_OK) {
+        show_instant(contact, &w);
+        slow_states_after(contact, &w, step, (const lanes *)from, halfway);
+        set_slow_states(contact, &w, (const lanes *)halfway);
+        EACH_LANE contact->value[TIME][i] = start;
+        status = measure_means(contact, step, (const lanes *)mean + FIRST_FORCE, mean + FIRST_MEASURED);
+    }
+    if (status != KERNEL_OK) {
+        memcpy(contact, before, sizeof before);
+        return status;
+    }
+    memcpy(contact->slope, slope, sizeof contact->slope);
+    show_means(contact, mean);
+    for (int k = INPUT_FIRST; k < INPUT_END; ++k)
+        EACH_LANE contact->value[k][i] = value[k][i] + step * slope[k - INPUT_FIRST][i];
+    for (int n = 0; n < INTEGRALS; ++n)
+        EACH_LANE contact->value[kernel_state(1 + n)][i] = value[kernel_state(1 + n)][i] + step * mean[n][i];
+    for (int i = 0; i < LANES; ++i) {
+        double rates[MEANS];
+        for (int n = 0; n < MEANS; ++n)
+            rates[n] = mean[FIRST_MEAN + n][i];
+        contact->value[TIME][i] = end;
+        contact->value[AVERAGING_ERROR][i] = error_of(contact, &seen, mean, middle, step, slow, i);
+        if (contact->value[AVERAGING_WINDOW][i] > 0)
+            pass_windows(contact, i, start, rates);
+    }
+    keep_for_error(contact, mean, middle);
+    return KERNEL_OK;
+}

@@ -1,0 +1,133 @@
+/* How do many cycles go on, of which one or two are run?
+ *
+ * Where the bristle comes back to where it was, all are like the last. Else a second cycle tells by which ratio a departure shrinks and
+ * what it does to forces: with a law that is linear in the deflection the cycles are a geometric series, transients included. Ratio and
+ * effect on the forces serve the steps that follow, as long as little is left. A law with events of its own makes no such series.
+ */
+#include "cycles.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MOST_CYCLES = 8 }; /* of one step */
+#define LITTLE 3e-3 /* of a bristle's reach: a departure for which what an earlier step has found will do */
+
+static enum Status run_cycle(struct Contact *contact, struct Wiring *w, double begin, struct Seen *seen)
+{
+    struct Course course;
+    lanes s = {0}, start[INTEGRALS], z;
+    for (int n = 0; n < INTEGRALS; ++n) { /* from 0, so that no digits are lost; but effects ask for the distance */
+        lanes *const integral = &contact->value[kernel_state(1 + n)];
+        EACH_LANE start[n][i] = (*integral)[i] = kernel_state(1 + n) == SLIDING_DISTANCE ? (*integral)[i] : 0;
+    }
+    EACH_LANE {
+        contact->value[TIME][i] = begin;
+        z[i] = contact->value[BRISTLE_DEFLECTION][i];
+    }
+    wire_time(contact, w);
+    course.now = course.known = 0;
+    course.most_steps = 0;
+    const enum Status status = march(contact, w, period_of(contact), 0, s, &course);
+    for (int i = 0; i < LANES; ++i) {
+        for (int n = 0; n < INTEGRALS && !seen->done[i]; ++n) {
+            seen->before[n][i] = seen->last[n][i];
+            seen->last[n][i] = contact->value[kernel_state(1 + n)][i] - start[n][i];
+            seen->gain[n][i] += seen->last[n][i];
+        }
+        if (seen->done[i])
+            continue;
+        seen->departure_before[i] = seen->departure[i];
+        seen->departure[i] = contact->value[BRISTLE_DEFLECTION][i] - z[i];
+        seen->cycles[i] += 1;
+    }
+    return status;
+}
+
+/* What a second cycle would show, from what an earlier step has found. */
+static void foretell(struct Contact *contact, struct Seen *seen, int i)
+{
+    seen->left[i] = contact->outlives[i];
+    for (int n = 0; n < INTEGRALS; ++n)
+        seen->next[n][i] = contact->changes[n][i] * seen->departure[i];
+    contact->served[i] += 1;
+}
+
+static void keep_for_later(struct Contact *contact, const struct Seen *seen, int i)
+{
+    contact->outlives[i] = seen->left[i];
+    for (int n = 0; n < INTEGRALS; ++n)
+        contact->changes[n][i] = (seen->last[n][i] - seen->before[n][i]) / seen->departure_before[i];
+    contact->served[i] = 0;
+}
+
+/* Is the last of so many cycles like those that follow, or are they members of a geometric series? A law with events of its own makes none. */
+static int goes_on_alike(struct Contact *contact, const struct Wiring *w, double cycles, struct Seen *seen, int i)
+{
+    const double reach = larger(contact->value[F_C][i], contact->value[F_S][i]) / contact->value[SIGMA0][i], departure = fabs(seen->departure[i]);
+    if (departure * smaller(larger(cycles, 1), 1e3) <= contact->value[RELATIVE_TOLERANCE][i] * reach)
+        return 1;
+    if (w->law->event)
+        return 0;
+    if (seen->cycles[i] < 2) {
+        const int known = departure <= LITTLE * reach && contact->served[i] < (double)MOST_SERVED;
+        if (known)
+            foretell(contact, seen, i);
+        return known;
+    }
+    const double ratio = seen->departure[i] / seen->departure_before[i];
+    if (!(ratio >= 0 && ratio <= 1))
+        return 0;
+    seen->left[i] = ratio;
+    for (int n = 0; n < INTEGRALS; ++n)
+        seen->next[n][i] = ratio * (seen->last[n][i] - seen->before[n][i]);
+    keep_for_later(contact, seen, i);
+    return 1;
+}
+
+enum Status run_cycles(struct Contact *contact, struct Wiring *w, double begin, double cycles, struct Seen *seen)
+{
+    lanes from[EFFECT_STATES], slid, aside[OWN_ROWS];
+    memset(seen, 0, sizeof *seen);
+    get_slow_states(contact, w, from);
+    EACH_LANE slid[i] = contact->value[SLIDING_DISTANCE][i];
+    for (int n = 0, all = 0; n < MOST_CYCLES && !all; ++n) {
+        if (n > 0) {
+            memcpy(aside, contact, sizeof aside);
+            set_slow_states(contact, w, (const lanes *)from);
+            EACH_LANE contact->value[SLIDING_DISTANCE][i] = slid[i];
+        }
+        const enum Status status = run_cycle(contact, w, begin, seen);
+        if (status != KERNEL_OK)
+            return status;
+        all = 1;
+        for (int i = 0; i < LANES; ++i) {
+            if (seen->done[i])
+                copy_lane((lanes *)contact, (const lanes *)aside, OWN_ROWS, i);
+            else
+                seen->done[i] = seen->periodic[i] = goes_on_alike(contact, w, cycles, seen, i);
+            all &= seen->done[i];
+        }
+    }
+    get_slow_states(contact, w, seen->state);
+    find_striven(contact, w, period_of(contact), (const lanes *)from, (const lanes *)seen->state);
+    for (int i = 0; i < LANES; ++i)
+        contact->warnings |= seen->periodic[i] ? 0u : WARN_NOT_PERIODIC;
+    return KERNEL_OK;
+}
+
+/* q + ... + q^m, and the sum up to the m-th of 1, 1 + q, 1 + q + q^2, ...; m need not be whole. */
+static double series(double q, double m) { return q < 1 ? q * (1 - pow(q, m)) / (1 - q) : m; }
+static double series_of_series(double q, double m) { return q < 1 ? (m - series(q, m)) / (1 - q) : 0.5 * m * (m + 1); }
+
+void go_on(struct Contact *contact, const struct Seen *seen, double cycles, lanes mean[INTEGRALS])
+{
+    const double period = period_of(contact);
+    for (int i = 0; i < LANES; ++i) {
+        const double run = seen->cycles[i], more = larger(cycles - run, 0), q = seen->left[i];
+        for (int n = 0; n < INTEGRALS; ++n) {
+            const double gain = seen->gain[n][i] + more * seen->last[n][i] + seen->next[n][i] * series_of_series(q, more);
+            mean[n][i] = seen->periodic[i] ? gain / ((run + more) * period) : seen->gain[n][i] / (run * period);
+        }
+        contact->value[BRISTLE_DEFLECTION][i] += seen->periodic[i] ? seen->departure[i] * series(q, more) : 0;
+    }
+}

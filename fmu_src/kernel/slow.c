@@ -1,0 +1,213 @@
+/* What do the states of effects do while cycles pass that nobody runs?
+ *
+ * What moves them is linear in them: an effect's own `move` over any time is affine, state -> M state + c. States that motion or forces
+ * drive: one cycle says where they strive to, and M over the step leads there. States of sensors: their chain hears the mean forces.
+ * States that a separation resets, and the bristles, are not slow: the cycle itself carries them.
+ */
+#include "stages.h"
+
+#include <math.h>
+
+enum { SENSOR_STEPS = 16 }; /* in which filters and delays are taken through a communication step */
+
+static const struct Point still; /* nothing drives */
+
+static int is_sensor(const struct Effect *effect) { return effect->stage == STAGE_MEASUREMENT; }
+static int is_slow(const struct Effect *effect) { return effect->states && !effect->forgets && !is_sensor(effect); }
+
+uint64_t sensors_on(const struct Contact *contact)
+{
+    uint64_t sensors = 0;
+    for (int n = 0; n < EFFECT_COUNT; ++n)
+        sensors |= (uint64_t)is_sensor(kernel_effect(n)) << n;
+    return sensors & contact->effects_on;
+}
+
+struct Affine {
+    lanes M[EFFECT_STATES][EFFECT_STATES], c[EFFECT_STATES];
+};
+
+/* The n-th effect's move over h with a drive that does not change. */
+static void affine_move(const struct Wiring *w, int n, double h, const struct Point *drive, struct Affine *move)
+{
+    const int count = w->on[n]->states;
+    lanes length, from[EFFECT_STATES] = {{0}}, half[EFFECT_STATES], whole[EFFECT_STATES];
+    EACH_LANE length[i] = h;
+    w->on[n]->move(w->on_p[n], length, drive, drive, drive, (const lanes *)from, half, move->c);
+    for (int k = 0; k < count; ++k) {
+        EACH_LANE from[k][i] = 1;
+        w->on[n]->move(w->on_p[n], length, drive, drive, drive, (const lanes *)from, half, whole);
+        EACH_LANE from[k][i] = 0;
+        for (int r = 0; r < count; ++r)
+            EACH_LANE move->M[r][k][i] = whole[r][i] - move->c[r][i];
+    }
+}
+
+/* The states that a move leaves as they are: (1 - M) x = c. */
+static void rest_of(const struct Affine *move, int count, int lane, double x[UNKNOWNS])
+{
+    double A[UNKNOWNS][UNKNOWNS];
+    for (int r = 0; r < count; ++r) {
+        x[r] = move->c[r][lane];
+        for (int k = 0; k < count; ++k)
+            A[r][k] = (r == k) - move->M[r][k][lane];
+    }
+    solve(count, A, x);
+}
+
+void slow_states_after(const struct Contact *contact, const struct Wiring *w, double h, const lanes *from, lanes *to)
+{
+    for (int n = 0; n < w->on_count; ++n) {
+        const int at = w->on_state[n], count = w->on[n]->states;
+        struct Affine move;
+        if (!is_slow(w->on[n]))
+            continue;
+        affine_move(w, n, h, &still, &move);
+        for (int r = at; r < at + count; ++r)
+            EACH_LANE {
+                to[r][i] = contact->striven[r][i];
+                for (int k = at; k < at + count; ++k)
+                    to[r][i] += move.M[r - at][k - at][i] * (from[k][i] - contact->striven[k][i]);
+            }
+    }
+}
+
+void find_striven(struct Contact *contact, const struct Wiring *w, double period, const lanes *from, const lanes *after)
+{
+    for (int n = 0; n < w->on_count; ++n) {
+        const int at = w->on_state[n], count = w->on[n]->states;
+        struct Affine move;
+        if (!is_slow(w->on[n]))
+            continue;
+        affine_move(w, n, period, &still, &move);
+        for (int i = 0; i < LANES; ++i) {
+            double x[UNKNOWNS];
+            for (int r = 0; r < count; ++r) {
+                move.c[r][i] = after[at + r][i];
+                for (int k = 0; k < count; ++k)
+                    move.c[r][i] -= move.M[r][k][i] * from[at + k][i];
+            }
+            rest_of(&move, count, i, x);
+            for (int r = 0; r < count; ++r)
+                contact->striven[at + r][i] = x[r];
+        }
+    }
+}
+
+int get_slow_states(const struct Contact *contact, const struct Wiring *w, lanes *state)
+{
+    int count = 0;
+    for (int n = 0; n < w->on_count; ++n)
+        for (int k = 0; k < w->on[n]->states && is_slow(w->on[n]); ++k, ++count)
+            EACH_LANE state[w->on_state[n] + k][i] = contact->value[w->on_value[n] + k][i];
+    return count;
+}
+
+void set_slow_states(struct Contact *contact, const struct Wiring *w, const lanes *state)
+{
+    for (int n = 0; n < w->on_count; ++n)
+        for (int k = 0; k < w->on[n]->states && is_slow(w->on[n]); ++k)
+            EACH_LANE contact->value[w->on_value[n] + k][i] = state[w->on_state[n] + k][i];
+}
+
+/* ---- sensors ---- */
+
+/* The chain of sensors alone. */
+static struct Wiring wire_sensors(struct Contact *contact)
+{
+    const uint64_t all = contact->effects_on;
+    contact->effects_on = sensors_on(contact);
+    const struct Wiring w = wire(contact);
+    contact->effects_on = all;
+    return w;
+}
+
+/* A point whose forces are the means. */
+static void mean_point(const struct Contact *contact, const struct Wiring *w, const lanes *force, struct Point *x)
+{
+    *x = still;
+    load_states(contact, w, x);
+    EACH_LANE {
+        x->t[i] = contact->value[TIME][i];
+        x->F[i] = x->measured[0][i] = force[0][i];
+        x->F_p[i] = x->measured[1][i] = force[1][i];
+        x->F_f[i] = x->measured[2][i] = force[2][i];
+        x->cutting[i] = x->direction[i] = 1;
+    }
+}
+
+void settle_sensors(struct Contact *contact, double period, const lanes *force)
+{
+    const struct Wiring w = wire_sensors(contact);
+    const struct Past past = {.contact = contact};
+    struct Point x;
+    mean_point(contact, &w, force, &x);
+    x.past = &past;
+    for (int n = 0; n < w.on_count; ++n) {
+        struct Affine move;
+        lanes *const state = x.state + w.on_state[n];
+        if (w.on[n]->states)
+            affine_move(&w, n, period, &x, &move);
+        for (int i = 0; i < LANES && w.on[n]->states; ++i) {
+            double rest[UNKNOWNS];
+            rest_of(&move, w.on[n]->states, i, rest);
+            for (int k = 0; k < w.on[n]->states; ++k)
+                state[k][i] = rest[k];
+        }
+        w.on[n]->act(w.on_p[n], (const lanes *)state, &x);
+    }
+    store_states(contact, &w, &x);
+}
+
+/* Without sensors the forces are what is measured. */
+static int measured_plainly(const struct Contact *contact, const lanes *force, lanes *measured)
+{
+    for (int k = 0; k < CHANNELS; ++k)
+        EACH_LANE measured[k][i] = force[k][i];
+    return !sensors_on(contact);
+}
+
+void measured_now(struct Contact *contact, const lanes *force, lanes *measured)
+{
+    if (measured_plainly(contact, force, measured))
+        return;
+    const struct Wiring w = wire_sensors(contact);
+    struct Point x;
+    mean_point(contact, &w, force, &x);
+    measure(contact, &w, &x);
+    for (int k = 0; k < CHANNELS; ++k)
+        EACH_LANE measured[k][i] = x.measured[k][i];
+}
+
+enum Status measure_means(struct Contact *contact, double step, const lanes *force, lanes *measured)
+{
+    if (measured_plainly(contact, force, measured))
+        return KERNEL_OK;
+    const struct Wiring w = wire_sensors(contact);
+    const int count = w.drivers || w.looks_back ? SENSOR_STEPS : 1;
+    struct Point a, m, b;
+    lanes h;
+    EACH_LANE h[i] = step / count;
+    mean_point(contact, &w, force, &a);
+    measure(contact, &w, &a);
+    for (int k = 0; k < CHANNELS; ++k)
+        EACH_LANE measured[k][i] = 0;
+    for (int n = 0; n < count; ++n) {
+        m = b = a;
+        EACH_LANE {
+            m.t[i] = a.t[i] + 0.5 * h[i];
+            b.t[i] = a.t[i] + h[i];
+        }
+        measure_step(contact, &w, h, &a, &m, &b);
+        for (int k = 0; k < CHANNELS; ++k)
+            EACH_LANE measured[k][i] += (a.measured[k][i] + 4 * m.measured[k][i] + b.measured[k][i]) / (6 * count);
+        for (int i = 0; i < LANES && w.looks_back; ++i) {
+            remember(contact, i, h[i], &a, &m, &b);
+            if (!recall_reaches(contact, i, b.t[i] - look_back(&w, i)))
+                return KERNEL_HISTORY_SHORT;
+        }
+        a = b;
+    }
+    store_states(contact, &w, &b);
+    return KERNEL_OK;
+}

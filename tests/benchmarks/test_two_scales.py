@@ -1,0 +1,65 @@
+"""What does averaging save over a cut of 2 s with a changing cutting speed, and is following every cycle faster than real time?"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+from evat.model import FloatArray
+from evat.two_scales import changing_speed, compare
+from opened import OpenFmu
+from report import Summary
+from timing import least
+
+pytestmark = pytest.mark.benchmark(timer=time.process_time, group="two time scales")
+
+CUT = 2.0  # s, 40 000 cycles
+
+
+def clock(step: float) -> FloatArray:
+    return np.arange(round(CUT / step) + 1, dtype=np.float64) * step
+
+
+@pytest.mark.parametrize("step", [1e-4, 1e-3, 5e-3])
+def test_a_cut_of_two_seconds(benchmark: Any, summary: Summary, step: float) -> None:
+    """Limit: the cycles of a step, of which one is run; below it lie the outputs, the error and the start of each step."""
+    times = clock(step)
+    found = compare(times, changing_speed(times), rounds=3)
+    benchmark.pedantic(lambda: compare(times[:11], changing_speed(times[:11])), rounds=1)
+    error = 100 * found.relative_error
+    summary.add(
+        f"2 s of cut at 20 kHz, steps of {1e3 * step:g} ms: averaged",
+        f"{1e3 * found.seconds['cycle']:.0f} ms, {found.cheaper:.1f} times cheaper; mean force to {error:.3f} %",
+        wanted=">= 10 times, < 1 %" if step == 1e-3 else "",
+        limit=f"{step * 20e3:.0f} times",
+    )
+    summary.add("    resolved, one core", f"{found.seconds['resolved']:.2f} s", wanted="< 2 s")
+    assert found.seconds["resolved"] < CUT
+    if step == 1e-3:
+        assert found.cheaper >= 10
+        assert found.relative_error < 0.01
+
+
+def test_two_seconds_through_an_fmu(benchmark: Any, summary: Summary, fmi2: OpenFmu) -> None:
+    """Limit: what fmpy takes for a call, which is soon more than the cycle."""
+    reference, times = fmi2.reference("cutting_speed"), clock(1e-3)
+    speed = changing_speed(times)
+
+    def run(averaging: str) -> None:
+        instance = fmi2.started({"averaging": averaging})
+        for begin, value in zip(times[:-1], speed[:-1], strict=True):
+            instance.setReal([reference], [value])
+            instance.doStep(begin, 1e-3)
+        instance.freeInstance()
+
+    found = least({"resolved": lambda: run("resolved"), "cycle": lambda: run("cycle")}, 2)
+    benchmark.pedantic(lambda: run("cycle"), rounds=1)
+    ratio = found["resolved"] / found["cycle"]
+    summary.add(
+        "    through fmpy, 2000 doSteps of 1 ms: averaged",
+        f"{1e3 * found['cycle']:.0f} ms, {ratio:.1f} times cheaper",
+        wanted=">= 10 times",
+    )
+    assert ratio >= 10
