@@ -26,7 +26,7 @@ MADE_FROM = (".c", ".h", ".toml", ".py", ".j2")
 def _fingerprint() -> str:
     """Changes with anything that an FMU is made from; the compiled kernel is asked for the tables, so it counts too."""
     digest = hashlib.sha256(kernel_library_path().read_bytes())
-    folders = {HERE, *(source_root() / name for name in ("kernel", "fmi", "fmus"))}
+    folders = {HERE, *(source_root() / name for name in ("kernel", "machines", "fmi", "fmus"))}
     for path in sorted(path for folder in folders for path in folder.rglob("*") if path.suffix in MADE_FROM):
         digest.update(f"{path.name}\0".encode() + path.read_bytes() + b"\0")
     for package in ("evat", "fmpy", "pythonfmu", "ziglang"):
@@ -46,6 +46,7 @@ def _alone(folder: Path) -> Iterator[None]:
 def fmus() -> dict[str, Path]:
     """All FMUs by a short name."""
     paths = {"fmi2": FOLDER / fmu.file_name(2), "fmi3": FOLDER / fmu.file_name(3), "python": FOLDER / f"{MODEL_NAME}.fmu"}
+    paths |= {f"{part}-fmi{version}": FOLDER / fmu.file_name(version, part) for part in fmu.parts()[1:] for version in (2, 3)}  # type: ignore[arg-type]
     if GIVEN:
         return paths
     stamp = FOLDER / "made-from.sha256"

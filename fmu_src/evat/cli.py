@@ -115,12 +115,12 @@ def build(
     to: Annotated[Path, typer.Option("--out", help="Folder for the FMUs.")] = Path("build/out/fmus"),
     host_only: Annotated[bool, typer.Option(help="Binaries for this machine's platform only.")] = False,
 ) -> None:
-    """Build the FMUs: native FMI 2.0 and 3.0 for five platforms, and the pythonfmu twin."""
+    """Build the FMUs: contact and partners, native, FMI 2.0 and 3.0, for five platforms; and the pythonfmu twin."""
     from evat import fmu, python_fmu
     from evat.compile import TARGETS, host_target
 
     targets = [host_target().fmi3_folder] if host_only else list(TARGETS)
-    with lines_done(2 * (2 + len(targets)) + 1) as progress:
+    with lines_done(2 * len(fmu.parts()) * (2 + len(targets)) + 1) as progress:
         paths = [*fmu.build_all(to, targets, progress)]
         progress("pythonfmu twin")
         paths.append(python_fmu.build_python_fmu(to / "EvatContactPython.fmu"))

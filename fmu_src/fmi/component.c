@@ -1,6 +1,5 @@
 /* How does an instance begin, start and begin anew? From instantiation through initialisation, and back by reset. */
 #include "component.h"
-#include "../fmus/evat_contact.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -117,7 +116,7 @@ enum Answer component_set_up(struct Component *c, int tolerance_defined, double 
     if (stop_defined && (!isfinite(stop) || stop < start))
         return report(c, ANSWER_ERROR, "the stop time is %g s; a finite time at or after the start time %g s is needed.", stop, start);
     /* A tolerance that was set as a parameter is the more particular wish. */
-    if (tolerance_defined && !c->life.tolerance_set) {
+    if (tolerance_defined && !c->life.tolerance_set && kernel_variable(TOLERANCE_ARGUMENT)) {
         const struct Variable *v = kernel_variable(TOLERANCE_ARGUMENT);
         if (kernel_set(&c->contact, TOLERANCE_ARGUMENT, 0, tolerance) != KERNEL_OK)
             return report(c, ANSWER_ERROR, "the tolerance is %g; allowed is %g to %g.", tolerance, v->min, v->max);

@@ -96,7 +96,7 @@ def _code(name: str) -> Markup:
     return Markup("<code>{}</code>").format(Markup("<wbr>").join(re.findall(r"[^._]*[._]|[^._]+", name)))
 
 
-def _inline(svg: bytes) -> Markup:
+def inline(svg: bytes) -> Markup:
     """An SVG drawing without its XML prologue, for the inside of a page."""
     drawing = svg.decode()
     return Markup(drawing[drawing.index("<svg") :])  # our own drawing: nothing in it comes from outside
@@ -113,7 +113,7 @@ def page(shown: Shown, drawing: picture.Picture) -> bytes:
         shown=shown,
         version=__version__,
         token=kernel.token(),
-        diagram=_inline(drawing.svg),
+        diagram=inline(drawing.svg),
         v=_link,
         code=_code,
         laws=kernel.laws(),

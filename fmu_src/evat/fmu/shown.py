@@ -1,4 +1,4 @@
-"""What does an FMU show beside the kernel's tables? Names, capabilities, terminals: the file fmus/evat_contact.toml."""
+"""What does an FMU show beside its model's tables? Names, capabilities, terminals: the file fmus/PART.toml."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ else:
     import tomli as tomllib
 
 Version = Literal[2, 3]
+TOLERANCE = "relative_tolerance"  # the parameter that is FMI's tolerance, where a model has it
 
 
 class FmuError(EvatError):
@@ -25,8 +26,9 @@ class FmuError(EvatError):
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """The facts of one FMU that are neither physics nor behaviour; the fields are the keys of the file."""
+    """The facts of one FMU that are neither physics nor behaviour; the fields are the keys of the file, `part` is its name."""
 
+    part: str
     model_name: str
     description: str
     license: str
@@ -44,11 +46,17 @@ class Shown:
 
 
 def load(path: Path) -> Shown:
-    """Read the file; a key that is missing or not known is an error."""
-    with path.open("rb") as file:
-        facts = tomllib.load(file)
-    wanted = {field.name for field in fields(Shown)}
+    """Read the file; a key that is missing or not known is an error. What many FMUs share stands in a second file, named by `as_in`."""
+    facts = _read(path)
+    if "as_in" in facts:
+        facts = {**_read(path.with_name(facts.pop("as_in"))), **facts}
+    wanted = {field.name for field in fields(Shown)} - {"part"}
     if facts.keys() != wanted:
         missing, unknown = sorted(wanted - facts.keys()), sorted(facts.keys() - wanted)
         raise FmuError(f"{path.name}: keys missing: {missing}; keys not known: {unknown}. Correct the file.")
-    return Shown(**facts)
+    return Shown(part=path.stem, **facts)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    with path.open("rb") as file:
+        return tomllib.load(file)
