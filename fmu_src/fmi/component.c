@@ -49,6 +49,14 @@ static void begin(struct Component *c, enum Interface interface)
     c->life.stop = INFINITY;
     c->told = 0;
     kernel_reset(&c->contact);
+#ifdef STARTS /* of this FMU, beside the table's */
+    static const struct {
+        int index;
+        double value;
+    } starts[] = {STARTS};
+    for (size_t i = 0; i < sizeof starts / sizeof *starts; ++i)
+        kernel_set(&c->contact, starts[i].index, 0, starts[i].value);
+#endif
 }
 
 static int is_blank(const char *text) { return text == NULL || text[strspn(text, " \t\r\n")] == '\0'; }

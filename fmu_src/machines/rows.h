@@ -11,7 +11,7 @@
                .meaning = "simulation time", .source = DEFINITION}
 #define GIVEN .causality = INPUT, .variability = CONTINUOUS
 #define TUNED .causality = PARAMETER, .variability = TUNABLE
-#define FIXED_CHOICE(names) .unit = "1", .type = CHOICE, .causality = PARAMETER, .variability = FIXED, .choices = names
+#define SWITCH .unit = "1", .type = BOOLEAN, .max = 1, .causality = PARAMETER, .variability = FIXED
 #define RESULT .causality = OUTPUT, .variability = CONTINUOUS, .min = -INFINITY, .max = INFINITY
 #define INNER .causality = LOCAL, .variability = CONTINUOUS, .min = -INFINITY, .max = INFINITY
 #define NEWTON "Newton's second law"

@@ -6,32 +6,24 @@ import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from .. import machine
-from ..compile import CONTACT, TARGETS, host_target, source_root
+from ..compile import CONTACT, TARGETS, host_target
 from . import archive, fmi2, fmi3
 from .description import Facts
 from .documentation import copyright_line
 from .reference_results import reference_files
-from .shown import TOLERANCE, FmuError, Shown, Version, load
+from .shown import TOLERANCE, FmuError, Shown, Version
 from .sources import binary_name, compile_binary, source_files, source_names
 from .terminals import terminal_files
-from .told import told
+from .told import parts, shown_by, told
 
 __all__ = ["FmuError", "Version", "build_all", "build_fmu", "facts", "file_name", "parts", "shown"]
 
 Progress = Callable[[str], None]
 
 
-def parts() -> tuple[str, ...]:
-    """Everything that is built as an FMU: the contact and its partners."""
-    return (CONTACT, *machine.names())
-
-
 def shown(part: str = CONTACT) -> Shown:
     """What the FMU shows beside its model's tables."""
-    if part not in parts():
-        raise FmuError(f"there is no part {part!r}; allowed are {', '.join(parts())}.")
-    return load(source_root() / "fmus" / f"{part}.toml")
+    return shown_by(part)
 
 
 def facts(version: Version, part: str = CONTACT) -> Facts:

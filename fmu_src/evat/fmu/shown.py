@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal
 
@@ -26,7 +26,11 @@ class FmuError(EvatError):
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """The facts of one FMU that are neither physics nor behaviour; the fields are the keys of the file, `part` is its name."""
+    """The facts of one FMU that are neither physics nor behaviour; the fields are the keys of the file, `part` is its name.
+
+    An FMU may carry the `model` of another part with other values at the `start`: choices that its use needs, which some importers cannot
+    set.
+    """
 
     part: str
     model_name: str
@@ -39,6 +43,8 @@ class Shown:
     fmi3: Mapping[str, Mapping[str, Scalar]]
     terminals: list[Mapping[str, Any]]
     reference_results: Mapping[str, list[str]]
+    model: str
+    start: Mapping[str, float | str] = field(default_factory=dict)
 
     def interfaces(self, version: Version) -> Mapping[str, Mapping[str, Scalar]]:
         """The interface elements of one FMI version with their attributes."""
@@ -50,11 +56,13 @@ def load(path: Path) -> Shown:
     facts = _read(path)
     if "as_in" in facts:
         facts = {**_read(path.with_name(facts.pop("as_in"))), **facts}
-    wanted = {field.name for field in fields(Shown)} - {"part"}
-    if facts.keys() != wanted:
-        missing, unknown = sorted(wanted - facts.keys()), sorted(facts.keys() - wanted)
+    facts = {"part": path.stem, "model": path.stem, **facts}
+    known = {each.name for each in fields(Shown)}
+    wanted = {each.name for each in fields(Shown) if each.default is MISSING and each.default_factory is MISSING}
+    if not wanted <= facts.keys() <= known:
+        missing, unknown = sorted(wanted - facts.keys()), sorted(facts.keys() - known)
         raise FmuError(f"{path.name}: keys missing: {missing}; keys not known: {unknown}. Correct the file.")
-    return Shown(part=path.stem, **facts)
+    return Shown(**facts)
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from .. import kernel, machine
 from ..compile import (
+    CONTACT,
     FLAGS,
     Target,
     compile_library,
@@ -22,7 +24,7 @@ from .xml import add, serialised, top
 def compiled_sources(version: Version, shown: Shown) -> list[Path]:
     """The C files of one FMI version, in a fixed order."""
     root = source_root()
-    return [*model_sources(root, shown.part), *shell_sources(root, version)]
+    return [*model_sources(root, shown.model), *shell_sources(root, version)]
 
 
 def source_names(version: Version, shown: Shown) -> tuple[str, ...]:
@@ -34,11 +36,21 @@ def source_names(version: Version, shown: Shown) -> tuple[str, ...]:
 def source_files(version: Version, shown: Shown) -> dict[str, bytes]:
     """Everything below sources/, buildDescription.xml included."""
     root = source_root()
-    paths = (*compiled_sources(version, shown), *model_headers(root, shown.part))
+    paths = (*compiled_sources(version, shown), *model_headers(root, shown.model))
     files = {f"sources/{path.relative_to(root).as_posix()}": path.read_bytes() for path in paths}
-    files["sources/fmi/model.h"] = (root / "fmus" / shown.part / "model.h").read_bytes()  # found without an include folder
+    files["sources/fmi/model.h"] = model_header(shown)  # found without an include folder
     files["sources/buildDescription.xml"] = build_description(version, shown)
     return files
+
+
+def model_header(shown: Shown) -> bytes:
+    """The FMU's model.h: that of its model, with the values that it has at the start beside the table's."""
+    text = (source_root() / "fmus" / shown.model / "model.h").read_bytes()
+    if not shown.start:
+        return text
+    places = {variable.name: variable for variable in (kernel.variables() if shown.model == CONTACT else machine.variables(shown.model))}
+    rows = ", ".join(f"{{{places[name].index}, {places[name].check(value)!r}}}" for name, value in shown.start.items())
+    return text + f"\n/* {', '.join(shown.start)} */\n#define STARTS {rows}\n".encode()
 
 
 def build_description(version: Version, shown: Shown) -> bytes:
@@ -64,5 +76,7 @@ def binary_name(version: Version, target: Target, shown: Shown) -> str:
 def compile_binary(version: Version, target: Target, shown: Shown, folder: Path) -> bytes:
     """The library of one platform; `folder` holds it while it is made."""
     output = folder / f"fmi{version}" / target.fmi3_folder / f"{shown.model_name}{target.extension}"
-    include = [*include_folders(source_root(), shown.part), fmi_headers()]
+    output.parent.mkdir(parents=True, exist_ok=True)
+    (output.parent / "model.h").write_bytes(model_header(shown))
+    include = [output.parent, *include_folders(source_root(), shown.model), fmi_headers()]
     return compile_library(compiled_sources(version, shown), output, target, include=include).read_bytes()

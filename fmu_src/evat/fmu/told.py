@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from .. import kernel, machine
-from ..compile import CONTACT
+from ..compile import CONTACT, source_root
 from ..model import FloatArray, Law, Variable
 from . import documentation, machine_documentation, picture
 from .machine_structure import machine_structure
 from .picture import Picture
 from .reference_results import Follow
-from .shown import Shown
+from .shown import FmuError, Shown, load
 from .structure import Structure, model_structure
+
+
+def parts() -> tuple[str, ...]:
+    """Everything that is built as an FMU: the contact, then what carries it with other starts, then its partners."""
+    carriers = sorted(path.stem for path in (source_root() / "fmus").glob("evat_*.toml"))
+    return (CONTACT, *(part for part in carriers if part != CONTACT), *machine.names())
+
+
+def shown_by(part: str) -> Shown:
+    """What the FMU shows beside its model's tables."""
+    if part not in parts():
+        raise FmuError(f"there is no part {part!r}; allowed are {', '.join(parts())}.")
+    return load(source_root() / "fmus" / f"{part}.toml")
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,19 +44,21 @@ class Told:
     follow: Follow
 
 
-def _contact() -> Told:
+def _contact(start: Mapping[str, float | str]) -> Told:
+    variables = tuple(replace(v, start=v.check(start[v.name])) if v.name in start else v for v in kernel.variables())
+
     def follow(times: FloatArray, names: Sequence[str]) -> FloatArray:
-        contact = kernel.Contact()
+        contact = kernel.Contact(start)
         contact.start(float(times[0]))
         return contact.run(times, {}, names)
 
     return Told(
         kernel.token(),
-        kernel.variables(),
+        variables,
         kernel.states(),
         kernel.laws(),
         model_structure,
-        documentation.documentation_files,
+        lambda shown: documentation.documentation_files(shown, variables),
         picture.icon,
         follow,
     )
@@ -69,5 +84,6 @@ def _partner(part: str) -> Told:
 
 @lru_cache
 def told(part: str) -> Told:
-    """The model of the FMU `part`."""
-    return _contact() if part == CONTACT else _partner(part)
+    """The model of the FMU `part`, with the starts that it has there."""
+    shown = shown_by(part)
+    return _contact(shown.start) if shown.model == CONTACT else _partner(part)

@@ -4,24 +4,18 @@
  *     cascade: F = K (w - v) + K_i integral of (w - v),   w = K_v (r - q) + s dr/dt
  *     pid:     F = k_p (r - q) + k_i integral of (r - q) + k_d (s dr/dt - v)
  *
- * q, v are what is fed back. With transmission = rigid, motor and table move as one mass.
+ * q, v are what is fed back. Where rigid is on, motor and table move as one mass.
  */
 #include "../rows.h"
 
 enum { POSITION_REFERENCE = INPUT_FIRST, VELOCITY_REFERENCE, FRICTION_FORCE, LOAD_FORCE,
-       TRANSMISSION, CONTROLLER, FEEDBACK,
+       RIGID, PID, SCALE, /* switches: some importers know no enumerations */
        MOTOR_INERTIA, PITCH, TABLE_MASS, STIFFNESS, DAMPING,
        POSITION_GAIN, VELOCITY_GAIN, VELOCITY_INTEGRAL_GAIN, FEED_FORWARD, PID_P, PID_I, PID_D,
        MOTOR_POSITION, MOTOR_VELOCITY, TABLE_POSITION, TABLE_VELOCITY, POSITION_DEVIATION, VELOCITY_DEVIATION,
        MOTOR_FORCE, MOTOR_TORQUE, FOLLOWING_ERROR, STORED_ENERGY,
        RATES,
        COUNT = RATES + 6 };
-enum { RIGID, ELASTIC };
-enum { CASCADE, PID };
-enum { AT_MOTOR, AT_TABLE };
-static const char *const transmissions[] = {"rigid", "elastic", NULL};
-static const char *const controllers[] = {"cascade", "pid", NULL};
-static const char *const feedbacks[] = {"motor", "table", NULL};
 
 #define ANYWHERE .min = -1e3, .max = 1e3
 #define MOVED .unit = "m", .display_unit = "mm", .nominal = 1e-3
@@ -37,13 +31,12 @@ static const struct Variable variables[COUNT] = {
                         .source = "the contact"},
     [LOAD_FORCE] = {.name = "load_force", FORCE, .min = -1e7, .max = 1e7, GIVEN, .meaning = "any other force against the motion of the table",
                     .source = "cutting, gravity"},
-    [TRANSMISSION] = {.name = "transmission", .start = ELASTIC, .max = 1, FIXED_CHOICE(transmissions),
-                      .meaning = "rigid: one mass; elastic: motor and table with the screw between them", .source = DEFINITION},
-    [CONTROLLER] = {.name = "controller", .start = CASCADE, .max = 1, FIXED_CHOICE(controllers),
-                    .meaning = "cascade: proportional in position, proportional and integral in velocity; pid: on the position",
-                    .source = DEFINITION},
-    [FEEDBACK] = {.name = "feedback", .start = AT_MOTOR, .max = 1, FIXED_CHOICE(feedbacks),
-                  .meaning = "where position and velocity are measured: motor: encoder; table: linear scale", .source = DEFINITION},
+    [RIGID] = {.name = "rigid", SWITCH, .meaning = "motor and table move as one mass; else the screw lies between them", .source = DEFINITION},
+    [PID] = {.name = "pid", SWITCH,
+             .meaning = "a PID on the position controls; else a cascade, proportional in position, proportional and integral in velocity",
+             .source = DEFINITION},
+    [SCALE] = {.name = "linear_scale", SWITCH, .meaning = "position and velocity are measured at the table; else at the motor",
+               .source = DEFINITION},
     [MOTOR_INERTIA] = {.name = "motor_inertia", .unit = "kg.m^2", .start = 2e-3, .min = 0, .max = 1e3, .nominal = 1e-3, TUNED,
                        .meaning = "inertia of motor, coupling and screw", .source = "guess: servo motor of 10 N.m"},
     [PITCH] = {.name = "screw_pitch", MOVED, .start = 1e-2, .min = 1e-5, .max = 10, TUNED, .meaning = "travel of the table per turn of the screw",
@@ -91,13 +84,13 @@ static void evaluate(lanes *value)
     const double turns = 2 * PI / value[PITCH][0], m_m = value[MOTOR_INERTIA][0] * turns * turns, m_t = value[TABLE_MASS][0];
     const double k = value[STIFFNESS][0], c = 2 * value[DAMPING][0] * sqrt(k * m_t);
     const double q_m = value[MOTOR_POSITION][0], v_m = value[MOTOR_VELOCITY][0], q_t = value[TABLE_POSITION][0], v_t = value[TABLE_VELOCITY][0];
-    const int rigid = (int)value[TRANSMISSION][0] == RIGID, scale = rigid || (int)value[FEEDBACK][0] == AT_TABLE;
+    const int rigid = value[RIGID][0] != 0, scale = rigid || value[SCALE][0] != 0;
     const double q = scale ? q_t : q_m, v = scale ? v_t : v_m;
     const double off = value[POSITION_REFERENCE][0] - q, forward = value[FEED_FORWARD][0] * value[VELOCITY_REFERENCE][0];
     const double slow = value[POSITION_GAIN][0] * off + forward - v;
-    const double F = (int)value[CONTROLLER][0] == CASCADE
-                         ? value[VELOCITY_GAIN][0] * slow + value[VELOCITY_INTEGRAL_GAIN][0] * value[VELOCITY_DEVIATION][0]
-                         : value[PID_P][0] * off + value[PID_I][0] * value[POSITION_DEVIATION][0] + value[PID_D][0] * (forward - v);
+    const double F = value[PID][0] != 0
+                         ? value[PID_P][0] * off + value[PID_I][0] * value[POSITION_DEVIATION][0] + value[PID_D][0] * (forward - v)
+                         : value[VELOCITY_GAIN][0] * slow + value[VELOCITY_INTEGRAL_GAIN][0] * value[VELOCITY_DEVIATION][0];
     const double against = value[FRICTION_FORCE][0] + value[LOAD_FORCE][0];
     const double screw = rigid ? 0 : k * (q_m - q_t) + c * (v_m - v_t), together = (F - against) / (m_m + m_t);
     value[MOTOR_FORCE][0] = F;

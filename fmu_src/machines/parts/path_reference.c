@@ -5,19 +5,17 @@
  */
 #include "../rows.h"
 
-enum { PATH = INPUT_FIRST, SPEED, RADIUS, RUN_UP_TIME,
+enum { CIRCLE = INPUT_FIRST, SPEED, RADIUS, RUN_UP_TIME,
        POSITION_X, VELOCITY_X, POSITION_Y, VELOCITY_Y,
        COUNT };
-enum { RAMP, CIRCLE };
-static const char *const paths[] = {"ramp", "circle", NULL};
 
 #define MOVED RESULT, .unit = "m", .display_unit = "mm", .nominal = 1e-2, .source = DEFINITION
 #define MOVING RESULT, .unit = "m/s", .display_unit = "mm/s", .nominal = 1e-2, .source = DEFINITION
 
 static const struct Variable variables[COUNT] = {
     [TIME] = CLOCK,
-    [PATH] = {.name = "path", .start = CIRCLE, .max = 1, FIXED_CHOICE(paths), .meaning = "ramp: x at constant speed; circle: both axes",
-              .source = DEFINITION},
+    [CIRCLE] = {.name = "circle", .start = 1, SWITCH, .meaning = "both axes along a circle; else the first one along a ramp at constant speed",
+                .source = DEFINITION},
     [SPEED] = {.name = "speed", .unit = "m/s", .display_unit = "mm/s", .start = 0.02, .min = 0, .max = 1e3, .nominal = 1e-2, .causality = PARAMETER,
                .variability = FIXED, .meaning = "speed along the path", .source = "guess: a feed of 1.2 m/min"},
     [RADIUS] = {.name = "radius", .unit = "m", .display_unit = "mm", .start = 0.02, .min = 1e-6, .max = 1e3, .nominal = 1e-2, .causality = PARAMETER,
@@ -34,7 +32,7 @@ static void evaluate(lanes *value)
 {
     const double t = value[TIME][0], v = value[SPEED][0], R = value[RADIUS][0], T = value[RUN_UP_TIME][0];
     const double late = t > 0 ? exp(-t / T) : 1, a = v / R * (t > 0 ? t - T * (1 - late) : 0), speed = v * (1 - late);
-    const int ramp = (int)value[PATH][0] == RAMP;
+    const int ramp = value[CIRCLE][0] == 0;
     value[POSITION_X][0] = ramp ? v * t : R * sin(a);
     value[VELOCITY_X][0] = ramp ? v : speed * cos(a);
     value[POSITION_Y][0] = ramp ? 0 : R * (1 - cos(a));
