@@ -42,6 +42,7 @@ class KernelHook(BuildHookInterface[Any]):
             included[str(library)] = f"evat/_lib/{library.name}"
         for part in ("kernel", "machines", "fmi", "fmus"):
             included[str(root / "fmu_src" / part)] = f"evat/_source/{part}"
+        included[str(root / "ssp")] = "evat/_source/ssp"
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
         if self.folder is not None:
