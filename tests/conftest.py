@@ -17,6 +17,7 @@ import pytest
 from evat import fmu
 from evat.compile import HERE, host_target, kernel_library_path, source_root
 from evat.python_fmu import MODEL_NAME, build_python_fmu
+from evat.systems.write import write_all
 
 GIVEN = os.environ.get("EVAT_TEST_FMUS")
 FOLDER = Path(GIVEN) if GIVEN else Path(__file__).resolve().parent.parent / "build" / "out" / "test-fmus"
@@ -74,3 +75,10 @@ def fmi3_fmu(fmus: dict[str, Path]) -> Path:
 @pytest.fixture(scope="session")
 def python_fmu(fmus: dict[str, Path]) -> Path:
     return fmus["python"]
+
+
+@pytest.fixture(scope="session")
+def systems(fmus: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Our systems by name, made of these FMUs."""
+    folder = tmp_path_factory.mktemp("systems")
+    return {path.stem: path for path in write_all(folder, fmus["fmi2"].parent)}

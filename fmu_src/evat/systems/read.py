@@ -42,7 +42,7 @@ def unpack(archive: Path, folder: Path) -> None:
         with zipfile.ZipFile(archive) as packed:
             entries = packed.infolist()
             for entry in entries:
-                _check_name(archive, entry)
+                _check_name(archive.name, entry)
             if len(entries) > MOST_FILES or sum(entry.file_size for entry in entries) > MOST_BYTES:
                 raise SspError(f"{archive.name}: it unpacks to more than {MOST_FILES} files or {MOST_BYTES >> 30} GiB; it is not read.")
             packed.extractall(folder)
@@ -50,13 +50,21 @@ def unpack(archive: Path, folder: Path) -> None:
         raise SspError(f"{archive.name}: this archive cannot be read, it is corrupt or no ZIP ({error}). Fetch it again.") from error
 
 
-def _check_name(archive: Path, entry: zipfile.ZipInfo) -> None:
+def zip_of(path: Path, where: str) -> zipfile.ZipFile:
+    """An open archive; SspError where it is none."""
+    try:
+        return zipfile.ZipFile(path)
+    except (OSError, zipfile.BadZipFile) as error:
+        raise SspError(f"{where}: {path.name} is no FMU that can be read, it is corrupt or no ZIP ({error}).") from error
+
+
+def _check_name(where: str, entry: zipfile.ZipInfo) -> None:
     name, kind = entry.filename, entry.external_attr >> 16
     path = PurePosixPath(name)
     if path.is_absolute() or ".." in path.parts or "\\" in name or PureWindowsPath(name).drive or "\0" in entry.orig_filename:
-        raise SspError(f"{archive.name}: the entry {name!r} would be written outside of the archive's folder; the archive is refused.")
+        raise SspError(f"{where}: the entry {name!r} would be written outside of the archive's folder; the archive is refused.")
     if stat.S_ISLNK(kind):
-        raise SspError(f"{archive.name}: the entry {name!r} is a link; the archive is refused.")
+        raise SspError(f"{where}: the entry {name!r} is a link; the archive is refused.")
 
 
 def _xml(path: Path, what: str) -> Any:
@@ -127,6 +135,9 @@ def _component(element: Any, folder: Path, archive: str) -> Component:
     source = _inside(folder, element.get("source"), where)
     if not source.is_file():
         raise SspError(f"{where}: the FMU {element.get('source')} is missing from the archive.")
+    with zip_of(source, where) as packed:
+        for entry in packed.infolist():
+            _check_name(f"{where}, {source.name}", entry)
     try:
         description = fmpy.read_model_description(str(source), validate=False)
     except Exception as error:  # fmpy raises what its parsers raise

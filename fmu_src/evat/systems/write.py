@@ -50,7 +50,7 @@ def add_connector(parent: Element, variable: Variable, kind: str | None = None, 
 def root(declared: Declared, version: str) -> Element:
     """The root element."""
     head = {"version": version, "name": declared.name, "description": declared.title, "generationTool": f"evat {__version__}"}
-    return top(f"{{{SSD}}}SystemStructureDescription", head, {"ssd": SSD, "ssc": SSC})
+    return top(f"{{{SSD}}}SystemStructureDescription", head, {"ssd": SSD, "ssc": SSC, "oms": OMS, "evat": ABOUT})
 
 
 def add_annotations(parent: Element, declared: Declared) -> None:
