@@ -120,13 +120,13 @@ def build(
     """Build the FMUs (contact and partners, native, FMI 2.0 and 3.0, for five platforms), the pythonfmu twin, and the systems (.ssp)."""
     from evat import fmu, python_fmu
     from evat.compile import TARGETS, host_target
+    from evat.systems import write, write_full
     from evat.systems.declared import names
-    from evat.systems.write import write_all
 
     targets = [host_target().fmi3_folder] if host_only else list(TARGETS)
-    with lines_done(2 * len(fmu.parts()) * (2 + len(targets)) + len(names()) + 1) as progress:
+    with lines_done(2 * len(fmu.parts()) * (2 + len(targets)) + 2 * len(names()) + 1) as progress:
         paths = [*fmu.build_all(to, targets, progress)]
-        paths += write_all(to, to, progress)
+        paths += [*write.write_all(to, to, progress), *write_full.write_all(to, to, progress)]
         progress("pythonfmu twin")
         paths.append(python_fmu.build_python_fmu(to / "EvatContactPython.fmu"))
     for path in paths:

@@ -31,11 +31,11 @@ def fmu_entry(part: Part) -> str:
     return f"resources/{fmu.shown(part.part).model_name}.fmu"
 
 
-def add_units(parent: Element, variables: Iterable[Variable]) -> None:
+def add_units(parent: Element, variables: Iterable[Variable], namespace: str = SSD) -> None:
     """The units of these variables by their SI exponents."""
     units = sorted({variable.unit for variable in variables if variable.type == "real" and variable.unit != "1"})
     if units:
-        element = add(parent, f"{{{SSD}}}Units")
+        element = add(parent, f"{{{namespace}}}Units")
         for unit in units:
             add(add(element, f"{{{SSC}}}Unit", {"name": unit}), f"{{{SSC}}}BaseUnit", dict(base_unit(unit).exponents))
 
