@@ -41,7 +41,7 @@ def by_fmpy(ssp: Path, folder: Path, step: float, ports: list[Port]) -> Path:
     connections = [Connection(components[at[0]], [real(at)], components[to[0]], [real(to)]) for to, at in system.connections.items()]
     clock = ModelVariable("time", 0, "Float64")
     clock.causality, clock.variability = "independent", "continuous"
-    mappings, shown = {clock: []}, [clock]
+    mappings, shown = {}, [clock]  # the clock is the container's own
     starts = [((name, key), value) for name, part in system.components.items() for key, value in part.values.items()]
     for (component, name), value in [*starts, *((port, None) for port in ports)]:
         inner = variables[component][name]
