@@ -65,7 +65,7 @@ class Cluster:
         sent = self._client.scatter(shared, broadcast=True, hash=False)
         waiting = {self._client.submit(function, sent, *point, pure=False, retries=TRIES): number for number, point in enumerate(points)}
         try:
-            for future, found in self._distributed.as_completed(waiting, with_results=True):
+            for future, found in self._distributed.as_completed(waiting, loop=self._client.loop, with_results=True):
                 yield waiting[future], found
         except (CancelledError, self._distributed.client.FutureCancelledError, self._distributed.KilledWorker, OSError) as error:
             raise ClusterError(f"the cluster lost {TRIES} times the worker that had a run ({error}).") from error
