@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-EXTRAS = "build,test"
+EXTRAS = "build,importers,test"
 # What pip says when it cannot reach a registry; it has no exit status of its own for that. Every package named here exists, so finding no
 # version of one is such a sign too, and the only one where pip is told not to retry.
 UNREACHABLE = (

@@ -34,14 +34,15 @@ class KernelHook(BuildHookInterface[Any]):
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{compile_c.host_target().wheel}"
         if version == "editable":
-            compile_c.build_kernel_libraries(root / "fmu_src" / "evat" / "_lib")
+            compile_c.build_libraries(root / "fmu_src" / "evat" / "_lib")
             return
         self.folder = tempfile.TemporaryDirectory(prefix="evat-kernel-")
         included = build_data["force_include"]
-        for library in compile_c.build_kernel_libraries(Path(self.folder.name)):
+        for library in compile_c.build_libraries(Path(self.folder.name)):
             included[str(library)] = f"evat/_lib/{library.name}"
-        for part in ("kernel", "fmi", "fmus"):
+        for part in ("kernel", "machines", "fmi", "fmus"):
             included[str(root / "fmu_src" / part)] = f"evat/_source/{part}"
+        included[str(root / "ssp")] = "evat/_source/ssp"
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
         if self.folder is not None:

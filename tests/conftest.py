@@ -17,6 +17,7 @@ import pytest
 from evat import fmu
 from evat.compile import HERE, host_target, kernel_library_path, source_root
 from evat.python_fmu import MODEL_NAME, build_python_fmu
+from evat.systems.write import write_all
 
 GIVEN = os.environ.get("EVAT_TEST_FMUS")
 FOLDER = Path(GIVEN) if GIVEN else Path(__file__).resolve().parent.parent / "build" / "out" / "test-fmus"
@@ -26,7 +27,7 @@ MADE_FROM = (".c", ".h", ".toml", ".py", ".j2")
 def _fingerprint() -> str:
     """Changes with anything that an FMU is made from; the compiled kernel is asked for the tables, so it counts too."""
     digest = hashlib.sha256(kernel_library_path().read_bytes())
-    folders = {HERE, *(source_root() / name for name in ("kernel", "fmi", "fmus"))}
+    folders = {HERE, *(source_root() / name for name in ("kernel", "machines", "fmi", "fmus"))}
     for path in sorted(path for folder in folders for path in folder.rglob("*") if path.suffix in MADE_FROM):
         digest.update(f"{path.name}\0".encode() + path.read_bytes() + b"\0")
     for package in ("evat", "fmpy", "pythonfmu", "ziglang"):
@@ -46,6 +47,7 @@ def _alone(folder: Path) -> Iterator[None]:
 def fmus() -> dict[str, Path]:
     """All FMUs by a short name."""
     paths = {"fmi2": FOLDER / fmu.file_name(2), "fmi3": FOLDER / fmu.file_name(3), "python": FOLDER / f"{MODEL_NAME}.fmu"}
+    paths |= {f"{part}-fmi{version}": FOLDER / fmu.file_name(version, part) for part in fmu.parts()[1:] for version in (2, 3)}  # type: ignore[arg-type]
     if GIVEN:
         return paths
     stamp = FOLDER / "made-from.sha256"
@@ -73,3 +75,10 @@ def fmi3_fmu(fmus: dict[str, Path]) -> Path:
 @pytest.fixture(scope="session")
 def python_fmu(fmus: dict[str, Path]) -> Path:
     return fmus["python"]
+
+
+@pytest.fixture(scope="session")
+def systems(fmus: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Our systems by name, made of these FMUs."""
+    folder = tmp_path_factory.mktemp("systems")
+    return {path.stem: path for path in write_all(folder, fmus["fmi2"].parent)}

@@ -18,6 +18,7 @@ from evat.cli_effects import effects
 from evat.cli_experiment import experiment
 from evat.cli_identify import identify
 from evat.cli_shared import SpeedUnit, Values, err, lines_done, out, share_done, typed_values
+from evat.cli_system import system
 from evat.model import Effect, EvatError, Law, Variable
 from evat.record import Columns
 from evat.units import display
@@ -29,7 +30,7 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     help="Chip-tool friction and elliptical vibration assisted turning as a component.\n\n"
     "`evat build` makes the FMUs, `evat run` shows what they do, `evat simulate` answers a question of your own, "
-    "`evat effects` shows what can be switched on, `evat experiment` checks measurements. "
+    "`evat effects` shows what can be switched on, `evat experiment` checks measurements, `evat system` runs the contact in a machine. "
     "Numbers take units: `--value 'cutting_speed=30 m/min'`; a bare number is SI.",
 )
 Effects = Annotated[
@@ -45,6 +46,7 @@ app.command()(identify)
 app.command()(diagnose)
 app.command()(calibrate)
 app.command()(benchmark)
+app.add_typer(system)
 
 
 def _row(variable: Variable) -> list[str]:
@@ -115,13 +117,16 @@ def build(
     to: Annotated[Path, typer.Option("--out", help="Folder for the FMUs.")] = Path("build/out/fmus"),
     host_only: Annotated[bool, typer.Option(help="Binaries for this machine's platform only.")] = False,
 ) -> None:
-    """Build the FMUs: native FMI 2.0 and 3.0 for five platforms, and the pythonfmu twin."""
+    """Build the FMUs (contact and partners, native, FMI 2.0 and 3.0, for five platforms), the pythonfmu twin, and the systems (.ssp)."""
     from evat import fmu, python_fmu
     from evat.compile import TARGETS, host_target
+    from evat.systems import write, write_full
+    from evat.systems.declared import names
 
     targets = [host_target().fmi3_folder] if host_only else list(TARGETS)
-    with lines_done(2 * (2 + len(targets)) + 1) as progress:
+    with lines_done(2 * len(fmu.parts()) * (2 + len(targets)) + 2 * len(names()) + 1) as progress:
         paths = [*fmu.build_all(to, targets, progress)]
+        paths += [*write.write_all(to, to, progress), *write_full.write_all(to, to, progress)]
         progress("pythonfmu twin")
         paths.append(python_fmu.build_python_fmu(to / "EvatContactPython.fmu"))
     for path in paths:

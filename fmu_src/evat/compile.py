@@ -28,6 +28,7 @@ else:
     EvatError = Exception  # the package's build loads this file alone
 
 KERNEL_LIBRARY = "evat_kernel"
+CONTACT = "evat_contact"  # the part whose model is the kernel; every other is a partner
 HERE = Path(__file__).resolve().parent
 
 # One set of flags for the Python library and for every FMU, so that both give the same bits: no contraction, no fast-math, the
@@ -120,7 +121,7 @@ def host_target() -> Target:
 
 
 def source_root() -> Path:
-    """The folder that holds kernel/, fmi/ and fmus/: beside the package in a checkout, in the package once installed."""
+    """The folder that holds kernel/, machines/, fmi/ and fmus/: beside the package in a checkout, in the package once installed."""
     places = (HERE / "_source", HERE.parent)
     for place in places:
         if (place / "kernel" / "kernel.h").is_file():
@@ -134,6 +135,28 @@ def kernel_sources(root: Path) -> list[Path]:
     return [*sorted(kernel.glob("*.c")), *sorted(kernel.glob("friction/*.c")), *sorted(kernel.glob("effects/*.c"))]
 
 
+def machine_names(root: Path) -> tuple[str, ...]:
+    """The partners of the contact: one C file each in machines/parts."""
+    return tuple(sorted(source.stem for source in (root / "machines" / "parts").glob("*.c")))
+
+
+def model_sources(root: Path, part: str = CONTACT) -> list[Path]:
+    """The C files of the model in the FMU `part`: the kernel, or a partner with what all partners share."""
+    if part == CONTACT:
+        return kernel_sources(root)
+    if part not in machine_names(root):
+        raise CompileError(f"there is no part {part!r}; allowed are {', '.join((CONTACT, *machine_names(root)))}.")
+    return [*sorted((root / "machines").glob("*.c")), root / "machines" / "parts" / f"{part}.c"]
+
+
+def model_headers(root: Path, part: str = CONTACT) -> list[Path]:
+    """The headers that model and shell of `part` are compiled with, without the FMU's own model.h."""
+    model = sorted((root / "kernel").rglob("*.h"))
+    if part != CONTACT:
+        model = [*sorted((root / "machines").rglob("*.h")), root / "kernel" / "tables.h"]
+    return [*model, *sorted((root / "fmi").glob("*.h"))]
+
+
 def shell_sources(root: Path, version: int | str) -> list[Path]:
     """The C files of the FMI 2 or FMI 3 shell (`version` 2 or 3), without the kernel's, sorted."""
     other = {"2": "fmi3", "3": "fmi2"}.get(str(version))
@@ -142,9 +165,10 @@ def shell_sources(root: Path, version: int | str) -> list[Path]:
     return [source for source in sorted((root / "fmi").glob("*.c")) if not source.name.startswith(other)]
 
 
-def include_folders(root: Path) -> tuple[Path, ...]:
-    """Where the headers of kernel and shell are; `fmi_headers` has the FMI standard's."""
-    return tuple(folder for folder in (root / "kernel", root / "fmi", root / "fmus") if folder.is_dir())
+def include_folders(root: Path, part: str = CONTACT) -> tuple[Path, ...]:
+    """Where the headers of model and shell are; `fmi_headers` has the FMI standard's."""
+    model = "kernel" if part == CONTACT else "machines"
+    return tuple(folder for folder in (root / model, root / "fmi", root / "fmus" / part) if folder.is_dir())
 
 
 def fmi_headers() -> Path:
@@ -234,30 +258,55 @@ def build_kernel_library(output_dir: Path, lanes: int = 1, processor: Processor 
 
     `lanes` contacts run side by side in one block of the library.
     """
-    root, target = source_root(), host_target()
     output = output_dir / _library_name(lanes, processor)
-    stamp = output_dir / f"{output.name}.sha256"
-    state = _fingerprint(root, target)
+    return _build_if_changed(output, CONTACT, "kernel.h", {"LANES": lanes}, processor)
+
+
+def build_machine_library(output_dir: Path, part: str) -> Path:
+    """A partner for Python, likewise."""
+    return _build_if_changed(output_dir / _machine_library_name(part), part, "machine.h", {}, BASELINE)
+
+
+def _build_if_changed(output: Path, part: str, header: str, defines: Mapping[str, str | int], processor: Processor) -> Path:
+    root, target = source_root(), host_target()
+    sources, stamp = model_sources(root, part), output.with_name(f"{output.name}.sha256")
+    state = _fingerprint([*sources, *model_headers(root, part)], target)
     if not (output.is_file() and stamp.is_file() and stamp.read_text(encoding="ascii") == state):
         stamp.unlink(missing_ok=True)
-        include, defines = [root / "kernel"], {"LANES": lanes}
-        compile_library(kernel_sources(root), output, target, include=include, exports=["kernel.h"], defines=defines, processor=processor)
+        include = include_folders(root, part)[:1]
+        compile_library(sources, output, target, include=include, exports=[header], defines=defines, processor=processor)
         stamp.write_text(state, encoding="ascii")
     return output
 
 
-def build_kernel_libraries(output_dir: Path) -> list[Path]:
-    """The kernel with one lane and with many."""
-    return [build_kernel_library(output_dir, lanes, processor) for lanes in (1, MANY_LANES) for processor in _processors(lanes)]
+def build_libraries(output_dir: Path) -> list[Path]:
+    """The kernel with one lane and with many, and every partner."""
+    kernels = [build_kernel_library(output_dir, lanes, processor) for lanes in (1, MANY_LANES) for processor in _processors(lanes)]
+    return [*kernels, *(build_machine_library(output_dir, part) for part in machine_names(source_root()))]
 
 
 def kernel_library_path(lanes: int = 1, instructions: Collection[str] = ()) -> Path:
     """The compiled kernel that came with this package: the best for a machine with these instructions."""
     fits = next(processor for processor in _processors(lanes) if processor.needs <= set(instructions))
-    path = HERE / "_lib" / _library_name(lanes, fits)
+    return _compiled(_library_name(lanes, fits))
+
+
+def machine_library_path(part: str) -> Path:
+    """The compiled partner that came with this package."""
+    if part not in machine_names(source_root()):
+        raise CompileError(f"there is no partner {part!r}; allowed are {', '.join(machine_names(source_root()))}.")
+    return _compiled(_machine_library_name(part))
+
+
+def _machine_library_name(part: str) -> str:
+    return f"evat_{part}{host_target().extension}"
+
+
+def _compiled(name: str) -> Path:
+    path = HERE / "_lib" / name
     if not path.is_file():
         raise CompileError(
-            f"the compiled kernel is not there: {path}. In a checkout run `python -m evat.compile`; else install evat again, "
+            f"the compiled library is not there: {path}. In a checkout run `python -m evat.compile`; else install evat again, "
             "which compiles it."
         )
     return path
@@ -296,10 +345,10 @@ def _call(command: list[str], folder: Path, output: Path) -> None:
         raise CompileError(f"{output.name}: the C compiler refused:\n  {said}")
 
 
-def _fingerprint(root: Path, target: Target) -> str:
+def _fingerprint(files: Iterable[Path], target: Target) -> str:
     digest = hashlib.sha256()
-    for part in (Path(__file__), *kernel_sources(root), *sorted((root / "kernel").rglob("*.h"))):
-        digest.update(f"{part.name}\0".encode() + part.read_bytes() + b"\0")
+    for path in (Path(__file__), *files):
+        digest.update(f"{path.name}\0".encode() + path.read_bytes() + b"\0")
     with suppress(importlib.metadata.PackageNotFoundError):
         digest.update(importlib.metadata.version("ziglang").encode())
     digest.update(target.zig.encode())
@@ -307,4 +356,4 @@ def _fingerprint(root: Path, target: Target) -> str:
 
 
 if __name__ == "__main__":
-    print(*build_kernel_libraries(HERE / "_lib"), sep="\n")
+    print(*build_libraries(HERE / "_lib"), sep="\n")

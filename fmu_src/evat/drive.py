@@ -34,7 +34,9 @@ def _log(lines: list[str]) -> Callable[..., None]:
 class Driver:
     """An instance of a co-simulation FMU between `with` and its end: set parameters, follow a record."""
 
-    def __init__(self, fmu: Path, values: Mapping[str, float | str | bool], relative_tolerance: float | None = None) -> None:
+    def __init__(
+        self, fmu: Path, values: Mapping[str, float | str | bool], relative_tolerance: float | None = None, name: str = "evat"
+    ) -> None:
         try:
             self.description = fmpy.read_model_description(str(fmu), validate=False)
         except Exception as error:  # fmpy raises what its parsers raise
@@ -43,6 +45,7 @@ class Driver:
             raise FmuError(f"{fmu}: an FMU for co-simulation by FMI 2 or 3 is needed; this one is of FMI {self.description.fmiVersion}.")
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
         self._path, self._values, self._tolerance, self._log = fmu, dict(values), relative_tolerance, list[str]()
+        self._name = name
         self._folder: Path | None = None
         self._fmu: Any = None
 
@@ -76,7 +79,7 @@ class Driver:
             guid=self.description.guid,
             unzipDirectory=str(self._folder),
             modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName="evat",
+            instanceName=self._name,
         )
         logger = _log(self._log)
         if kind is FMU3Slave:
@@ -135,40 +138,64 @@ class Driver:
     def follow(self, run: Run, progress: Progress | None = None) -> FloatArray:
         """Follow the record with one communication step from sample to sample; shape (samples, outputs).
 
-        Within a step inputs go on linearly: FMI 2 by their derivatives, FMI 3 (which has none in co-simulation) by the mean of both ends.
+        Within a step inputs go on linearly: FMI 2 by their derivatives, where the FMU takes them; else, and by FMI 3, which has
+        none in co-simulation, by the mean of both ends.
         """
-        three = self.description.fmiVersion.startswith("3")
         times, names = run.times, list(run.inputs)
         _check_run(run)
         table = np.column_stack([run.inputs[name] for name in names]) if names else np.empty((times.size, 0))
         for name in (*names, *run.outputs):
             if name not in self.variables:
                 raise ParameterError(f"the FMU has no variable {name!r}.")
-        start, stop = float(times[0]), float(times[-1])
-        if three:
+        self.prepare(names, run.outputs, float(times[0]), float(times[-1]))
+        found = np.empty((times.size, len(run.outputs)))
+        self.set("first inputs", table[0])
+        self.begin()
+        self.get("first outputs", found[0])
+        for n in range(1, times.size):
+            at = f"step to t = {times[n]:.9g} s"
+            self.step(at, times[n - 1], times[n] - times[n - 1], table[n - 1], table[n])
+            self.get(at, found[n])
+            if progress is not None and n % 256 == 0:
+                progress(n / times.size)
+        self.end()
+        return found
+
+    def prepare(self, inputs: Sequence[str], outputs: Sequence[str], start: float, stop: float) -> None:
+        """Enter the initialisation; from here on `set`, `step` and `get` take the values of these inputs and outputs."""
+        if self.description.fmiVersion.startswith("3"):
             self._call("initialisation", self._fmu.enterInitializationMode, startTime=start, stopTime=stop, tolerance=self._tolerance)
         else:
             self._call("initialisation", self._fmu.setupExperiment, startTime=start, stopTime=stop, tolerance=self._tolerance)
             self._call("initialisation", self._fmu.enterInitializationMode)
-        loop = _Loop(self._fmu, three, [self.variables[n] for n in names], [self.variables[n] for n in run.outputs])
-        found = np.empty((times.size, len(run.outputs)))
-        self._call("first inputs", loop.set, table[0])
+        three = self.description.fmiVersion.startswith("3")
+        self._interpolates = not three and bool(self.description.coSimulation.canInterpolateInputs)
+        self._loop = _Loop(self._fmu, three, [self.variables[n] for n in inputs], [self.variables[n] for n in outputs])
+
+    def set(self, doing: str, row: FloatArray) -> None:
+        """The inputs."""
+        self._call(doing, self._loop.set, row)
+
+    def begin(self) -> None:
+        """End the initialisation."""
         self._call("initialisation", self._fmu.exitInitializationMode)
-        self._call("first outputs", loop.get, found[0])
-        for n in range(1, times.size):
-            step, at = times[n] - times[n - 1], f"step to t = {times[n]:.9g} s"
-            if names and three:
-                self._call(at, loop.set, 0.5 * (table[n - 1] + table[n]))
-            elif names:
-                self._call(at, loop.lean, (table[n] - table[n - 1]) / step)
-            self._call(at, self._fmu.doStep, times[n - 1], step)
-            if names:
-                self._call(at, loop.set, table[n])
-            self._call(at, loop.get, found[n])
-            if progress is not None and n % 256 == 0:
-                progress(n / times.size)
+
+    def step(self, doing: str, time: float, step: float, now: FloatArray, then: FloatArray) -> None:
+        """A step over which the inputs go from `now`, where they stand, to `then`: linearly, or where the FMU cannot, at their mean."""
+        if now.size and self._interpolates:
+            self._call(doing, self._loop.lean, (then - now) / step)
+        elif now.size:
+            self._call(doing, self._loop.set, 0.5 * (now + then))
+        self._call(doing, self._fmu.doStep, time, step)
+        if now.size:
+            self._call(doing, self._loop.set, then)
+
+    def get(self, doing: str, row: FloatArray) -> None:
+        """The outputs."""
+        self._call(doing, self._loop.get, row)
+
+    def end(self) -> None:
         self._call("the end", self._fmu.terminate)
-        return found
 
 
 def _check_run(run: Run) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import cffi
@@ -37,11 +38,8 @@ def library(lanes: int = 1) -> tuple[Any, Any]:
 
 @functools.cache
 def _loaded(lanes: int) -> tuple[Any, Any]:
-    header = (source_root() / "kernel" / "kernel.h").read_text(encoding="utf-8")
-    header = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
-    header = re.sub(r"^\s*#.*$", "", header, flags=re.MULTILINE).replace("[LANES]", f"[{lanes}]")
     ffi = cffi.FFI()
-    ffi.cdef(header)
+    ffi.cdef(declarations(source_root() / "kernel" / name for name in ("tables.h", "kernel.h")).replace("[LANES]", f"[{lanes}]"))
     loaded: Any = ffi.dlopen(str(kernel_library_path(lanes, instructions())))
     if loaded.kernel_size() != ffi.sizeof("struct Contact"):
         raise EvatError(
@@ -51,8 +49,17 @@ def _loaded(lanes: int) -> tuple[Any, Any]:
     return ffi, loaded
 
 
+def declarations(headers: Iterable[Path]) -> str:
+    """C headers as cffi reads them: without comments and preprocessor lines."""
+    text = "".join(path.read_text(encoding="utf-8") for path in headers)
+    return re.sub(r"^\s*#.*$", "", re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL), flags=re.MULTILINE)
+
+
 def _text(pointer: Any) -> str:
-    ffi, _ = library()
+    return cffi_text(library()[0], pointer)
+
+
+def cffi_text(ffi: Any, pointer: Any) -> str:
     return ffi.string(pointer).decode() if pointer != ffi.NULL else ""
 
 
@@ -63,29 +70,33 @@ def _names(pointer: Any) -> tuple[str, ...]:
 @functools.lru_cache(maxsize=1)
 def variables() -> tuple[Variable, ...]:
     """Every quantity of the component, in the order of its value references."""
-    ffi, loaded = library()
+    return read_table(*library())
+
+
+def read_table(ffi: Any, loaded: Any) -> tuple[Variable, ...]:
+    """Every quantity of a compiled model, in the order of its value references."""
     rows = [loaded.kernel_variable(index) for index in range(loaded.kernel_variable_count())]
     found = []
     for index, row in enumerate(rows):
         choices: list[str] = []
         while row.choices != ffi.NULL and row.choices[len(choices)] != ffi.NULL:
-            choices.append(_text(row.choices[len(choices)]))
+            choices.append(cffi_text(ffi, row.choices[len(choices)]))
         found.append(
             Variable(
-                name=_text(row.name),
-                unit=_text(row.unit),
-                display_unit=_text(row.display_unit) or None,
+                name=cffi_text(ffi, row.name),
+                unit=cffi_text(ffi, row.unit),
+                display_unit=cffi_text(ffi, row.display_unit) or None,
                 start=row.start,
                 min=row.min,
                 max=row.max,
                 nominal=row.nominal or 1.0,
-                meaning=_text(row.meaning),
-                source=_text(row.source),
+                meaning=cffi_text(ffi, row.meaning),
+                source=cffi_text(ffi, row.source),
                 type=TYPES[row.type],
                 causality=CAUSALITIES[row.causality],
                 variability=VARIABILITIES[row.variability],
                 choices=tuple(choices),
-                derivative_of=_text(rows[of].name) if (of := loaded.kernel_derivative_of(index)) else None,
+                derivative_of=cffi_text(ffi, rows[of].name) if (of := loaded.kernel_derivative_of(index)) else None,
                 neutral=row.neutral,
                 index=index,
             )

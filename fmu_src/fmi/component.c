@@ -1,6 +1,5 @@
 /* How does an instance begin, start and begin anew? From instantiation through initialisation, and back by reset. */
 #include "component.h"
-#include "../fmus/evat_contact.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -50,6 +49,14 @@ static void begin(struct Component *c, enum Interface interface)
     c->life.stop = INFINITY;
     c->told = 0;
     kernel_reset(&c->contact);
+#ifdef STARTS /* of this FMU, beside the table's */
+    static const struct {
+        int index;
+        double value;
+    } starts[] = {STARTS};
+    for (size_t i = 0; i < sizeof starts / sizeof *starts; ++i)
+        kernel_set(&c->contact, starts[i].index, 0, starts[i].value);
+#endif
 }
 
 static int is_blank(const char *text) { return text == NULL || text[strspn(text, " \t\r\n")] == '\0'; }
@@ -117,7 +124,7 @@ enum Answer component_set_up(struct Component *c, int tolerance_defined, double 
     if (stop_defined && (!isfinite(stop) || stop < start))
         return report(c, ANSWER_ERROR, "the stop time is %g s; a finite time at or after the start time %g s is needed.", stop, start);
     /* A tolerance that was set as a parameter is the more particular wish. */
-    if (tolerance_defined && !c->life.tolerance_set) {
+    if (tolerance_defined && !c->life.tolerance_set && kernel_variable(TOLERANCE_ARGUMENT)) {
         const struct Variable *v = kernel_variable(TOLERANCE_ARGUMENT);
         if (kernel_set(&c->contact, TOLERANCE_ARGUMENT, 0, tolerance) != KERNEL_OK)
             return report(c, ANSWER_ERROR, "the tolerance is %g; allowed is %g to %g.", tolerance, v->min, v->max);

@@ -6,7 +6,7 @@
 #ifndef COMPONENT_H
 #define COMPONENT_H
 
-#include "../kernel/kernel.h"
+#include "model.h" /* of the FMU that is being compiled: fmus/NAME/model.h */
 
 /* The numbers of fmi2Status and fmi3Status. */
 enum Answer { ANSWER_OK, ANSWER_WARNING, ANSWER_DISCARD, ANSWER_ERROR, ANSWER_FATAL };

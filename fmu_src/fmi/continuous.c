@@ -5,7 +5,7 @@
 
 static int is_count(struct Component *c, const void *numbers, size_t count, size_t needed, const char *what)
 {
-    if (count == needed && numbers)
+    if (count == needed && (numbers || needed == 0))
         return 1;
     report(c, ANSWER_ERROR, "an array of %zu %s is given%s; the FMU has %zu.", count, what, numbers ? "" : " as NULL", needed);
     return 0;
@@ -68,7 +68,7 @@ enum Answer get_nominals(struct Component *c, double *nominals, size_t count)
 
 enum Answer get_indicators(struct Component *c, double *indicators, size_t count)
 {
-    lanes indicator[INDICATORS];
+    lanes indicator[INDICATORS + 1]; /* a model may have none */
     if (!is_count(c, indicators, count, INDICATORS, "event indicators"))
         return ANSWER_ERROR;
     const enum Answer answer = refresh(c);

@@ -3,7 +3,6 @@
  * A call that sets several values checks them all before it sets the first.
  */
 #include "component.h"
-#include "../fmus/evat_contact.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -152,7 +151,7 @@ enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t c
         if (!reachable(c, &reals, references[i]))
             return ANSWER_ERROR;
         const char *name = kernel_variable((int)references[i])->name;
-        if (references[i] < INPUT_FIRST || references[i] >= INPUT_END)
+        if (kernel_variable((int)references[i])->causality != INPUT)
             return report(c, ANSWER_ERROR, "%s (value reference %lu) is no input; only inputs take a derivative.", name,
                           (unsigned long)references[i]);
         if (orders[i] != 1)

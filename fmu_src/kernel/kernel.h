@@ -12,6 +12,8 @@
 #ifndef KERNEL_H
 #define KERNEL_H
 
+#include "tables.h"
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -21,25 +23,6 @@
 
 /* One number for each lane. */
 typedef double lanes[LANES];
-
-/* ---- tables: the one declaration of every quantity ---- */
-
-enum Type { REAL, INTEGER, BOOLEAN, CHOICE };
-enum Causality { INDEPENDENT, PARAMETER, CALCULATED, INPUT, OUTPUT, LOCAL };
-enum Variability { FIXED, TUNABLE, DISCRETE, CONTINUOUS };
-
-struct Variable {
-    const char *name, *unit, *display_unit; /* unit "1": dimensionless; display_unit may be NULL */
-    double start, min, max, nominal;        /* in `unit`; nominal 0 stands for 1 */
-    const char *meaning, *source;           /* source "guess" where nothing better is known */
-    enum Type type;
-    enum Causality causality;
-    enum Variability variability;
-    const char *const *choices; /* CHOICE: the names, ended by NULL; the value is the place in the list */
-    int derivative_of;          /* index of the state whose rate this is; 0: none (of an effect's: see kernel_derivative_of) */
-    double neutral;             /* of an effect's parameter: with all at their neutral values on equals off; NAN: shape, has no say;
-                                   of a law's parameter: the published law's value, where that is not 0 */
-};
 
 enum Stage { STAGE_PATH, STAGE_ENGAGEMENT, STAGE_TEMPERATURE, STAGE_SHEAR, STAGE_LOAD, STAGE_FRICTION, STAGE_BRISTLE, STAGE_FORCES,
              STAGE_MEASUREMENT, STAGE_COUNT };

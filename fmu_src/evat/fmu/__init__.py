@@ -1,4 +1,4 @@
-"""How does the component become .fmu files? Kernel tables and compiled C in, EvatContact-fmi2.fmu and -fmi3.fmu out."""
+"""How do contact and partners become .fmu files? Tables and compiled C in, EvatContact-fmi2.fmu and -fmi3.fmu out."""
 
 from __future__ import annotations
 
@@ -6,57 +6,59 @@ import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from .. import kernel
-from ..compile import TARGETS, host_target, source_root
+from ..compile import CONTACT, TARGETS, host_target
 from . import archive, fmi2, fmi3
 from .description import Facts
-from .documentation import copyright_line, documentation_files
+from .documentation import copyright_line
 from .reference_results import reference_files
-from .shown import FmuError, Shown, Version, load
+from .shown import TOLERANCE, FmuError, Shown, Version
 from .sources import binary_name, compile_binary, source_files, source_names
-from .structure import model_structure
 from .terminals import terminal_files
+from .told import parts, shown_by, told
 
-__all__ = ["FmuError", "Version", "build_all", "build_fmu", "facts", "file_name", "shown"]
+__all__ = ["FmuError", "Version", "build_all", "build_fmu", "facts", "file_name", "parts", "shown"]
 
 Progress = Callable[[str], None]
 
 
-def shown() -> Shown:
-    """What the FMU shows beside the kernel's tables."""
-    return load(source_root() / "fmus" / "evat_contact.toml")
+def shown(part: str = CONTACT) -> Shown:
+    """What the FMU shows beside its model's tables."""
+    return shown_by(part)
 
 
-def facts(version: Version) -> Facts:
+def facts(version: Version, part: str = CONTACT) -> Facts:
     """Everything that modelDescription.xml is made of."""
+    found, about = told(part), shown(part)
     return Facts(
-        shown=shown(),
-        token=kernel.token(),
-        variables=kernel.variables(),
-        states=kernel.states(),
-        laws=kernel.laws(),
-        structure=model_structure(),
-        sources=source_names(version),
+        shown=about,
+        token=found.token,
+        variables=found.variables,
+        states=found.states,
+        laws=found.laws,
+        structure=found.structure(),
+        sources=source_names(version, about),
         copyright=copyright_line(),
     )
 
 
-def model_description(version: Version) -> bytes:
+def model_description(version: Version, part: str = CONTACT) -> bytes:
     """modelDescription.xml."""
     write = fmi2.model_description if version == 2 else fmi3.model_description
-    return write(facts(version))
+    return write(facts(version, part))
 
 
-def file_name(version: Version) -> str:
+def file_name(version: Version, part: str = CONTACT) -> str:
     """Name of the archive."""
-    return f"{shown().model_name}-fmi{version}.fmu"
+    return f"{shown(part).model_name}-fmi{version}.fmu"
 
 
 def _silent(line: str) -> None:
     """Nobody wants to hear of the progress."""
 
 
-def build_fmu(version: Version, output: Path, targets: Iterable[str] | None = None, progress: Progress = _silent) -> Path:
+def build_fmu(
+    version: Version, output: Path, targets: Iterable[str] | None = None, progress: Progress = _silent, part: str = CONTACT
+) -> Path:
     """Build one FMU, for Co-Simulation and Model Exchange, and return its path.
 
     Parameters
@@ -65,6 +67,7 @@ def build_fmu(version: Version, output: Path, targets: Iterable[str] | None = No
     output : the .fmu to write; it appears whole or not at all.
     targets : platforms to compile for, by FMI 3 platform tuple; all that the compiler serves by default.
     progress : is told what is being done, a line each.
+    part : the contact or one of its partners.
     """
     if version not in (2, 3):
         raise FmuError(f"FMI version {version!r}: FMUs are built for version 2 or 3.")
@@ -73,24 +76,26 @@ def build_fmu(version: Version, output: Path, targets: Iterable[str] | None = No
         raise FmuError(f"no such target: {', '.join(unknown)}; targets are {', '.join(TARGETS)}.")
     if not names:
         raise FmuError(f"an FMU without any binary was asked for; name a target, for example {host_target().fmi3_folder}.")
-    about = shown()
-    progress(f"FMI {version}: variables, dependencies, documentation")
+    about, found = shown(part), told(part)
+    title = f"{about.model_name}, FMI {version}"
+    progress(f"{title}: variables, dependencies, documentation")
+    tolerance = next((variable.start for variable in found.variables if variable.name == TOLERANCE), None)
     files = {
-        "modelDescription.xml": model_description(version),
-        **documentation_files(about),
-        **terminal_files(about, kernel.variables()),
-        **reference_files(about),
+        "modelDescription.xml": model_description(version, part),
+        **found.documentation(about),
+        **terminal_files(about, found.variables, found.icon()),
+        **reference_files(about, tolerance, found.follow),
         **source_files(version, about),
     }
     with tempfile.TemporaryDirectory(prefix="evat-fmu-") as folder:
         for name in names:
-            progress(f"FMI {version}: compile for {name}")
+            progress(f"{title}: compile for {name}")
             files[binary_name(version, TARGETS[name], about)] = compile_binary(version, TARGETS[name], about, Path(folder))
-    progress(f"FMI {version}: write {output.name}")
+    progress(f"{title}: write {output.name}")
     return archive.write(files, output)
 
 
 def build_all(folder: Path, targets: Iterable[str] | None = None, progress: Progress = _silent) -> tuple[Path, ...]:
     """Build the FMUs of both versions into `folder`."""
     names = None if targets is None else list(targets)
-    return tuple(build_fmu(version, folder / file_name(version), names, progress) for version in (2, 3))
+    return tuple(build_fmu(version, folder / file_name(version, part), names, progress, part) for part in parts() for version in (2, 3))

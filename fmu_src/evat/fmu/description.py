@@ -10,7 +10,7 @@ from datetime import datetime, timezone
 from .. import __version__
 from ..model import Law, Variable
 from .archive import generation_time
-from .shown import Shown
+from .shown import TOLERANCE, Shown
 from .simple_types import FIRST_ITEM, Enumeration, RealType, SimpleTypes, simple_types
 from .structure import Structure
 from .unit_definitions import definitions
@@ -144,5 +144,5 @@ def add_experiment(parent: Element, facts: Facts) -> None:
     categories = add(parent, "LogCategories")
     for name, meaning in facts.shown.log_categories.items():
         add(categories, "Category", {"name": name, "description": meaning})
-    tolerance = next(variable.start for variable in facts.variables if variable.name == "relative_tolerance")
+    tolerance = next((variable.start for variable in facts.variables if variable.name == TOLERANCE), None)
     add(parent, "DefaultExperiment", {**facts.shown.default_experiment, "tolerance": tolerance})

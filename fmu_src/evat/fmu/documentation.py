@@ -55,13 +55,13 @@ class Own:
     variables: tuple[Variable, ...]
 
 
-def _own() -> tuple[Own, ...]:
+def _own(variables: tuple[Variable, ...]) -> tuple[Own, ...]:
     """What belongs to laws and effects, each with its parameters, states and rates in the order of the table."""
     found = [Own(law.name, f"friction law {law.name}", None, law.variables) for law in kernel.laws() if law.variables]
     for effect in kernel.effects():
         switch = kernel.variable(effect.name)
         own = {v.name for v in (*effect.variables, *effect.states)}
-        every = tuple(v for v in kernel.variables() if v.name in own or v.derivative_of in own)
+        every = tuple(v for v in variables if v.name in own or v.derivative_of in own)
         found.append(Own(effect.name, f"effect {effect.name}", switch, every))
     return tuple(found)
 
@@ -96,16 +96,15 @@ def _code(name: str) -> Markup:
     return Markup("<code>{}</code>").format(Markup("<wbr>").join(re.findall(r"[^._]*[._]|[^._]+", name)))
 
 
-def _inline(svg: bytes) -> Markup:
+def inline(svg: bytes) -> Markup:
     """An SVG drawing without its XML prologue, for the inside of a page."""
     drawing = svg.decode()
     return Markup(drawing[drawing.index("<svg") :])  # our own drawing: nothing in it comes from outside
 
 
-def page(shown: Shown, drawing: picture.Picture) -> bytes:
+def page(shown: Shown, drawing: picture.Picture, variables: tuple[Variable, ...]) -> bytes:
     """documentation/index.html."""
-    variables = kernel.variables()
-    own = _own()
+    own = _own(variables)
     owned = {v.name for each in own for v in each.variables} | {each.switch.name for each in own if each.switch}
     parameters = [variable for variable in variables if variable.causality == "parameter"]
     text = render(
@@ -113,7 +112,7 @@ def page(shown: Shown, drawing: picture.Picture) -> bytes:
         shown=shown,
         version=__version__,
         token=kernel.token(),
-        diagram=_inline(drawing.svg),
+        diagram=inline(drawing.svg),
         v=_link,
         code=_code,
         laws=kernel.laws(),
@@ -131,11 +130,11 @@ def page(shown: Shown, drawing: picture.Picture) -> bytes:
     return text.encode()
 
 
-def documentation_files(shown: Shown) -> dict[str, bytes]:
+def documentation_files(shown: Shown, variables: tuple[Variable, ...]) -> dict[str, bytes]:
     """The folder documentation and the picture of the model."""
     drawing = picture.diagram()
     return {
-        "documentation/index.html": page(shown, drawing),
+        "documentation/index.html": page(shown, drawing, variables),
         "documentation/diagram.png": drawing.png,
         "documentation/diagram.svg": drawing.svg,
         "documentation/externalDependencies.txt": b"none\n",

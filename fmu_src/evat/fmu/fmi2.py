@@ -65,6 +65,8 @@ def _add_variable(parent: Element, variable: Variable, facts: Facts, places: dic
 
 
 def _add_unknowns(parent: Element, tag: str, unknowns: Sequence[Unknown]) -> None:
+    if not unknowns:
+        return
     element = add(parent, tag)
     for unknown in unknowns:
         pairs: dict[str, Scalar | None] = {

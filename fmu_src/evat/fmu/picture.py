@@ -1,4 +1,4 @@
-"""What does the contact look like? The diagram of tool, ellipse and chip, and the icons, as PNG and SVG."""
+"""What do contact and partners look like? The diagram of tool, ellipse and chip, blocks, and the icons, as PNG and SVG."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, Polygon, Rectangle
+
+from ..model import Variable
 
 _TOOL, _CHIP, _WORK, _PATH, _FORCE = "#8a93a3", "#e8b06a", "#c9d3c0", "#2864a8", "#b3282d"
 _PHI = math.radians(35)  # shear angle of the drawing
@@ -117,6 +119,24 @@ def diagram() -> Picture:
 def icon() -> Picture:
     """The component without terminals or words."""
     return _draw((2.0, 2.0), 100, (-3.2, 3.6, -2.2, 4.6), _paint_icon, transparent=True)
+
+
+def block(title: str, variables: Sequence[Variable]) -> Picture:
+    """A partner as a block: what goes in on the left, what comes out on the right."""
+    sides = {role: [v.name for v in variables if v.causality == role] for role in ("input", "output")}
+    height = 0.3 * max(4, *(len(names) + 1 for names in sides.values()))
+
+    def paint(axes: Axes) -> None:
+        axes.add_patch(Rectangle((-1, 0), 2, height, fc=_WORK, ec="#3d4450", lw=1.5))
+        axes.text(0, height / 2, title.replace("_", "\n").replace("Evat", ""), ha="center", va="center", fontsize=11)
+        for role, edge, sign in (("input", -1.0, -1), ("output", 1.0, 1)):
+            for place, name in enumerate(sides[role]):
+                y = height * (1 - (place + 0.5) / len(sides[role]))
+                ends = ((edge - 0.35, y), (edge, y)) if role == "input" else ((edge, y), (edge + 0.35, y))
+                _arrow(axes, *ends, _PATH, 1.0)
+                axes.text(edge + 0.4 * sign, y, name, ha="right" if sign < 0 else "left", va="center", fontsize=8)
+
+    return _draw((6.6, 1.1 * height + 0.2), 120, (-3.3, 3.3, -0.1, height + 0.1), paint, transparent=False)
 
 
 def terminal_icon(color: Sequence[int]) -> Picture:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import io
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from .. import kernel
+from ..model import FloatArray
 from .shown import Shown
 from .xml import add, serialised, text, top
+
+Follow = Callable[[FloatArray, Sequence[str]], FloatArray]
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 _NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
@@ -20,33 +23,31 @@ _MANIFEST = {
 }
 
 
-def _table(shown: Shown) -> bytes:
+def _table(shown: Shown, run: Follow) -> bytes:
     experiment, columns = shown.default_experiment, list(shown.reference_results["columns"])
     first, last, step = (experiment[name] for name in ("startTime", "stopTime", "stepSize"))
     times = np.asarray(first + step * np.arange(round((last - first) / step) + 1), dtype=np.float64)
-    contact = kernel.Contact()
-    contact.start(first)
-    values = contact.run(times, {}, columns)
+    values = run(times, columns)
     stream = io.BytesIO()
     header = ",".join(f'"{name}"' for name in ("time", *columns))
     np.savetxt(stream, np.column_stack((times, values)), fmt="%.9g", delimiter=",", header=header, comments="")
     return stream.getvalue()
 
 
-def _options(shown: Shown) -> bytes:
-    experiment, tolerance = shown.default_experiment, kernel.variable("relative_tolerance").start
-    pairs = {
-        "StartTime": experiment["startTime"],
-        "StopTime": experiment["stopTime"],
-        "StepSize": experiment["stepSize"],
-        "RelTol": tolerance,
-    }
+def _options(shown: Shown, tolerance: float | None) -> bytes:
+    experiment = shown.default_experiment
+    pairs = {"StartTime": experiment["startTime"], "StopTime": experiment["stopTime"], "StepSize": experiment["stepSize"]}
+    if tolerance is not None:
+        pairs["RelTol"] = tolerance
     return "".join(f"{name}, {text(value)}\n" for name, value in pairs.items()).encode()
 
 
-def reference_files(shown: Shown) -> dict[str, bytes]:
-    """The folder of the layered standard: manifest, results, options of the run."""
-    contents = {f"{shown.model_name}_ref.csv": _table(shown), f"{shown.model_name}_ref.opt": _options(shown)}
+def reference_files(shown: Shown, tolerance: float | None, run: Follow) -> dict[str, bytes]:
+    """The folder of the layered standard: manifest, results, options of the run.
+
+    run : the columns of these names at these times, from a start at the first, all at start values, shape (times, names).
+    """
+    contents = {f"{shown.model_name}_ref.csv": _table(shown, run), f"{shown.model_name}_ref.opt": _options(shown, tolerance)}
     identity = {f"{{{_NAMESPACE}}}{key}": value for key, value in _MANIFEST.items()}
     manifest = top("fmiReferences", identity, {"fmi-ls": _NAMESPACE})
     about = (

@@ -1,10 +1,10 @@
-"""What does an FMU show beside the kernel's tables? Names, capabilities, terminals: the file fmus/evat_contact.toml."""
+"""What does an FMU show beside its model's tables? Names, capabilities, terminals: the file fmus/PART.toml."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,6 +17,7 @@ else:
     import tomli as tomllib
 
 Version = Literal[2, 3]
+TOLERANCE = "relative_tolerance"  # the parameter that is FMI's tolerance, where a model has it
 
 
 class FmuError(EvatError):
@@ -25,8 +26,13 @@ class FmuError(EvatError):
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """The facts of one FMU that are neither physics nor behaviour; the fields are the keys of the file."""
+    """The facts of one FMU that are neither physics nor behaviour; the fields are the keys of the file, `part` is its name.
 
+    An FMU may carry the `model` of another part with other values at the `start`: choices that its use needs, which some importers cannot
+    set.
+    """
+
+    part: str
     model_name: str
     description: str
     license: str
@@ -37,6 +43,8 @@ class Shown:
     fmi3: Mapping[str, Mapping[str, Scalar]]
     terminals: list[Mapping[str, Any]]
     reference_results: Mapping[str, list[str]]
+    model: str
+    start: Mapping[str, float | str] = field(default_factory=dict)
 
     def interfaces(self, version: Version) -> Mapping[str, Mapping[str, Scalar]]:
         """The interface elements of one FMI version with their attributes."""
@@ -44,11 +52,19 @@ class Shown:
 
 
 def load(path: Path) -> Shown:
-    """Read the file; a key that is missing or not known is an error."""
-    with path.open("rb") as file:
-        facts = tomllib.load(file)
-    wanted = {field.name for field in fields(Shown)}
-    if facts.keys() != wanted:
-        missing, unknown = sorted(wanted - facts.keys()), sorted(facts.keys() - wanted)
+    """Read the file; a key that is missing or not known is an error. What many FMUs share stands in a second file, named by `as_in`."""
+    facts = _read(path)
+    if "as_in" in facts:
+        facts = {**_read(path.with_name(facts.pop("as_in"))), **facts}
+    facts = {"part": path.stem, "model": path.stem, **facts}
+    known = {each.name for each in fields(Shown)}
+    wanted = {each.name for each in fields(Shown) if each.default is MISSING and each.default_factory is MISSING}
+    if not wanted <= facts.keys() <= known:
+        missing, unknown = sorted(wanted - facts.keys()), sorted(facts.keys() - known)
         raise FmuError(f"{path.name}: keys missing: {missing}; keys not known: {unknown}. Correct the file.")
     return Shown(**facts)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    with path.open("rb") as file:
+        return tomllib.load(file)

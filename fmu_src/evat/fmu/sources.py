@@ -1,47 +1,69 @@
-"""Which C files travel in an FMU, and how are they compiled? The tree of kernel, shell and tables, without the headers of FMI."""
+"""Which C files travel in an FMU, and how are they compiled? The tree of model and shell, without the headers of FMI."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from ..compile import FLAGS, Target, compile_library, fmi_headers, include_folders, kernel_sources, shell_sources, source_root
+from .. import kernel, machine
+from ..compile import (
+    CONTACT,
+    FLAGS,
+    Target,
+    compile_library,
+    fmi_headers,
+    include_folders,
+    model_headers,
+    model_sources,
+    shell_sources,
+    source_root,
+)
 from .shown import Shown, Version
 from .xml import add, serialised, top
 
 
-def compiled_sources(version: Version) -> list[Path]:
+def compiled_sources(version: Version, shown: Shown) -> list[Path]:
     """The C files of one FMI version, in a fixed order."""
     root = source_root()
-    return [*kernel_sources(root), *shell_sources(root, version)]
+    return [*model_sources(root, shown.model), *shell_sources(root, version)]
 
 
-def source_names(version: Version) -> tuple[str, ...]:
+def source_names(version: Version, shown: Shown) -> tuple[str, ...]:
     """Their names inside sources/."""
     root = source_root()
-    return tuple(path.relative_to(root).as_posix() for path in compiled_sources(version))
+    return tuple(path.relative_to(root).as_posix() for path in compiled_sources(version, shown))
 
 
 def source_files(version: Version, shown: Shown) -> dict[str, bytes]:
     """Everything below sources/, buildDescription.xml included."""
     root = source_root()
-    headers = [path for folder in include_folders(root) for path in sorted(folder.rglob("*.h"))]
-    files = {f"sources/{path.relative_to(root).as_posix()}": path.read_bytes() for path in (*compiled_sources(version), *headers)}
+    paths = (*compiled_sources(version, shown), *model_headers(root, shown.model))
+    files = {f"sources/{path.relative_to(root).as_posix()}": path.read_bytes() for path in paths}
+    files["sources/fmi/model.h"] = model_header(shown)  # found without an include folder
     files["sources/buildDescription.xml"] = build_description(version, shown)
     return files
 
 
+def model_header(shown: Shown) -> bytes:
+    """The FMU's model.h: that of its model, with the values that it has at the start beside the table's."""
+    text = (source_root() / "fmus" / shown.model / "model.h").read_bytes()
+    if not shown.start:
+        return text
+    places = {variable.name: variable for variable in (kernel.variables() if shown.model == CONTACT else machine.variables(shown.model))}
+    rows = ", ".join(f"{{{places[name].index}, {places[name].check(value)!r}}}" for name, value in shown.start.items())
+    return text + f"\n/* {', '.join(shown.start)} */\n#define STARTS {rows}\n".encode()
+
+
 def build_description(version: Version, shown: Shown) -> bytes:
     """buildDescription.xml. Its format is FMI 3's in an FMI 2 archive, too."""
-    root = source_root()
     document = top("fmiBuildDescription", {"fmiVersion": "3.0"})
     text = "C99 with its mathematical library; the headers of FMI are the importer's"
     configuration = add(document, "BuildConfiguration", {"modelIdentifier": shown.model_name, "description": text})
     options = " ".join(flag for flag in FLAGS if flag.startswith(("-std", "-ff", "-fv")))
     files = add(configuration, "SourceFileSet", {"language": "C99", "compiler": "clang", "compilerOptions": options})
-    for name in source_names(version):
+    for name in source_names(version, shown):
         add(files, "SourceFile", {"name": name})
-    for folder in include_folders(root):
-        add(files, "IncludeDirectory", {"name": folder.relative_to(root).as_posix()})
+    for name in sorted({name.partition("/")[0] for name in source_names(version, shown)}):
+        add(files, "IncludeDirectory", {"name": name})
     return serialised(document)
 
 
@@ -54,5 +76,7 @@ def binary_name(version: Version, target: Target, shown: Shown) -> str:
 def compile_binary(version: Version, target: Target, shown: Shown, folder: Path) -> bytes:
     """The library of one platform; `folder` holds it while it is made."""
     output = folder / f"fmi{version}" / target.fmi3_folder / f"{shown.model_name}{target.extension}"
-    include = [*include_folders(source_root()), fmi_headers()]
-    return compile_library(compiled_sources(version), output, target, include=include).read_bytes()
+    output.parent.mkdir(parents=True, exist_ok=True)
+    (output.parent / "model.h").write_bytes(model_header(shown))
+    include = [output.parent, *include_folders(source_root(), shown.model), fmi_headers()]
+    return compile_library(compiled_sources(version, shown), output, target, include=include).read_bytes()

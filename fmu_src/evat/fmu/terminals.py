@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from ..model import Variable
 from . import picture
+from .picture import Picture
 from .shown import FmuError, Shown
 from .xml import Scalar, add, serialised, top
 
@@ -43,10 +44,10 @@ def terminals_xml(shown: Shown, variables: Sequence[Variable]) -> bytes:
     return serialised(document)
 
 
-def terminal_files(shown: Shown, variables: Sequence[Variable]) -> dict[str, bytes]:
+def terminal_files(shown: Shown, variables: Sequence[Variable], icon: Picture) -> dict[str, bytes]:
     """The folder terminalsAndIcons of the archive."""
     files = {f"{_FOLDER}/terminalsAndIcons.xml": terminals_xml(shown, variables)}
-    drawings = {"icon": picture.icon(), **{t["name"]: picture.terminal_icon(t["color"]) for t in shown.terminals}}
+    drawings = {"icon": icon, **{t["name"]: picture.terminal_icon(t["color"]) for t in shown.terminals}}
     for name, drawing in drawings.items():
         files[f"{_FOLDER}/{name}.png"] = drawing.png
         files[f"{_FOLDER}/{name}.svg"] = drawing.svg

@@ -5,6 +5,7 @@ A point's cost does not depend on which worker calculates it, nor on its neighbo
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from types import TracebackType
 from typing import Any
@@ -58,6 +59,16 @@ class Cluster:
                 if attempt == TRIES - 1:
                     raise ClusterError(f"the cluster lost {TRIES} times the workers that had a generation ({error}).") from error
         raise AssertionError("unreachable")
+
+    def each(self, function: Callable[..., Any], shared: Any, points: Sequence[tuple[Any, ...]]) -> Iterator[tuple[int, Any]]:
+        """function(shared, *point) for each point, with its number, as they finish; `shared` is sent once."""
+        sent = self._client.scatter(shared, broadcast=True, hash=False)
+        waiting = {self._client.submit(function, sent, *point, pure=False, retries=TRIES): number for number, point in enumerate(points)}
+        try:
+            for future, found in self._distributed.as_completed(waiting, loop=self._client.loop, with_results=True):
+                yield waiting[future], found
+        except (CancelledError, self._distributed.client.FutureCancelledError, self._distributed.KilledWorker, OSError) as error:
+            raise ClusterError(f"the cluster lost {TRIES} times the worker that had a run ({error}).") from error
 
     def _once(self, objective: Objective, points: FloatArray) -> FloatArray:
         try:

@@ -1,0 +1,141 @@
+"""`evat system`: run a system of FMUs, or sweep over its parameters."""
+
+from __future__ import annotations
+
+import tempfile
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from evat.cli_shared import err, out, share_done
+
+if TYPE_CHECKING:
+    from evat.systems.model import System
+    from evat.systems.values import Value
+
+system = typer.Typer(
+    name="system",
+    no_args_is_help=True,
+    help="Systems of FMUs (.ssp): the contact in a machine. `evat build` writes ours; any flat one of FMI 2 or 3 co-simulation FMUs runs.",
+)
+Ssp = Annotated[Path, typer.Argument(help="An .ssp file.")]
+Step = Annotated[float | None, typer.Option(help="Communication step [s]; without it the system's own.")]
+Stop = Annotated[float | None, typer.Option(help="Stop time [s]; without it the system's own.")]
+Order = Annotated[Literal["gauss-seidel", "jacobi"], typer.Option(help="One component after the other, or all from the same values.")]
+Inputs = Annotated[Literal["linear", "constant"], typer.Option(help="How inputs go on within a step whose end is not known yet.")]
+SystemValues = Annotated[
+    list[str] | None, typer.Option("--value", "-v", help="COMPONENT.VARIABLE=VALUE, units allowed; repeat it for more.")
+]
+Sets = Annotated[
+    list[str] | None, typer.Option("--set", "-s", help="COMPONENT=SET: an .ssv file or a shipped set of the contact; repeat it for more.")
+]
+
+
+def _values(found: System, value: list[str] | None, sets: list[str] | None) -> dict[str, dict[str, Value]]:
+    from evat.model import ParameterError
+    from evat.systems.values import from_set, merged, typed
+
+    of_sets: dict[str, dict[str, Value]] = {}
+    for text in sets or []:
+        name, equals, which = text.partition("=")
+        if not equals or name not in found.components:
+            raise ParameterError(f"--set {text!r}: write COMPONENT=SET; components are {', '.join(found.components)}.")
+        of_sets = merged(of_sets, {name: from_set(which)})
+    return merged(of_sets, typed(found, value or []))
+
+
+@system.command()
+def run(
+    ssp: Ssp,
+    step: Step = None,
+    stop: Stop = None,
+    value: SystemValues = None,
+    sets: Sets = None,
+    record: Annotated[
+        Path | None, typer.Option("--input", "-i", help="CSV or Parquet with 'time' and inputs as COMPONENT.VARIABLE [unit].")
+    ] = None,
+    every: Annotated[int | None, typer.Option(help="Keep every n-th step; without it as the system says.")] = None,
+    order: Order = "gauss-seidel",
+    inputs: Inputs = "linear",
+    to: Annotated[Path, typer.Option("--out", "-o", help="Result, .csv or .parquet; the plot is written beside it as .png.")] = Path(
+        "system.csv"
+    ),
+) -> None:
+    """Run a system; write a table and a plot, and say how the power balance at its bonds came out.
+
+    Example: evat system run build/out/fmus/stick_slip.ssp -o stick-slip.parquet
+    """
+    from evat.plot_system import plot_run
+    from evat.systems.couple import NOTHING, Coupled, plan
+    from evat.systems.model import SystemStopped
+    from evat.systems.read import read
+    from evat.systems.values import record as read_record
+    from evat.table import write_trace
+
+    with tempfile.TemporaryDirectory(prefix="evat-system-") as folder:
+        found = read(ssp, Path(folder))
+        wanted = plan(found, step, stop, every, order, inputs)
+        given = NOTHING if record is None else read_record(found, record)
+        with Coupled(found, _values(found, value, sets), given) as coupled, share_done(f"running {found.name}") as progress:
+            try:
+                trace, power = coupled.run(wanted, progress)
+            except SystemStopped as stopped:
+                out.print(f"wrote {write_trace(stopped.trace, to)}, the results until the stop")
+                raise
+    out.print(f"wrote {write_trace(trace, to)}")
+    out.print(f"wrote {plot_run(trace, to.with_suffix('.png'), list(trace.columns), found.title)}")
+    for line in power.advice(wanted.step, 2 if inputs == "linear" else 1):
+        out.print(escape(line), soft_wrap=True)
+
+
+@system.command()
+def sweep(
+    ssp: Ssp,
+    over: Annotated[
+        list[str],
+        typer.Option(help="NAME=FIRST:LAST:COUNT, NAME=VALUE,VALUE or COMPONENT=SET,SET; several NAMEs joined by commas get the same."),
+    ],
+    step: Step = None,
+    stop: Stop = None,
+    value: SystemValues = None,
+    sets: Sets = None,
+    order: Order = "gauss-seidel",
+    inputs: Inputs = "linear",
+    dask: Annotated[str | None, typer.Option(help="Address of a dask scheduler on whose workers the runs go.")] = None,
+    to: Annotated[Path, typer.Option("--out", "-o", help="Table, .csv or .parquet; the map is written beside it as .png.")] = Path(
+        "sweep.csv"
+    ),
+) -> None:
+    """Run a system over a grid of its parameters: a table of means over the last half of each run, and a map.
+
+    Example: evat system sweep build/out/fmus/evat_turning.ssp --over contact.amplitude_x=3e-6:9e-6:4 --stop 0.005
+    """
+    from evat.identify.cluster import Cluster
+    from evat.plot_system import plot_sweep
+    from evat.systems import sweep as sweeping
+    from evat.systems.couple import plan
+    from evat.systems.read import read
+    from evat.table import write_columns
+
+    with tempfile.TemporaryDirectory(prefix="evat-system-") as folder:
+        found = read(ssp, Path(folder))
+        axes = [sweeping.axis(found, text) for text in over]
+        values = _values(found, value, sets)
+        plan(found, step, stop, None, order, inputs)
+        units = {f"{name}.{c.name}": c.unit for name, component in found.components.items() for c in component.connectors.values()}
+        with nullcontext() if dask is None else Cluster(dask) as cluster, share_done(f"sweeping {found.name}") as progress:
+            wishes = {"step": step, "stop": stop, "order": order, "inputs": inputs}
+            rows = sweeping.sweep(ssp, axes, values, wishes, progress, cluster)
+    out.print(f"wrote {write_columns(sweeping.columns(axes, rows, units), to)}")
+    failed = [row for row in rows if row.failure]
+    if len(failed) < len(rows):
+        out.print(f"wrote {plot_sweep(axes, rows, units, to.with_suffix('.png'))}")
+    table = Table("run", "why it failed")
+    for row in failed:
+        table.add_row(", ".join(each.texts[place] for each, place in zip(axes, row.place, strict=True)), escape(row.failure))
+    if failed:
+        err.print(table)

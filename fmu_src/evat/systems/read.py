@@ -1,0 +1,247 @@
+"""What does an .ssp hold? Read as something that a stranger sent: nothing leaves its folder, and every complaint is plain."""
+
+from __future__ import annotations
+
+import stat
+import zipfile
+import zlib
+from collections.abc import Mapping
+from functools import lru_cache
+from importlib import util
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any
+
+import fmpy
+from lxml import etree
+
+from ..model import ParameterError
+from ..units import affine, base_unit
+from .model import Bond, Component, Connector, Port, SspError, System, port
+
+MOST_FILES, MOST_BYTES = 4000, 2 << 30  # of an archive once unpacked
+_NS = {
+    "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
+    "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
+    "ssv": "http://ssp-standard.org/SSP1/SystemStructureParameterValues",
+    "about": "urn:evat:system",
+}
+FMU_TYPES = (None, "application/x-fmu-sharedlibrary")
+
+
+@lru_cache
+def _schema(name: str) -> Any:
+    spec = util.find_spec("fmpy")
+    if spec is None or not spec.submodule_search_locations:
+        raise SspError("the SSP schemas come with the package fmpy, which is not installed here: pip install fmpy.")
+    return etree.XMLSchema(file=str(Path(spec.submodule_search_locations[0]) / "ssp" / "schema" / f"{name}.xsd"))
+
+
+def unpack(archive: Path, folder: Path) -> None:
+    """Unpack a ZIP into `folder`; SspError before anything is written where a name would leave it, or it is no archive."""
+    try:
+        with zipfile.ZipFile(archive) as packed:
+            entries = packed.infolist()
+            for entry in entries:
+                _check_name(archive.name, entry)
+            if len(entries) > MOST_FILES or sum(entry.file_size for entry in entries) > MOST_BYTES:
+                raise SspError(f"{archive.name}: it unpacks to more than {MOST_FILES} files or {MOST_BYTES >> 30} GiB; it is not read.")
+            packed.extractall(folder)
+    except (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, ValueError) as error:
+        raise SspError(f"{archive.name}: this archive cannot be read, it is corrupt or no ZIP ({error}). Fetch it again.") from error
+
+
+def zip_of(path: Path, where: str) -> zipfile.ZipFile:
+    """An open archive; SspError where it is none."""
+    try:
+        return zipfile.ZipFile(path)
+    except (OSError, zipfile.BadZipFile) as error:
+        raise SspError(f"{where}: {path.name} is no FMU that can be read, it is corrupt or no ZIP ({error}).") from error
+
+
+def _check_name(where: str, entry: zipfile.ZipInfo) -> None:
+    name, kind = entry.filename, entry.external_attr >> 16
+    path = PurePosixPath(name)
+    if path.is_absolute() or ".." in path.parts or "\\" in name or PureWindowsPath(name).drive or "\0" in entry.orig_filename:
+        raise SspError(f"{where}: the entry {name!r} would be written outside of the archive's folder; the archive is refused.")
+    if stat.S_ISLNK(kind):
+        raise SspError(f"{where}: the entry {name!r} is a link; the archive is refused.")
+
+
+def _xml(path: Path, what: str) -> Any:
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, remove_comments=True)
+    try:
+        tree = etree.parse(str(path), parser)
+    except (OSError, etree.XMLSyntaxError) as error:
+        raise SspError(f"{what}: this is no readable XML file: {error}.") from error
+    if tree.docinfo.internalDTD is not None:
+        raise SspError(f"{what}: it has a document type declaration, which SSP needs not; remove it.")
+    return tree
+
+
+def _valid(tree: Any, schema: str, what: str) -> None:
+    if not _schema(schema).validate(tree):
+        wrong = _schema(schema).error_log[0]
+        raise SspError(f"{what}, line {wrong.line}: not valid by the schema of SSP 1.0: {wrong.message}")
+
+
+def read(path: Path, folder: Path) -> System:
+    """The system in an .ssp, unpacked into the empty `folder`, with its connections checked against the FMUs."""
+    if not path.is_file():
+        raise SspError(f"{path}: there is no such file.")
+    unpack(path, folder)
+    what = f"{path.name}, SystemStructure.ssd"
+    if not (folder / "SystemStructure.ssd").is_file():
+        raise SspError(f"{path.name}: there is no SystemStructure.ssd in it; it is no system.")
+    tree = _xml(folder / "SystemStructure.ssd", what)
+    top = tree.getroot()
+    if top.get("version", "1.0") not in ("1.0", "1.1"):
+        raise SspError(f"{what}: it is of SSP {top.get('version')}; SSP 1.0 and 1.1 are read.")
+    _valid(tree, "SystemStructureDescription" + ("11" if top.get("version") == "1.1" else ""), what)
+    system = top.find("ssd:System", _NS)
+    if system.find("ssd:Elements/ssd:System", _NS) is not None:
+        raise SspError(f"{what}: it holds a system within the system; only flat systems are read.")
+    if system.find("ssd:Connectors/ssd:Connector", _NS) is not None:
+        raise SspError(f"{what}: the system itself has connectors; take the variant without, or remove them.")
+    components = {}
+    for element in system.iterfind("ssd:Elements/ssd:Component", _NS):
+        if element.get("name") in components:
+            raise SspError(f"{what}, line {element.sourceline}: component {element.get('name')} is there twice.")
+        components[element.get("name")] = _component(element, folder, path.name)
+    if not components:
+        raise SspError(f"{what}: there is no component in it.")
+    connections = _connections(system, components, what)
+    experiment, about = top.find("ssd:DefaultExperiment", _NS), system.find("ssd:Annotations/ssc:Annotation/about:system", _NS)
+    start, stop = (
+        float(experiment.get(key, default)) if experiment is not None else float(default)
+        for key, default in (("startTime", "0"), ("stopTime", "1"))
+    )
+    return System(
+        top.get("name"),
+        top.get("description", top.get("name")),
+        components,
+        connections,
+        _bonds(about, connections, what),
+        start,
+        stop,
+        None if about is None else float(about.get("step")),
+        1 if about is None else int(about.get("every", "1")),
+    )
+
+
+def _component(element: Any, folder: Path, archive: str) -> Component:
+    name, where = element.get("name"), f"{archive}, component {element.get('name')}"
+    if element.get("type") not in FMU_TYPES:
+        raise SspError(f"{where}: it is of type {element.get('type')}; only FMUs are coupled.")
+    source = _inside(folder, element.get("source"), where)
+    if not source.is_file():
+        raise SspError(f"{where}: the FMU {element.get('source')} is missing from the archive.")
+    with zip_of(source, where) as packed:
+        for entry in packed.infolist():
+            _check_name(f"{where}, {source.name}", entry)
+    try:
+        description = fmpy.read_model_description(str(source), validate=False)
+    except Exception as error:  # fmpy raises what its parsers raise
+        raise SspError(f"{where}: {element.get('source')} is no FMU that can be read ({error}).") from error
+    variables = {variable.name: variable for variable in description.modelVariables}
+    connectors = {}
+    for child in element.iterfind("ssd:Connectors/ssd:Connector", _NS):
+        connectors[child.get("name")] = _connector(child, variables, where)
+    values = {}
+    for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", _NS):
+        values.update(_bound(binding, folder, where))
+    if unknown := [key for key in values if key not in variables]:
+        raise SspError(f"{where}: its parameter values name {unknown[0]!r}, which the FMU does not have.")
+    return Component(name, source, connectors, values)
+
+
+def _inside(folder: Path, source: str, where: str) -> Path:
+    path = (folder / source).resolve()
+    if "://" in source or not path.is_relative_to(folder.resolve()):
+        raise SspError(f"{where}: the source {source!r} lies outside of the archive; it is not read.")
+    return path
+
+
+def _connector(element: Any, variables: Mapping[str, Any], where: str) -> Connector:
+    name, kind = element.get("name"), element.get("kind")
+    if name not in variables:
+        raise SspError(f"{where}: its FMU has no variable {name!r} for the connector of that name.")
+    if kind not in ("input", "output") or variables[name].causality != kind:
+        raise SspError(
+            f"{where}: connector {name} is {kind}, the FMU's variable is {variables[name].causality}; both must be input or output."
+        )
+    variable = variables[name]
+    declared = variable.declaredType.unit if variable.declaredType is not None else None
+    unit, real = variable.unit or declared or "1", element.find("ssc:Real", _NS)
+    shown = unit if real is None else real.get("unit", unit)
+    if shown != unit and _factor(shown, unit) != (1.0, 0.0):
+        raise SspError(f"{where}: connector {name} is in {shown}, the FMU's variable in {unit}; give both the same unit.")
+    return Connector(name, kind, unit)
+
+
+def _factor(found: str, wanted: str) -> tuple[float, float] | None:
+    """Factor and offset between two units; None where they measure different things."""
+    try:
+        return affine(found, wanted) if base_unit(found).exponents == base_unit(wanted).exponents else None
+    except ParameterError:  # a unit of the author's own: it fits itself only
+        return None
+
+
+def _connections(system: Any, components: Mapping[str, Component], what: str) -> dict[Port, Port]:
+    found: dict[Port, Port] = {}
+    for element in system.iterfind("ssd:Connections/ssd:Connection", _NS):
+        where = f"{what}, line {element.sourceline}"
+        ends = [(element.get(f"{end}Element"), element.get(f"{end}Connector")) for end in ("start", "end")]
+        for component, connector in ends:
+            if component not in components:
+                raise SspError(f"{where}: the connection names component {component!r}, which is not there.")
+            if connector not in components[component].connectors:
+                raise SspError(f"{where}: component {component} has no connector {connector!r}.")
+        if len(element):
+            raise SspError(f"{where}: the connection has a transformation; importers ignore them, so none is allowed.")
+        kinds = [components[component].connectors[connector].kind for component, connector in ends]
+        at, to = (ends[1], ends[0]) if kinds == ["input", "output"] else ends
+        if sorted(kinds) != ["input", "output"]:
+            raise SspError(f"{where}: {'.'.join(ends[0])} and {'.'.join(ends[1])} are both {kinds[0]}s; an output feeds an input.")
+        if to in found:
+            raise SspError(f"{where}: the input {'.'.join(to)} is fed twice.")
+        units = [components[component].connectors[connector].unit for component, connector in (at, to)]
+        if units[0] != units[1] and _factor(*units) != (1.0, 0.0):
+            raise SspError(f"{where}: the units do not match: {'.'.join(at)} is in {units[0]}, {'.'.join(to)} in {units[1]}.")
+        found[to] = at
+    return found
+
+
+def _bonds(about: Any, connections: Mapping[Port, Port], what: str) -> tuple[Bond, ...]:
+    if about is None:
+        return ()
+    bonds = tuple(Bond(port(bond.get("force"), what), port(bond.get("velocity"), what)) for bond in about.iterfind("about:bond", _NS))
+    for bond in bonds:
+        for at in (bond.force, bond.velocity):
+            if at not in connections.values():
+                raise SspError(f"{what}: {'.'.join(at)} of a bond feeds no input.")
+    return bonds
+
+
+def _bound(binding: Any, folder: Path, where: str) -> dict[str, float | str | bool]:
+    if binding.get("prefix") or binding.find("ssd:ParameterMapping", _NS) is not None:
+        raise SspError(f"{where}: its parameter binding has a prefix or a mapping; only the FMU's own names are read.")
+    if binding.get("source") is None:
+        raise SspError(f"{where}: its parameter values stand in the .ssd; only .ssv files are read.")
+    path = _inside(folder, binding.get("source"), where)
+    if not path.is_file():
+        raise SspError(f"{where}: the parameter file {binding.get('source')} is missing from the archive.")
+    return values_of(path)
+
+
+def values_of(path: Path) -> dict[str, float | str | bool]:
+    """What an .ssv file sets, by name. Numbers must be in the FMU's unit: SI."""
+    tree = _xml(path, path.name)
+    _valid(tree, "SystemStructureParameterValues", path.name)
+    values: dict[str, float | str | bool] = {}
+    for parameter in tree.getroot().iterfind("ssv:Parameters/ssv:Parameter", _NS):
+        kind, text = etree.QName(parameter[0]).localname, parameter[0].get("value")
+        if kind == "Boolean":
+            values[parameter.get("name")] = text.strip() in ("true", "1")
+        else:
+            values[parameter.get("name")] = text if kind in ("Enumeration", "String") else float(text)
+    return values

@@ -1,0 +1,112 @@
+"""Which values does a user give the components of a system? COMPONENT.VARIABLE=VALUE with units, parameter sets, records of inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+
+from .. import kernel, parameter_sets
+from ..model import ParameterError
+from ..table import RecordError, read_table
+from ..units import to_si
+from .couple import Given
+from .model import Port, SspError, System, port
+from .read import values_of
+
+Value = float | str | bool
+
+
+@lru_cache(maxsize=32)
+def _variables(source: Path) -> Mapping[str, Any]:
+    return {variable.name: variable for variable in fmpy.read_model_description(str(source), validate=False).modelVariables}
+
+
+def variable(system: System, at: Port) -> Any:
+    """fmpy's description of a variable; SspError where there is none."""
+    if at[0] not in system.components:
+        raise SspError(f"there is no component {at[0]!r}; the system has {', '.join(system.components)}.")
+    known = _variables(system.components[at[0]].source)
+    if at[1] not in known:
+        import difflib
+
+        near = ", ".join(difflib.get_close_matches(at[1], known, 3)) or "evat info lists those of the contact"
+        raise SspError(f"component {at[0]} has no variable {at[1]!r}; near: {near}.")
+    return known[at[1]]
+
+
+def unit(system: System, at: Port) -> str:
+    """The unit of a variable."""
+    found = variable(system, at)
+    declared = found.declaredType.unit if found.declaredType is not None else None
+    return str(found.unit or declared or "1")
+
+
+def value(system: System, at: Port, text: str) -> Value:
+    """What a typed value stands for in the unit of the FMU; choices stay names."""
+    found = variable(system, at)
+    if found.causality in ("output", "local", "independent") and found.initial != "exact":
+        raise SspError(f"{'.'.join(at)} is {found.causality} and computed; only parameters, inputs and the starts of states can be set.")
+    if at in system.connections:
+        raise SspError(f"{'.'.join(at)} is fed by {'.'.join(system.connections[at])}; it cannot be set.")
+    if found.type == "Boolean":
+        if text.lower() not in ("true", "false"):
+            raise ParameterError(f"{'.'.join(at)} = {text!r}: allowed are true and false.")
+        return text.lower() == "true"
+    if found.type == "Enumeration":
+        return text
+    return to_si(text, unit(system, at), name=".".join(at))
+
+
+def typed(system: System, texts: Iterable[str]) -> dict[str, dict[str, Value]]:
+    """Values from COMPONENT.VARIABLE=VALUE."""
+    values: dict[str, dict[str, Value]] = {}
+    for text in texts:
+        name, equals, given = text.partition("=")
+        if not equals or not given.strip():
+            raise ParameterError(f"{text!r}: write COMPONENT.VARIABLE=VALUE, for example 'spindle.speed_set=80 rpm'.")
+        at = port(name.strip(), repr(text))
+        values.setdefault(at[0], {})[at[1]] = value(system, at, given.strip())
+    return values
+
+
+def from_set(name: str) -> dict[str, Value]:
+    """What a parameter set says: one of the contact's by name, or any .ssv file."""
+    if name.endswith(".ssv"):
+        path = Path(name)
+        if not path.is_file():
+            raise SspError(f"{path}: there is no such file.")
+        return values_of(path)
+    found = parameter_sets.load(name)
+    every = {effect.name: effect.name in found.effects for effect in kernel.effects()}
+    return {**every, **kernel.by_choice(found.values)}
+
+
+def record(system: System, path: Path) -> Given:
+    """Inputs from a table with a column `time` and columns COMPONENT.VARIABLE, units in brackets where they are not SI."""
+    table = read_table(path)
+    headers = {header.partition("[")[0].strip(): header for header in table.columns}
+    if "time" not in headers or len(headers) < 2:
+        raise RecordError(
+            f"{path.name}: columns {', '.join(map(repr, table.columns))}; needed are 'time' and inputs as COMPONENT.VARIABLE."
+        )
+    times = table.clock(headers.pop("time"))
+    ports = tuple(port(name, path.name) for name in headers)
+    for at in ports:
+        if variable(system, at).causality != "input":
+            raise SspError(f"{path.name}: {'.'.join(at)} is no input.")
+    columns = [table.column(header, unit(system, at)) for at, header in zip(ports, headers.values(), strict=True)]
+    return Given(ports, times, np.column_stack(columns))
+
+
+def merged(*parts: Mapping[str, Mapping[str, Value]]) -> dict[str, dict[str, Value]]:
+    """Later values over earlier ones."""
+    found: dict[str, dict[str, Value]] = {}
+    for part in parts:
+        for component, values in part.items():
+            found.setdefault(component, {}).update(values)
+    return found

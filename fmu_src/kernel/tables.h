@@ -1,0 +1,24 @@
+/* What is said of every quantity, whatever model it belongs to? One row of a table. The contact and its partners (machines/) write their
+ * tables in these words, and the FMI shells, Python and the documentation read them.
+ */
+#ifndef TABLES_H
+#define TABLES_H
+
+enum Type { REAL, INTEGER, BOOLEAN, CHOICE };
+enum Causality { INDEPENDENT, PARAMETER, CALCULATED, INPUT, OUTPUT, LOCAL };
+enum Variability { FIXED, TUNABLE, DISCRETE, CONTINUOUS };
+
+struct Variable {
+    const char *name, *unit, *display_unit; /* unit "1": dimensionless; display_unit may be NULL */
+    double start, min, max, nominal;        /* in `unit`; nominal 0 stands for 1 */
+    const char *meaning, *source;           /* source "guess" where nothing better is known */
+    enum Type type;
+    enum Causality causality;
+    enum Variability variability;
+    const char *const *choices; /* CHOICE: the names, ended by NULL; the value is the place in the list */
+    int derivative_of;          /* index of the state whose rate this is; 0: none (of an effect's: see kernel_derivative_of) */
+    double neutral;             /* of an effect's parameter: with all at their neutral values on equals off; NAN: shape, has no say;
+                                   of a law's parameter: the published law's value, where that is not 0 */
+};
+
+#endif

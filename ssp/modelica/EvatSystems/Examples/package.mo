@@ -1,0 +1,3 @@
+within EvatSystems;
+package Examples "Systems to simulate once the FMU is imported"
+end Examples;

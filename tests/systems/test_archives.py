@@ -1,0 +1,102 @@
+"""Are the .ssp files what the standards say, portable where they claim it, and the same bytes each time?"""
+
+from __future__ import annotations
+
+import importlib.util
+import io
+import zipfile
+from pathlib import Path
+
+import fmpy
+import pytest
+from evat.systems import declared, write, write_full
+from evat.systems.declared import Declared, load, materials, names
+from evat.systems.model import SspError
+from lxml import etree
+
+SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
+KINDS = {".ssd": "Description", ".ssv": "ParameterValues", ".ssm": "ParameterMapping", ".ssb": "SignalDictionary"}
+
+
+def validate(path: Path, schemas: Path) -> int:
+    """Check every SSP file in the archive; how many there were."""
+    count = 0
+    with zipfile.ZipFile(path) as packed:
+        for name in packed.namelist():
+            kind = KINDS.get(Path(name).suffix)
+            if kind is not None:
+                etree.XMLSchema(file=str(schemas / f"SystemStructure{kind}.xsd")).assertValid(etree.parse(io.BytesIO(packed.read(name))))
+                count += 1
+    return count
+
+
+@pytest.mark.parametrize("name", names())
+def test_the_portable_form_is_valid_and_portable(systems: dict[str, Path], name: str) -> None:
+    assert validate(systems[name], SCHEMAS) == 1 + len(load(name).parts) + len(materials(load(name)))
+    with zipfile.ZipFile(systems[name]) as packed:
+        text, inside = packed.read("SystemStructure.ssd").decode(), set(packed.namelist())
+        values = [packed.read(entry).decode() for entry in inside if entry.endswith(".ssv")]
+    for unwanted in ("LinearTransformation", "ParameterMapping", "SignalDictionary", "<ssd:System name", "Enumeration"):
+        assert text.count(unwanted) <= (1 if unwanted == "<ssd:System name" else 0)
+    assert "oms:FixedStepMaster" in text
+    assert not [value for value in values if "Enumeration" in value]
+    for part in load(name).parts.values():
+        assert {f"resources/{part.name}.ssv", write.fmu_entry(part)} <= inside
+
+
+@pytest.mark.parametrize("name", names())
+def test_the_full_form_is_valid_by_ssp_2(fmus: dict[str, Path], name: str, tmp_path: Path) -> None:
+    spec = importlib.util.find_spec("pyssp_standard")
+    if spec is None or not spec.submodule_search_locations:
+        pytest.skip("pyssp-standard, which has the schemas of SSP 2.0, is not installed: pip install 'evat[importers]'")
+    path = write_full.write(name, tmp_path / "full.ssp", fmus["fmi2"].parent)
+    assert validate(path, Path(spec.submodule_search_locations[0]) / "resources" / "ssp2") == 4
+    wanted = load(name)
+    with zipfile.ZipFile(path) as packed:
+        ssd, ssm, ssv = (etree.fromstring(packed.read(entry)) for entry in ("SystemStructure.ssd", write_full.MAPPING, write_full.VALUES))
+        versions = {fmpy.read_model_description(io.BytesIO(packed.read(write.fmu_entry(p)))).fmiVersion for p in wanted.parts.values()}
+    assert versions == {"3.0"}
+    assert {entry.get("source") for entry in ssm} == {each.get("name") for each in ssv[0]}
+    assert {entry.get("target") for entry in ssm} == {f"{part.name}.{key}" for part in wanted.parts.values() for key in part.values}
+    connectors = {(element.getparent().getparent().get("name"), element.get("name")) for element in ssd.iter("{*}Connector")}
+    for connection in ssd.iter("{*}Connection"):
+        for end in ("start", "end"):
+            assert (connection.get(f"{end}Element") or wanted.name, connection.get(f"{end}Connector")) in connectors
+
+
+def test_the_same_declaration_gives_the_same_bytes(systems: dict[str, Path], fmus: dict[str, Path], tmp_path: Path) -> None:
+    again = write.write("evat_turning", tmp_path / "again.ssp", fmus["fmi2"].parent)
+    assert again.read_bytes() == systems["evat_turning"].read_bytes()
+
+
+def test_every_material_that_needs_no_choice_is_in_the_archive(systems: dict[str, Path]) -> None:
+    with zipfile.ZipFile(systems["evat_turning"]) as packed:
+        found = {Path(name).stem for name in packed.namelist() if name.startswith("resources/contact/")}
+    assert {"regularised-copper", "regularised-al-6061", "regularised-al-7075-t6", "regularised-inconel-718"} <= found
+    assert not {name for name in found if name.startswith("published")}  # as_published is a choice
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        ('"drive.friction_force" = "guideway.friction_force"', '"drive.friction_force" = "drive.table_velocity"', "is in m/s.*in N"),
+        ('part = "feed_drive"', 'part = "feed"', "there is no part 'feed'"),
+        ("table_mass = 1.0", "mass = 1.0", "'mass' is no parameter"),
+        ('damping_mode = "dissipative"', 'damping_mode = "as_published"', "some importers cannot set choices"),
+        ("stop_time =", "end_time =", "unknown end_time"),
+        ('"drive.motor_force"', '"drive.pid_gain"', "is no output"),
+    ],
+)
+def test_a_wrong_declaration_is_refused(old: str, new: str, match: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = (declared.folder() / "stick_slip" / "system.toml").read_text(encoding="utf-8")
+    assert old in text
+    (tmp_path / "stick_slip").mkdir()
+    (tmp_path / "stick_slip" / "system.toml").write_text(text.replace(old, new, 1), encoding="utf-8")
+    monkeypatch.setattr(declared, "folder", lambda: tmp_path)
+    with pytest.raises(SspError, match=match):
+        load("stick_slip")
+
+
+def test_the_names_of_our_systems() -> None:
+    assert {"evat_turning", "feed_drive", "emps", "circular_path", "stick_slip", "hunting"} <= set(names())
+    assert isinstance(load("evat_turning"), Declared)

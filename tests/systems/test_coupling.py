@@ -1,0 +1,147 @@
+"""Does a coupled system move as nature does? The 1995 cases, energy, the order of the coupling, EVAT's forces, a measured axis."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import lugre_1995 as published
+import numpy as np
+import pytest
+from coupled import motion, order, run
+from evat import kernel, parameter_sets
+from evat.systems.couple import Given
+from scipy.interpolate import CubicSpline
+from scipy.io import loadmat
+
+PUBLISHED = {"guideway": {"damping_mode": "as_published"}}
+EMPS = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "emps" / "DATA_EMPS.mat"
+
+
+def test_a_pulled_block_sticks_and_slips(systems: dict[str, Path]) -> None:
+    trace, power = run(systems["stick_slip"], PUBLISHED, step=5e-4, stop=28.0)
+    assert published.stick_slip(motion(trace)) == pytest.approx(published.STICK_SLIP, abs=published.TOLERANCE["ms"])
+    ((passed, made, _),) = power.shares().values()
+    assert passed > 1
+    assert abs(made) < 1e-6 * passed
+
+
+def test_a_servo_with_integral_action_hunts(systems: dict[str, Path]) -> None:
+    found = published.hunting(motion(run(systems["hunting"], PUBLISHED)[0]))
+    expected = dict(published.HUNTING)
+    assert found.pop("period") == pytest.approx(expected.pop("period"), abs=published.TOLERANCE["hunting_period"])
+    assert found == pytest.approx(expected, abs=published.TOLERANCE["ms"])
+
+
+def test_the_portable_values_hardly_differ_from_the_published(systems: dict[str, Path]) -> None:
+    """Some importers cannot set a choice; the damping that is dissipative at all speeds moves the period by less than 1 part in 2000."""
+    found = published.stick_slip(motion(run(systems["stick_slip"], stop=28.0)[0]))
+    assert found == pytest.approx(published.STICK_SLIP, rel=5e-4)
+
+
+FREE = {
+    "guideway": {"F_C": 1e-6, "F_S": 1e-6, "sigma0": 1.0, "sigma1": 0.0, "sigma2": 0.0},
+    "drive": {"table_position": 0.1},
+    "path": {"speed": 0.0},
+}
+
+
+def test_without_friction_a_block_on_a_spring_keeps_its_energy(systems: dict[str, Path]) -> None:
+    """100 swings; friction of 1e-6 N takes some 4 A F a swing, and no more may go."""
+    swings, amplitude = 100, 0.1
+    trace, _ = run(systems["stick_slip"], FREE, step=5e-3, stop=swings * 2 * np.pi / np.sqrt(2))
+    energy = 0.5 * trace["drive.table_velocity"] ** 2 + trace["drive.table_position"] ** 2  # k = 2
+    lost = 1 - energy / energy[0]
+    allowed = swings * 4 * amplitude * 1e-6 / energy[0]
+    assert np.all(np.abs(lost) < 1.1 * allowed)
+    assert lost[-1] > 0.5 * allowed  # what friction there is, takes it
+
+
+@pytest.mark.parametrize(("inputs", "claimed"), [("linear", 2), ("constant", 1)])
+@pytest.mark.parametrize("sequence", ["gauss-seidel", "jacobi"])
+def test_half_the_step_shows_the_order(systems: dict[str, Path], inputs: str, claimed: int, sequence: str) -> None:
+    """A block that a spring drags, with viscous friction: smooth, so that nothing hides the order. Against the closed form."""
+    values = {
+        "guideway": {"F_C": 1e-6, "F_S": 1e-6, "sigma0": 1.0, "sigma1": 0.0, "sigma2": 0.4},
+        "drive": {"table_position": 100.0},  # far: the least friction that a law allows, 1e-6 N, must not be seen
+        "path": {"speed": 0.0},
+    }
+    stop, damped = 2.0, np.sqrt(2 - 0.2**2)
+    exact = 100 * np.exp(-0.2 * stop) * (np.cos(damped * stop) + 0.2 / damped * np.sin(damped * stop))
+    errors = []
+    for step in (0.04, 0.02, 0.01, 0.005):
+        trace, _ = run(systems["stick_slip"], values, step=step, stop=stop, inputs=inputs, order=sequence)
+        errors.append(abs(trace["drive.table_position"][-1] - exact))
+    assert order(errors) == pytest.approx(claimed, abs=0.15)
+
+
+def test_the_power_balance_sees_a_step_that_is_too_long(systems: dict[str, Path]) -> None:
+    _, fine = run(systems["stick_slip"], step=1e-3, stop=10.0, inputs="constant")
+    _, coarse = run(systems["stick_slip"], step=1e-2, stop=10.0, inputs="constant")
+    shares = [moved / passed for (passed, _, moved) in (*fine.shares().values(), *coarse.shares().values())]
+    assert shares[1] > 5 * shares[0]
+    assert "take steps of" not in fine.advice(1e-3, 1)[0]
+
+
+def circle(systems: dict[str, Path]) -> tuple[np.ndarray, np.ndarray]:
+    """Place on the circle [rad] and error of the radius [m] over the second turn."""
+    trace, _ = run(systems["circular_path"], every=5)
+    x, y, R = trace["drive_x.table_position"], trace["drive_y.table_position"] - 0.02, 0.02
+    late = trace.times > 0.4
+    return np.unwrap(np.arctan2(y, x))[late], (np.hypot(x, y) - R)[late]
+
+
+def test_a_circle_shows_a_glitch_at_every_quadrant(systems: dict[str, Path]) -> None:
+    """Where an axis turns round its friction changes sign, and the control needs time to learn it: a bump outwards."""
+    angle, error = circle(systems)
+    quarter = np.mod(angle + np.pi / 4, np.pi / 2) - np.pi / 4  # from the nearest crossing of an axis, ahead positive
+    at, between = (quarter > 0.0) & (quarter < 0.25), np.abs(quarter) > 0.5
+    assert np.max(error[at]) > 4e-6
+    assert np.max(error[at]) > 4 * np.max(np.abs(error[between]))
+
+
+@pytest.mark.slow
+def test_vibration_lowers_the_forces_the_more_the_slower_the_cut(systems: dict[str, Path]) -> None:
+    """Why EVAT exists. Mean forces of the coupled cut over those of conventional turning at the same speed: they fall with the speed
+    ratio, thrust further than principal force, duty with them; with a speed ratio far above 1 the vibration no longer matters."""
+    found = parameter_sets.load("regularised/al-7075-t6")
+    material = {**kernel.by_choice(found.values), **dict.fromkeys(found.effects, True)}
+    fastest = 5e-6 * 2 * np.pi * 20e3
+    ratios, rows = (0.1, 0.3, 0.5, 0.8, 0.99, 4.0), []
+    for ratio in ratios:
+        turning = {name: ratio * fastest / 0.02 for name in ("speed_set", "spindle_speed", "speed_reference")}
+        cut, plain = (
+            run(systems["evat_turning"], {"spindle": turning, "contact": {**material, **still}}, stop=2e-3, every=1)[0]
+            for still in ({}, {"amplitude_x": 0.0, "amplitude_y": 0.0})
+        )
+        late = cut.times >= 1e-3
+        shares = [
+            np.mean(cut[f"contact.{name}"][late]) / np.mean(plain[f"contact.{name}"][late]) for name in ("principal_force", "feed_force")
+        ]
+        rows.append([*shares, cut["contact.mean_contact_ratio"][-1]])
+    principal, thrust, duty = np.array(rows).T
+    assert np.all(np.diff(principal) > 0)
+    assert np.all(np.diff(thrust) > 0)
+    assert np.all(np.diff(duty[:-1]) > 0)
+    assert np.all(thrust[:-1] < principal[:-1])
+    assert principal[0] < 0.2
+    assert thrust[0] < 0.01
+    assert duty[:2] == pytest.approx((0.3120, 0.4235), abs=2e-3)  # physics: closed form of the ellipse on a rigid machine
+    assert duty[-2] > 0.9
+    assert duty[-1] == pytest.approx(1, abs=1e-9)
+    assert (principal[-1], thrust[-1]) == pytest.approx((1, 1), abs=0.05)
+
+
+@pytest.mark.skipif(not EMPS.is_file(), reason="the EMPS record is not beside the checkout")
+def test_the_measured_axis_is_followed(systems: dict[str, Path]) -> None:
+    """EMPS: reference in, position and force out, parameters as published for it; the record is not fitted here."""
+    data = loadmat(EMPS)
+    t, reference, position, force = (data[name].ravel() for name in ("t", "qg", "qm", "vir"))
+    force = force * float(data["gtau"].ravel()[0]) if "gtau" in data else force * 35.1507
+    given = Given((("drive", "position_reference"),), t - t[0], reference[:, None])
+    start = {"drive": {"table_position": float(position[0]), "motor_position": float(position[0])}}
+    trace, _ = run(systems["emps"], start, given, stop=20.0)
+    at = t - t[0] <= 20.0
+    found = CubicSpline(trace.times, trace["drive.table_position"])(t[at] - t[0])
+    assert np.sqrt(np.mean((found - position[at]) ** 2)) < 2e-5 * np.ptp(position)  # 5 um of 246 mm
+    pushed = np.interp(t[at] - t[0], trace.times, trace["drive.motor_force"])
+    assert np.sqrt(np.mean((pushed - force[at]) ** 2)) < 0.08 * np.sqrt(np.mean(force[at] ** 2))

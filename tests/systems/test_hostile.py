@@ -1,0 +1,212 @@
+"""What does a broken or hostile .ssp get? A clear error, and nothing written outside."""
+
+from __future__ import annotations
+
+import stat
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from coupled import run
+from evat.model import ParameterError
+from evat.systems.couple import Coupled, Given, plan
+from evat.systems.model import SspError, SystemStopped
+from evat.systems.read import read
+from evat.systems.values import typed
+from typer.testing import CliRunner
+
+SSD = "SystemStructure.ssd"
+
+
+@pytest.fixture
+def remade(systems: dict[str, Path], tmp_path: Path) -> Callable[..., Path]:
+    """stick_slip.ssp with its files changed: a dict of replacements, or None to leave one out."""
+
+    def make(changed: dict[str, bytes | None], words: dict[str, str] | None = None) -> Path:
+        with zipfile.ZipFile(systems["stick_slip"]) as packed:
+            files: dict[str, bytes | None] = {name: packed.read(name) for name in packed.namelist()}
+        for old, new in (words or {}).items():
+            text = (files[SSD] or b"").decode()
+            assert old in text
+            files[SSD] = text.replace(old, new, 1).encode()
+        files |= changed
+        path = tmp_path / "remade.ssp"
+        with zipfile.ZipFile(path, "w") as packed:
+            for name, data in files.items():
+                if data is not None:
+                    packed.writestr(name, data)
+        return path
+
+    return make
+
+
+def refused(path: Path, tmp_path: Path, match: str) -> None:
+    folder = tmp_path / "deep" / "inside"
+    folder.mkdir(parents=True)
+    before = {each for each in tmp_path.rglob("*") if not each.is_relative_to(folder)}
+    with pytest.raises(SspError, match=match):
+        read(path, folder)
+    assert {each for each in tmp_path.rglob("*") if not each.is_relative_to(folder)} == before
+
+
+@pytest.mark.parametrize("name", ["../escaped.txt", "resources/../../escaped.txt", "/tmp/escaped.txt", "..\\escaped.txt", "C:/escaped.txt"])
+def test_a_path_that_leaves_the_archive(remade: Callable[..., Path], tmp_path: Path, name: str) -> None:
+    refused(remade({name: b"x"}), tmp_path, "outside of the archive's folder")
+    assert not Path("/tmp/escaped.txt").exists()
+
+
+def test_a_link(remade: Callable[..., Path], tmp_path: Path) -> None:
+    path = remade({})
+    with zipfile.ZipFile(path, "a") as packed:
+        entry = zipfile.ZipInfo("resources/link")
+        entry.create_system, entry.external_attr = 3, (stat.S_IFLNK | 0o777) << 16
+        packed.writestr(entry, "/etc/passwd")
+    refused(path, tmp_path, "is a link")
+
+
+def test_an_fmu_that_would_write_outside(remade: Callable[..., Path], systems: dict[str, Path], tmp_path: Path) -> None:
+    inner = tmp_path / "inner.fmu"
+    with zipfile.ZipFile(systems["stick_slip"]) as packed:
+        inner.write_bytes(packed.read("resources/EvatFeedDrive.fmu"))
+    with zipfile.ZipFile(inner, "a") as packed:
+        packed.writestr("../../escaped-from-fmu.txt", "x")
+    refused(remade({"resources/EvatFeedDrive.fmu": inner.read_bytes()}), tmp_path, "component drive.*outside of the archive's folder")
+
+
+def test_no_archive_at_all(tmp_path: Path) -> None:
+    path = tmp_path / "text.ssp"
+    path.write_text("no zip")
+    refused(path, tmp_path, "corrupt or no ZIP")
+
+
+def test_an_archive_that_is_cut_or_corrupt(systems: dict[str, Path], tmp_path: Path) -> None:
+    whole = systems["stick_slip"].read_bytes()
+    (tmp_path / "cut.ssp").write_bytes(whole[: len(whole) // 2])
+    refused(tmp_path / "cut.ssp", tmp_path, "corrupt or no ZIP")
+    spoilt = bytearray(whole)
+    spoilt[len(whole) // 3 : len(whole) // 3 + 2000] = b"\0" * 2000
+    (tmp_path / "spoilt.ssp").write_bytes(bytes(spoilt))
+    with pytest.raises(SspError, match="corrupt or no ZIP"):
+        read(tmp_path / "spoilt.ssp", tmp_path / "spoilt")
+
+
+def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.ssp"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as packed:
+        for n in range(5000):
+            packed.writestr(f"{n}", b"")
+    refused(path, tmp_path, "it unpacks to more than")
+
+
+def test_no_system_in_it(remade: Callable[..., Path], tmp_path: Path) -> None:
+    refused(remade({SSD: None}), tmp_path, "there is no SystemStructure.ssd")
+
+
+def test_a_missing_fmu(remade: Callable[..., Path], tmp_path: Path) -> None:
+    refused(remade({"resources/EvatGuideway.fmu": None}), tmp_path, "component guideway: the FMU resources/EvatGuideway.fmu is missing")
+
+
+def test_a_missing_parameter_file(remade: Callable[..., Path], tmp_path: Path) -> None:
+    refused(remade({"resources/drive.ssv": None}), tmp_path, "component drive: the parameter file resources/drive.ssv is missing")
+
+
+def test_an_fmu_that_is_none(remade: Callable[..., Path], tmp_path: Path) -> None:
+    refused(remade({"resources/EvatGuideway.fmu": b"nothing"}), tmp_path, "component guideway: EvatGuideway.fmu is no FMU that can be read")
+
+
+def test_a_source_outside(remade: Callable[..., Path], tmp_path: Path) -> None:
+    refused(remade({}, {'source="resources/EvatGuideway.fmu"': 'source="../EvatGuideway.fmu"'}), tmp_path, "lies outside of the archive")
+
+
+def test_entities_and_broken_xml(remade: Callable[..., Path], tmp_path: Path) -> None:
+    bomb = b'<?xml version="1.0"?><!DOCTYPE x [<!ENTITY a "b">]><x>&a;</x>'
+    refused(remade({SSD: bomb}), tmp_path, "document type declaration")
+    with pytest.raises(SspError, match="no readable XML"):
+        read(remade({SSD: b"<ssd:"}), tmp_path / "two")
+    with pytest.raises(SspError, match=r"line .*not valid by the schema"):
+        read(remade({}, {"<ssd:Connections>": "<ssd:Connections><ssd:Wire/>"}), tmp_path / "three")
+
+
+def test_a_unit_that_does_not_match(remade: Callable[..., Path], tmp_path: Path) -> None:
+    """What the connector says must be what the FMU says; and both ends of a connection must agree."""
+    connector = '<ssd:Connector name="slip_velocity" kind="input">\n            <ssc:Real unit="m'
+    path = remade({}, {f'{connector}/s"': f'{connector}"'})
+    refused(path, tmp_path, "connector slip_velocity is in m, the FMU's variable in m/s")
+    crossed = {
+        'startElement="drive" startConnector="table_velocity"': 'startElement="drive" startConnector="table_position"',
+    }
+    with pytest.raises(SspError, match=r"units do not match: drive.table_position is in m, guideway.slip_velocity in m/s"):
+        read(remade({}, crossed), tmp_path / "two")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        ('startConnector="table_velocity"', 'startConnector="speed"', "component drive has no connector 'speed'"),
+        ('startElement="drive"', 'startElement="motor"', "component 'motor', which is not there"),
+        ('startConnector="table_velocity" endElement="guideway"', 'startConnector="friction_force" endElement="guideway"', "both inputs"),
+        (
+            'endElement="drive" endConnector="friction_force"',
+            'endElement="guideway" endConnector="slip_velocity"',
+            "fed twice|do not match",
+        ),
+        ('<ssd:Connector name="position_x"', '<ssd:Connector name="position_z"', "no variable 'position_z'"),
+        ('name="slip_velocity" kind="input"', 'name="slip_velocity" kind="output"', "the FMU's variable is input"),
+    ],
+)
+def test_connections_that_make_no_sense(remade: Callable[..., Path], tmp_path: Path, old: str, new: str, match: str) -> None:
+    refused(remade({}, {old: new}), tmp_path, match)
+
+
+def test_a_component_that_fails_in_mid_run_is_named_and_the_results_are_kept(systems: dict[str, Path]) -> None:
+    """The injected error: from 0.1 s on the record pulls the guideway out of its bounds; the run stops there and keeps what it has."""
+    times = np.array([0.0, 0.1, 0.2])
+    given = Given((("drive", "load_force"),), times, np.array([[0.0], [0.0], [5e6]]))
+    with pytest.raises(
+        SystemStopped, match=r"component (guideway|drive) failed in the step at t = 0\.1\d* s, after \d+ of 1000 steps"
+    ) as stopped:
+        run(systems["stick_slip"], {}, given, step=1e-3, stop=1.0)
+    trace = stopped.value.trace
+    assert 0.1 <= trace.times[-1] < 0.2
+    assert trace.times.size >= 101
+    assert np.all(np.isfinite(trace["drive.table_position"]))
+    reference, _ = run(systems["stick_slip"], step=1e-3, stop=0.1)
+    assert np.allclose(trace["drive.table_position"][:100], reference["drive.table_position"][:100], rtol=1e-12, atol=0)
+
+
+def test_a_value_that_an_fmu_refuses_names_the_component(systems: dict[str, Path]) -> None:
+    with pytest.raises(Exception, match=r"component drive.*table_mass = -1"):
+        run(systems["stick_slip"], {"drive": {"table_mass": -1.0}}, stop=0.01)
+
+
+def test_typed_values_are_checked(systems: dict[str, Path], tmp_path: Path) -> None:
+    system = read(systems["stick_slip"], tmp_path)
+    assert typed(system, ["path.speed=6 m/min", "drive.rigid=false"]) == {"path": {"speed": pytest.approx(0.1)}, "drive": {"rigid": False}}
+    for text, match in (
+        ("drive.speed=1", "component drive has no variable 'speed'"),
+        ("motor.speed=1", "no component 'motor'"),
+        ("drive.table_mass=3 s", "does not measure"),
+        ("drive.motor_force=3", "is output and computed"),
+        ("guideway.slip_velocity=1", "is fed by drive.table_velocity"),
+        ("drive.rigid=2", "true and false"),
+    ):
+        with pytest.raises((SspError, ParameterError), match=match):
+            typed(system, [text])
+    with pytest.raises(SspError, match=r"fed by drive.table_velocity; a record cannot"):
+        Coupled(system, {}, Given((("guideway", "slip_velocity"),), np.zeros(1), np.zeros((1, 1))))
+    with pytest.raises(ParameterError, match="a step above 0"):
+        plan(system, step=-1.0)
+
+
+def test_the_command_says_it_in_one_line(systems: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from evat.cli import app
+
+    result = CliRunner().invoke(app, ["system", "run", str(systems["stick_slip"]), "--stop", "0.2", "-o", str(tmp_path / "out.csv")])
+    assert result.exit_code == 0
+    assert "power at guideway.friction_force" in result.output
+    assert (tmp_path / "out.csv").is_file()
+    assert (tmp_path / "out.png").stat().st_size > 10_000
+    result = CliRunner().invoke(app, ["system", "run", str(tmp_path / "no.ssp")])
+    assert isinstance(result.exception, SspError)

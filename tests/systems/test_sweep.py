@@ -1,0 +1,81 @@
+"""Does a sweep say for each point what a run of its own says, wherever it is carried out?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from coupled import run
+from evat.cli import app
+from evat.model import ParameterError
+from evat.systems.model import SspError
+from evat.systems.read import read
+from evat.systems.sweep import Row, axis, sweep
+from evat.table import read_table, read_texts
+from typer.testing import CliRunner
+
+WISHES = {"stop": 0.05, "step": 1e-3}
+
+
+def rows_of(path: Path, folder: Path, cluster: object = None) -> list[Row]:
+    system = read(path, folder)
+    axes = [axis(system, "path.speed=0.05:0.15:3"), axis(system, "drive.pid_gain=2,4")]
+    return sweep(path, axes, {}, WISHES, cluster=cluster)
+
+
+def test_each_point_is_a_run_of_its_own(systems: dict[str, Path], tmp_path: Path) -> None:
+    rows = rows_of(systems["stick_slip"], tmp_path / "in")
+    assert [row.place for row in rows] == [(i, j) for i in range(3) for j in range(2)]
+    trace, _ = run(systems["stick_slip"], {"path": {"speed": 0.15}, "drive": {"pid_gain": 4.0}}, **WISHES)
+    late = trace.times >= 0.025
+    assert rows[-1].means == {name: float(np.mean(column[late])) for name, column in trace.columns.items()}
+    assert not any(row.failure for row in rows)
+
+
+def test_a_cluster_gives_the_same_rows(systems: dict[str, Path], tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    from evat.identify.cluster import Cluster
+
+    with (
+        distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None) as local,
+        Cluster(local.scheduler_address) as cluster,
+    ):
+        found = rows_of(systems["stick_slip"], tmp_path / "in", cluster)
+    assert found == rows_of(systems["stick_slip"], tmp_path / "again")
+
+
+def test_a_point_that_fails_says_why_and_the_others_stand(systems: dict[str, Path], tmp_path: Path) -> None:
+    system = read(systems["stick_slip"], tmp_path / "in")
+    rows = sweep(systems["stick_slip"], [axis(system, "drive.table_mass=-1,1")], {}, WISHES)
+    assert "table_mass = -1" in rows[0].failure
+    assert not rows[0].means
+    assert not rows[1].failure
+    assert rows[1].means
+
+
+def test_axes_that_make_no_sense(systems: dict[str, Path], tmp_path: Path) -> None:
+    system = read(systems["stick_slip"], tmp_path / "in")
+    for text, match in (
+        ("drive.table_mass", "FIRST:LAST:COUNT"),
+        ("drive.table_mass=1:2", "COUNT"),
+        ("drive.table_mass=1:2:0", "count from 1"),
+        ("motor=lugre-1995", "no component 'motor'"),
+        ("drive.mass=1:2:3", "no variable 'mass'"),
+        ("guideway.slip_velocity=1:2:3", "is fed by"),
+    ):
+        with pytest.raises((ParameterError, SspError), match=match):
+            axis(system, text)
+
+
+def test_the_command_writes_table_and_map(systems: dict[str, Path], tmp_path: Path) -> None:
+    to = tmp_path / "sweep.csv"
+    grid = ["--over", "contact=regularised/copper,regularised/al-7075-t6", "--over", "contact.amplitude_x=4 um,6 um"]
+    result = CliRunner().invoke(app, ["system", "sweep", str(systems["evat_turning"]), *grid, "--stop", "2e-4", "-o", str(to)])
+    assert result.exit_code == 0, result.output
+    table = read_table(to)
+    assert read_texts(to, "contact") == ("regularised/copper",) * 2 + ("regularised/al-7075-t6",) * 2
+    assert {"contact.amplitude_x [m]", "contact.mean_principal_force [N]", "contact.speed_ratio [1]"} <= set(table.columns)
+    wider = table.column("contact.speed_ratio [1]", "1")
+    assert wider[0] / wider[1] == pytest.approx(1.5, rel=1e-3)  # HSR falls as the amplitude grows
+    assert to.with_suffix(".png").stat().st_size > 10_000
