@@ -55,6 +55,7 @@ void kernel_indicators(const struct Contact *contact, lanes *indicator);
 enum Status kernel_step_completed(struct Contact *contact);
 enum Status kernel_event(struct Contact *contact);
 double kernel_next_event(const struct Contact *contact);
+int kernel_averages(const struct Contact *contact);
 enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken);
 enum Status kernel_derivative(const struct Contact *contact, int unknown, int known, double *derivative);
 
