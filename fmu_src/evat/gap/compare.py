@@ -23,6 +23,8 @@ FULL_FITS = 6  # singles that are fitted with all parameters
 LEFT = 0.005  # of the rms: where recalibration leaves less, other base laws are not tried
 LAW_STARTS, LAW_STEPS = 32, 40
 PAIRS_FROM, PAIR_FITS = 4, 5
+ROUGH = 0.3  # of what a pair gains: as far may its gain by linear sums be off
+SWAPS, SWAP_FITS = 8, 3  # effects that are tried in place of one of the best pair, and those that are fitted
 HOPE = 0.2  # of the best gain: an effect that gains less where it is taken as linear is not looked at closer
 FORM = 0.07  # of the gap that recalibration leaves: what no effect explains any closer, since its form in the world is another
 NO_RUN = "the nominal model does not run on this experiment; simulate it on its own to see why."
@@ -147,6 +149,8 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
             models[(name,)] = whole
     _rivals(prediction, whitening, models, recalibrated, scales, tell)
     _pairs(prediction, whitening, models, fronts, rough, offered, tell)
+    _swaps(prediction, whitening, models, screen, rough, offered, recalibrated.found.evidence, tell)
+    _polish(prediction, whitening, models)
     return Comparison(prediction, noise, whitening, nominal, recalibrated, models, rough, tuple(silent), unfed, audited)
 
 
@@ -241,7 +245,52 @@ def _pairs(
         whole = fit(prediction, whitening, (*base.parameters, *start.parameters), point, on, fixed=base.fixed)
         if whole is not None:
             models[key] = whole
-    _polish(prediction, whitening, models)
+
+
+def _swaps(
+    prediction: Prediction,
+    whitening: Whitening,
+    models: dict[tuple[str, ...], Fit],
+    screen: Screen,
+    rough: Mapping[tuple[str, ...], float],
+    offered: Sequence[Effect],
+    none: float,
+    tell: Callable[[str, float], None],
+) -> None:
+    """What else could stand in for either effect of the best pair? Screened anew beside the other, since alone it looks different.
+
+    none : log evidence without effects.
+    """
+    evidence = {key: found.found.evidence for key, found in models.items()}
+    best = max(evidence, key=lambda key: evidence[key], default=())
+    if len(best) < 2:
+        return
+    like = sorted((effect for effect in offered if (effect.name,) in rough), key=lambda effect: -rough[(effect.name,)])[:SWAPS]
+    found = list[tuple[float, Fit, Start]]()
+    for kept in best:
+        base = models.get((kept,)) or _without(prediction, whitening, models[best], next(name for name in best if name != kept))
+        for effect in like:
+            key = tuple(sorted((kept, effect.name)))
+            if base is None or effect.name == kept or key in models or not _allowed(prediction.model, key):
+                continue
+            tell(f"trying {effect.name} beside {kept}", 0.93)
+            found += [(start.evidence, base, start) for start in screen.starts(base, effect)[:1]]
+    for value, base, start in sorted(found, key=lambda each: -each[0])[:SWAP_FITS]:
+        if value < evidence[best] - max(WORTH, ROUGH * (evidence[best] - none)):
+            break
+        on = tuple(sorted((*base.on, start.effect.name)))
+        point = np.concatenate([base.point, start.point])
+        whole = fit(prediction, whitening, (*base.parameters, *start.parameters), point, on, fixed=base.fixed)
+        if whole is not None:
+            models[on] = whole
+
+
+def _without(prediction: Prediction, whitening: Whitening, pair: Fit, name: str) -> Fit | None:
+    """A pair's fit without one of its effects, fitted anew."""
+    own = {v.name for effect in prediction.model.effects if effect.name == name for v in effect.variables}
+    kept = [place for place, parameter in enumerate(pair.parameters) if parameter.name not in own]
+    on = [effect for effect in pair.on if effect != name]
+    return fit(prediction, whitening, [pair.parameters[place] for place in kept], pair.point[kept], on, fixed=pair.fixed)
 
 
 def _polish(prediction: Prediction, whitening: Whitening, models: dict[tuple[str, ...], Fit]) -> None:
