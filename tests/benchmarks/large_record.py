@@ -1,6 +1,6 @@
 """What does a large recording cost to read? Writes one, or reads one in a process of its own and tells time and peak memory as JSON.
 
-python large_record.py write FOLDER MEGABYTES SUFFIX | scan FOLDER | read FOLDER
+python large_record.py write FOLDER MEGABYTES SUFFIX | scan FOLDER | read FOLDER | diagnose FOLDER
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ import pyarrow.csv
 import pyarrow.parquet
 from evat.contact_model import ContactModel
 from evat.experiment_files import read_experiment, scan_experiment
+from evat.gap import diagnose
+from evat.gap.portion import MOST_SAMPLES
 
 ROWS = 1 << 18  # written at a time
 DOCUMENT = """format = 1
@@ -72,6 +74,10 @@ def read(folder: Path, what: str) -> dict[str, float]:
     before, started = peak(), time.perf_counter()
     if what == "scan":
         rows = scan_experiment(folder, model, progress=told.append).trials[0].rows
+    elif what == "diagnose":
+        experiment = read_experiment(folder, model, progress=told.append, most=MOST_SAMPLES + 1)
+        rows = experiment.trials[0].times.size
+        diagnose(experiment, model)
     else:
         rows = read_experiment(folder, model, progress=told.append).trials[0].times.size
     seconds = time.perf_counter() - started

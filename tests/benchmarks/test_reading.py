@@ -39,6 +39,14 @@ def test_reading(summary: Summary, tmp_path: Path, suffix: str) -> None:
         f"{scan['seconds']:.1f} s, {scan['peak'] / 1e9:.2f} GB at most, {scan['before'] / 1e9:.2f} GB of it libraries",
         wanted=f"< {MOST / 1e9:g} GB",
     )
+    diagnosed = json.loads(in_a_process("diagnose", str(tmp_path / "long")))
+    assert diagnosed["peak"] < MOST
+    summary.add(
+        "    diagnosing it",
+        f"{diagnosed['seconds']:.1f} s, {diagnosed['peak'] / 1e9:.2f} GB at most",
+        wanted="600 s, 4 GB for 60 million rows of 4 channels",
+        limit="one pass of the reader, and a diagnosis of the head",
+    )
     summary.add(
         "    holding it",
         f"{read['seconds']:.1f} s, {read['peak'] / 1e9:.2f} GB at most",

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from ..compile import CONTACT, TARGETS, host_target
@@ -87,10 +89,16 @@ def build_fmu(
         **reference_files(about, tolerance, found.follow),
         **source_files(version, about),
     }
-    with tempfile.TemporaryDirectory(prefix="evat-fmu-") as folder:
-        for name in names:
-            progress(f"{title}: compile for {name}")
-            files[binary_name(version, TARGETS[name], about)] = compile_binary(version, TARGETS[name], about, Path(folder))
+    with tempfile.TemporaryDirectory(prefix="evat-fmu-") as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
+
+        def compiled(name: str) -> bytes:
+            place = Path(folder) / name
+            place.mkdir()
+            return compile_binary(version, TARGETS[name], about, place)
+
+        for name, data in zip(names, pool.map(compiled, names), strict=True):
+            progress(f"{title}: compiled for {name}")
+            files[binary_name(version, TARGETS[name], about)] = data
     progress(f"{title}: write {output.name}")
     return archive.write(files, output)
 
