@@ -1,0 +1,161 @@
+"""Are the cases of a campaign what they claim, does it go on where it stopped, and do its constants make probabilities truer?"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from evat import campaign as campaigns
+from evat.campaign import KINDS, REPEATS, campaign, draw_case, numbers
+from evat.cli import app
+from evat.gap.calibrate import Case, fit_constants, probability, with_unknown
+from evat.gap.judge import MISTUNED, NO_GAP, UNKNOWN, Constants, Features, judge, store, stored
+from typer.testing import CliRunner
+
+
+def _features(
+    gap: float, gains: dict[str, tuple[float, float]], *, exact: float = 0.0, before: float | None = None, foreign: float = 0.0
+) -> Features:
+    """gap : structural square over that of the noise; gains : effects joined by + -> log evidence, share left."""
+    sets = {tuple(name.split("+")): value for name, value in gains.items()}
+    floor = 1e-4
+    return Features(
+        nominal={"F": (before if before is not None else gap) * floor},
+        recalibrated={"F": gap * floor},
+        floor={"F": floor},
+        irregular={"F": foreign * floor},
+        irregular_share={"F": foreign},
+        exact=exact,
+        gain={on: gain for on, (gain, _) in sets.items()},
+        left={on: left for on, (_, left) in sets.items()},
+    )
+
+
+@pytest.mark.parametrize(
+    ("found", "verdict", "chosen"),
+    [
+        (_features(0.01, {"a": (-2, 1.0)}, exact=15), NO_GAP, ()),
+        (_features(0.01, {"a": (-2, 1.0)}, exact=-500, before=30), MISTUNED, ()),
+        (_features(30, {"a": (300, 0.01), "b": (40, 0.8)}, exact=-50), "effect", ("a",)),
+        (_features(30, {"a": (300, 0.01), "b": (299, 0.01)}, exact=-50), "ambiguous", ("a",)),
+        (_features(30, {"a": (3, 0.97), "b": (1, 0.99)}, exact=-50), UNKNOWN, ()),
+        (_features(30, {}, exact=-50), UNKNOWN, ()),
+        (_features(0.01, {"a": (-2, 1.0)}, exact=15, foreign=0.9), UNKNOWN, ()),
+        (_features(0.01, {"a": (-2, 1.0)}, exact=15, foreign=0.1), NO_GAP, ()),
+        (_features(0.04, {"a": (200, 0.9)}, exact=-50), "effect", ("a",)),  # too small to look at, but evident
+        (_features(30, {"a": (300, 0.02), "a+b": (320, 0.02)}), "effect", ("a",)),  # nothing left for a second one
+        (_features(30, {"a": (300, 0.3), "a+b": (500, 0.01)}), "effect", ("a", "b")),
+    ],
+)
+def test_verdicts(found: Features, verdict: str, chosen: tuple[str, ...]) -> None:
+    said = judge(found, Constants())
+    assert (said.verdict, said.chosen) == (verdict, chosen)
+    assert math.isclose(sum(said.probabilities.values()) + said.unknown, 1.0, rel_tol=1e-9)
+
+
+def test_a_case_depends_on_its_number_alone() -> None:
+    first, again = draw_case(2), draw_case(2)
+    assert first is not None
+    assert again is not None
+    assert first[1] == again[1]
+    for one, other in zip(first[0].trials, again[0].trials, strict=True):
+        assert one.file == other.file
+        for name, column in one.outputs.items():
+            assert np.array_equal(column, other.outputs[name])
+    assert len(first[0].trials) == REPEATS * len(first[0].conditions)
+
+
+@pytest.mark.parametrize("number", range(len(KINDS)))
+def test_a_case_is_of_its_kind(number: int) -> None:
+    drawn = draw_case(number)
+    if drawn is None:
+        pytest.skip("the effect that was drawn does nothing there")
+    _, truth = drawn
+    kind = KINDS[number]
+    if kind == "pair":
+        assert truth.count("+") == 1
+    elif kind != "single":
+        assert truth == kind
+    else:
+        assert truth not in KINDS
+
+
+def test_a_campaign_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    line = Case(_features(30, {"a": (300, 0.01)}), "a").line()
+    path, asked = tmp_path / "state.jsonl", list[int]()
+
+    class Pool:
+        def __init__(self, workers: int) -> None:
+            pass
+
+        def __enter__(self) -> Pool:
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            pass
+
+        def map(self, job: object, numbers: list[int]) -> list[str]:
+            asked.extend(numbers)
+            return [json.dumps({"number": number, "case": line} if number % 2 else {"number": number}) for number in numbers]
+
+    monkeypatch.setattr(campaigns, "ProcessPoolExecutor", Pool)
+    assert len(list(campaign(path, 4, 1))) == 2
+    with path.open("a") as file:
+        file.write('{"number": 4, "ca')  # stopped while it wrote
+    found = list(campaign(path, 8, 1))
+    assert asked == [0, 1, 2, 3, 4, 5, 6, 7]
+    assert numbers(found) == {"single": 4}
+    assert found[0].features == Case.read(line).features
+
+
+def test_constants_of_a_campaign_are_truer_than_those_before_it() -> None:
+    """A world in which evidence is worth a tenth of what the reasoned constants take it for."""
+    draw, cases = np.random.default_rng(5), list[Case]()
+    for _ in range(60):
+        a, b = draw.normal(size=2) * 60 + 300
+        gains = {"a": (float(a), 0.05), "b": (float(b), 0.05)}
+        cases.append(Case(_features(30, gains), "a" if draw.random() < 1 / (1 + math.exp((b - a) / 150)) else "b"))
+    before = np.mean([-math.log(probability(case, Constants())) for case in cases])
+    constants, loss = fit_constants(cases)
+    after = np.mean([-math.log(probability(case, constants)) for case in cases])
+    assert after < 0.8 * before
+    assert after <= loss < before
+    assert constants.temperature > 2 * Constants().temperature
+
+
+def test_an_effect_that_is_taken_out_is_unknown() -> None:
+    cases = with_unknown([Case(_features(30, {"a": (300, 0.01), "a+b": (310, 0.01), "b": (20, 0.9)}), "a"), Case(_features(1, {}), NO_GAP)])
+    assert [case.truth for case in cases] == ["a", UNKNOWN, NO_GAP]
+    assert list(cases[1].features.gain) == [("b",)]
+    assert judge(cases[1].features, Constants()).verdict == UNKNOWN
+
+
+def test_constants_are_kept_with_how_they_were_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules["evat.gap.judge"], "STORED", tmp_path / "calibration.json")  # the package has a function of that name
+    assert stored() == (Constants(), "reasoned")
+    store(Constants(temperature=7.0), {"cases": {"single": 60}}, tmp_path / "calibration.json")
+    constants, origin = stored()
+    assert constants == Constants(temperature=7.0)
+    assert "60" in origin
+
+
+def test_a_benchmark_keeps_the_answers_that_are_there(tmp_path: Path) -> None:
+    cases, to = tmp_path / "cases", tmp_path / "out"
+    for name in ("one", "two"):
+        (cases / name).mkdir(parents=True)
+        (cases / name / "experiment.toml").write_text("format = 2\n")
+    (to / "one").mkdir(parents=True)
+    (to / "one" / "diagnosis.json").write_text('{"verdict": "kept"}')
+    result = CliRunner().invoke(app, ["benchmark", str(cases), "--out", str(to), "--workers", "1"])
+    assert result.exit_code == 0, result.output
+    assert json.loads((to / "one" / "diagnosis.json").read_text()) == {"verdict": "kept"}
+    assert json.loads((to / "two" / "diagnosis.json").read_text())["verdict"] == "error"
+
+
+def test_a_benchmark_of_nothing_is_told(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["benchmark", str(tmp_path)])
+    assert result.exit_code != 0
