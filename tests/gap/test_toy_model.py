@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from evat import kernel
 from evat.gap import diagnose
+from evat.gap.portion import MOST_SAMPLES
 from toy import Toy, measured
 
 FOLDER = Path(evat.gap.__file__).parent
@@ -113,5 +114,5 @@ def test_a_long_record_is_cut_and_said_to_be() -> None:
     )
     found = diagnose(replace(short, trials=trials), Toy())
     assert [effect.name for effect in found.effects] == ["bend"]
-    assert any("only the first 4000 samples" in note for note in found.cannot_tell)
+    assert any(f"only the first {MOST_SAMPLES // 4} samples" in note for note in found.cannot_tell)
     assert not any("only the first" in note for note in diagnose(short, Toy()).cannot_tell)

@@ -72,12 +72,15 @@ def likelihood(
 
 def _between_trials(tail: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Of weighted products (..., (1 + BETWEEN)^2): the residual's square where what differs between trials is integrated out, and the log
-    determinant of that (Woodbury)."""
-    products = tail.reshape(*tail.shape[:-1], 1 + BETWEEN, 1 + BETWEEN)
-    inner = np.eye(BETWEEN) + products[..., 1:, 1:]
-    across = products[..., 1:, :1]
-    explained = (across * np.linalg.solve(inner, across))[..., 0].sum(axis=-1)
-    return products[..., 0, 0] - explained, np.linalg.slogdet(inner)[1]
+    determinant of that (Woodbury). By elimination, all matrices at once; they are positive definite."""
+    products = tail.reshape(*tail.shape[:-1], 1 + BETWEEN, 1 + BETWEEN).copy()
+    log_determinant = np.zeros(tail.shape[:-1])
+    for way in range(BETWEEN, 0, -1):
+        pivot = 1 + products[..., way, way]
+        row = products[..., way, :way]
+        products[..., :way, :way] -= row[..., :, None] * (row / pivot[..., None])[..., None, :]
+        log_determinant += np.log(pivot)
+    return products[..., 0, 0], log_determinant
 
 
 def known(grams: FloatArray, weights: FloatArray) -> FloatArray:

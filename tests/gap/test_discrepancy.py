@@ -1,0 +1,63 @@
+"""Is the covariance that the likelihood sums up the one that is meant? Against the same likelihood with the whole matrix written out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from evat.gap.discrepancy import known, likelihood
+from evat.gap.noise import estimate_noise
+from evat.gap.whitening import BETWEEN, Whitening
+from evat.prediction import Prediction
+from toy import Toy, measured
+
+
+def _whitened() -> tuple[Whitening, Prediction]:
+    prediction = Prediction(Toy(), measured(["bend"], {"bend.c": 0.2}, conditions=2, repeats=2))
+    predicted = prediction.one()
+    return Whitening(prediction, estimate_noise(prediction, predicted), predicted), prediction
+
+
+def test_what_differs_between_trials_is_integrated_out() -> None:
+    """Gaussian, with covariance 1 + L L' in each group: log density and information by dense matrices."""
+    draw = np.random.default_rng(1)
+    numbers, slopes, groups = 50, 2, 3
+    columns = [np.column_stack([draw.normal(size=(numbers, slopes + 1)), 4 * draw.normal(size=(numbers, BETWEEN))]) for _ in range(groups)]
+    grams = np.array([[column.T @ column] for column in columns])
+    covariances = [np.eye(numbers) + column[:, -BETWEEN:] @ column[:, -BETWEEN:].T for column in columns]
+    wanted = sum(c[:, : slopes + 1].T @ np.linalg.solve(s, c[:, : slopes + 1]) for c, s in zip(columns, covariances, strict=True))
+    assert known(grams, np.ones((groups, 1))) == pytest.approx(wanted, rel=1e-9)
+
+
+def test_the_log_likelihood_is_that_of_the_dense_covariance() -> None:
+    whitening, prediction = _whitened()
+    sums = whitening.sums(prediction.one(), np.empty((prediction.measured.size, 0)))
+    found = likelihood(whitening, sums, np.empty(0))
+    variance = 1 / found.weights
+    total = 0.0
+    for place in range(len(whitening.groups)):
+        gram = np.einsum("b,bij->ij", 1 / variance[place], sums.grams[place])
+        inner = np.eye(BETWEEN) + gram[1:, 1:]
+        chi = gram[0, 0] - gram[0, 1:] @ np.linalg.solve(inner, gram[1:, 0])
+        total -= 0.5 * (float(whitening.counts[place] @ np.log(variance[place])) + chi + np.linalg.slogdet(inner)[1])
+    assert found.log == pytest.approx(total - np.log1p((found.size / 0.02) ** 2), rel=1e-9)
+
+
+def test_a_gain_that_no_trial_differs_by_is_no_repeatability() -> None:
+    """A model that is off by a tenth in its gain must not come out better than one that is right, however large the discrepancy."""
+    whitening, prediction = _whitened()
+    right = prediction.one({"k": 10.0, "bend.c": 0.2}, ["bend"])
+    none = np.empty((prediction.measured.size, 0))
+    logs = [likelihood(whitening, whitening.sums(gain * right, none), np.empty(0)).log for gain in (1.0, 1.1, 1.5)]
+    assert logs[0] > logs[1] + 20
+    assert logs[1] > logs[2]
+
+
+def test_where_the_discrepancy_dominates_a_band_counts_a_few_numbers() -> None:
+    whitening, _ = _whitened()
+    assert np.all(whitening.trust == 1.0)
+    whitening.doubt(0.0, 2)
+    assert np.all(whitening.trust == 1.0)
+    whitening.doubt(100.0, 0)
+    counted = (whitening.trust * whitening.counts)[whitening.counts > 5]
+    assert np.all(counted < 2.2)
+    assert np.all(counted > 1.8)
