@@ -13,7 +13,7 @@ import numpy as np
 from evat.gap.whitening import BETWEEN, Sums, Whitening
 from evat.model import BoolArray, FloatArray
 
-SIZES = np.concatenate([[0.0], np.geomspace(5e-4, 1.0, 23)])  # of the rms of a channel
+SIZES = np.concatenate([[0.0], np.geomspace(5e-4, 1.0, 15)])  # of the rms of a channel
 USUAL = 0.02  # a discrepancy of this size is nothing special
 
 
@@ -21,7 +21,7 @@ USUAL = 0.02  # a discrepancy of this size is nothing special
 class Likelihood:
     """`size` (of the rms) and `length` (place in CORRELATION_SAMPLES) of the discrepancy; `log` the penalised log likelihood, `evidence`
     its integral over the parameters (Laplace); `step` (p,) to the best parameters from here; `covariance` (p, p) of the parameters;
-    `weights` (groups, BANDS): what a whitened square counts."""
+    `weights` (groups, bands): what a whitened square counts."""
 
     size: float
     length: int

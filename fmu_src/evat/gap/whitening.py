@@ -22,7 +22,7 @@ from evat.model import FloatArray
 from evat.prediction import Prediction
 
 BETWEEN = 3  # ways in which trials differ: gain, zero, clock
-BANDS = 20  # of the harmonics, and again as many of all between them
+BANDS = 20  # of the harmonics, and again as many of all between them; those that no record has are left out
 CORRELATION_SAMPLES = (0.3, 2.0, 8.0, 32.0, 128.0)  # over which a discrepancy may be correlated
 OUTLYING = 5.0  # robust standard deviations of the repeats from each other
 EVER = 0.002  # of the rms, from sample to sample: no model of a contact is better, whatever repeats say
@@ -43,7 +43,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Sums:
-    """`grams` (groups, 2 BANDS, w, w): inner products of the whitened [slopes (p), residual, what differs between trials (BETWEEN)]."""
+    """`grams` (groups, bands, w, w): inner products of the whitened [slopes (p), residual, what differs between trials (BETWEEN)]."""
 
     grams: FloatArray
 
@@ -51,9 +51,9 @@ class Sums:
 class Whitening:
     """The covariance of an experiment as a way to sum up residuals.
 
-    `jumps[group]` tells what its samples count, less beside jumps; `counts` (groups, 2 BANDS) is how many numbers a band has; `unexplained`
-    (lengths, groups, 2 BANDS) what a discrepancy of unit size (rms of its channel) and given correlation length would add to the variance 1
-    that noise has there; `least` (groups, 2 BANDS) the variance that every model is granted; `trust` (groups, 2 BANDS) the share of its
+    `jumps[group]` tells what its samples count, less beside jumps; `counts` (groups, bands) is how many numbers a band has; `unexplained`
+    (lengths, groups, bands) what a discrepancy of unit size (rms of its channel) and given correlation length would add to the variance 1
+    that noise has there; `least` (groups, bands) the variance that every model is granted; `trust` (groups, bands) the share of its
     numbers that a band counts.
     """
 
@@ -65,8 +65,11 @@ class Whitening:
         self.means = self._means(predicted)
         self.jumps = [self._jumps_of(group, predicted) for group in self.groups]
         self._own = [_spectrum(self._between(place, predicted)) for place in range(len(self.groups))]
-        self._bands = [self._edges(group) for group in self.groups]
-        self.counts = np.zeros((len(self.groups), 2 * BANDS))
+        bands_of = [self._edges(group) for group in self.groups]
+        there = sorted(set().union(*bands_of))  # bands of which any group has numbers
+        self._bands = [{there.index(band): own for band, own in bands.items()} for bands in bands_of]
+        self._harmonic = np.array([band < BANDS for band in there])
+        self.counts = np.zeros((len(self.groups), len(there)))
         for place, bands in enumerate(self._bands):
             for band, (_, weight) in bands.items():
                 self.counts[place, band] = weight.sum() * self.jumps[place].share
@@ -180,7 +183,7 @@ class Whitening:
     def sums(self, predicted: FloatArray, slopes: FloatArray) -> Sums:
         """predicted (N,), slopes (N, p)."""
         width = slopes.shape[1] + 1 + BETWEEN
-        grams = np.zeros((len(self.groups), 2 * BANDS, width, width))
+        grams = np.zeros((*self.counts.shape, width, width))
         for place, group in enumerate(self.groups):
             columns = np.column_stack([slopes[group.at], self.residual(predicted, place)])
             white = self._filter(columns, place) * math.sqrt(len(group.members))
@@ -193,7 +196,7 @@ class Whitening:
 
     @cached_property
     def unexplained(self) -> FloatArray:
-        found = np.zeros((len(CORRELATION_SAMPLES), len(self.groups), 2 * BANDS))
+        found = np.zeros((len(CORRELATION_SAMPLES), *self.counts.shape))
         for place, group in enumerate(self.groups):
             ratio = (self.levels[group.channel] / self.noise.sizes[group.members[0]]) ** 2 * len(group.members) * self.jumps[place].share
             length = group.at.stop - group.at.start
@@ -205,12 +208,12 @@ class Whitening:
             omega = 2 * np.pi * np.arange(length // 2 + 1) / length
             gain = np.abs(np.exp(-1j * np.outer(omega, np.arange(filter_.size))) @ filter_) ** 2
             periodic = group.cycles > 1.5
-            share = self.counts[place, :BANDS].sum() / self.counts[place].sum()
+            share = self.counts[place, self._harmonic].sum() / self.counts[place].sum()
             for row, samples in enumerate(CORRELATION_SAMPLES):
                 rho = np.exp(-1 / samples)
                 spectrum = (1 - rho**2) / (1 - 2 * rho * np.cos(omega) + rho**2) * gain * ratio
                 for band, (rows, _) in self._bands[place].items():
-                    factor = 1.0 if not periodic else (1 - APERIODIC) / share if band < BANDS else APERIODIC / (1 - share)
+                    factor = 1.0 if not periodic else (1 - APERIODIC) / share if self._harmonic[band] else APERIODIC / (1 - share)
                     found[row, place, band] = spectrum[rows].mean() * factor
         return np.asarray(np.cumsum(found, axis=0) / np.arange(1, len(found) + 1)[:, None, None], dtype=np.float64)
 
