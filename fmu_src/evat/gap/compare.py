@@ -23,7 +23,7 @@ FULL_FITS = 6  # singles that are fitted with all parameters
 LEFT = 0.005  # of the rms: where recalibration leaves less, other base laws are not tried
 LAW_STARTS, LAW_STEPS = 32, 40
 PAIRS_FROM, PAIR_FITS = 4, 3
-ROUGH = 0.3  # of what a pair gains: as far may its gain by linear sums be off
+ROUGH = 0.3  # of what the best model gains: as far may a gain by linear sums be off
 SWAPS, SWAP_FITS = 8, 3  # effects that are tried in place of one of the best pair, and those that are fitted
 HOPE = 0.2  # of the best gain: an effect that gains less where it is taken as linear is not looked at closer
 FORM = 0.07  # of the gap that recalibration leaves: what no effect explains any closer, since its form in the world is another
@@ -141,7 +141,7 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     best = max([recalibrated.found.evidence, *rough.values()])
     for place, name in enumerate(order[:FULL_FITS]):
         tell(f"fitting {name}", 0.6 + 0.15 * place / FULL_FITS)
-        if rough[(name,)] < best - WORTH and place > 1:
+        if rough[(name,)] < best - max(WORTH, ROUGH * (best - base)) and place > 1:
             break
         start, point = fronts[name]
         whole = fit(prediction, whitening, (*parameters, *start.parameters), point, (name,))

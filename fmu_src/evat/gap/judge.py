@@ -25,6 +25,8 @@ STORED = Path(__file__).with_name("calibration.json")
 SURE = 0.9  # of the probability: what the listed sets hold
 EVIDENT = 5.0  # of log evidence: less is chance
 LEAST = 0.2  # of what nobody would look at: a structural rms below that is no smaller
+GLIMPSED = 0.3  # of what nobody would look at: of a structural rms that is larger, what an effect leaves of it says something
+DOUBTFUL = 9.0  # times more evidence is asked of an effect that leaves all of what can be seen
 WORSE = 1.03  # times the gap that recalibration leaves: a model that leaves more makes it worse, whatever its evidence
 UNSEEN = 0.2  # share that a model with much evidence is held to leave of a gap that is too small to look at
 SUDDEN = 20.0  # log-odds per share of irregularity: noise has next to none
@@ -127,9 +129,11 @@ def judge(found: Features, constants: Constants) -> Judgement:
     left = min(lefts.values(), default=1.0)
     structural = _sigmoid(constants.structure_offset + constants.structure_slope * size)
     if scores:
-        # A small gap that an effect explains well and with much evidence is one, however small.
+        # A gap that is too small to look at is one where an effect has much evidence; the more, the more it leaves of what can be seen.
         best = max(scores, key=lambda on: scores[on])
-        evident = _sigmoid((found.gain[best] - constants.evident) * 3 / constants.evident)
+        seen = math.exp(2 * size) / (math.exp(2 * size) + GLIMPSED**2)
+        needed = constants.evident * (1 + DOUBTFUL * seen * found.left[best])
+        evident = _sigmoid((found.gain[best] - needed) * 3 / needed)
         structural = max(structural, evident * max(1 - lefts[best], 0.0))
     odds = math.log(max(left, 1e-3) / max(1 - left, 1e-3))
     unknown = structural * _sigmoid(constants.unknown_offset + constants.unknown_slope * odds) if scores else structural
