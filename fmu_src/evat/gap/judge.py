@@ -37,7 +37,7 @@ AMBIGUOUS = 0.55  # of what is not unknown: a set with less is one of several
 class Constants:
     """Of the judgement; each is a weight of one of the features below in a log-odds."""
 
-    temperature: float = 15.0  # of the evidence
+    temperature: float = 20.0  # of the evidence
     sharpness: float = 6.0  # per factor e^-2 in the share of the gap that is left
     form: float = 0.05  # share of the gap that may be left by an effect of a slightly other form
     effect_cost: float = 4.0  # of each further effect
