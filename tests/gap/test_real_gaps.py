@@ -58,8 +58,15 @@ def test_the_tribometer_asks_lugre_for_an_elasto_plastic_break_away() -> None:
 
 
 def test_the_tribometer_asks_coulomb_for_presliding() -> None:
+    """Or for something as slow: all its strokes have one speed, at which a force that lags by way and one that lags by time look alike. A
+    low-pass of 50 ms comes out a little ahead; both leave nothing that can be seen."""
     found = diagnose(_tribometer({"friction_law": "coulomb", "F_C": 2.5}), MODEL)
-    assert _probability(found, "friction_law=lugre", "friction_law=dahl") > 0.9
+    gain, left = found.judgement.features.gain, found.judgement.features.left
+    laws = [(f"friction_law={name}",) for name in ("lugre", "dahl")]
+    best = max(laws, key=lambda law: gain[law])
+    assert gain[best] > 0.85 * max(gain.values())
+    assert left[best] < 0.01
+    assert found.verdict in ("effect", "ambiguous")
     rms = found.closure.rms["friction_force"]
     assert rms["corrected"] < 0.2 * rms["recalibrated"]
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 from threadpoolctl import threadpool_limits
 
@@ -53,12 +53,10 @@ def diagnose_with(
     looked_at, cut = portion(experiment, model)
     with threadpool_limits(1):  # sums over short rows gain nothing from threads, and their last bits would depend on them
         known, origin = (constants, "given") if constants else stored()
-        return _diagnosed(Prediction(model, looked_at), cut, {"version": version, "constants": origin}, report, known)
+        return _diagnosed(Prediction(model, looked_at), cut, f"{version}; constants {origin}".removeprefix("; "), report, known)
 
 
-def _diagnosed(
-    prediction: Prediction, cut: str, made_by: Mapping[str, str], report: Report | None, known: Constants
-) -> tuple[Diagnosis, Comparison]:
+def _diagnosed(prediction: Prediction, cut: str, version: str, report: Report | None, known: Constants) -> tuple[Diagnosis, Comparison]:
     model, comparison = prediction.model, compare(prediction, report)
     judgement = judge(features(comparison), known)
     verdict, missing = CANNOT_TELL if comparison.audit.refused else judgement.verdict, tuple(filter(None, (cut, *_missing(comparison))))
@@ -77,7 +75,7 @@ def _diagnosed(
         cannot_tell=missing,
         advice=next_experiment(comparison, judgement.likely, judgement.probabilities),
         made_by={
-            **made_by,
+            "version": version,
             "model": _digest([*(v.name for v in model.variables), *(e.equation for e in model.effects)]),
             "data": prediction.experiment.data_hash,
         },

@@ -13,7 +13,7 @@ import numpy as np
 from evat.gap.whitening import BETWEEN, Sums, Whitening
 from evat.model import BoolArray, FloatArray
 
-SIZES = np.concatenate([[0.0], np.geomspace(5e-4, 1.0, 15)])  # of the rms of a channel
+SIZES = np.concatenate([[0.0], np.geomspace(5e-4, 1.0, 23)])  # of the rms of a channel
 USUAL = 0.02  # a discrepancy of this size is nothing special
 
 

@@ -16,7 +16,7 @@ from evat.model import BoolArray, FloatArray
 from evat.prediction import Prediction
 
 MOST_STEPS = 12
-ENOUGH = 0.2  # of log likelihood that a step still gains
+ENOUGH = 0.05  # of log likelihood that a step still gains
 Looked = TypeVar("Looked", bound="Look")
 
 

@@ -8,7 +8,7 @@ from evat.experiment import Experiment
 from evat.model import Model
 from evat.prediction import Prediction
 
-MOST_SAMPLES = 12_000  # that have to be simulated in one run of all trials; repeats of a run count once
+MOST_SAMPLES = 16_000  # that have to be simulated in one run of all trials; repeats of a run count once
 
 
 def portion(experiment: Experiment, model: Model) -> tuple[Experiment, str]:
