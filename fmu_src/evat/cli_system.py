@@ -1,4 +1,4 @@
-"""`evat system`: run a system of FMUs, or sweep over its parameters."""
+"""`evat system`: run a system of FMUs, sweep over its parameters, ask what averaging saves in it."""
 
 from __future__ import annotations
 
@@ -99,6 +99,10 @@ def sweep(
         list[str],
         typer.Option(help="NAME=FIRST:LAST:COUNT, NAME=VALUE,VALUE or COMPONENT=SET,SET; several NAMEs joined by commas get the same."),
     ],
+    beside: Annotated[
+        list[str] | None,
+        typer.Option(help="COMPONENT.VARIABLE=VALUE: the grid once more with this value, dashed in the map; repeat it for more values."),
+    ] = None,
     step: Step = None,
     stop: Stop = None,
     value: SystemValues = None,
@@ -113,27 +117,37 @@ def sweep(
     """Run a system over a grid of its parameters: a table of means over the last half of each run, and a map.
 
     Example: evat system sweep build/out/fmus/evat_turning.ssp --over contact.amplitude_x=3e-6:9e-6:4 --stop 0.005
+
+    Beside it conventional turning: --beside contact.amplitude_x=0 --beside contact.amplitude_y=0
+
+    On other machines: `dask scheduler` on one, `dask worker tcp://HOST:8786` on each (evat installed there), --dask tcp://HOST:8786
     """
     from evat.identify.cluster import Cluster
     from evat.plot_system import plot_sweep
     from evat.systems import sweep as sweeping
     from evat.systems.couple import plan
     from evat.systems.read import read
+    from evat.systems.values import typed
     from evat.table import write_columns
 
     with tempfile.TemporaryDirectory(prefix="evat-system-") as folder:
         found = read(ssp, Path(folder))
         axes = [sweeping.axis(found, text) for text in over]
         values = _values(found, value, sets)
+        grids = [{}, typed(found, beside)] if beside else [{}]
         plan(found, step, stop, None, order, inputs)
         units = {f"{name}.{c.name}": c.unit for name, component in found.components.items() for c in component.connectors.values()}
         with nullcontext() if dask is None else Cluster(dask) as cluster, share_done(f"sweeping {found.name}") as progress:
             wishes = {"step": step, "stop": stop, "order": order, "inputs": inputs}
-            rows = sweeping.sweep(ssp, axes, values, wishes, progress, cluster)
-    out.print(f"wrote {write_columns(sweeping.columns(axes, rows, units), to)}")
-    failed = [row for row in rows if row.failure]
-    if len(failed) < len(rows):
-        out.print(f"wrote {plot_sweep(axes, rows, units, to.with_suffix('.png'))}")
+            rows, *again = [
+                sweeping.sweep(ssp, axes, values, wishes, lambda done, n=n: progress((n + done) / len(grids)), cluster, grid)  # type: ignore[misc]
+                for n, grid in enumerate(grids)
+            ]
+            others = again[0] if again else []
+    out.print(f"wrote {write_columns(sweeping.columns(axes, rows, units, others), to)}")
+    failed = [row for row in (*rows, *others) if row.failure]
+    if any(row.means for row in rows):
+        out.print(f"wrote {plot_sweep(axes, rows, units, to.with_suffix('.png'), others)}")
     table = Table("run", "why it failed")
     for row in failed:
         table.add_row(", ".join(each.texts[place] for each, place in zip(axes, row.place, strict=True)), escape(row.failure))
