@@ -153,3 +153,52 @@ def sweep(
         table.add_row(", ".join(each.texts[place] for each, place in zip(axes, row.place, strict=True)), escape(row.failure))
     if failed:
         err.print(table)
+
+
+@system.command()
+def averaging(
+    ssp: Ssp,
+    step: Annotated[float, typer.Option(help="Step of the averaged run [s]; a whole multiple of the fine one.")] = 1e-3,
+    fine: Annotated[float | None, typer.Option(help="Step of the run that follows every cycle [s]; without it the system's own.")] = None,
+    stop: Stop = None,
+    value: SystemValues = None,
+    sets: Sets = None,
+    to: Annotated[Path, typer.Option("--out", "-o", help="Table, .csv or .parquet; the plot is written beside it as .png.")] = Path(
+        "averaging.csv"
+    ),
+) -> None:
+    """Run a system with averaging = cycle in long steps, and again with every cycle: cost and error of both.
+
+    Example: evat system averaging build/out/fmus/evat_turning.ssp --stop 0.1 -v spindle.speed_set=25
+    """
+    from evat.plot_two_scales import plot_cut
+    from evat.systems.read import read
+    from evat.table import write_columns
+    from evat.two_scales_system import compare
+
+    with tempfile.TemporaryDirectory(prefix="evat-system-") as folder:
+        system = read(ssp, Path(folder))
+        with share_done("following every cycle") as progress:
+            found = compare(
+                system,
+                _values(system, value, sets),
+                step=step,
+                fine=fine,
+                stop=stop,
+                progress=lambda mode, share: progress(share if mode == "resolved" else 0.0),
+            )
+    cut = found.cut
+    out.print(f"wrote {write_columns(found.columns(), to)}")
+    out.print(f"wrote {plot_cut(cut, to.with_suffix('.png'), f'{system.title}, averaged in steps of {1e3 * step:g} ms')}")
+    for mode, name in (("resolved", "every cycle"), ("cycle", "averaged")):
+        out.print(f"{name}: {cut.seconds[mode]:.3g} s for {cut.times[-1] - cut.times[0]:g} s, in steps of {found.steps[mode]:g} s")
+    worst = cut.times[int(cut.error.argmax())]
+    out.print(
+        f"{cut.cheaper:.0f} times cheaper; mean forces to {100 * cut.relative_error:.2g} % of the largest, worst from t = {worst:g} s on, "
+        f"to {100 * cut.typical_error:.2g} % in half of the steps",
+        soft_wrap=True,
+    )
+    table = Table("output of the machine", "largest value", "largest difference", title="at the ends of the steps, 20 kHz of it and all")
+    for name, (largest, apart) in found.machine().items():
+        table.add_row(name, f"{largest:.3g}", f"{apart:.2g}")
+    out.print(table)
