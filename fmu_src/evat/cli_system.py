@@ -84,7 +84,8 @@ def run(
             try:
                 trace, power = coupled.run(wanted, progress)
             except SystemStopped as stopped:
-                out.print(f"wrote {write_trace(stopped.trace, to)}, the results until the stop")
+                if stopped.trace.times.size:
+                    out.print(f"wrote {write_trace(stopped.trace, to)}, the results until the stop")
                 raise
     out.print(f"wrote {write_trace(trace, to)}")
     out.print(f"wrote {plot_run(trace, to.with_suffix('.png'), list(trace.columns), found.title)}")
