@@ -42,3 +42,13 @@ def test_without_thrust_vibration_a_ratio_of_one_is_conventional_turning() -> No
     assert np.all(np.diff(found) > 0)
     assert found[0] < 0.8
     assert found[2:] == pytest.approx([1, 1], abs=0.04)
+
+
+def test_friction_that_grows_with_speed_is_conventional_as_soon_as_the_tool_stays_in() -> None:
+    """The mean of sigma2 v is sigma2 times the mean slip, and the thrust vibration has none: what reverses cancels (copper, Inconel)."""
+    viscous = {"F_C": 1e-6, "F_S": 1e-6, "sigma0": 1e6, "sigma1": 0.0, "sigma2": 10.0}
+    path = {"amplitude_x": A, "amplitude_y": A, "chip_flow_shear_angle": np.pi / 6}
+    for ratio, bounds in ((0.5, (0.4, 0.9)), (1.001, (1 - 1e-4, 1 + 1e-4)), (1.5, (1 - 1e-4, 1 + 1e-4))):
+        speed = ratio * A * OMEGA
+        found = simulate({**viscous, **path, "friction_law": "lugre", "cutting_speed": speed}, (), cycles=4)["mean_feed_force"][-1]
+        assert bounds[0] < found / (10.0 * speed * np.tan(np.pi / 6)) < bounds[1]
