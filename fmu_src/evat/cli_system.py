@@ -1,4 +1,4 @@
-"""`evat system`: run a system of FMUs, or sweep over its parameters."""
+"""`evat system`: run a system of FMUs, sweep over its parameters, ask what averaging saves in it."""
 
 from __future__ import annotations
 
@@ -84,7 +84,8 @@ def run(
             try:
                 trace, power = coupled.run(wanted, progress)
             except SystemStopped as stopped:
-                out.print(f"wrote {write_trace(stopped.trace, to)}, the results until the stop")
+                if stopped.trace.times.size:
+                    out.print(f"wrote {write_trace(stopped.trace, to)}, the results until the stop")
                 raise
     out.print(f"wrote {write_trace(trace, to)}")
     out.print(f"wrote {plot_run(trace, to.with_suffix('.png'), list(trace.columns), found.title)}")
@@ -99,6 +100,10 @@ def sweep(
         list[str],
         typer.Option(help="NAME=FIRST:LAST:COUNT, NAME=VALUE,VALUE or COMPONENT=SET,SET; several NAMEs joined by commas get the same."),
     ],
+    beside: Annotated[
+        list[str] | None,
+        typer.Option(help="COMPONENT.VARIABLE=VALUE: the grid once more with this value, dashed in the map; repeat it for more values."),
+    ] = None,
     step: Step = None,
     stop: Stop = None,
     value: SystemValues = None,
@@ -113,29 +118,88 @@ def sweep(
     """Run a system over a grid of its parameters: a table of means over the last half of each run, and a map.
 
     Example: evat system sweep build/out/fmus/evat_turning.ssp --over contact.amplitude_x=3e-6:9e-6:4 --stop 0.005
+
+    Beside it conventional turning: --beside contact.amplitude_x=0 --beside contact.amplitude_y=0
+
+    On other machines: `dask scheduler` on one, `dask worker tcp://HOST:8786` on each (evat installed there), --dask tcp://HOST:8786
     """
     from evat.identify.cluster import Cluster
     from evat.plot_system import plot_sweep
     from evat.systems import sweep as sweeping
     from evat.systems.couple import plan
     from evat.systems.read import read
+    from evat.systems.values import typed
     from evat.table import write_columns
 
     with tempfile.TemporaryDirectory(prefix="evat-system-") as folder:
         found = read(ssp, Path(folder))
         axes = [sweeping.axis(found, text) for text in over]
         values = _values(found, value, sets)
+        grids = [{}, typed(found, beside)] if beside else [{}]
         plan(found, step, stop, None, order, inputs)
         units = {f"{name}.{c.name}": c.unit for name, component in found.components.items() for c in component.connectors.values()}
         with nullcontext() if dask is None else Cluster(dask) as cluster, share_done(f"sweeping {found.name}") as progress:
             wishes = {"step": step, "stop": stop, "order": order, "inputs": inputs}
-            rows = sweeping.sweep(ssp, axes, values, wishes, progress, cluster)
-    out.print(f"wrote {write_columns(sweeping.columns(axes, rows, units), to)}")
-    failed = [row for row in rows if row.failure]
-    if len(failed) < len(rows):
-        out.print(f"wrote {plot_sweep(axes, rows, units, to.with_suffix('.png'))}")
+            rows, *again = [
+                sweeping.sweep(ssp, axes, values, wishes, lambda done, n=n: progress((n + done) / len(grids)), cluster, grid)  # type: ignore[misc]
+                for n, grid in enumerate(grids)
+            ]
+            others = again[0] if again else []
+    out.print(f"wrote {write_columns(sweeping.columns(axes, rows, units, others), to)}")
+    failed = [row for row in (*rows, *others) if row.failure]
+    if any(row.means for row in rows):
+        out.print(f"wrote {plot_sweep(axes, rows, units, to.with_suffix('.png'), others)}")
     table = Table("run", "why it failed")
     for row in failed:
         table.add_row(", ".join(each.texts[place] for each, place in zip(axes, row.place, strict=True)), escape(row.failure))
     if failed:
         err.print(table)
+
+
+@system.command()
+def averaging(
+    ssp: Ssp,
+    step: Annotated[float, typer.Option(help="Step of the averaged run [s]; a whole multiple of the fine one.")] = 1e-3,
+    fine: Annotated[float | None, typer.Option(help="Step of the run that follows every cycle [s]; without it the system's own.")] = None,
+    stop: Stop = None,
+    value: SystemValues = None,
+    sets: Sets = None,
+    to: Annotated[Path, typer.Option("--out", "-o", help="Table, .csv or .parquet; the plot is written beside it as .png.")] = Path(
+        "averaging.csv"
+    ),
+) -> None:
+    """Run a system with averaging = cycle in long steps, and again with every cycle: cost and error of both.
+
+    Example: evat system averaging build/out/fmus/evat_turning.ssp --stop 0.1 -v spindle.speed_set=25
+    """
+    from evat.plot_two_scales import plot_cut
+    from evat.systems.read import read
+    from evat.table import write_columns
+    from evat.two_scales_system import compare
+
+    with tempfile.TemporaryDirectory(prefix="evat-system-") as folder:
+        system = read(ssp, Path(folder))
+        with share_done("following every cycle") as progress:
+            found = compare(
+                system,
+                _values(system, value, sets),
+                step=step,
+                fine=fine,
+                stop=stop,
+                progress=lambda mode, share: progress(share if mode == "resolved" else 0.0),
+            )
+    cut = found.cut
+    out.print(f"wrote {write_columns(found.columns(), to)}")
+    out.print(f"wrote {plot_cut(cut, to.with_suffix('.png'), f'{system.title}, averaged in steps of {1e3 * step:g} ms')}")
+    for mode, name in (("resolved", "every cycle"), ("cycle", "averaged")):
+        out.print(f"{name}: {cut.seconds[mode]:.3g} s for {cut.times[-1] - cut.times[0]:g} s, in steps of {found.steps[mode]:g} s")
+    worst = cut.times[int(cut.error.argmax())]
+    out.print(
+        f"{cut.cheaper:.0f} times cheaper; mean forces to {100 * cut.relative_error:.2g} % of the largest, worst from t = {worst:g} s on, "
+        f"to {100 * cut.typical_error:.2g} % in half of the steps",
+        soft_wrap=True,
+    )
+    table = Table("output of the machine", "largest value", "largest difference", title="at the ends of the steps, 20 kHz of it and all")
+    for name, (largest, apart) in found.machine().items():
+        table.add_row(name, f"{largest:.3g}", f"{apart:.2g}")
+    out.print(table)

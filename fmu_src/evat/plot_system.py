@@ -31,12 +31,13 @@ def plot_run(trace: Trace, path: Path, names: Sequence[str], title: str) -> Path
         return save_figure(figure, path)
 
 
-def plot_sweep(axes: Sequence[Axis], rows: Sequence[Row], units: Mapping[str, str], path: Path) -> Path:
-    """Means over the first axis, a line for each place on the others; over the speed ratio where the system shows one."""
+def plot_sweep(axes: Sequence[Axis], rows: Sequence[Row], units: Mapping[str, str], path: Path, beside: Sequence[Row] = ()) -> Path:
+    """Means over the first axis, a line for each place on the others; over the speed ratio where the system shows one. What stood
+    beside the rows is dashed, at the speed ratio of the rows."""
     shown = next((list(row.means) for row in rows if row.means), [])
     mapped = [name for name in shown if name.rpartition(".")[2] in MAPPED] or shown[:MOST_PANELS]
     ratio = next((name for name in shown if name.rpartition(".")[2] == RATIO), None)
-    numbers = axes[0].numbers
+    numbers, others = axes[0].numbers, {row.place: row.means for row in beside if row.means}
     with mpl.rc_context(STYLE):
         figure, panels = new_figure(len(mapped), 1, (8, 1 + 2.4 * len(mapped)))
         for panel, name in zip(panels[:, 0], mapped, strict=True):
@@ -50,6 +51,9 @@ def plot_sweep(axes: Sequence[Axis], rows: Sequence[Row], units: Mapping[str, st
                 words = ", ".join(each.texts[place] for each, place in zip(axes[1:], rest, strict=True))
                 values = np.array([row.means[name] for row in line])
                 panel.plot(abscissa[order], values[order], "o-", ms=4, color=COLOURS[colour % len(COLOURS)], label=words or None)
+                if others:
+                    values = np.array([others[row.place][name] if row.place in others else np.nan for row in line])
+                    panel.plot(abscissa[order], values[order], "--", lw=1, color=COLOURS[colour % len(COLOURS)])
             panel.set_ylabel(label(name.rpartition(".")[2], units[name]))
         if len(axes) > 1:
             figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)

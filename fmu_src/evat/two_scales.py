@@ -33,9 +33,19 @@ class TwoScales:
         return np.asarray(np.abs(self.means["cycle"] - self.means["resolved"]).max(axis=1))
 
     @property
+    def largest(self) -> float:
+        """Largest mean force of any step [N]."""
+        return float(np.abs(self.means["resolved"]).max())
+
+    @property
     def relative_error(self) -> float:
         """Largest error of any step over the largest mean force."""
-        return float(self.error.max() / np.abs(self.means["resolved"]).max())
+        return float(self.error.max()) / self.largest
+
+    @property
+    def typical_error(self) -> float:
+        """Error that half of the steps stay below, over the largest mean force."""
+        return float(np.median(self.error)) / self.largest
 
     @property
     def cheaper(self) -> float:

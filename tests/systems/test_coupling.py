@@ -102,7 +102,8 @@ def test_a_circle_shows_a_glitch_at_every_quadrant(systems: dict[str, Path]) -> 
 @pytest.mark.slow
 def test_vibration_lowers_the_forces_the_more_the_slower_the_cut(systems: dict[str, Path]) -> None:
     """Why EVAT exists. Mean forces of the coupled cut over those of conventional turning at the same speed: they fall with the speed
-    ratio, thrust further than principal force, duty with them; with a speed ratio far above 1 the vibration no longer matters."""
+    ratio, thrust further than principal force where friction hardly depends on speed (as here: tests/laws/test_conventional.py), duty
+    with them; at four times the speed ratio of separation thrust is conventional, principal force but for b of the feed, 5 %."""
     found = parameter_sets.load("regularised/al-7075-t6")
     material = {**kernel.by_choice(found.values), **dict.fromkeys(found.effects, True)}
     fastest = 5e-6 * 2 * np.pi * 20e3
@@ -128,7 +129,8 @@ def test_vibration_lowers_the_forces_the_more_the_slower_the_cut(systems: dict[s
     assert duty[:2] == pytest.approx((0.3120, 0.4235), abs=2e-3)  # physics: closed form of the ellipse on a rigid machine
     assert duty[-2] > 0.9
     assert duty[-1] == pytest.approx(1, abs=1e-9)
-    assert (principal[-1], thrust[-1]) == pytest.approx((1, 1), abs=0.05)
+    assert 0.45 < thrust[-2] < 0.52  # at HSR = 0.99 friction still reverses, so thrust is far from conventional
+    assert (principal[-1], thrust[-1]) == pytest.approx((0.955, 1), abs=5e-3)  # chip thinner by b = 5 um of 100 um; no reversal left
 
 
 @pytest.mark.skipif(not EMPS.is_file(), reason="the EMPS record is not beside the checkout")

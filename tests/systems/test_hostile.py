@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 from coupled import run
 from evat.model import ParameterError
+from evat.systems import write_full
 from evat.systems.couple import Coupled, Given, plan
 from evat.systems.model import SspError, SystemStopped
 from evat.systems.read import read
 from evat.systems.values import typed
+from evat.table import read_table
 from typer.testing import CliRunner
 
 SSD = "SystemStructure.ssd"
@@ -174,6 +176,43 @@ def test_a_component_that_fails_in_mid_run_is_named_and_the_results_are_kept(sys
     assert np.all(np.isfinite(trace["drive.table_position"]))
     reference, _ = run(systems["stick_slip"], step=1e-3, stop=0.1)
     assert np.allclose(trace["drive.table_position"][:100], reference["drive.table_position"][:100], rtol=1e-12, atol=0)
+
+
+def test_a_component_that_fails_at_the_start_leaves_no_row(systems: dict[str, Path], tmp_path: Path) -> None:
+    """A row of zeros would be taken for a result."""
+    from evat.cli import app
+
+    with pytest.raises(SystemStopped, match=r"component guideway failed in the start at t = 0 s, after 0 of 1000 steps") as stopped:
+        run(systems["stick_slip"], {"guideway": {"averaging": "cycle"}}, step=1e-3, stop=1.0)
+    assert stopped.value.trace.times.size == 0
+    assert stopped.value.trace["drive.table_position"].size == 0
+    to = tmp_path / "none.csv"
+    result = CliRunner().invoke(app, ["system", "run", str(systems["stick_slip"]), "-v", "guideway.averaging=cycle", "-o", str(to)])
+    assert isinstance(result.exception, SystemStopped)
+    assert not to.exists()
+
+
+def test_the_command_keeps_what_came_before_the_stop(systems: dict[str, Path], tmp_path: Path) -> None:
+    from evat.cli import app
+
+    pushed, to = tmp_path / "pushed.csv", tmp_path / "kept.parquet"
+    pushed.write_text("time [s],drive.load_force [kN]\n0,0\n0.1,0\n0.2,5000\n")
+    asked = ["system", "run", str(systems["stick_slip"]), "-i", str(pushed), "--step", "1e-3", "--stop", "1", "--every", "1", "-o", str(to)]
+    result = CliRunner().invoke(app, asked)
+    assert isinstance(result.exception, SystemStopped)
+    assert "the results until the stop" in " ".join(result.output.split())
+    assert 0.1 <= read_table(to).clock("time [s]")[-1] < 0.2
+
+
+def test_the_full_form_says_which_form_is_read(fmus: dict[str, Path], tmp_path: Path) -> None:
+    path = write_full.write("stick_slip", tmp_path / "stick_slip-full.ssp", fmus["fmi2"].parent)
+    refused(path, tmp_path, r"it is of SSP 2.0; .*NAME.ssp beside it")
+
+
+def test_a_component_that_is_there_twice(remade: Callable[..., Path], tmp_path: Path) -> None:
+    refused(
+        remade({}, {'<ssd:Component name="drive"': '<ssd:Component name="path"'}), tmp_path, "component path is there twice|not valid by"
+    )
 
 
 def test_a_value_that_an_fmu_refuses_names_the_component(systems: dict[str, Path]) -> None:

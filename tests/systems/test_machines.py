@@ -207,3 +207,19 @@ def test_the_fmu_is_valid_and_says_what_the_library_says(part: str, version: fmu
         for place, name in enumerate(columns):
             scale = max(np.max(np.abs(expected[:, place])), 1e-9)
             assert np.allclose(found[name], expected[:, place], rtol=0, atol=tolerance * scale)
+
+
+@pytest.mark.parametrize("part", [part for part in PARTS if machine.states(part)])
+def test_a_parameter_that_changes_between_steps_acts_at_once(part: str) -> None:
+    """The integrals of the step before must not serve for it. One step after the change is two of half the length."""
+    tuned = next(v for v in machine.variables(part) if v.causality == "parameter" and v.variability == "tunable" and v.start > 0)
+    whole, halves = drawn(part, 5), drawn(part, 5)
+    for one in (whole, halves):
+        one.start()
+        one.advance(1e-3)
+        one.set(tuned.name, 0.5 * one.get(tuned.name))
+    whole.advance(1e-3)
+    halves.advance(5e-4)
+    halves.advance(5e-4)
+    for state in machine.states(part):
+        assert whole.get(state) == pytest.approx(halves.get(state), rel=1e-9, abs=1e-12 * (1 + abs(halves.get(state))))

@@ -71,11 +71,16 @@ def test_axes_that_make_no_sense(systems: dict[str, Path], tmp_path: Path) -> No
 def test_the_command_writes_table_and_map(systems: dict[str, Path], tmp_path: Path) -> None:
     to = tmp_path / "sweep.csv"
     grid = ["--over", "contact=regularised/copper,regularised/al-7075-t6", "--over", "contact.amplitude_x=4 um,6 um"]
-    result = CliRunner().invoke(app, ["system", "sweep", str(systems["evat_turning"]), *grid, "--stop", "2e-4", "-o", str(to)])
+    conventional = ["--beside", "contact.amplitude_x=0", "--beside", "contact.amplitude_y=0"]
+    asked = ["system", "sweep", str(systems["evat_turning"]), *grid, *conventional, "--stop", "2e-4", "-o", str(to)]
+    result = CliRunner().invoke(app, asked)
     assert result.exit_code == 0, result.output
     table = read_table(to)
     assert read_texts(to, "contact") == ("regularised/copper",) * 2 + ("regularised/al-7075-t6",) * 2
     assert {"contact.amplitude_x [m]", "contact.mean_principal_force [N]", "contact.speed_ratio [1]"} <= set(table.columns)
     wider = table.column("contact.speed_ratio [1]", "1")
     assert wider[0] / wider[1] == pytest.approx(1.5, rel=1e-3)  # HSR falls as the amplitude grows
+    beside = table.column("contact.mean_principal_force beside [N]", "N")
+    assert np.all(beside > 2 * table.column("contact.mean_principal_force [N]", "N"))  # that is what the vibration is for
+    assert beside[0] == beside[1] != beside[2]  # the amplitude that was swept is put aside, the material is not
     assert to.with_suffix(".png").stat().st_size > 10_000

@@ -171,19 +171,18 @@ class Coupled:
         y, rows, times = np.zeros(len(self.signals)), [], []
         power, doing = Power(self.system, self.signals), ("the start", plan.start)
         kept = 0
-        rows.append(y[: self._from_record].copy())
-        times.append(plan.start)
-        member = self.members[0]
         try:
             for member in self.members:
-                member.driver.prepare(member.inputs, member.outputs, plan.start, plan.stop)
+                with _failing(member):
+                    member.driver.prepare(member.inputs, member.outputs, plan.start, plan.stop)
             self._settle(y, plan.start)
-            rows[0] = y[: self._from_record].copy()
+            rows.append(y[: self._from_record].copy())
+            times.append(plan.start)
             slope = np.zeros_like(y)
             for n in range(1, plan.count + 1):
                 doing = ("the step", plan.time(n - 1))
                 before = y.copy()
-                member = self._step(plan, n, y, slope, power)
+                self._step(plan, n, y, slope, power)
                 if plan.inputs == "linear":
                     slope = (y - before) / (plan.time(n) - plan.time(n - 1))
                 if n % plan.every == 0 or n == plan.count:
@@ -218,7 +217,7 @@ class Coupled:
                 member.driver.begin()
                 member.show("first outputs", y)
 
-    def _step(self, plan: Plan, n: int, y: FloatArray, slope: FloatArray, power: Power) -> _Member:
+    def _step(self, plan: Plan, n: int, y: FloatArray, slope: FloatArray, power: Power) -> None:
         start, end = plan.time(n - 1), plan.time(n)
         step, doing = end - start, f"step to t = {end:.9g} s"
         given = self.given.at(end)
@@ -226,7 +225,6 @@ class Coupled:
         guess[self._from_record :] = given
         then = guess.copy()
         power.open(y)
-        member = self.members[0]
         for member in self.members:
             now, ahead = y[member.source], (then if plan.order == "gauss-seidel" else guess)[member.source]
             with _failing(member):
@@ -240,10 +238,9 @@ class Coupled:
                 with _failing(member):
                     member.driver.set(doing, y[member.source])
                     member.show(doing, y)
-        return member
 
     def _trace(self, times: Sequence[float], rows: Sequence[FloatArray], plan: Plan) -> Trace:
-        table = np.array(rows)
+        table = np.array(rows).reshape(len(rows), self._from_record)
         names = [at for at, place in self.signals.items() if place < self._from_record]
         units = {".".join(at): self.system.components[at[0]].connectors[at[1]].unit for at in names}
         columns = {".".join(at): table[:, place].copy() for place, at in enumerate(names)}

@@ -95,7 +95,10 @@ def read(path: Path, folder: Path) -> System:
     tree = _xml(folder / "SystemStructure.ssd", what)
     top = tree.getroot()
     if top.get("version", "1.0") not in ("1.0", "1.1"):
-        raise SspError(f"{what}: it is of SSP {top.get('version')}; SSP 1.0 and 1.1 are read.")
+        raise SspError(
+            f"{what}: it is of SSP {top.get('version')}; SSP 1.0 and 1.1 are read. Take its portable form: "
+            "of NAME-full.ssp, which `evat build` writes, that is NAME.ssp beside it, the same system."
+        )
     _valid(tree, "SystemStructureDescription" + ("11" if top.get("version") == "1.1" else ""), what)
     system = top.find("ssd:System", _NS)
     if system.find("ssd:Elements/ssd:System", _NS) is not None:

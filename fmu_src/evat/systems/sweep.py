@@ -106,16 +106,18 @@ def sweep(
     wishes: Mapping[str, Any],
     done: Callable[[float], None] = lambda _: None,
     cluster: Any = None,
+    beside: Values | None = None,
 ) -> list[Row]:
     """Run the system at every point of the grid; rows in the order of the grid, whatever the order in which they finish.
 
+    beside : values that stand whatever the point says.
     cluster : evat.identify.cluster.Cluster whose workers run them; None: the cores of this machine.
     """
     places = list(itertools.product(*(range(len(each.texts)) for each in axes)))
     if len(places) > MOST_RUNS:
         raise ParameterError(f"the grid has {len(places)} points; at most {MOST_RUNS} are run.")
     archive = path.read_bytes()
-    points = [merged(values, *(each.values[place] for each, place in zip(axes, at, strict=True))) for at in places]
+    points = [merged(values, *(each.values[place] for each, place in zip(axes, at, strict=True)), beside or {}) for at in places]
     rows: dict[int, Row] = {}
     for number, (means, failure) in (_here if cluster is None else cluster.each)(
         _point, archive, [(point, dict(wishes)) for point in points]
@@ -137,8 +139,8 @@ def _here(function: Callable[..., Any], archive: bytes, points: Sequence[tuple[A
             yield waiting[future], future.result()
 
 
-def columns(axes: Sequence[Axis], rows: Sequence[Row], units: Mapping[str, str]) -> dict[str, Any]:
-    """The rows as columns of a table, headers with units."""
+def columns(axes: Sequence[Axis], rows: Sequence[Row], units: Mapping[str, str], beside: Sequence[Row] = ()) -> dict[str, Any]:
+    """The rows as columns of a table, headers with units; what stood beside them, at the same places, in columns of its own."""
     found: dict[str, Any] = {}
     for number, each in enumerate(axes):
         numbers, texts = each.numbers, each.texts
@@ -146,7 +148,11 @@ def columns(axes: Sequence[Axis], rows: Sequence[Row], units: Mapping[str, str])
         found[header] = [texts[row.place[number]] for row in rows] if numbers is None else numbers[[row.place[number] for row in rows]]
     for name in _shown(rows):
         found[f"{name} [{units[name]}]"] = np.array([row.means.get(name, np.nan) for row in rows])
+    for name in _shown(beside):
+        found[f"{name} beside [{units[name]}]"] = np.array([row.means.get(name, np.nan) for row in beside])
     found["failure"] = [row.failure for row in rows]
+    if beside:
+        found["failure beside"] = [row.failure for row in beside]
     return found
 
 
