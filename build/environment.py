@@ -8,7 +8,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -53,7 +53,7 @@ def run(scripts: Path, arguments: Sequence[str]) -> int:
 def test(scripts: Path, arguments: Sequence[str]) -> int:
     """Every check in turn, pytest last; the status is that of the first that failed."""
     python = str(scripts / "python")
-    side_by_side = [] if _runs_alone(arguments) else ["-n", "2", "--dist", "loadfile"]
+    side_by_side = [] if _runs_alone(arguments) else ["-n", "2", "--dist", "worksteal"]
     steps = {
         "format": [python, "-m", "ruff", "format", "--check", "."],
         "lint": [python, "-m", "ruff", "check", "."],
@@ -65,7 +65,8 @@ def test(scripts: Path, arguments: Sequence[str]) -> int:
     for title, command in steps.items():
         if failed and title == "tests":
             say(f"failed so far: {', '.join(failed)}")
-        if status := step(title, command):
+        built = {} if failed else {"EVAT_TEST_FMUS": str(ROOT / "build" / "out" / "fmus")}  # the tests drive those that were just built
+        if status := step(title, command, built if title == "tests" else {}):
             failed[title] = status
     return next(iter(failed.values()), 0)
 
@@ -134,11 +135,11 @@ def install(python: Path, root: Path, what: str) -> None:
     raise SetupError(f"pip could not install the project (status {process.returncode}); its first ERROR line above says why.")
 
 
-def step(title: str, command: Sequence[str]) -> int:
-    """Say what begins, run a program with its output on the screen; its exit status."""
+def step(title: str, command: Sequence[str], environment: Mapping[str, str] | None = None) -> int:
+    """Say what begins, run a program with its output on the screen, with a few more environment variables; its exit status."""
     say(title)
     try:
-        return subprocess.run(command, cwd=ROOT, check=False).returncode
+        return subprocess.run(command, cwd=ROOT, env={**os.environ, **(environment or {})}, check=False).returncode
     except OSError as error:
         print(f"{command[0]}: {error.strerror}", file=sys.stderr)
         return 127

@@ -114,7 +114,7 @@ def test_a_broken_environment_is_named(tmp_path: Path) -> None:
 def test_the_status_is_that_of_the_first_failing_step(failing: tuple[str, ...], status: int) -> None:
     before = (
         "import environment; from pathlib import Path; environment.set_up = lambda root: Path('bin'); "
-        f"environment.step = lambda title, command: (print('step', title, *command), 3 + {failing!r}.index(title) "
+        f"environment.step = lambda title, command, more=None: (print('step', title, *command), 3 + {failing!r}.index(title) "
         f"if title in {failing!r} else 0)[1]; sys.argv[1:] = ['-k', 'law']"
     )
     result = run_script("test.py", before)

@@ -44,7 +44,7 @@ def test_intervals_cover_the_truth_of_a_few() -> None:
     assert inside / whole > 0.6
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
     inside, whole = covered(TRUTHS)
     assert whole > 4 * TRUTHS

@@ -74,20 +74,28 @@ def test_averages_without_errors_are_doubted() -> None:
         assert f"{name}_sd" in doubt
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("stated", "least"), [(1.0, 0.8), (None, 0.75)])
-def test_intervals_cover_the_truth(stated: float | None, least: float) -> None:
-    """Thirty sets of averages, 90 % intervals of three parameters that mix. Without stated errors two channels' noise is told from six
-    numbers each, less three parameters: nine in ten cannot be had, three in four must."""
+@pytest.mark.parametrize(
+    ("sets", "stated", "least"),
+    [
+        pytest.param(30, 1.0, 0.8, marks=pytest.mark.campaign),
+        pytest.param(30, None, 0.75, marks=pytest.mark.campaign),
+        (5, 1.0, 0.6),
+        (5, None, 0.5),
+    ],
+)
+def test_intervals_cover_the_truth(sets: int, stated: float | None, least: float) -> None:
+    """Sets of averages, 90 % intervals of three parameters that mix. Without stated errors two channels' noise is told from six numbers
+    each, less three parameters: nine in ten cannot be had, three in four must; of a few sets less is certain."""
     names, inside, whole = ("shear_stress", "F_C", "sigma0"), 0, 0
-    for seed in range(30):
+    for seed in range(sets):
         tests = averages(seed, stated)
         known = replace(tests, nominal=replace(tests.nominal, values=TRUTH))
         for estimate in identify(known, names, model=MODEL, search_by="none").estimates:
             whole += estimate.verdict == "identified"
             inside += estimate.verdict == "identified" and estimate.low <= float(TRUTH[estimate.name]) <= estimate.high
-    assert whole >= 80
-    assert least <= inside / whole <= 0.99
+    assert whole >= 8 * sets / 3
+    assert least <= inside / whole
+    assert sets < 30 or inside / whole <= 0.99
 
 
 def test_a_condition_can_be_kept_back_and_the_command_reads_the_file(tmp_path: Path) -> None:
