@@ -9,12 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.gap.cycles import cycle_time
-from evat.model import BoolArray, FloatArray
+from evat.gap.place import smallest_place
+from evat.model import FloatArray
 from evat.prediction import Prediction
 
-MOST = 0.8  # of the square of the gap that a box is to hold
-BINS = 40
-WORTH = 0.08  # a range must hold this much more of the gap than of the samples
 PHASE = "phase"
 SHOWN = 0.05  # channels with less of the gap are not described
 
@@ -31,7 +29,8 @@ class Region:
 
 @dataclass(frozen=True)
 class Where:
-    """`channels` and `trials`: their shares of the squared gap; `regions`: the boxes that hold most of it, the largest first."""
+    """`channels` and `trials`: their shares of the squared gap; `regions`: the boxes that hold most of it, the largest first; a channel may
+    have two of them."""
 
     channels: Mapping[str, float]
     regions: tuple[Region, ...]
@@ -62,13 +61,12 @@ def locate(prediction: Prediction, gap: FloatArray) -> Where:
         if segment.trial >= 0:
             file = prediction.experiment.trials[segment.trial].file
             trials[file] = trials.get(file, 0.0) + share
-    regions = []
+    regions = list[Region]()
     for channel, share in sorted(channels.items(), key=lambda item: -item[1]):
         if share < SHOWN:
             continue
         energy, columns = _gathered(prediction, channel, squares)
-        box, inside = _box(energy, columns)
-        regions.append(Region(channel, box, inside * share))
+        regions += [Region(channel, box, inside * share) for box, inside in smallest_place(energy, columns, PHASE)]
     return Where(channels, tuple(sorted(regions, key=lambda region: -region.share)), trials)
 
 
@@ -87,69 +85,3 @@ def _gathered(prediction: Prediction, channel: str, squares: FloatArray) -> tupl
             at += 1
     names = set(rows[0]).intersection(*rows[1:])
     return np.concatenate(energy), {name: np.concatenate([row[name] for row in rows]) for name in rows[0] if name in names}
-
-
-def _box(energy: FloatArray, columns: Mapping[str, FloatArray]) -> tuple[dict[str, tuple[float, float]], float]:
-    """One or two ranges, and the share of the energy inside."""
-    total = float(energy.sum())
-    if total <= 0:
-        return {}, 0.0
-    box, inside = dict[str, tuple[float, float]](), np.ones(energy.size, dtype=bool)
-    for _ in range(2):
-        best: tuple[float, str, tuple[float, float]] | None = None
-        for name, column in columns.items():
-            if name in box or np.ptp(column) == 0:
-                continue
-            wanted = (MOST if not box else math.sqrt(MOST)) * float(energy[inside].sum())
-            found = _range(energy * inside, column, inside, wanted, name == PHASE)
-            if found is None:
-                continue
-            kept = inside & within(column, found)
-            gain = float(energy[kept].sum() / energy[inside].sum()) - float(kept.sum() / inside.sum())
-            if gain > WORTH and (best is None or gain > best[0]):
-                best = (gain, name, found)
-        if best is None:
-            break
-        _, name, bounds = best
-        box[name] = bounds
-        inside &= within(columns[name], bounds)
-    return box, float(energy[inside].sum()) / total
-
-
-def within(column: FloatArray, bounds: tuple[float, float]) -> BoolArray:
-    """Which samples lie in a range; one whose low end is above its high end (of a phase) runs over the end of the cycle."""
-    low, high = bounds
-    above, below = column >= low, column <= high
-    return above & below if low <= high else above | below
-
-
-def _range(energy: FloatArray, column: FloatArray, inside: BoolArray, wanted: float, turns: bool) -> tuple[float, float] | None:
-    """The range with the fewest samples that holds the energy `wanted`; turns : it may run over the end."""
-    low, high = (0.0, 1.0) if turns else (float(column[inside].min()), float(column[inside].max()))
-    values = np.unique(column[inside])
-    few = values.size <= BINS and not turns
-    bins = values.size if few else BINS
-    starts, ends = (values, values) if few else (np.linspace(low, high, BINS + 1)[:-1], np.linspace(low, high, BINS + 1)[1:])
-    place = np.searchsorted(values, column) if few else ((column - low) / (high - low) * BINS).astype(int)
-    place = np.clip(place, 0, bins - 1)
-    sums, counts = (np.bincount(place[inside], weights, bins) for weights in (energy[inside], np.ones(int(inside.sum()))))
-    if turns:
-        sums, counts = np.tile(sums, 2), np.tile(counts, 2)
-    sums, counts = np.concatenate([[0.0], np.cumsum(sums)]), np.concatenate([[0.0], np.cumsum(counts)])
-    best: tuple[float, int, int] | None = None
-    end, last = 0, sums.size - 1
-    for begin in range(bins):
-        end = max(end, begin)
-        while end < last and sums[end + 1] - sums[begin] < wanted:
-            end += 1
-        if end == last:
-            break
-        size = float(counts[end + 1] - counts[begin])
-        if best is None or size < best[0]:
-            best = (size, begin, end)
-    if best is None:
-        return None
-    _, begin, end = best
-    if turns and end - begin >= bins - 1:
-        return 0.0, 1.0
-    return float(starts[begin]), float(ends[end % bins])

@@ -23,8 +23,8 @@ def charts(series: Series, regions: Sequence[Region], unlike: FloatArray, held_o
     """By where they stand in the report."""
     prediction = series.comparison.prediction
     found: dict[str, list[Chart]] = {"where": [], "models": [], "left": []}
-    for number, region in enumerate(regions):
-        found["where"] += where_charts(series, region, unlike, number)
+    for number, channel in enumerate(dict.fromkeys(region.channel for region in regions)):
+        found["where"] += where_charts(series, [region for region in regions if region.channel == channel], unlike, number)
     for number, channel in enumerate(dict.fromkeys(segment.channel for segment in prediction.segments if segment.trial >= 0)):
         records = [series.record(place) for place in series.recorded(channel)]
         box = next((region.box for region in regions if region.channel == channel), {})

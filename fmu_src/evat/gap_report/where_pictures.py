@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from evat.gap.where import Region
@@ -14,8 +16,9 @@ BINS = 60
 FOLDED = 3  # cycles, from which on means over the phase are drawn
 
 
-def where_charts(series: Series, region: Region, unlike: FloatArray, number: int) -> list[Chart]:
-    """The force and the share of the squared gap over what bounds the region, over the phase, and over the telling signal."""
+def where_charts(series: Series, regions: Sequence[Region], unlike: FloatArray, number: int) -> list[Chart]:
+    """The force and the share of the squared gap over what bounds the regions of one channel, over the phase, and over the telling signal."""
+    region, names = regions[0], dict.fromkeys(name for each in regions for name in each.box)
     prediction, whitening = series.comparison.prediction, series.comparison.whitening
     groups = [place for place, g in enumerate(whitening.groups) if g.channel == region.channel and g.at.stop - g.at.start > 1]
     if not groups:
@@ -24,19 +27,20 @@ def where_charts(series: Series, region: Region, unlike: FloatArray, number: int
     record = series.record(strongest)
     inputs = list(prediction.experiment.trials[0].inputs)
     cycles = whitening.groups[strongest].cycles
-    wanted = [*region.box, *(["phase"] if cycles >= FOLDED else []), telling(record, region.box, inputs) or "time", "time"]
+    wanted = [*names, *(["phase"] if cycles >= FOLDED else []), telling(record, region.box, inputs) or "time", "time"]
     keys = [key for key in dict.fromkeys(wanted) if key in record.signals][:2]
     force, total = axis(region.channel, unit(series, region.channel)), float(np.sum(unlike**2)) or 1.0
     upper, lower = list[Panel](), list[Panel]()
     for key in keys:
-        bands = _pieces(region.box[key]) if key in region.box else ()
+        bands = tuple(piece for each in regions if key in each.box for piece in _pieces(each.box[key]))
         label = axis(key, unit(series, key))
         upper.append(Panel(label, force, _over(series, record, key, cycles), f"condition {record.condition}", bands))
         lower.append(
             Panel(label, "share of the squared gap [%]", (_shares(series, region.channel, key, unlike, total),), "all conditions", bands)
         )
     held = (
-        f"the shaded range holds {percent(region.share)} of the squared gap of all channels"
+        f"the shaded {'range holds' if len(regions) == 1 else 'ranges hold'} {percent(sum(each.share for each in regions))} of the squared gap"
+        " of all channels"
         if region.box
         else "it lies in no range in particular"
     )
