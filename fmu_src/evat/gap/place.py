@@ -35,7 +35,7 @@ class _Axis:
     turns: bool
 
     def summed(self, weights: FloatArray) -> FloatArray:
-        return np.bincount(self.bins, weights, self.low.size)
+        return np.bincount(self.bins, weights, self.low.size).astype(np.float64)
 
     def bounds(self, begin: int, end: int) -> tuple[float, float]:
         if self.turns and end - begin >= self.low.size:

@@ -7,10 +7,11 @@ in those is one linear fit, in sums that are there already.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 from scipy.stats import qmc
 
 from evat.experiment import Experiment
@@ -22,7 +23,9 @@ from evat.model import Effect, FloatArray, Variable
 from evat.prediction import Prediction
 
 PLAUSIBLE = 0.1  # of the rms of a channel: what an effect does, a priori (one standard deviation)
-DECADES = np.arange(-4.0, 4.0)  # around the first guess of an amplitude
+SMALLEST = 1e-4  # of the first guess of an amplitude: where probing begins
+PROBES, FURTHEST = 6, 100.0  # amplitudes tried, and how much larger one is at most than that before
+NEAR = 3.0  # times more or less than what is plausible is near enough to go by
 PROBED_SAMPLES, PROBED_CONDITIONS, PROBED_MEANS = 700, 3, 8
 LINEAR = 0.3  # of an amplitude's prior standard deviation: where its slope is taken
 FAR = (0.3, 1.5, 6.0)  # the same for an effect with one amplitude, which need not be linear: a time, a frequency
@@ -71,6 +74,7 @@ class Screen:
         self.prediction, self.whitening, self.scales = prediction, whitening, scales
         self.probe = Prediction(prediction.model, small(prediction.experiment), prediction.threads)
         self._level = np.concatenate([np.full(s.at.stop - s.at.start, whitening.levels[s.channel]) for s in self.probe.segments])
+        self._probed: dict[tuple[str, ...], dict[str, FloatArray]] = {}
 
     def starts(self, base: Fit, effect: Effect) -> list[Start]:
         """Where to fit the effect from, the best first; none where it does nothing here."""
@@ -130,7 +134,11 @@ class Screen:
     def _spreads(
         self, base: Fit, effect: Effect, unknown: Sequence[Parameter], strengths: Sequence[Variable], neutral: Mapping[str, float]
     ) -> dict[str, FloatArray]:
-        """Of each amplitude at each point of the design: how large it is where it does what is plausible; nan where it does nothing."""
+        """Of each amplitude at each point of the design: how large it is where it does what is plausible; nan where it does nothing. Asked
+        beside one base only: beside another it is of the same order."""
+        key = (effect.name, *(variable.name for variable in strengths), *(parameter.name for parameter in unknown))
+        if key in self._probed:
+            return self._probed[key]
         design, without = _design(unknown), self.probe.one(base.values, base.on)
         shape = {p.name: np.array([p.value(float(u)) for u in design[:, place]]) for place, p in enumerate(unknown)}
         channels = [
@@ -139,19 +147,17 @@ class Screen:
         ]
         found = dict[str, FloatArray]()
         for variable in strengths:
-            guess = self.scales.amplitude(variable)
-            tried = np.clip(variable.neutral + guess * 10**DECADES, variable.min, variable.max)
-            sizes = np.full((design.shape[0], tried.size), np.nan)
-            for some in np.array_split(np.arange(tried.size), 4):  # from small to large: what is large enough need not be made larger
-                rows = np.flatnonzero(~np.any(sizes > PLAUSIBLE, axis=1))
-                if not rows.size:
-                    break
-                lanes: dict[str, float | str | FloatArray] = {**base.values, **neutral, variable.name: np.tile(tried[some], rows.size)}
-                lanes.update({name: np.repeat(values[rows], some.size) for name, values in shape.items()})
+
+            def sizes(amplitudes: FloatArray, rows: npt.NDArray[np.intp], variable: Variable = variable) -> FloatArray:
+                lanes: dict[str, float | str | FloatArray] = {**base.values, **neutral, variable.name: variable.neutral + amplitudes}
+                lanes.update({name: values[rows] for name, values in shape.items()})
                 change = (self.probe.many(lanes, (*base.on, effect.name)) - without) / self._level
-                rms = np.max([np.sqrt(np.mean(change[:, channel] ** 2, axis=1)) for channel in channels], axis=0)
-                sizes[np.ix_(rows, some)] = rms.reshape(rows.size, some.size)
-            found[variable.name] = np.array([_spread(np.abs(tried - variable.neutral), row) for row in sizes])
+                rms: FloatArray = np.max([np.sqrt(np.mean(change[:, channel] ** 2, axis=1)) for channel in channels], axis=0)
+                return rms
+
+            least = self.scales.amplitude(variable) * SMALLEST
+            found[variable.name] = _spreads_of(sizes, least, variable.max - variable.neutral, design.shape[0])
+        self._probed[key] = found
         return found
 
     def _lanes(
@@ -179,15 +185,35 @@ class Screen:
         return lanes
 
 
-def _spread(amplitudes: FloatArray, sizes: FloatArray) -> float:
-    """The amplitude at which a response has the plausible size, from the largest that has less."""
-    good = np.isfinite(sizes) & (sizes > NOTHING) & (amplitudes > 0)
-    if not np.any(good):
-        return math.nan
-    amplitudes, sizes = amplitudes[good], sizes[good]
-    below = np.flatnonzero(sizes <= PLAUSIBLE)
-    place = int(below[np.argmax(sizes[below])]) if below.size else int(np.argmin(sizes))
-    return float(min(amplitudes[place] * PLAUSIBLE / sizes[place], 10 * amplitudes.max()))
+def _spreads_of(sizes: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray], least: float, most: float, rows: int) -> FloatArray:
+    """The amplitudes (rows,) at which responses have the plausible size, from the largest that has less; nan where nothing shows.
+
+    sizes : of responses to amplitudes in some of the rows; from small to large, since what is too large may be slow to simulate.
+    """
+    amplitude, found = np.full(rows, min(least, most)), np.full(rows, np.nan)
+    low, high = np.zeros(rows), np.full(rows, np.inf)  # amplitudes that are known to do less and more than what is plausible
+    going = np.arange(rows)
+    for _ in range(PROBES):
+        tried = amplitude[going]
+        size = sizes(tried, going)
+        shows = np.isfinite(size) & (size > NOTHING)
+        less = shows & (size <= PLAUSIBLE)
+        first = shows & ~less & ~(low[going] > 0)  # too large, and nothing smaller is known to show
+        with np.errstate(divide="ignore", invalid="ignore"):
+            wanted = tried * PLAUSIBLE / size
+        found[going] = np.where(less | first, np.minimum(wanted, 10 * tried), found[going])
+        below = np.isfinite(size) & (size <= PLAUSIBLE)
+        low[going] = np.where(below, tried, low[going])
+        high[going] = np.where(below, high[going], tried)
+        onward = np.where(shows & below, np.minimum(wanted, FURTHEST * tried), np.where(below, FURTHEST * tried, tried / FURTHEST))
+        between = np.sqrt(low[going] * high[going])
+        onward = np.where((low[going] > 0) & (onward >= high[going]) | ~below & (low[going] > 0), between, onward)
+        amplitude[going] = np.minimum(onward, most)
+        near = shows & (size > PLAUSIBLE / NEAR) & (size < PLAUSIBLE * NEAR)
+        going = going[~near & (amplitude[going] != tried)]
+        if not going.size:
+            break
+    return found
 
 
 def linear(

@@ -17,34 +17,28 @@ FOLDED = 3  # cycles, from which on means over the phase are drawn
 
 
 def where_charts(series: Series, regions: Sequence[Region], unlike: FloatArray, number: int) -> list[Chart]:
-    """The force and the share of the squared gap over what bounds the regions of one channel, over the phase, and over the telling signal."""
-    region, names = regions[0], dict.fromkeys(name for each in regions for name in each.box)
+    """The force and the share of the squared gap over what bounds the regions of a channel, the phase, and the telling signal."""
+    channel, names = regions[0].channel, dict.fromkeys(name for each in regions for name in each.box)
     prediction, whitening = series.comparison.prediction, series.comparison.whitening
-    groups = [place for place, g in enumerate(whitening.groups) if g.channel == region.channel and g.at.stop - g.at.start > 1]
+    groups = [place for place, g in enumerate(whitening.groups) if g.channel == channel and g.at.stop - g.at.start > 1]
     if not groups:
         return []
     strongest = max(groups, key=lambda place: float(np.sum(unlike[whitening.groups[place].at] ** 2)))
     record = series.record(strongest)
     inputs = list(prediction.experiment.trials[0].inputs)
     cycles = whitening.groups[strongest].cycles
-    wanted = [*names, *(["phase"] if cycles >= FOLDED else []), telling(record, region.box, inputs) or "time", "time"]
+    wanted = [*names, *(["phase"] if cycles >= FOLDED else []), telling(record, names, inputs) or "time", "time"]
     keys = [key for key in dict.fromkeys(wanted) if key in record.signals][:2]
-    force, total = axis(region.channel, unit(series, region.channel)), float(np.sum(unlike**2)) or 1.0
+    force, total = axis(channel, unit(series, channel)), float(np.sum(unlike**2)) or 1.0
     upper, lower = list[Panel](), list[Panel]()
     for key in keys:
         bands = tuple(piece for each in regions if key in each.box for piece in _pieces(each.box[key]))
         label = axis(key, unit(series, key))
         upper.append(Panel(label, force, _over(series, record, key, cycles), f"condition {record.condition}", bands))
-        lower.append(
-            Panel(label, "share of the squared gap [%]", (_shares(series, region.channel, key, unlike, total),), "all conditions", bands)
-        )
-    held = (
-        f"the shaded {'range holds' if len(regions) == 1 else 'ranges hold'} {percent(sum(each.share for each in regions))} of the squared gap"
-        " of all channels"
-        if region.box
-        else "it lies in no range in particular"
-    )
-    caption = f"{region.channel.replace('_', ' ')}: {held}."
+        lower.append(Panel(label, "share of the squared gap [%]", (_shares(series, channel, key, unlike, total),), "all conditions", bands))
+    ranges, share = "range holds" if len(regions) == 1 else "ranges hold", percent(sum(each.share for each in regions))
+    held = f"the shaded {ranges} {share} of the squared gap of all channels" if names else "it lies in no range in particular"
+    caption = f"{channel.replace('_', ' ')}: {held}."
     return [Chart(f"where-{number}", caption, (tuple(upper), tuple(lower)))]
 
 
