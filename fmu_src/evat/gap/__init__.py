@@ -73,7 +73,7 @@ def _diagnosed(prediction: Prediction, cut: str, version: str, report: Report | 
         where=_where(comparison, judgement),
         closure=closure,
         cannot_tell=missing,
-        advice=next_experiment(comparison, judgement.likely, judgement.probabilities),
+        advice=next_experiment(comparison, judgement.probabilities),
         made_by={
             "version": version,
             "model": _digest([*(v.name for v in model.variables), *(e.equation for e in model.effects)]),

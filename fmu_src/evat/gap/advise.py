@@ -28,13 +28,12 @@ class Advice:
     probability: float
 
 
-def next_experiment(
-    comparison: Comparison, sets: Sequence[tuple[str, ...]], probabilities: Mapping[tuple[str, ...], float]
-) -> Advice | None:
-    """Of one more condition; None where there are no two models to tell apart."""
-    if len(sets) < 2:
+def next_experiment(comparison: Comparison, probabilities: Mapping[tuple[str, ...], float]) -> Advice | None:
+    """Of one more condition, between the two likeliest sets, however sure the first is; None where there are no two models."""
+    ranked = sorted(probabilities, key=lambda on: (-probabilities[on], on))
+    if len(ranked) < 2:
         return None
-    pair = (sets[0], sets[1])
+    pair = (ranked[0], ranked[1])
     both = [comparison.models[on] if on else comparison.recalibrated for on in pair]
     experiment = comparison.prediction.experiment
     best: tuple[float, dict[str, float]] | None = None
