@@ -18,15 +18,22 @@ from typer.testing import CliRunner
 
 
 def _features(
-    gap: float, gains: dict[str, tuple[float, float]], *, exact: float = 0.0, before: float | None = None, foreign: float = 0.0
+    gap: float,
+    gains: dict[str, tuple[float, float]],
+    *,
+    exact: float = 0.0,
+    before: float | None = None,
+    foreign: float = 0.0,
+    unsure: float = 0.0,
 ) -> Features:
-    """gap : structural square over that of the noise; gains : effects joined by + -> log evidence, share left."""
+    """gap : structural square over that of the noise; unsure : its sd over the same; gains : effects by + -> log evidence, share left."""
     sets = {tuple(name.split("+")): value for name, value in gains.items()}
     floor = 1e-4
     return Features(
         nominal={"F": (before if before is not None else gap) * floor},
         recalibrated={"F": gap * floor},
         floor={"F": floor},
+        unsure={"F": unsure * floor},
         irregular={"F": foreign * floor},
         irregular_share={"F": foreign},
         exact=exact,
@@ -41,6 +48,8 @@ def _features(
         (_features(0.01, {"a": (-2, 1.0)}, exact=15), NO_GAP, ()),
         (_features(0.01, {"a": (-2, 1.0)}, exact=-500, before=30), MISTUNED, ()),
         (_features(30, {"a": (300, 0.01), "b": (40, 0.8)}, exact=-50), "effect", ("a",)),
+        (_features(4, {"a": (9, 0.01)}, exact=-500, before=30), "effect", ("a",)),
+        (_features(4, {"a": (9, 0.01)}, exact=-500, before=30, unsure=3), MISTUNED, ()),
         (_features(30, {"a": (300, 0.01), "b": (299, 0.01)}, exact=-50), "ambiguous", ("a",)),
         (_features(30, {"a": (3, 0.97), "b": (1, 0.99)}, exact=-50), UNKNOWN, ()),
         (_features(30, {}, exact=-50), UNKNOWN, ()),

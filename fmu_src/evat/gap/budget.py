@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,12 +17,14 @@ UNSURE = 0.02  # of the noise floor: no structural square is known better
 @dataclass(frozen=True)
 class Squares:
     """Mean squares of one channel [unit squared], of single recordings: what a model leaves, what noise and repeatability leave, and the
-    structural part of what is left: that of the mean of the repeats, less what noise leaves of it, jumps left out."""
+    structural part of what is left: that of the mean of the repeats, less what noise leaves of it, jumps left out; `unsure` is the standard
+    deviation of that where there is no gap, by noise alone."""
 
     left: float
     noise: float
     repeatability: float
     structural: float
+    unsure: float
 
     @property
     def floor(self) -> float:
@@ -35,10 +38,12 @@ def squares(whitening: Whitening, predicted: FloatArray, conditions: set[str] | 
     for place, group in enumerate(whitening.groups):
         if conditions is not None and group.condition not in conditions:
             continue
-        size, repeats = group.at.stop - group.at.start, len(group.members)
+        size, repeats, alike = group.at.stop - group.at.start, len(group.members), 1.0
         within, between = np.full(size, float(noise.sizes[group.members[0]]) ** 2), np.zeros(size)
         if size > 1:
-            within *= float(np.sum(impulse_response(noise.filters[group.channel]) ** 2))
+            response = impulse_response(noise.filters[group.channel])
+            within *= float(np.sum(response**2))
+            alike = _alike(response)
             times = prediction.experiment.trials[prediction.segments[group.members[0]].trial].times
             between = np.sum((differing(predicted[group.at], times) * noise.spread[group.channel]) ** 2, axis=1)
         alone = sum(
@@ -47,12 +52,27 @@ def squares(whitening: Whitening, predicted: FloatArray, conditions: set[str] | 
         # Beside a jump the clock's spread alone makes large squares: there a structural gap cannot be seen.
         counted = whitening.jumps[place].weights ** 2
         clear = float(np.sum(counted * (whitening.residual(predicted, place) ** 2 - (within + between) / repeats)))
-        row = np.array([alone / repeats, float(within.sum()), float(between.sum()), size, clear, float(counted.sum())])
+        scatter = 2 * alike * float(np.sum((counted * (within + between) / repeats) ** 2))
+        row = np.array([alone / repeats, float(within.sum()), float(between.sum()), size, clear, float(counted.sum()), scatter])
         sums[group.channel] = sums.get(group.channel, np.zeros(row.size)) + row
     return {
-        channel: Squares(float(row[0] / row[3]), float(row[1] / row[3]), float(row[2] / row[3]), max(float(row[4] / row[5]), 0.0))
+        channel: Squares(
+            float(row[0] / row[3]),
+            float(row[1] / row[3]),
+            float(row[2] / row[3]),
+            max(float(row[4] / row[5]), 0.0),
+            math.sqrt(row[6]) / row[5],
+        )
         for channel, row in sums.items()
     }
+
+
+def _alike(response: FloatArray) -> float:
+    """How many samples of noise with this impulse response tell of its mean square as much as one that is independent: the sum of its
+    squared autocorrelations."""
+    spectrum = np.abs(np.fft.rfft(response, 2 * response.size)) ** 2
+    correlations = np.fft.irfft(spectrum)[: response.size]
+    return float(2 * np.sum((correlations / correlations[0]) ** 2) - 1)
 
 
 def structural(whitening: Whitening, predicted: FloatArray) -> float:

@@ -28,6 +28,7 @@ LEAST = 0.2  # of what nobody would look at: a structural rms below that is no s
 GLIMPSED = 0.3  # of what nobody would look at: of a structural rms that is larger, what an effect leaves of it says something
 DOUBTFUL = 9.0  # times more evidence is asked of an effect that leaves all of what can be seen
 WORSE = 1.03  # times the gap that recalibration leaves: a model that leaves more makes it worse, whatever its evidence
+FEW = 2.0  # standard deviations of a structural square by noise alone: so much few numbers may leave
 UNSEEN = 0.2  # share that a model with much evidence is held to leave of a gap that is too small to look at
 SUDDEN = 20.0  # log-odds per share of irregularity: noise has next to none
 AMBIGUOUS = 0.55  # of what is not unknown: a set with less is one of several
@@ -66,14 +67,15 @@ def stored() -> tuple[Constants, str]:
 
 @dataclass(frozen=True)
 class Features:
-    """What is judged. By channel, in its mean square: structural squares of the nominal and of the recalibrated model, and the noise
-    floor; `irregular`, what repeats do not share beside noise (in the same mean square), and `irregular_share` of all that they do not
-    share; `exact`, log evidence of the nominal over the recalibrated model; `gain[set]`, the same of a set of effects; `left[set]`, its
-    share of the recalibrated model's structural squares."""
+    """What is judged. By channel, in its mean square: structural squares of the nominal and of the recalibrated model, the noise floor,
+    and `unsure`, the standard deviation of a structural square by noise alone; `irregular`, what repeats do not share beside noise (in the
+    same mean square), and `irregular_share` of all that they do not share; `exact`, log evidence of the nominal over the recalibrated
+    model; `gain[set]`, the same of a set of effects; `left[set]`, its share of the recalibrated model's structural squares."""
 
     nominal: Mapping[str, float]
     recalibrated: Mapping[str, float]
     floor: Mapping[str, float]
+    unsure: Mapping[str, float]
     irregular: Mapping[str, float]
     irregular_share: Mapping[str, float]
     exact: float
@@ -99,9 +101,11 @@ class Judgement:
     features: Features
 
 
-def _size(structural: Mapping[str, float], floor: Mapping[str, float], constants: Constants) -> float:
-    """Log of the largest structural rms of a channel over what nobody would look at."""
-    ratios = [square / (constants.small_noise**2 * floor[c] + constants.small_form**2) for c, square in structural.items()]
+def _size(structural: Mapping[str, float], found: Features, constants: Constants) -> float:
+    """Log of the largest structural rms of a channel over what nobody would look at: little beside the noise, or what few numbers of noise
+    may leave."""
+    small = {c: constants.small_noise**2 * found.floor[c] + constants.small_form**2 + FEW * found.unsure[c] for c in structural}
+    ratios = [square / small[c] for c, square in structural.items()]
     return 0.5 * math.log(max([*ratios, LEAST**2]))
 
 
@@ -113,6 +117,7 @@ def features(comparison: Comparison) -> Features:
         nominal={c: before[c].structural / levels[c] ** 2 for c in levels},
         recalibrated={c: after[c].structural / levels[c] ** 2 for c in levels},
         floor={c: after[c].floor / levels[c] ** 2 for c in levels},
+        unsure={c: after[c].unsure / levels[c] ** 2 for c in levels},
         irregular={c: found.square * found.share / levels[c] ** 2 for c, found in comparison.noise.irregular.items()},
         irregular_share={c: found.share for c, found in comparison.noise.irregular.items()},
         exact=comparison.nominal.found.evidence - base,
@@ -123,7 +128,7 @@ def features(comparison: Comparison) -> Features:
 
 def judge(found: Features, constants: Constants) -> Judgement:
     """Three questions, one after the other: is there a gap beyond mis-tuning, does the library know it, and which effects are it."""
-    size = _size(found.recalibrated, found.floor, constants)
+    size = _size(found.recalibrated, found, constants)
     lefts = {on: share * _seen(size) if share < WORSE else share for on, share in found.left.items()}
     scores = {on: _score(on, gain, lefts[on], constants) for on, gain in found.gain.items()}
     left = min(lefts.values(), default=1.0)
@@ -149,7 +154,7 @@ def judge(found: Features, constants: Constants) -> Judgement:
             likely.append(on)
             held += probabilities[on]
 
-    nominal = _size(found.nominal, found.floor, constants)
+    nominal = _size(found.nominal, found, constants)
     no_gap = 1 - _sigmoid(constants.gap_offset + constants.gap_slope * nominal - (found.exact + EVIDENT) / constants.evident)
     if unknown > max(structural - unknown, 1 - structural):
         return Judgement(UNKNOWN, (), probabilities, unknown, no_gap, tuple(likely), found)
