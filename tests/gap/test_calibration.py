@@ -52,6 +52,7 @@ def _features(
         (_features(4, {"a": (9, 0.01)}, exact=-500, before=30, unsure=3), MISTUNED, ()),
         (_features(30, {"a": (300, 0.01), "b": (299, 0.01)}, exact=-50), "ambiguous", ("a",)),
         (_features(30, {"a": (3, 0.97), "b": (1, 0.99)}, exact=-50), UNKNOWN, ()),
+        (_features(30, {"a": (3, 0.4), "b": (1, 0.6)}, exact=-50), UNKNOWN, ()),
         (_features(30, {}, exact=-50), UNKNOWN, ()),
         (_features(0.01, {"a": (-2, 1.0)}, exact=15, foreign=0.9), UNKNOWN, ()),
         (_features(0.01, {"a": (-2, 1.0)}, exact=15, foreign=0.1), NO_GAP, ()),

@@ -23,7 +23,7 @@ from evat.gap.fit import Fit
 NO_GAP, MISTUNED, UNKNOWN = "no_gap", "mistuned", "unknown"
 STORED = Path(__file__).with_name("calibration.json")
 SURE = 0.9  # of the probability: what the listed sets hold
-EVIDENT = 5.0  # of log evidence: less is chance
+EVIDENT, CHANCE = 5.0, 2.0  # of log evidence: less is chance, and over how much more that becomes certain
 LEAST = 0.2  # of what nobody would look at: a structural rms below that is no smaller
 GLIMPSED = 0.3  # of what nobody would look at: of a structural rms that is larger, what an effect leaves of it says something
 DOUBTFUL = 9.0  # times more evidence is asked of an effect that leaves all of what can be seen
@@ -131,7 +131,8 @@ def judge(found: Features, constants: Constants) -> Judgement:
     size = _size(found.recalibrated, found, constants)
     lefts = {on: share * _seen(size) if share < WORSE else share for on, share in found.left.items()}
     scores = {on: _score(on, gain, lefts[on], constants) for on, gain in found.gain.items()}
-    left = min(lefts.values(), default=1.0)
+    # What may be chance explains nothing.
+    left = min([1 - max(1 - lefts[on], 0.0) * _sigmoid((gain - EVIDENT) / CHANCE) for on, gain in found.gain.items()], default=1.0)
     structural = _sigmoid(constants.structure_offset + constants.structure_slope * size)
     if scores:
         # A gap that is too small to look at is one where an effect has much evidence; the more, the more it leaves of what can be seen.
