@@ -115,7 +115,8 @@ def sweep(
         "sweep.csv"
     ),
 ) -> None:
-    """Run a system over a grid of its parameters: a table of means over the last half of each run, and a map.
+    """Run a system over a grid of its parameters: a table of means over the last half of each run, and a map. Ends with status 1 where a
+    run has failed.
 
     Example: evat system sweep build/out/fmus/evat_turning.ssp --over contact.amplitude_x=3e-6:9e-6:4 --stop 0.005
 
@@ -154,6 +155,8 @@ def sweep(
         table.add_row(", ".join(each.texts[place] for each, place in zip(axes, row.place, strict=True)), escape(row.failure))
     if failed:
         err.print(table)
+        err.print(f"{len(failed)} of {len(rows) + len(others)} runs failed; the table holds the others.")
+        raise typer.Exit(1)
 
 
 @system.command()

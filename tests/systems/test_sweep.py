@@ -54,6 +54,15 @@ def test_a_point_that_fails_says_why_and_the_others_stand(systems: dict[str, Pat
     assert rows[1].means
 
 
+def test_a_sweep_that_lacks_a_run_ends_with_a_status(systems: dict[str, Path], tmp_path: Path) -> None:
+    to = tmp_path / "sweep.csv"
+    asked = ["system", "sweep", str(systems["stick_slip"]), "--over", "drive.table_mass=-1,1", "--stop", "0.02", "-o", str(to)]
+    result = CliRunner().invoke(app, asked)
+    assert result.exit_code == 1
+    assert "1 of 2 runs failed" in result.output
+    assert read_table(to).column("drive.table_mass [kg]", "kg").size == 2
+
+
 def test_axes_that_make_no_sense(systems: dict[str, Path], tmp_path: Path) -> None:
     system = read(systems["stick_slip"], tmp_path / "in")
     for text, match in (
