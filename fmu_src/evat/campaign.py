@@ -1,9 +1,9 @@
 """On which simulated cases is the diagnosis calibrated? Rigs, machines and ellipses drawn at random, run through the component itself.
 
-Half of the cases are of the very form that is fitted. In the others the Stribeck curve has another exponent, and a second effect, small
-against the first, stands for what a real contact does otherwise. A gap is as large as its ratio to the noise says once the nominal
-parameters have been refitted. Case after case is appended to a file, so that a campaign goes on where it was stopped; a case depends on its
-number alone.
+Half of the cases are of the very form that is fitted. In the others the Stribeck curve has another exponent, and forces and gaps grow with
+another power, as no effect makes them: what a real contact does otherwise. A gap is as large as its ratio to the noise says once the
+nominal parameters have been refitted. Case after case is appended to a file, so that a campaign goes on where it was stopped; a case
+depends on its number alone.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from evat.prediction import Prediction
 KINDS = (NO_GAP, MISTUNED, "single", "single", "single", "pair", UNKNOWN)
 RATIOS = (1.5, 4.0, 12.0)  # structural gap over noise
 FORM = 0.12  # what the form of a case is off by, in its gap (rms), in every other case
+BENT = 0.15  # of the logarithm of a power, standard deviation: there, too
 EXPONENT = (0.8, 2.6)  # of the Stribeck curve, there
 CURVE = "lugre.stribeck_exponent"
 BELIEF = 0.15  # usual prior standard deviation of a nominal parameter, of its value
@@ -68,8 +69,9 @@ def draw_case(number: int, seed: int = 1) -> tuple[Experiment, str] | None:
     elif kind == UNKNOWN:
         strange = _Stranger(int(draw.integers(3)), float(draw.uniform(0.02, 0.12)), ratio * noise, bool(draw.integers(2)))
     if other_form:
-        other = _effects(draw, prediction, drawn, 1, FORM * max(ratio * noise, 0.02 * level), left)
-        gap = gap + (other[0] if other else 0.0)
+        gap = _bent(draw, prediction, gap)
+        other = left((_bent(draw, prediction, clean) - clean)[None])[0]
+        gap = gap + other * (FORM * max(ratio * noise, 0.02 * level) / float(np.sqrt(np.mean(other**2)) + 1e-12))
     nominal = {name: value for name, value in drawn.truth.items() if name != CURVE}
     sd = {name: float(draw.uniform(0.05, 0.25)) for name, value in nominal.items() if isinstance(value, float) and name not in EXACT}
     if kind != NO_GAP:
@@ -85,6 +87,17 @@ def _refit(prediction: Prediction, drawn: Drawn) -> Callable[[FloatArray], Float
     basis, sizes, _ = np.linalg.svd(slopes, full_matrices=False)
     basis = basis[:, sizes > 1e-3 * sizes.max()]
     return lambda change: np.asarray(change - (change @ basis) @ basis.T, dtype=np.float64)
+
+
+def _bent(draw: np.random.Generator, prediction: Prediction, row: FloatArray) -> FloatArray:
+    """A row (N,) that grows with another power of itself, each channel in its own rms."""
+    found, power = row.copy(), math.exp(BENT * float(draw.normal()))
+    for channel in dict.fromkeys(segment.channel for segment in prediction.segments):
+        own = np.concatenate([np.arange(s.at.start, s.at.stop) for s in prediction.segments if s.channel == channel])
+        level = float(np.sqrt(np.mean(row[own] ** 2)))
+        if level > 0:
+            found[own] = level * np.sign(row[own]) * np.abs(row[own] / level) ** power
+    return found
 
 
 def _rig(draw: np.random.Generator) -> Drawn:

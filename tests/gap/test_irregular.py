@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from evat.gap.irregular import bursts, irregular, lines
+from evat.gap.noise import without_jumps
 from scipy.signal import lfilter
 
 COUNT = 3000
@@ -55,6 +56,16 @@ def test_a_resonance_of_the_noise_is_no_line() -> None:
     pole = 0.9 * np.exp(2j * np.pi * 0.1)
     row = lfilter([1.0], np.real(np.poly([pole, pole.conjugate()])), np.random.default_rng(5).normal(size=COUNT))
     assert lines(np.asarray(row))[0] < 0.05
+
+
+def test_a_clock_that_differs_is_no_line() -> None:
+    """A force that jumps in every cycle, recorded a tenth of a sample later: what differs comes back with the cycle and is no hum."""
+    force = 100.0 * (np.arange(COUNT) % 60 < 25)
+    row = noise(6) + 0.2 * np.gradient(force)
+    assert irregular([row], [1e-3]).share > 0.3
+    assert irregular([without_jumps(row, force)], [1e-3]).share < 0.05
+    hum = 1.5 * np.sin(2 * np.pi * 50.0 * np.arange(COUNT) * 1e-3)
+    assert irregular([without_jumps(row + hum, force)], [1e-3]).frequency == pytest.approx(50.0, abs=0.5)
 
 
 def test_identical_repeats_have_nothing_irregular() -> None:

@@ -24,7 +24,7 @@ class Jumps:
 
     def __init__(self, predicted: FloatArray, filter_: FloatArray, size: float) -> None:
         """predicted : (L,); filter_ : (1, a_1, ...), turns noise into innovations of the sd `size`."""
-        error = np.minimum(SHARPNESS * _bends(predicted) / size, LARGE)
+        error = np.minimum(SHARPNESS * bends(predicted) / size, LARGE)
         error[error < SMALL] = 0.0
         self.weights: FloatArray = 1 / np.sqrt(1 + error**2)
         self._blocks = _blocks(error, filter_)
@@ -42,7 +42,7 @@ class Jumps:
         return found
 
 
-def _bends(predicted: FloatArray) -> FloatArray:
+def bends(predicted: FloatArray) -> FloatArray:
     """Second differences that stand out from those around them: a curve is no jump."""
     found = np.zeros(predicted.size)
     if predicted.size > 2:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.gap.irregular import Irregular, bursts, irregular
+from evat.gap.jumps import SHARPNESS, bends
 from evat.model import FloatArray
 from evat.prediction import Prediction
 
@@ -77,8 +78,8 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray) -> Noise:
                 for place, row in zip(alike, rows, strict=True):
                     basis = _basis(prediction, predicted, place)
                     coefficients, *_ = np.linalg.lstsq(basis / _scale(basis), row, rcond=None)
-                    left[place] = row - basis / _scale(basis) @ coefficients
                     slopes.append((coefficients / _scale(basis), basis))
+                    left[place] = without_jumps(row - basis / _scale(basis) @ coefficients, predicted[prediction.segments[place].at])
         repeated = repeated or bool(left)
         comes[channel] = irregular(list(left.values()), [_step(prediction, place) for place in left])
         calm = {place: np.where(bursts(row), np.nan, row) for place, row in left.items()}
@@ -96,6 +97,15 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray) -> Noise:
     _means(prediction, groups, sizes)
     floor = 1e-9 * float(np.sqrt(np.mean(prediction.measured**2))) + 1e-300
     return Noise(filters, np.maximum(sizes, floor), spread, repeated, comes)
+
+
+def without_jumps(row: FloatArray, predicted: FloatArray) -> FloatArray:
+    """What repeats do not share, with lines drawn across the jumps of the prediction: there a clock that differs leaves what is no noise,
+    and comes back in every cycle."""
+    unsure = SHARPNESS * bends(predicted) > _robust_sd(row)
+    unsure[[0, -1]] = False
+    places = np.arange(row.size)
+    return np.where(unsure, np.interp(places, places[~unsure], row[~unsure]), row)
 
 
 def _step(prediction: Prediction, place: int) -> float:
