@@ -52,6 +52,19 @@ def test_a_gain_that_no_trial_differs_by_is_no_repeatability() -> None:
     assert logs[1] > logs[2]
 
 
+def test_the_solvers_error_is_granted_to_every_model() -> None:
+    """An error of 5 % of the rms counts as a discrepancy of that size; where there is none, one of 0.2 % is granted."""
+    plain, prediction = _whitened()
+    predicted = prediction.one()
+    error = 0.05 * np.sqrt(np.mean(prediction.measured**2)) * np.where(np.arange(predicted.size) % 2, 1.0, -1.0)
+    noise = estimate_noise(prediction, predicted)
+    wrong = Whitening(prediction, noise, predicted, error)
+    assert wrong.least - 1 == pytest.approx((plain.least - 1) * (1 + (0.05 / 0.002) ** 2), rel=1e-9)
+    none = np.empty((predicted.size, 0))
+    logs = [likelihood(each, each.sums(prediction.measured + error, none), np.empty(0)).log for each in (plain, wrong)]
+    assert logs[1] > logs[0]
+
+
 def test_where_the_discrepancy_dominates_a_band_counts_a_few_numbers() -> None:
     whitening, _ = _whitened()
     assert np.all(whitening.trust == 1.0)

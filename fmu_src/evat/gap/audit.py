@@ -79,15 +79,15 @@ def too_slow(prediction: Prediction) -> str:
     return ""
 
 
-def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, float]) -> Audit:
-    """predicted : (N,), by the nominal model; noise_sd : of each channel, whitened or not, whichever is smaller."""
+def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, float], numerical: FloatArray) -> Audit:
+    """predicted : (N,), by the nominal model; noise_sd : of each channel, whitened or not, whichever is smaller; numerical : (N,), the
+    solver's error."""
     refused, notes = list(filter(None, [too_slow(prediction)])), list[str]()
     experiment = prediction.experiment
     recorded = sum(trial.times.size for trial in experiment.trials)
     means = len(experiment.means.conditions) if experiment.means is not None else 0
     if recorded < FEWEST and means < FEWEST_MEANS:
         refused.append(f"{recorded} samples and {means} means: at least {FEWEST} samples or {FEWEST_MEANS} means are needed")
-    numerical = prediction.numerical_error()
     for channel in dict.fromkeys(segment.channel for segment in prediction.segments):
         places = np.concatenate([np.arange(s.at.start, s.at.stop) for s in prediction.segments if s.channel == channel])
         measured, simulated = prediction.measured[places], predicted[places]

@@ -91,8 +91,9 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
         raise SimulationError(NO_RUN)
     noise = estimate_noise(prediction, predicted)
     floors = {s.channel: float(noise.sizes[place]) for place, s in enumerate(prediction.segments)}
-    audited = audit(prediction, predicted, floors)
-    whitening = Whitening(prediction, noise, predicted)
+    numerical = prediction.numerical_error()
+    audited = audit(prediction, predicted, floors, numerical)
+    whitening = Whitening(prediction, noise, predicted, numerical)
     if audited.refused:
         nominal = _must(fit(prediction, whitening, (), np.empty(0)))
         return Comparison(prediction, noise, whitening, nominal, nominal, {}, {}, (), {}, audited)
@@ -100,7 +101,7 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     told = np.any(recalibrated.slopes, axis=0) | np.array([p.name in experiment.nominal.values for p in parameters])
     parameters = tuple(parameter for parameter, tells in zip(parameters, told, strict=True) if tells)  # of the law that is there
     noise = estimate_noise(prediction, recalibrated.predicted)
-    whitening = Whitening(prediction, noise, recalibrated.predicted)
+    whitening = Whitening(prediction, noise, recalibrated.predicted, numerical)
     recalibrated = _trusted(prediction, whitening, parameters, recalibrated.point[told])
     whitening.forgive(FORM * recalibrated.found.size, recalibrated.found.length)
     recalibrated = recalibrated.again(whitening)

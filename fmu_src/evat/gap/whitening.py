@@ -57,8 +57,8 @@ class Whitening:
     numbers that a band counts.
     """
 
-    def __init__(self, prediction: Prediction, noise: Noise, predicted: FloatArray) -> None:
-        """predicted : (N,), near the truth: how gain, zero and clock of a trial show."""
+    def __init__(self, prediction: Prediction, noise: Noise, predicted: FloatArray, numerical: FloatArray | None = None) -> None:
+        """predicted : (N,), near the truth: how gain, zero and clock of a trial show; numerical : (N,), the solver's error in it."""
         self.prediction, self.noise = prediction, noise
         self.groups = self._grouped()
         self.levels = self._levels()
@@ -73,7 +73,9 @@ class Whitening:
         for place, bands in enumerate(self._bands):
             for band, (_, weight) in bands.items():
                 self.counts[place, band] = weight.sum() * self.jumps[place].share
-        self.least: FloatArray = 1 + EVER**2 * self.unexplained[0]
+        wrong = np.zeros(predicted.size) if numerical is None else np.nan_to_num(numerical)
+        own = np.array([np.mean(wrong[group.at] ** 2) / self.levels[group.channel] ** 2 for group in self.groups])
+        self.least: FloatArray = 1 + (EVER**2 + own[:, None]) * self.unexplained[0]
         self.trust: FloatArray = np.ones_like(self.counts)
 
     def doubt(self, size: float, length: int) -> None:
