@@ -31,6 +31,7 @@ LINEAR = 0.3  # of an amplitude's prior standard deviation: where its slope is t
 FAR = (0.3, 1.5, 6.0)  # the same for an effect with one amplitude, which need not be linear: a time, a frequency
 TIMES = 9  # tried of an amplitude that is a time
 FARTHEST = 1e6  # prior standard deviations from the mean: beyond any bound
+CLOSER = 10  # points of a design that are looked at with a discrepancy of their own: the best with that of the base
 NOTHING = 1e-5  # of the rms of a channel: less than this is not looked for
 
 
@@ -101,6 +102,7 @@ class Screen:
         slopes = np.nan_to_num(predicted - base.predicted).T / np.repeat(reach, len(strengths))  # (N, G q)
         everything = self.whitening.sums(base.predicted, np.column_stack([base.slopes, slopes])).grams
         fitted, width = base.slopes.shape[1], len(strengths)
+        rows = list[tuple[float, FloatArray, Sums, FloatArray, tuple[Parameter, ...], list[int]]]()
         for row, shape in enumerate(design):
             own = [fitted + row * width + place for place in range(width)]
             if not np.any(slopes[:, [column - fitted for column in own]]):
@@ -114,6 +116,9 @@ class Screen:
             )
             if not all(math.isfinite(parameter.sd) and parameter.sd > 0 for parameter in parameters):
                 continue
+            evidence, _ = linear(self.whitening, sums, start, parameters[:width], 1, base.found)
+            rows.append((evidence, shape, sums, start, parameters, own))
+        for _, shape, sums, start, parameters, own in sorted(rows, key=lambda each: -each[0])[:CLOSER]:
             evidence, point = linear(self.whitening, sums, start, parameters[:width])
             found.append(
                 Start(effect, parameters, np.concatenate([point[fitted:], shape]), evidence, slopes[:, [column - fitted for column in own]])
@@ -217,14 +222,19 @@ def _spreads_of(sizes: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray],
 
 
 def linear(
-    whitening: Whitening, sums: Sums, point: FloatArray, parameters: Sequence[Parameter], rounds: int = 3
+    whitening: Whitening,
+    sums: Sums,
+    point: FloatArray,
+    parameters: Sequence[Parameter],
+    rounds: int = 3,
+    like: Likelihood | None = None,
 ) -> tuple[float, FloatArray]:
     """Evidence and best point (p,) of a model that is linear in its parameters; as `sums` stand at `point`. `parameters` are the last of
-    them, whose bounds are kept: one that would leave them stays there."""
+    them, whose bounds are kept: one that would leave them stays there. like : take its discrepancy instead of finding one."""
     first = point.size - len(parameters)
     bounds = np.array([[p.within(-FARTHEST), p.within(FARTHEST)] for p in parameters]).reshape(-1, 2).T
     free = np.ones(sums.grams.shape[-1])
-    found: Likelihood | None = None
+    found = like
     for _ in range(rounds):
         found = likelihood(whitening, sums, point, like=found)
         step = np.where(free[: point.size] > 0, found.step, 0.0)
@@ -236,4 +246,4 @@ def linear(
         free[first : point.size] *= (wanted >= bounds[0]) & (wanted <= bounds[1])
         sums = Sums(np.einsum("ki,sbkl,lj->sbij", turn, sums.grams, turn, optimize=True))
     sums = Sums(sums.grams * np.outer(free, free))
-    return likelihood(whitening, sums, point).evidence, point
+    return likelihood(whitening, sums, point, like=like).evidence, point
