@@ -134,7 +134,7 @@ def test_constants_of_a_campaign_are_truer_than_those_before_it() -> None:
     after = np.mean([-math.log(probability(case, constants)) for case in cases])
     assert after < 0.8 * before
     assert after <= loss < before
-    assert constants.temperature > 2 * Constants().temperature
+    assert constants.temperature > 1.5 * Constants().temperature
 
 
 def test_an_effect_that_is_taken_out_is_unknown() -> None:

@@ -18,7 +18,7 @@ from evat.model import FloatArray
 
 LEAST = 1e-3  # probability, below which a case counts no worse
 POSITIVE = {field.name for field in fields(Constants)} - {"gap_offset", "structure_offset", "unknown_offset"}
-SPREAD = 0.7  # prior standard deviation of each constant about its start, in units of 1 or of its logarithm
+SPREAD = 0.14  # prior sd of each constant about its start, in units of 1 or of its logarithm: simulated cases are not real ones
 
 
 @dataclass(frozen=True)

@@ -60,9 +60,8 @@ def stored() -> tuple[Constants, str]:
         return Constants(), "reasoned"
     held: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
     known = {field.name for field in fields(Constants)}
-    return Constants(
-        **{name: float(value) for name, value in held["constants"].items() if name in known}
-    ), f"found on {held['made']['cases']}"
+    constants = Constants(**{name: float(value) for name, value in held["constants"].items() if name in known})
+    return constants, f"found on {sum(held['made']['cases'].values())} simulated cases"
 
 
 @dataclass(frozen=True)
