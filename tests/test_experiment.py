@@ -626,6 +626,15 @@ def experiments(draw: st.DrawFn) -> Experiment:
     return Experiment(Path(), draw(NAMES), draw(NAMES), nominal, signals, tuple(trials), means, "")
 
 
+def test_what_no_signal_describes_is_not_written(tmp_path: Path) -> None:
+    times = np.array([0.0, 1.0])
+    trial = Trial("a.csv", "c", {}, times, {"slip_velocity": times}, {"friction_force": times})
+    made = Experiment(Path(), "rig", "", Nominal({}, (), {}), {"time": Signal("time", "t", "s", None)}, (trial,), None, "")
+    with pytest.raises(ExperimentError, match="friction_force, slip_velocity: recorded, but no signal"):
+        write_experiment(made, tmp_path / "rig")
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(made=experiments())

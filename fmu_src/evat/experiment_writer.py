@@ -29,11 +29,15 @@ def write_experiment(experiment: Experiment, folder: Path, *, suffix: str = ".cs
 
     Raises
     ------
-    ExperimentError, where the folder holds something already or cannot be written; nothing is left behind then.
+    ExperimentError, where something recorded has no signal, where the folder holds something already or cannot be written; nothing is left
+    behind then.
     """
     folder = Path(folder)
     if suffix not in SUFFIXES:
         raise ExperimentError(f"suffix {suffix!r}: data files are written as {' or '.join(SUFFIXES)}.")
+    recorded = {key for trial in experiment.trials for key in (CLOCK, *trial.inputs, *trial.outputs)}
+    if unsigned := sorted(recorded - set(experiment.signals)):
+        raise ExperimentError(f"{', '.join(unsigned)}: recorded, but no signal gives its column and unit; add a Signal for each.")
     try:
         if folder.is_symlink() or (folder.exists() and (not folder.is_dir() or any(folder.iterdir()))):
             raise ExperimentError(f"{folder}: there is something already, and measurements are not overwritten; name a new folder.")
