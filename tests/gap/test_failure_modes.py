@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import toy
 from evat.experiment import Experiment
-from evat.gap import Diagnosis, diagnose
+from evat.gap import Diagnosis, diagnose, diagnose_with
+from evat.gap_report.explanation import smallest_amplitudes
 from evat.model import FloatArray, Run, Variable
 from rig import MODEL, SAMPLES, STEP, VALUES, measured
 
@@ -173,3 +174,28 @@ def test_sides_that_are_the_same_have_no_gap() -> None:
     for half in halves:
         known = replace(half, nominal=replace(half.nominal, values=truth, effects=("direction_asymmetry",)))
         assert diagnose(known, MODEL).verdict == "no_gap"
+
+
+def test_what_drifts_is_no_heat() -> None:
+    """A force that grows with time, beside a proxy that varies: wear or a drifting sensor, no thermal effect."""
+    heat = {"proxy_speed": lambda times, place: 0.2 + 0.1 * np.sin(2 * np.pi * times / 0.9 + place)}
+    found = diagnose(measured(["sensor_drift"], {"sensor_drift.friction_force": 1.5}, inputs=heat), MODEL)
+    assert "sensor_drift" in names(found)
+    assert not any(name.startswith("thermal") for on in found.judgement.likely for name in on)
+
+
+def test_of_an_effect_that_is_too_small_is_said_how_large_it_would_have_to_be() -> None:
+    """A hundredth of what is named elsewhere here: nothing, and the smallest that would show lies between."""
+    tiny = {name: value / 100 for name, value in LEAN.items()}
+    found, comparison = diagnose_with(measured(["direction_asymmetry"], tiny), MODEL)
+    assert found.verdict == "no_gap"
+    effect = next(each for each in MODEL.effects if each.name == "direction_asymmetry")
+    smallest = smallest_amplitudes(comparison, comparison.recalibrated, effect)["direction_asymmetry.a"]
+    assert tiny["direction_asymmetry.a"] < smallest < LEAN["direction_asymmetry.a"]
+
+
+def test_what_a_missing_channel_hides_is_listed() -> None:
+    """Friction alone is recorded: what acts on cutting forces cannot be told, what acts on friction can."""
+    found = diagnose(measured(["direction_asymmetry"], LEAN), MODEL)
+    assert names(found) == ["direction_asymmetry"]
+    assert any(line.startswith(("edge_force:", "cross_talk:")) for line in found.cannot_tell)
