@@ -63,10 +63,13 @@ def test(scripts: Path, arguments: Sequence[str]) -> int:
     }
     failed: dict[str, int] = {}
     for title, command in steps.items():
-        if failed and title == "tests":
-            say(f"failed so far: {', '.join(failed)}")
-        built = {} if failed else {"EVAT_TEST_FMUS": str(ROOT / "build" / "out" / "fmus")}  # the tests drive those that were just built
-        if status := step(title, command, built if title == "tests" else {}):
+        unless_set: dict[str, str] = {}
+        if title == "tests":
+            if failed:
+                say(f"failed so far: {', '.join(failed)}")
+            if "build the FMUs" not in failed:  # the tests drive those
+                unless_set["EVAT_TEST_FMUS"] = str(ROOT / "build" / "out" / "fmus")
+        if status := step(title, command, unless_set):
             failed[title] = status
     return next(iter(failed.values()), 0)
 
@@ -135,11 +138,11 @@ def install(python: Path, root: Path, what: str) -> None:
     raise SetupError(f"pip could not install the project (status {process.returncode}); its first ERROR line above says why.")
 
 
-def step(title: str, command: Sequence[str], environment: Mapping[str, str] | None = None) -> int:
-    """Say what begins, run a program with its output on the screen, with a few more environment variables; its exit status."""
+def step(title: str, command: Sequence[str], unless_set: Mapping[str, str] | None = None) -> int:
+    """Say what begins, run a program with its output on the screen, with variables of the environment that are not set; its status."""
     say(title)
     try:
-        return subprocess.run(command, cwd=ROOT, env={**os.environ, **(environment or {})}, check=False).returncode
+        return subprocess.run(command, cwd=ROOT, env={**(unless_set or {}), **os.environ}, check=False).returncode
     except OSError as error:
         print(f"{command[0]}: {error.strerror}", file=sys.stderr)
         return 127

@@ -92,8 +92,8 @@ def _refit(prediction: Prediction, drawn: Drawn) -> Callable[[FloatArray], Float
 def _bent(draw: np.random.Generator, prediction: Prediction, row: FloatArray) -> FloatArray:
     """A row (N,) that grows with another power of itself, each channel in its own rms."""
     found, power = row.copy(), math.exp(BENT * float(draw.normal()))
-    for channel in dict.fromkeys(segment.channel for segment in prediction.segments):
-        own = np.concatenate([np.arange(s.at.start, s.at.stop) for s in prediction.segments if s.channel == channel])
+    for channel in prediction.channels:
+        own = prediction.places(channel)
         level = float(np.sqrt(np.mean(row[own] ** 2)))
         if level > 0:
             found[own] = level * np.sign(row[own]) * np.abs(row[own] / level) ** power

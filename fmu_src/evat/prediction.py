@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from evat.experiment import Experiment, ExperimentError, Means, Trial
 from evat.model import FloatArray, Model, Run
@@ -59,6 +60,15 @@ class Prediction:
             raise ExperimentError(f"{experiment.title!r}: nothing was measured that could be compared.")
         self.segments: tuple[Segment, ...] = tuple(segments)
         self.measured: FloatArray = np.concatenate(measured)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """What was measured, in the order of the segments."""
+        return tuple(dict.fromkeys(segment.channel for segment in self.segments))
+
+    def places(self, channel: str) -> npt.NDArray[np.intp]:
+        """Where one channel stands in the long vectors."""
+        return np.concatenate([np.arange(s.at.start, s.at.stop) for s in self.segments if s.channel == channel])
 
     def shown(self, output: str) -> str:
         """The model's variable that stands for a measured output."""

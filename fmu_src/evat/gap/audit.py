@@ -88,8 +88,8 @@ def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, flo
     means = len(experiment.means.conditions) if experiment.means is not None else 0
     if recorded < FEWEST and means < FEWEST_MEANS:
         refused.append(f"{recorded} samples and {means} means: at least {FEWEST} samples or {FEWEST_MEANS} means are needed")
-    for channel in dict.fromkeys(segment.channel for segment in prediction.segments):
-        places = np.concatenate([np.arange(s.at.start, s.at.stop) for s in prediction.segments if s.channel == channel])
+    for channel in prediction.channels:
+        places = prediction.places(channel)
         measured, simulated = prediction.measured[places], predicted[places]
         refused += _channel(channel, measured, simulated)
         signal = experiment.signals.get(channel)

@@ -146,10 +146,7 @@ class Screen:
             return self._probed[key]
         design, without = _design(unknown), self.probe.one(base.values, base.on)
         shape = {p.name: np.array([p.value(float(u)) for u in design[:, place]]) for place, p in enumerate(unknown)}
-        channels = [
-            np.concatenate([np.arange(s.at.start, s.at.stop) for s in self.probe.segments if s.channel == channel])
-            for channel in dict.fromkeys(s.channel for s in self.probe.segments)
-        ]
+        channels = [self.probe.places(channel) for channel in self.probe.channels]
         found = dict[str, FloatArray]()
         for variable in strengths:
 

@@ -132,7 +132,7 @@ def _recalibrated(answer: Diagnosis, fit: Fit) -> list[dict[str, Any]]:
 def _noise(comparison: Comparison) -> list[dict[str, Any]]:
     """Of each channel: the autoregression, the noise it makes, and how trials differ."""
     noise, rows = comparison.noise, []
-    for channel in dict.fromkeys(segment.channel for segment in comparison.prediction.segments):
+    for channel in comparison.prediction.channels:
         own = [place for place, segment in enumerate(comparison.prediction.segments) if segment.channel == channel]
         filter_ = noise.filters.get(channel, np.array([1.0]))
         gain = float(np.sqrt(np.sum(impulse_response(filter_) ** 2)))

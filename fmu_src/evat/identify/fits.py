@@ -24,7 +24,7 @@ def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, Fit]:
     floor, error, rows = noise_floor(prediction), relative_error(prediction, residual), noise.rows_of(prediction, residual)
     found = {}
     for channel in error:
-        places = np.concatenate([np.arange(s.at.start, s.at.stop) for s in prediction.segments if s.channel == channel])
+        places = prediction.places(channel)
         rms, whole = (float(np.sqrt(np.mean(column[places] ** 2))) for column in (residual, prediction.measured))
         found[channel] = Fit(
             rms=rms,

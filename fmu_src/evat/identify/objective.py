@@ -34,7 +34,7 @@ class Objective:
         if kind not in get_args(Kind):
             raise ParameterError(f"objective {kind!r}: allowed are {', '.join(get_args(Kind))}.")
         self.prediction, self.space, self.on, self.kind, self.values = prediction, space, tuple(on), kind, dict(values)
-        self.channels = tuple(dict.fromkeys(segment.channel for segment in prediction.segments))
+        self.channels = prediction.channels
         self.noise = noise_floor(prediction)
         measured, scale = prediction.measured, np.empty_like(prediction.measured)
         self.shares = np.empty_like(measured)  # of |residual| in eq. 9
