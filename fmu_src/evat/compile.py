@@ -47,7 +47,13 @@ FLAGS = (
     "-fvisibility=hidden",
 )
 RELEASE = ("-O2", "-g0", "-fno-sanitize=undefined")  # zig's cc puts checks in unless told not to
-SANITIZE = ("-O1", "-g", "-fno-omit-frame-pointer", "-fsanitize=address,undefined", "-fno-sanitize-recover=undefined")
+SANITIZE = (
+    "-O1",
+    "-g",
+    "-fno-omit-frame-pointer",
+    "-fsanitize=address,undefined,float-cast-overflow",
+    "-fno-sanitize-recover=undefined,float-cast-overflow",
+)
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ struct Host {
     uint32_t categories;      /* bit = place in the list of categories that are let through */
     enum Answer warned;       /* what a call answers that logged a warning */
     enum Answer partial_step; /* what a step answers that ended halfway */
+    uint32_t modes;           /* that this version of the standard knows */
     int event_mode;           /* co-simulation: the host handles events */
     int early_return;         /* co-simulation: a step may end before its end */
     /* Show the host a time within a step, with `asks` nonzero ask for inputs from there on; nonzero: it wants the step to end at *until.
@@ -124,6 +125,9 @@ struct Access {
 };
 /* Bring outputs up to date. */
 enum Answer refresh(struct Component *c);
+/* Every number that leaves an instance passes here: one that is not finite is an error, told in one line; while a solver is integrating it
+ * is something to discard. */
+enum Answer give(struct Component *c, const char *what, const char *name, double x);
 /* The contact whose values are shown. */
 static inline const struct Contact *shown(const struct Component *c)
 {

@@ -35,14 +35,23 @@ enum Answer set_states(struct Component *c, const double *states, size_t count)
     return ANSWER_OK;
 }
 
+/* The states or their rates. */
+static enum Answer give_all(struct Component *c, const int *index, double *numbers)
+{
+    enum Answer answer = ANSWER_OK;
+    for (int i = 0; i < c->state_count && answer == ANSWER_OK; ++i) {
+        numbers[i] = shown(c)->value[index[i]][0];
+        answer = give(c, "", kernel_variable(index[i])->name, numbers[i]);
+    }
+    return answer;
+}
+
 enum Answer get_states(struct Component *c, double *states, size_t count)
 {
     if (!is_count(c, states, count, (size_t)c->state_count, "states"))
         return ANSWER_ERROR;
     const enum Answer answer = c->life.mode == INITIALIZING ? refresh(c) : ANSWER_OK;
-    for (int i = 0; i < c->state_count; ++i)
-        states[i] = shown(c)->value[c->state[i]][0];
-    return answer;
+    return answer > ANSWER_WARNING ? answer : give_all(c, c->state, states);
 }
 
 enum Answer get_rates(struct Component *c, double *rates, size_t count)
@@ -50,9 +59,7 @@ enum Answer get_rates(struct Component *c, double *rates, size_t count)
     if (!is_count(c, rates, count, (size_t)c->state_count, "rates"))
         return ANSWER_ERROR;
     const enum Answer answer = refresh(c);
-    for (int i = 0; i < c->state_count; ++i)
-        rates[i] = shown(c)->value[c->rate[i]][0];
-    return answer;
+    return answer > ANSWER_WARNING ? answer : give_all(c, c->rate, rates);
 }
 
 enum Answer get_nominals(struct Component *c, double *nominals, size_t count)
@@ -71,10 +78,14 @@ enum Answer get_indicators(struct Component *c, double *indicators, size_t count
     lanes indicator[INDICATORS + 1]; /* a model may have none */
     if (!is_count(c, indicators, count, INDICATORS, "event indicators"))
         return ANSWER_ERROR;
-    const enum Answer answer = refresh(c);
+    enum Answer answer = refresh(c);
+    if (answer > ANSWER_WARNING)
+        return answer;
     kernel_indicators(shown(c), indicator);
-    for (int i = 0; i < INDICATORS; ++i)
+    for (int i = 0; i < INDICATORS && answer == ANSWER_OK; ++i) {
         indicators[i] = indicator[i][0];
+        answer = give(c, "", kernel_variable(kernel_indicator(i))->name, indicators[i]);
+    }
     return answer;
 }
 
@@ -119,7 +130,10 @@ enum Answer get_derivative(struct Component *c, int adjoint, const uint32_t *unk
         return report(c, ANSWER_ERROR, "an array for %zu unknowns and %zu knowns is NULL.", unknown_count, known_count);
     if (!derivable(c, unknowns, unknown_count, 0) || !derivable(c, knowns, known_count, 1))
         return ANSWER_ERROR;
-    const enum Answer answer = refresh(c);
+    for (size_t i = 0; i < seed_count; ++i)
+        if (!isfinite(seed[i]))
+            return report(c, ANSWER_ERROR, "entry %zu of the seed is %g; a finite number is needed.", i, seed[i]);
+    enum Answer answer = refresh(c);
     if (answer > ANSWER_WARNING)
         return answer;
     for (size_t i = 0; i < result_count; ++i)
@@ -135,5 +149,7 @@ enum Answer get_derivative(struct Component *c, int adjoint, const uint32_t *unk
                 return report_kernel(c, ANSWER_ERROR, status);
             result[adjoint ? k : u] += entry * weight;
         }
-    return ANSWER_OK;
+    for (size_t i = 0; i < result_count && answer <= ANSWER_WARNING; ++i)
+        answer = give(c, "a derivative by or of ", kernel_variable((int)(adjoint ? knowns : unknowns)[i])->name, result[i]);
+    return answer;
 }

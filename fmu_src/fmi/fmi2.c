@@ -51,7 +51,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         .allocate = own_memory ? functions->allocateMemory : calloc, .release = own_memory ? functions->freeMemory : free,
         .name = instanceName ? instanceName : "", .categories = loggingOn ? STATUS_CATEGORIES : ERROR_CATEGORIES,
         .warned = ANSWER_OK, /* a line in the log is enough: some hosts take every other answer for a failure */
-        .partial_step = ANSWER_DISCARD};
+        .partial_step = ANSWER_DISCARD, .modes = ANY_MODE & ~(unsigned)CONFIGURING};
     if (fmuType != fmi2ModelExchange && fmuType != fmi2CoSimulation) {
         refuse_instance(&host, "%s: there is no FMU type %d; allowed are 0 (Model Exchange) and 1 (Co-Simulation).", __func__,
                   (int)fmuType);

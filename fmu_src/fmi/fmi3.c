@@ -56,7 +56,7 @@ static struct Host host_of(fmi3String name, fmi3Boolean logging, fmi3InstanceEnv
 {
     return (struct Host){.say = say, .logger = (void (*)(void))logger, .environment = environment, .allocate = calloc, .release = free,
                          .name = name ? name : "", .categories = logging ? STATUS_CATEGORIES : 0,
-                         .warned = ANSWER_WARNING, .partial_step = ANSWER_ERROR};
+                         .warned = ANSWER_WARNING, .partial_step = ANSWER_ERROR, .modes = ANY_MODE & ~(unsigned)STEP_FAILED};
 }
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath,

@@ -1,10 +1,12 @@
 /* What is a saved FMU state, and which one may come back? The bytes of a contact and of its place in the life cycle, sealed.
  *
  * The seal names format, size, byte order and the kernel's tables, and in serialised form carries a checksum: what is cut short,
- * corrupt or of another binary is refused. A serialised state is good in any process and on any platform of the same byte order.
+ * corrupt or of another binary is refused. Bytes may be forged and sealed anew, so that what they say is looked at, too: a state is taken
+ * only where an instance could have come to it by itself. A serialised state is good in any process and on any platform of the same byte order.
  */
 #include "component.h"
 
+#include <math.h>
 #include <string.h>
 
 enum { STATE_VERSION = 1, BYTE_ORDER_MARK = 0x01020304 };
@@ -53,17 +55,60 @@ static int is_ours(struct Component *c, const struct Sealed *record)
 static int fits(struct Component *c, const struct Life *life)
 {
     const int other = life->interface != c->life.interface;
-    const int eventful = life->interface == CO_SIMULATION && life->mode == EVENT && !c->host.event_mode;
+    const int eventful = life->interface == CO_SIMULATION && (life->mode == EVENT || life->event_pending) && !c->host.event_mode;
     if (other || eventful)
         report(c, ANSWER_ERROR, "the FMU state is refused: it is %s; allowed is a state of an instance of the same kind.",
                other ? "of the other interface (Model Exchange or Co-Simulation)" : "in Event Mode, which this instance does not use");
     return !other && !eventful;
 }
 
-/* What the host could have set lies within its bounds: bytes from outside steer no array index. */
-static int in_bounds(struct Component *c, const struct Contact *contact)
+static int is_flag(uint32_t x) { return x <= 1; }
+
+/* A place in the life cycle where an instance of this standard can be, whoever saved it. */
+static const char *flaw_of_life(const struct Component *c, const struct Life *life)
 {
-    for (int i = 0; i < c->count; ++i) {
+    const int solver = life->interface == MODEL_EXCHANGE;
+    const uint32_t modes = c->host.modes & ~(uint32_t)(solver ? STEPPING | STEP_FAILED : INTEGRATING);
+    if ((life->interface != MODEL_EXCHANGE && life->interface != CO_SIMULATION) || !(life->mode & modes) || (life->mode & (life->mode - 1)))
+        return "there is no such state of an instance";
+    if (!is_flag(life->stale) || !is_flag(life->set_up) || !is_flag(life->tolerance_set) || !is_flag(life->slope_set) ||
+        !is_flag(life->event_pending) || life->reserved)
+        return "a flag is neither 0 nor 1";
+    if (!isfinite(life->start) || !isfinite(life->last_time) || !(life->stop >= life->start))
+        return "a time is no number, or the stop time lies before the start time";
+    if (!life->set_up && !(life->mode & (INSTANTIATED | CONFIGURING | FAILED)))
+        return "it was never set up";
+    if (life->event_pending && (solver || !(life->mode & (RUNNING | STEP_FAILED | TERMINATED | FAILED))))
+        return "an event waits where there is none";
+    return NULL;
+}
+
+/* Where the life and the model must agree. */
+static const char *flaw_between(const struct Life *life, const struct Contact *contact)
+{
+    const int failed = life->mode == FAILED, begun = (life->mode & (RUNNING | STEP_FAILED | TERMINATED)) != 0;
+    const double now = contact->value[TIME][0];
+    if (!failed && contact->started != (uint32_t)begun)
+        return "the model has begun before the instance, or not with it";
+    if (!failed && !begun && life->last_time != life->start)
+        return "a step was taken before the start";
+    if (begun && life->interface == MODEL_EXCHANGE && kernel_averages(contact))
+        return "it averages over cycles in Model Exchange";
+    if (begun && life->interface == CO_SIMULATION && life->last_time != now)
+        return "the last step has not ended where the model stands";
+    if (begun && life->interface == CO_SIMULATION && !(kernel_next_event(contact) >= now - 1e-9 * fabs(now)))
+        return "the model's next event lies in the past";
+    for (int k = 0; k < INPUT_END - INPUT_FIRST && !life->slope_set; ++k)
+        if (contact->slope[k][0] != 0)
+            return "an input has a derivative that was not given";
+    return NULL;
+}
+
+/* Bytes from outside steer no array index, and bring in nothing that the host could not have brought about. */
+static int is_sound(struct Component *c, const struct Life *life, const struct Contact *contact)
+{
+    const char *flaw = flaw_of_life(c, life);
+    for (int i = 0; i < c->count && !flaw; ++i) {
         const enum Causality role = kernel_variable(i)->causality;
         const enum Status status = role == PARAMETER || role == INPUT ? kernel_check(i, contact->value[i][0]) : KERNEL_OK;
         if (status != KERNEL_OK) {
@@ -72,7 +117,11 @@ static int in_bounds(struct Component *c, const struct Contact *contact)
             return 0;
         }
     }
-    return 1;
+    flaw = flaw ? flaw : kernel_flaw(contact);
+    flaw = flaw ? flaw : flaw_between(life, contact);
+    if (flaw)
+        report(c, ANSWER_ERROR, "the FMU state is refused: %s; allowed is a state that this build has saved.", flaw);
+    return flaw == NULL;
 }
 
 static struct State *state_memory(struct Component *c, void **state)
@@ -176,7 +225,7 @@ enum Answer state_deserialize(struct Component *c, const void *bytes, size_t siz
         return ANSWER_ERROR;
     if (record.checksum != checksum(&record))
         return report(c, ANSWER_ERROR, "the serialised FMU state is corrupt: its checksum does not match its content.");
-    if (!in_bounds(c, &record.contact))
+    if (!is_sound(c, &record.life, &record.contact))
         return ANSWER_ERROR;
     record.checksum = 0;
     struct State *own = state_memory(c, state);

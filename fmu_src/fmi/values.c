@@ -13,10 +13,13 @@ static const char *const causality_names[] = {[INDEPENDENT] = "the independent v
                                               [CALCULATED] = "a calculated parameter", [INPUT] = "an input",
                                               [OUTPUT] = "an output", [LOCAL] = "a local variable"};
 
+/* A solver of model exchange may try states that are out of reach and come back. */
+static enum Answer out_of_reach(const struct Component *c) { return c->life.mode == INTEGRATING ? ANSWER_DISCARD : ANSWER_ERROR; }
+
 enum Answer refresh(struct Component *c)
 {
     enum Status status;
-    if (!c->life.stale || !(c->life.mode & (INITIALIZING | RUNNING | TERMINATED | INTERMEDIATE | ASKING)))
+    if (!c->life.stale || !(c->life.mode & (INITIALIZING | RUNNING | STEP_FAILED | TERMINATED | INTERMEDIATE | ASKING)))
         return ANSWER_OK;
     if (c->life.mode == INITIALIZING) { /* the start may still change: try it on a copy */
         c->preview = c->contact;
@@ -26,10 +29,16 @@ enum Answer refresh(struct Component *c)
         status = kernel_evaluate(&c->contact);
     }
     c->life.stale = status != KERNEL_OK;
-    if (status == KERNEL_OK)
+    return status == KERNEL_OK ? ANSWER_OK : report_kernel(c, out_of_reach(c), status);
+}
+
+enum Answer give(struct Component *c, const char *what, const char *name, double x)
+{
+    if (isfinite(x))
         return ANSWER_OK;
-    /* A solver of model exchange may try states that are out of reach and come back. */
-    return report_kernel(c, c->life.mode == INTEGRATING ? ANSWER_DISCARD : ANSWER_ERROR, status);
+    return report(c, out_of_reach(c), "at time %.17g s: %s%s is %g, which is no finite number. %s", c->contact.value[TIME][0], what, name, x,
+                  c->life.mode == INTEGRATING ? "Try other states or a shorter step."
+                                              : "Reset the instance or restore an FMU state, and look for values far from any machine's.");
 }
 
 static int reachable(struct Component *c, const struct Access *as, uint32_t reference)
@@ -91,7 +100,10 @@ enum Answer get_values(struct Component *c, const struct Access *as, const uint3
     for (size_t i = 0; i < count; ++i) {
         if (!reachable(c, as, references[i]))
             return ANSWER_ERROR;
-        store(values, as->form, i, contact->value[references[i]][0] + item_offset(c, references[i]));
+        const double x = contact->value[references[i]][0];
+        if (!isfinite(x))
+            return give(c, "", kernel_variable((int)references[i])->name, x);
+        store(values, as->form, i, x + item_offset(c, references[i]));
     }
     return ANSWER_OK;
 }

@@ -83,6 +83,11 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
     struct Point *start = &room[course->now].point, *middle = &room[(course->now + 1) % 3].point, *end = &room[(course->now + 2) % 3].point;
     lanes h, to_window, difference;
     int jumps = 0;
+    if (step < NO_STEP) {
+        EACH_LANE s[i] = step;
+        course->known = 0;
+        return KERNEL_OK;
+    }
     const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VIBRATION_FREQUENCY][0];
     if (!course->known) {
         point_at(contact, w, s, start);
@@ -207,7 +212,7 @@ void move_on(struct Contact *contact, const lanes s)
 enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken)
 {
     *taken = 0;
-    if (!(step > 0) || !isfinite(step))
+    if (!is_step(step))
         return KERNEL_BAD_STEP;
     if (!ordered_temperatures(contact))
         return KERNEL_TEMPERATURES;

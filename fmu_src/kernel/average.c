@@ -34,7 +34,7 @@ static void show_means(struct Contact *contact, lanes mean[INTEGRALS])
     for (int n = 0; n < INTEGRALS; ++n)
         EACH_LANE {
             contact->value[rate_of[n]][i] = mean[n][i];
-            if (n >= FIRST_MEAN && !(contact->value[AVERAGING_WINDOW][i] > 0))
+            if (n >= FIRST_MEAN && !(contact->value[AVERAGING_WINDOW][i] >= NO_WINDOW))
                 contact->value[mean_of[n - FIRST_MEAN]][i] = mean[n][i];
         }
     EACH_LANE {
@@ -63,6 +63,9 @@ static enum Status look(struct Contact *contact, double t, double cycles, struct
     return status;
 }
 
+/* A quotient of differences; 0 where rounding has left no time between. */
+static double per(double change, double time) { return time > 0 ? change / time : 0; }
+
 /* How far the lane's mean forces over a step of h around t may be from those of the resolved run: what was left of the cycle before; a
  * start at rest, which the first cycle begins otherwise; cycles that were not alike; the remainder of the midpoint rule, h^2/24 times the
  * second derivative; a cycle that lies half a cycle beside the middle; slow states that strive to what the step before has shown; and the
@@ -76,8 +79,8 @@ static double error_of(const struct Contact *contact, const struct Seen *seen, l
     for (int k = 0; k < CHANNELS; ++k) {
         const double now = mean[FIRST_FORCE + k][i], was = contact->earlier_force[0][k][i], had = contact->earlier_force[1][k][i];
         const double last = seen->last[FIRST_FORCE + k][i], before = seen->cycles[i] > 1 ? seen->before[FIRST_FORCE + k][i] : last;
-        const double rate = (now - was) / (t - at[0]);
-        const double bend = first ? fabs(rate) / h : fabs(rate - (was - had) / (at[0] - at[1])) / (t - at[1]);
+        const double rate = per(now - was, t - at[0]);
+        const double bend = first ? fabs(rate) / h : per(fabs(rate - per(was - had, at[0] - at[1])), t - at[1]);
         const double unlike = (fabs(last - before) + fabs(seen->next[FIRST_FORCE + k][i])) / (seen->periodic[i] ? whole : period);
         const double errors = contact->value[SIGMA0][i] * fabs(seen->departure[i]) * mean[DUTY][i] +
                               (first && at_rest ? loaded * period / whole : 0) + unlike + h * h / 12 * bend + 0.5 * period * fabs(rate) +
@@ -179,6 +182,12 @@ enum Status average_step(struct Contact *contact, double step)
     const lanes *const value = (const lanes *)before, *const slope = value + offsetof(struct Contact, slope) / sizeof(lanes);
     struct Wiring w;
     struct Seen seen;
+    if (step < NO_STEP) {
+        lanes s;
+        EACH_LANE s[i] = step;
+        move_on(contact, s);
+        return KERNEL_OK;
+    }
     memcpy(before, contact, sizeof before);
     memset(contact->slope, 0, sizeof contact->slope);
     w = wire(contact);
@@ -197,6 +206,8 @@ enum Status average_step(struct Contact *contact, double step)
         set_slow_states(contact, &w, (const lanes *)halfway);
         EACH_LANE contact->value[TIME][i] = start;
         status = measure_means(contact, step, (const lanes *)mean + FIRST_FORCE, mean + FIRST_MEASURED);
+        for (int n = 0; n < INTEGRALS; ++n)
+            EACH_LANE status = fabs(mean[n][i]) < INFINITY ? status : KERNEL_DIVERGED;
     }
     if (status != KERNEL_OK) {
         memcpy(contact, before, sizeof before);
@@ -214,7 +225,7 @@ enum Status average_step(struct Contact *contact, double step)
             rates[n] = mean[FIRST_MEAN + n][i];
         contact->value[TIME][i] = end;
         contact->value[AVERAGING_ERROR][i] = error_of(contact, &seen, mean, middle, step, slow, i);
-        if (contact->value[AVERAGING_WINDOW][i] > 0)
+        if (contact->value[AVERAGING_WINDOW][i] >= NO_WINDOW)
             pass_windows(contact, i, start, rates);
     }
     keep_for_error(contact, mean, middle);

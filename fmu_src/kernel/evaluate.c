@@ -88,11 +88,29 @@ void show_outputs(struct Contact *contact, const struct Wiring *w, const struct 
     warn(contact, x);
 }
 
+#define LEAST_RISE 1e-3 /* [K] that means anything, between which temperatures the proxy is stretched */
+
 int ordered_temperatures(const struct Contact *contact)
 {
     EACH_LANE if (chosen(contact->value, PROXY_SOURCE, i) == PROXY_IS_TEMPERATURE &&
-                  contact->value[REFERENCE_TEMPERATURE][i] <= contact->value[AMBIENT_TEMPERATURE][i]) return 0;
+                  !(contact->value[REFERENCE_TEMPERATURE][i] - contact->value[AMBIENT_TEMPERATURE][i] >= LEAST_RISE)) return 0;
     return 1;
+}
+
+static int rows_lost(const lanes *row, int count)
+{
+    int lost = 0;
+    for (int n = 0; n < count; ++n)
+        EACH_LANE lost |= !(fabs(row[n][i]) < INFINITY);
+    return lost;
+}
+
+enum Status shows_finite(const struct Contact *contact, const struct Wiring *w)
+{
+    int lost = rows_lost(contact->value + FRICTION_FORCE, BASE_COUNT - FRICTION_FORCE);
+    for (int n = 0; n < w->on_count; ++n)
+        lost |= rows_lost(contact->value + w->on_value[n], 2 * w->on[n]->states);
+    return lost ? KERNEL_DIVERGED : KERNEL_OK;
 }
 
 enum Status show_here(struct Contact *contact, const struct Wiring *w, const struct Point *passed, const int whole[LANES], int angles)
@@ -113,19 +131,15 @@ enum Status show_here(struct Contact *contact, const struct Wiring *w, const str
     show_outputs(contact, w, &x, angles);
     for (int k = 0; k < INDICATORS; ++k)
         EACH_LANE contact->sign[k][i] = held[k][i];
-    int lost = 0;
-    EACH_LANE lost |= !(fabs(x.F_p[i]) < INFINITY) | !(fabs(x.dz[i]) < INFINITY);
-    return lost ? KERNEL_DIVERGED : KERNEL_OK;
+    return shows_finite(contact, w);
 }
 
 enum Status kernel_evaluate(struct Contact *contact)
 {
     if (!ordered_temperatures(contact))
         return KERNEL_TEMPERATURES;
-    if (kernel_averages(contact))
-        return KERNEL_OK;
     const struct Wiring w = wire(contact);
-    return show_here(contact, &w, NULL, NULL, 1);
+    return kernel_averages(contact) ? shows_finite(contact, &w) : show_here(contact, &w, NULL, NULL, 1);
 }
 
 void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS])

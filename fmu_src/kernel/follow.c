@@ -60,8 +60,14 @@ static int find_whole(const struct Wiring *w, const struct Point *x, int whole[L
     return all;
 }
 
-static void give(const struct Contact *contact, struct Yield *y)
+/* What is not finite is not given. */
+static enum Status give(const struct Contact *contact, struct Yield *y)
 {
+    int lost = 0;
+    for (int j = 0; j < y->output_count; ++j)
+        EACH_LANE lost |= !(fabs(contact->value[y->output_index[j]][i]) < INFINITY);
+    if (lost)
+        return KERNEL_DIVERGED;
     for (int j = 0; j < y->output_count; ++j) {
         const double *value = contact->value[y->output_index[j]];
         const int64_t cell = y->rows_done * y->output_count + j;
@@ -74,6 +80,7 @@ static void give(const struct Contact *contact, struct Yield *y)
             y->squares[j * LANES + i] += (value[i] - data) * (value[i] - data);
     }
     y->rows_done += 1;
+    return KERNEL_OK;
 }
 
 /* What is left of the steps that a lane may take; none left is an error. */
@@ -106,7 +113,7 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
             const double step = record->times[n] - record->times[n - 1];
             lanes s = {0};
             wire_time(contact, &w);
-            status = !(step > 0 && isfinite(step)) ? KERNEL_BAD_STEP : averages ? average_step(contact, step) : march(contact, &w, step, 0, s, &course);
+            status = !is_step(step) ? KERNEL_BAD_STEP : averages ? average_step(contact, step) : march(contact, &w, step, 0, s, &course);
             if (status == KERNEL_OK && record->most_steps > 0)
                 status = within(contact, record->most_steps, &course.most_steps);
         }
@@ -128,7 +135,7 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
                 wire_time(contact, &w);
                 status = show_here(contact, &w, course.known ? passed : NULL, whole, shown);
             }
-            give(contact, yield);
+            status = status == KERNEL_OK ? give(contact, yield) : status;
         }
         yield->samples_done = n + (status == KERNEL_OK);
     }

@@ -32,7 +32,7 @@ void load_at(const struct Contact *contact, const struct Wiring *w, const lanes 
     const lanes *p = w->p;
     act(w, STAGE_TEMPERATURE, x);
     if (w->on_count > 0)
-        EACH_LANE x->theta_ratio[i] = x->theta[i] / p[THETA_REF][i];
+        EACH_LANE x->theta_ratio[i] = smaller(x->theta[i] / p[THETA_REF][i], 1e30); /* its powers, up to the 10th, stay finite */
     EACH_LANE {
         x->tau_s[i] = p[SHEAR_STRESS][i];
         x->w[i] = p[WIDTH][i];

@@ -71,7 +71,7 @@ void friction_rates(const struct Wiring *w, struct Point *x)
     if (!apart)
         return;
     EACH_LANE {
-        const double release_time = w->p[RELEASE_TIME][i], release = release_time > 0 ? 1 / release_time : 0;
+        const double release_time = or_none(w->p[RELEASE_TIME][i], NO_TIME), release = release_time > 0 ? 1 / release_time : 0;
         x->rate[i] = x->cutting[i] == 0 ? release : x->rate[i];
         x->drive[i] = x->cutting[i] == 0 ? 0 : x->drive[i];
         x->target[i] = x->cutting[i] == 0 ? 0 : x->target[i];

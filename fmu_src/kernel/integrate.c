@@ -81,8 +81,8 @@ static void relax_bristles(int clip, const lanes h, const struct Point *start, c
     int large = 0, far = 0;
     EACH_LANE {
         const double part = h[i] * (1. / 24), a0 = start->rate[i], am = middle->rate[i], a1 = end->rate[i];
-        D[i] = part * (4 * a0 + 16 * am + 4 * a1);
-        M[i] = smaller(larger(part * (5 * a0 + 8 * am - a1), 0), D[i]);
+        D[i] = or_none(part * (4 * a0 + 16 * am + 4 * a1), NO_PATH);
+        M[i] = smaller(or_none(part * (5 * a0 + 8 * am - a1), NO_PATH), D[i]);
         small_moments(to_M, i, M[i]);
         small_moments(to_D, i, D[i]);
         large |= D[i] > FEW;

@@ -179,6 +179,8 @@ void kernel_reset(struct Contact *contact);
 enum Status kernel_set(struct Contact *contact, int index, int lane, double value);
 /* The same check without the setting. */
 enum Status kernel_check(int index, double value);
+/* What keeps a contact whose bytes come from outside from going on, in words; NULL: nothing. */
+const char *kernel_flaw(const struct Contact *contact);
 /* Begin at `time` [s]: sides of the events, bristles at rest or in the periodic steady state. */
 enum Status kernel_start(struct Contact *contact, double time);
 /* Outputs and derivatives from value[TIME], the states and the inputs as they stand. With averaging = cycle outputs hold the means of the

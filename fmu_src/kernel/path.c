@@ -71,7 +71,7 @@ static void open_path(const struct Contact *contact, const struct Wiring *w, con
     const int carried = w->kinematics == KINEMATICS_COMBINED;
     EACH_LANE {
         x->t[i] = w->p[TIME][i] + tau[i];
-        x->a[i] = w->p[AMPLITUDE_X][i];
+        x->a[i] = or_none(w->p[AMPLITUDE_X][i], NO_AMPLITUDE);
         x->b[i] = w->p[AMPLITUDE_Y][i];
         x->phase_y[i] = w->p[PHASE_Y][i];
         x->centre_y[i] = x->centre_u_x[i] = x->centre_u_y[i] = x->raised[i] = x->left[i] = 0;

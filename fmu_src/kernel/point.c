@@ -19,7 +19,7 @@ static void coast(const struct Wiring *w, struct Point *x)
 {
     EACH_LANE {
         x->k[i] = x->F[i] = x->N[i] = x->F_p[i] = x->F_f[i] = x->drive[i] = x->target[i] = x->clamped[i] = x->outside[i] = x->edge_p[i] = x->edge_f[i] = 0;
-        x->rate[i] = w->p[RELEASE_TIME][i] > 0 ? 1 / w->p[RELEASE_TIME][i] : 0;
+        x->rate[i] = w->p[RELEASE_TIME][i] >= NO_TIME ? 1 / w->p[RELEASE_TIME][i] : 0;
         x->F_C[i] = w->p[F_C][i];
         x->F_S[i] = w->p[F_S][i];
         x->P[i] = w->p[SIGMA0][i];
@@ -92,7 +92,7 @@ void let_go(struct Contact *contact, const struct Wiring *w, const struct Point 
     if (w->law->rest)
         w->law->rest(w->law_p, x, fresh);
     EACH_LANE {
-        if (contact->sign[AT_CONTACT][i] > 0 || w->p[RELEASE_TIME][i] > 0)
+        if (contact->sign[AT_CONTACT][i] > 0 || w->p[RELEASE_TIME][i] >= NO_TIME)
             continue;
         contact->value[BRISTLE_DEFLECTION][i] = 0;
         for (int n = 0; w->law->rest && n < MEMORY; ++n)

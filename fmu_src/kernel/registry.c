@@ -143,14 +143,14 @@ static const char *const status_texts[KERNEL_STATUS_COUNT] = {
     [KERNEL_NO_SUCH_VARIABLE] = "there is no such variable",
     [KERNEL_NOT_FINITE] = "the value is not a finite number",
     [KERNEL_OUT_OF_BOUNDS] = "the value lies outside its bounds",
-    [KERNEL_BAD_STEP] = "the step is not a positive finite number",
+    [KERNEL_BAD_STEP] = "the step is not a number above 0 and up to 1e9 s",
     [KERNEL_TOO_MANY_STEPS] = "the step needs more internal steps than allowed: shorten it or loosen relative_tolerance",
-    [KERNEL_DIVERGED] = "force or bristle deflection is no longer a finite number",
+    [KERNEL_DIVERGED] = "a force, a state or another output is no longer a finite number",
     [KERNEL_RIVALS] = "two effects are on that are rivals of each other: switch one of them off",
     [KERNEL_HISTORY_SHORT] = "an effect looks back further than the last 256 internal steps, which are kept: shorten its time or loosen relative_tolerance",
     [KERNEL_STOPPED] = "stopped on request",
     [KERNEL_NO_CYCLE] = "averaging = cycle needs a vibration cycle: use kinematics = internal or combined, or averaging = resolved",
-    [KERNEL_TEMPERATURES] = "reference_temperature must lie above ambient_temperature",
+    [KERNEL_TEMPERATURES] = "reference_temperature must lie above ambient_temperature, by 0.001 K or more",
 };
 const char *kernel_status_text(enum Status status)
 {

@@ -13,7 +13,7 @@ static double relaxed(double D, double u_0, double slope, double bend, double y)
 /* In units of T: dy/dA = u - y, A = t/T. */
 void relax(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole)
 {
-    if (!(T > 0)) { /* it follows at once */
+    if (!(T >= NO_TIME)) { /* it follows at once */
         *half = u_m;
         *whole = u_1;
         return;

@@ -40,6 +40,11 @@ void kernel_reset(struct Contact *contact)
     }
 }
 
+double largest_difference(const struct Contact *contact, int i)
+{
+    return pow(10 * contact->value[RELATIVE_TOLERANCE][i], 0.6); /* see badness in tolerance.c */
+}
+
 /* Bristles unloaded, sides as the point at value[TIME] says. */
 static enum Status begin(struct Contact *contact)
 {
@@ -48,7 +53,7 @@ static enum Status begin(struct Contact *contact)
     const lanes now = {0};
     EACH_LANE {
         contact->next_step[i] = 1 / (200 * contact->value[VIBRATION_FREQUENCY][i]);
-        contact->largest_difference[i] = pow(10 * contact->value[RELATIVE_TOLERANCE][i], 0.6); /* see badness in tolerance.c */
+        contact->largest_difference[i] = largest_difference(contact, i);
     }
     if (w.law->rest) {
         load_states(contact, &w, &x);

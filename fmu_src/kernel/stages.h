@@ -194,6 +194,8 @@ void show_outputs(struct Contact *contact, const struct Wiring *w, const struct 
 /* evaluate.c: are these outputs fields of a point? show_some: then only these of them, and warnings. */
 int shows_plainly(int count, const int *index);
 void show_some(struct Contact *contact, const struct Point *x, int count, const int *index);
+/* evaluate.c: is every output and every rate that the contact shows a finite number? Else it has diverged. */
+enum Status shows_finite(const struct Contact *contact, const struct Wiring *w);
 /* evaluate.c: the contact's warnings at x. */
 void warn(struct Contact *contact, const struct Point *x);
 /* evaluate.c: show the point at value[TIME], with sides as the inputs say; but the point `passed`, where not NULL, in the lanes in which
@@ -209,6 +211,9 @@ double window_end(const struct Contact *contact, int i);
 void forms_means(const struct Contact *contact, int forms[LANES]); /* is there a window? */
 void open_window(struct Contact *contact, int i);
 void close_window(struct Contact *contact, int i);
+
+/* run.c: what relative_tolerance allows a lower order to change in one step. */
+double largest_difference(const struct Contact *contact, int lane);
 
 /* evaluate.c: reference above ambient, where the proxy is a temperature. */
 int ordered_temperatures(const struct Contact *contact);
@@ -253,6 +258,16 @@ static inline void copy_lane(lanes *to, const lanes *from, int count, int i)
     for (int k = 0; k < count; ++k)
         to[k][i] = from[k][i];
 }
+
+/* Where numbers are too small to mean anything they count as 0, which is off: 1/T and what is made of it stay finite. */
+#define NO_TIME 1e-12      /* time constant or delay [s]: a tenth of a millionth of the shortest cycle */
+#define NO_WINDOW 1e-9     /* averaging window [s]: a hundredth of it */
+#define NO_AMPLITUDE 1e-12 /* [m]: a hundredth of an atom */
+#define NO_PATH 1e-150     /* of a bristle, in relaxations: a slip of less than 1e-150 m/s */
+#define NO_STEP 1e-30      /* [s]: only the time moves on */
+#define LONGEST_STEP 1e9   /* [s]: 30 years */
+static inline double or_none(double x, double none) { return x < none ? 0 : x; }
+static inline int is_step(double step) { return step > 0 && step <= LONGEST_STEP; }
 
 /* The place of a choice in its list. */
 static inline int chosen(const lanes *value, int index, int lane) { return (int)value[index][lane]; }

@@ -109,14 +109,14 @@ const struct Variable base_variables[BASE_COUNT] = {
                  .source = "the paper, section 5: pi/2 between the axes; the origin puts the bottom of the path at t = 0"},
     [AVERAGING_WINDOW] = {.name = "averaging_window", .unit = "s", .display_unit = "us", .min = 0, .max = 1e6, .nominal = 1e-4,
                           FIXED_NUMBER,
-                          .meaning = "length of the window of the mean forces; 0: one vibration period, or with kinematics = external no "
-                                     "window (the means are the instantaneous forces)", .source = DEFINITION},
+                          .meaning = "length of the window of the mean forces; 0, or less than 1e-9 s: one vibration period, or with "
+                                     "kinematics = external no window (the means are the instantaneous forces)", .source = DEFINITION},
     [RELATIVE_TOLERANCE] = {.name = "relative_tolerance", .unit = "1", .start = 1e-4, .min = 1e-12, .max = 1e-1, .nominal = 1e-4,
                             FIXED_NUMBER, .meaning = "relative error that the internal steps of co-simulation are chosen for",
                             .source = DEFINITION},
 
     [AMPLITUDE_X] = {.name = "amplitude_x", .unit = "m", .display_unit = "um", .start = 5e-6, .min = 0, .max = 1e-3, .nominal = 1e-6, TUNED,
-                     .meaning = "vibration amplitude along the cutting direction", .source = "guess: the paper states none"},
+                     .meaning = "vibration amplitude along the cutting direction; 0, or less than 1e-12 m: none", .source = "guess: the paper states none"},
     [AMPLITUDE_Y] = {.name = "amplitude_y", .unit = "m", .display_unit = "um", .start = 5e-6, .min = 0, .max = 1e-3, .nominal = 1e-6, TUNED,
                      .meaning = "vibration amplitude away from the surface", .source = "guess: the paper states none"},
     [FEED] = {.name = "feed", .unit = "m", .display_unit = "mm", .start = 1e-4, .min = 0, .max = 1e-2, .nominal = 1e-4, TUNED,
@@ -150,17 +150,17 @@ const struct Variable base_variables[BASE_COUNT] = {
     [STIFFNESS_FLOOR] = {.name = "stiffness_floor", .unit = "1", .start = 1e-3, .min = 1e-9, .max = 1, TUNED,
                          .meaning = "s0(theta) is kept at or above this share of sigma0", .source = "guess; the paper, eq. 7, asks P > v^Q"},
     [RELEASE_TIME] = {.name = "release_time", .unit = "s", .display_unit = "us", .min = 0, .max = 1e3, .nominal = 1e-5, TUNED,
-                      .meaning = "time constant with which bristles relax out of contact; 0: let go at separation", .source = "guess"},
+                      .meaning = "time constant with which bristles relax out of contact; 0, or less than 1e-12 s: let go at separation", .source = "guess"},
 
     [THETA_REF] = {.name = "theta_ref", .unit = "m/s", .display_unit = "m/min", .start = 1.0 / 60, .min = 1e-9, .max = 1e3, .nominal = 1e-2,
                    TUNED, .meaning = "reference of the temperature proxy: the speed unit that the paper's coefficients are stated in",
                    .source = "inferred: 1 m/min makes the paper's eq. 7 and table 1 consistent"},
-    [ALPHA_T] = {.name = "alpha_T", .unit = "1", .start = 0.4, .min = 0.01, .max = 5, TUNED,
+    [ALPHA_T] = {.name = "alpha_T", .unit = "1", .start = 0.4, .min = 0.1, .max = 5, TUNED,
                  .meaning = "exponent of temperature over speed, T ~ v^alpha_T", .source = "guess; the paper, eq. 3, leaves it open"},
     [AMBIENT_TEMPERATURE] = {.name = "ambient_temperature", .unit = "K", .display_unit = "degC", .start = 293.15, .min = 0, .max = 5e3,
                              .nominal = 300, TUNED, .meaning = "temperature at which the proxy is 0", .source = DEFINITION},
     [REFERENCE_TEMPERATURE] = {.name = "reference_temperature", .unit = "K", .display_unit = "degC", .start = 393.15, .min = 0, .max = 5e3,
-                               .nominal = 300, TUNED, .meaning = "temperature at which the proxy is theta_ref; above ambient_temperature",
+                               .nominal = 300, TUNED, .meaning = "temperature at which the proxy is theta_ref; above ambient_temperature, by 0.001 K or more",
                                .source = "guess"},
 
     [FRICTION_FORCE] = {.name = "friction_force", FORCE, RESULT, .derivative_of = FRICTION_IMPULSE,

@@ -9,14 +9,14 @@ static int turning(const struct Contact *contact) { return chosen(contact->value
 
 double window_length(const struct Contact *contact, int i)
 {
-    const double length = contact->value[AVERAGING_WINDOW][i];
+    const double length = or_none(contact->value[AVERAGING_WINDOW][i], NO_WINDOW);
     return length > 0 ? length : turning(contact) ? 1 / contact->value[VIBRATION_FREQUENCY][i] : 0;
 }
 
 void forms_means(const struct Contact *contact, int forms[LANES])
 {
     const int always = turning(contact);
-    EACH_LANE forms[i] = always | (contact->value[AVERAGING_WINDOW][i] > 0);
+    EACH_LANE forms[i] = always | (contact->value[AVERAGING_WINDOW][i] >= NO_WINDOW);
 }
 
 double window_end(const struct Contact *contact, int i)

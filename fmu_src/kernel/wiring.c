@@ -16,7 +16,7 @@ void wire_time(const struct Contact *contact, struct Wiring *w)
         return;
     for (int i = 0; i < LANES; ++i) {
         const double turns = w->p[VIBRATION_FREQUENCY][i] * w->p[TIME][i];
-        const double omega = 2 * PI * w->p[VIBRATION_FREQUENCY][i], a = w->p[AMPLITUDE_X][i];
+        const double omega = 2 * PI * w->p[VIBRATION_FREQUENCY][i], a = or_none(w->p[AMPLITUDE_X][i], NO_AMPLITUDE);
         const double r = a > 0 ? w->p[CUTTING_SPEED][i] / (a * omega) : INFINITY; /* to the bit as ellipse_at finds it */
         w->cycle[i] = turns - floor(turns);
         if (!(w->turn.r[i] == r))

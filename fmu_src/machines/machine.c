@@ -9,6 +9,8 @@
 #include <math.h>
 #include <string.h>
 
+#define LONGEST_STEP 1e9 /* [s]: 30 years */
+
 int kernel_variable_count(void) { return part.count; }
 const struct Variable *kernel_variable(int index) { return index >= 0 && index < part.count ? &part.variables[index] : NULL; }
 const char *kernel_equations(void) { return part.equations; }
@@ -52,7 +54,7 @@ static const char *const status_texts[KERNEL_STATUS_COUNT] = {
     [KERNEL_NO_SUCH_VARIABLE] = "there is no such variable",
     [KERNEL_NOT_FINITE] = "the value is not a finite number",
     [KERNEL_OUT_OF_BOUNDS] = "the value lies outside its bounds",
-    [KERNEL_BAD_STEP] = "the step is not a positive finite number",
+    [KERNEL_BAD_STEP] = "the step is not a number above 0 and up to 1e9 s",
     [KERNEL_DIVERGED] = "a state or an output is no longer a finite number",
 };
 const char *kernel_status_text(enum Status status) { return status < KERNEL_STATUS_COUNT ? status_texts[status] : "unknown status"; }
@@ -144,7 +146,7 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
     const int count = kernel_state_count();
     (void)stop_at_events; /* there are none */
     *taken = 0;
-    if (!(step > 0 && step < INFINITY))
+    if (!(step > 0 && step <= LONGEST_STEP))
         return KERNEL_BAD_STEP;
     for (int n = 0; n < count; ++n) {
         rate[n] = rate_of(n);
@@ -167,6 +169,44 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
     contact->value[TIME][0] += step;
     *taken = step;
     return kernel_evaluate(contact);
+}
+
+/* The integrals of the response belong to the step and the parameters: a state from outside cannot bring others. */
+static int belongs(const struct Contact *contact)
+{
+    int state[STATES], rate[STATES];
+    const int count = kernel_state_count();
+    struct Contact own = *contact;
+    for (int n = 0; n < count; ++n) {
+        rate[n] = rate_of(n);
+        state[n] = part.variables[rate[n]].derivative_of;
+    }
+    prepare(&own, state, rate, count, contact->step);
+    for (int n = 0; n < count * count; ++n)
+        if (!(fabs(own.once[n] - contact->once[n]) <= 1e-9 * fabs(own.once[n]) && fabs(own.twice[n] - contact->twice[n]) <= 1e-9 * fabs(own.twice[n])))
+            return 0;
+    return 1;
+}
+
+const char *kernel_flaw(const struct Contact *contact)
+{
+    if (contact->started > 1 || contact->warnings)
+        return "a flag is not there";
+    if (!isfinite(contact->value[TIME][0]))
+        return "the time is no finite number";
+    for (int i = 0; i < part.count; ++i) { /* outputs are found anew from these */
+        const enum Causality role = part.variables[i].causality;
+        if ((role == PARAMETER || role == INPUT) && kernel_check(i, contact->value[i][0]) != KERNEL_OK)
+            return "a parameter or an input lies outside its bounds";
+        if (part.variables[i].derivative_of && !isfinite(contact->value[part.variables[i].derivative_of][0]))
+            return "a continuous state is no finite number";
+    }
+    for (int k = 0; k < INPUT_END - INPUT_FIRST; ++k)
+        if (!isfinite(contact->slope[k][0]))
+            return "a derivative of an input is no finite number";
+    if (!(contact->step >= 0 && contact->step < INFINITY))
+        return "the step is no finite number from 0 on";
+    return contact->step > 0 && !belongs(contact) ? "the response over a step is not that of the parameters" : NULL;
 }
 
 enum Status kernel_derivative(const struct Contact *contact, int unknown, int known, double *derivative)

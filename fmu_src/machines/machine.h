@@ -49,6 +49,7 @@ void kernel_token(char token[39]);
 void kernel_reset(struct Contact *contact);
 enum Status kernel_set(struct Contact *contact, int index, int lane, double value);
 enum Status kernel_check(int index, double value);
+const char *kernel_flaw(const struct Contact *contact);
 enum Status kernel_start(struct Contact *contact, double time);
 enum Status kernel_evaluate(struct Contact *contact);
 void kernel_indicators(const struct Contact *contact, lanes *indicator);

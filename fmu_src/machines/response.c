@@ -46,8 +46,9 @@ static void balance(int n, const double *A, double *scale)
                 row += i == j ? 0 : fabs(A[i * n + j]) * scale[j] / scale[i];
                 column += i == j ? 0 : fabs(A[j * n + i]) * scale[i] / scale[j];
             }
-            if (row > 0 && column > 0)
-                scale[i] *= exp2(round(0.5 * log2(row / column)));
+            const double ratio = row / column;
+            if (ratio > 1e-100 && ratio < 1e100) /* beyond, what is smaller says nothing in the other's units, either */
+                scale[i] *= exp2(round(0.5 * log2(ratio)));
         }
 }
 
@@ -59,7 +60,7 @@ void respond(int n, const double *A, double h, double *once, double *twice)
     for (int i = 0; i < n * n; ++i)
         even[i] = A[i] * scale[i % n] / scale[i / n];
     const double size = norm(n, even) * h;
-    const int doublings = size > 0.5 && size < INFINITY ? (int)ceil(log2(size / 0.5)) : 0;
+    const int doublings = size > 0.5 && size < INFINITY ? (int)ceil(log2(size) + 1) : 0;
     for (int i = 0; i < n * n; ++i)
         x[i] = ldexp(even[i] * h, -doublings);
     for (int i = 0; i < n; ++i)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import ctypes as ct
+import struct
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from evat import kernel
 from raw_fmi import ERROR, OK, Door, Instance
 
 SIZE = 1.7e-6  # no divisor of the 50 us vibration: the steps end anywhere in the cycle [s]
@@ -166,7 +169,7 @@ def _sealed(data: bytes, checksum: slice) -> bytes:
 def test_a_well_sealed_state_with_values_out_of_bounds_is_refused(one: Instance) -> None:
     """Bytes from outside must not choose a law that is not there, or bring in what the host itself could not have set."""
     one.start({"F_C": 3.7654321})
-    good, seal = one.serialize(), slice(64, 72)
+    good, seal = one.serialize(), SEAL
     assert _sealed(good, seal) == good
     at = good.index(ct.string_at(ct.byref(ct.c_double(3.7654321)), 8))
     law = at + 8 * (one.door.reference["friction_law"] - one.door.reference["F_C"])
@@ -181,6 +184,111 @@ def test_a_well_sealed_state_with_values_out_of_bounds_is_refused(one: Instance)
         assert one.deserialize(_sealed(bytes(data), seal)) == ERROR
         assert words in one.said()
         assert one.call("Reset") == OK
+
+
+# ---- bytes that are forged and sealed anew ----
+
+SEAL, LIFE = slice(64, 72), 72  # of a serialised state: its checksum, and where the life cycle begins
+MODEL = LIFE + 56
+FFI, KERNEL = kernel.library()
+
+
+def _in_life(field: str) -> int:
+    """Where a field of struct Life lies: three times, then 32-bit numbers."""
+    times, flags = (
+        ("start", "stop", "last_time"),
+        ("mode", "interface", "stale", "set_up", "tolerance_set", "slope_set", "event_pending", "reserved"),
+    )
+    return LIFE + (8 * times.index(field) if field in times else 24 + 4 * flags.index(field))
+
+
+def _in_model(field: str, number: int = 0) -> int:
+    return MODEL + FFI.offsetof("struct Contact", field) + 8 * number
+
+
+NAN = float("nan")
+INTEGRATING, STEPPING, CONFIGURING, ASKING, TERMINATED = 16, 32, 2, 1024, 128
+FORGED: dict[str, tuple[int, str, float, str]] = {
+    "no mode": (_in_life("mode"), "I", 0, "no such state"),
+    "two modes": (_in_life("mode"), "I", STEPPING | TERMINATED, "no such state"),
+    "a mode far off": (_in_life("mode"), "I", 2**31 + STEPPING, "no such state"),
+    "a mode of the other interface": (_in_life("mode"), "I", INTEGRATING, "no such state"),
+    "a mode within a step": (_in_life("mode"), "I", ASKING, "no such state"),
+    "a mode before the start": (_in_life("mode"), "I", 1, "begun before"),
+    "no interface": (_in_life("interface"), "I", 2, "no such state"),
+    "a flag": (_in_life("stale"), "I", 7, "neither 0 nor 1"),
+    "what is reserved": (_in_life("reserved"), "I", 1, "neither 0 nor 1"),
+    "never set up": (_in_life("set_up"), "I", 0, "never set up"),
+    "a start time": (_in_life("start"), "d", NAN, "a time is no number"),
+    "a stop time": (_in_life("stop"), "d", -1.0, "stop time"),
+    "another last time": (_in_life("last_time"), "d", 0.5, "last step"),
+    "a time": (_in_model("value"), "d", 1e300, "last step"),
+    "a slope": (_in_model("slope", 3), "d", 1.0, "derivative that was not given"),
+    "a memory": (_in_model("memory", 5), "d", NAN, "no finite number"),
+    "a side": (_in_model("sign", 1), "d", 0.0, "neither +1 nor -1"),
+    "a next step": (_in_model("next_step"), "d", 0.0, "not above 0"),
+    "a next step that is none": (_in_model("next_step"), "d", NAN, "not above 0"),
+    "a tolerance": (_in_model("largest_difference"), "d", 1e-12, "relative_tolerance"),
+    "windows behind": (_in_model("window"), "d", -1e15, "whole number"),
+    "a window long ago": (_in_model("window_origin"), "d", -1e6, "lies in the past"),
+    "half a window": (_in_model("window"), "d", 0.5, "whole number"),
+    "a warning": (_in_model("warnings"), "I", 2**20, "flag"),
+    "not begun": (_in_model("started"), "I", 0, "begun"),
+    "effects": (_in_model("effects_on"), "I", 2**3, "switched on"),
+    "a count of the past": (_in_model("past_count"), "d", 1e9, "no such place"),
+    "a first of the past": (_in_model("past_first"), "d", 0.5, "no such place"),
+    "a length of the past": (_in_model("past_length", 7), "d", -1.0, "shorter than 0"),
+    "a force of the past": (_in_model("past_force", 100), "d", float("inf"), "the past"),
+    "a surface": (_in_model("surface_count"), "d", NAN, "no such place"),
+}
+
+
+@pytest.mark.parametrize("what", FORGED)
+def test_a_well_sealed_state_that_no_instance_can_come_to_is_refused(one: Instance, what: str) -> None:
+    """It would choose a mode that is not there, run for minutes, or show what is no number."""
+    one.start()
+    run(one, 0, 40)
+    place, form, value, words = FORGED[what]
+    good = one.serialize()
+    assert _sealed(good, SEAL) == good
+    data = bytearray(good)
+    data[place : place + struct.calcsize(form)] = struct.pack(f"={form}", int(value) if form == "I" else value)
+    begun = time.process_time()
+    assert one.deserialize(_sealed(bytes(data), SEAL)) == ERROR
+    assert time.process_time() - begun < 0.5
+    line = one.said()
+    assert "refused" in line
+    assert words in line
+    assert one.deserialize(good) == OK
+    assert run(one, 40, 42)
+
+
+def test_a_mode_that_only_fmi_3_has_is_refused_by_fmi_2(one: Instance) -> None:
+    data = bytearray(one.serialize())
+    data[_in_life("mode") : _in_life("mode") + 4] = struct.pack("=I", CONFIGURING)
+    assert one.deserialize(_sealed(bytes(data), SEAL)) == (ERROR if one.door.version == 2 else OK)
+
+
+def test_solvers_and_stepped_instances_with_effects_are_restored_from_bytes(door: Door) -> None:
+    """What an instance has come to by itself is never taken for forged: looking back, meeting again, averaging, every law."""
+    effects = {"sensor_delay": 1, "regenerative": 1, "regenerative.revolution_time": 1e-4, "holder_compliance": 1, "dwell_strengthening": 1}
+    for values in (*({**effects, "friction_law": law} for law in range(1, 7)), {"averaging": 2, "sensor_lowpass": 1}):
+        one = Instance(door)
+        one.start(values)
+        run(one, 0, 70)
+        assert one.deserialize(one.serialize()) == OK, one.lines
+        run(one, 70, 75)
+        one.free()
+    solver = Instance(door, model_exchange=True)
+    solver.start(effects)
+    for time_now in (3e-4, 1e-4, 2e-3):  # a solver may go back, and past the ends of averaging windows
+        if door.version == 2 or solver.call("EnterContinuousTimeMode") == OK:
+            assert solver.call("SetTime", time_now) == OK
+        if door.version == 3:
+            assert solver.call("EnterEventMode") == OK
+        assert solver.update()[0] == OK
+        assert solver.deserialize(solver.serialize()) == OK, solver.lines
+    solver.free()
 
 
 def test_a_state_of_the_other_interface_is_refused(door: Door, one: Instance) -> None:

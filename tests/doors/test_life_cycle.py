@@ -332,6 +332,17 @@ def test_a_step_that_ends_halfway_can_be_taken_back_and_made_shorter(one: Instan
     assert one.drop(state) == OK
 
 
+def test_after_a_discarded_step_values_are_those_of_the_time_that_was_reached(fmi2_fmu: Path, tmp_path: Path) -> None:
+    """In FMI 2 a step that ends halfway leaves an instance that may be read: F = sigma0 z holds there, not at the step's start."""
+    one = Instance(Door(fmi2_fmu, tmp_path))
+    one.start({"kinematics": 2, "friction_law": 5, "slip_velocity": 0.5, "F_C": 1e-6, "F_S": 1e-6})
+    assert one.step(0.0, 1e-3) == DISCARD
+    z, force, stiffness = one.get("bristle_deflection", "friction_force", "sigma0")
+    assert z != 0
+    assert force == pytest.approx(stiffness * z, rel=1e-12)
+    one.free()
+
+
 def test_parameters_that_contradict_each_other_stop_the_run_before_it_starts(one: Instance) -> None:
     proxy = {"proxy_source": 4, "contact_temperature": 450.0, "ambient_temperature": 400.0, "reference_temperature": 300.0}
     assert one.set(proxy) == OK

@@ -167,6 +167,38 @@ def test_a_screw_needs_a_motor_with_inertia() -> None:
         one.start()
 
 
+@pytest.mark.parametrize("part", PARTS)
+@pytest.mark.parametrize("seed", range(3))
+def test_what_a_partner_has_come_to_has_no_flaw_and_what_is_forged_has_one(part: str, seed: int) -> None:
+    """A serialised state may bring any bytes: the response over a step, which they carry, must be that of the parameters."""
+    one = drawn(part, seed)
+    ffi, library = one._ffi, one._library
+    machine_of = one._machine
+    assert library.kernel_flaw(machine_of) == ffi.NULL
+    one.start()
+    one.advance(1e-3)
+    assert library.kernel_flaw(machine_of) == ffi.NULL
+    states = len(machine.states(part))
+    forged = [
+        ("step", None, -1.0),
+        ("step", None, np.inf),
+        ("started", None, 2),
+        ("warnings", None, 1),
+        ("value", 0, np.nan),
+        ("slope", 2, np.inf),
+    ]
+    forged += [("once", 0, 0.3), ("twice", states * states - 1, np.nan)] if states else []
+    for field, place, value in forged:
+        twin = ffi.new("struct Contact *", machine_of[0])
+        if place is None:
+            setattr(twin, field, value)
+        elif field in ("value", "slope"):
+            getattr(twin, field)[place][0] = value
+        else:
+            getattr(twin, field)[place] = value
+        assert library.kernel_flaw(twin) != ffi.NULL, (field, place, value)
+
+
 def test_the_circle_is_one_and_is_entered_smoothly() -> None:
     one = Machine("path_reference", {"circle": 1.0})
     one.start()

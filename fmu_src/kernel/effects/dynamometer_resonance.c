@@ -7,7 +7,7 @@ static const struct Variable variables[COUNT] = {
     [ON] = {.name = "dynamometer_resonance", SWITCH, .meaning = "switch: the measured forces pass through a resonance",
             .source = "definition: a linear oscillator, gain 1 at rest"},
     [PERIOD] = {.name = "dynamometer_resonance.natural_period", .unit = "s", .start = 2.5e-4, .min = 0, .max = 1, .display_unit = "us", .nominal = 1e-4, TUNED,
-        .meaning = "period of the undamped natural vibration, 1/f_n; 0: infinitely stiff", .source = "guess: 4 kHz, ordinary for a mounted dynamometer"},
+        .meaning = "period of the undamped natural vibration, 1/f_n; 0, or less than 1e-12 s: infinitely stiff", .source = "guess: 4 kHz, ordinary for a mounted dynamometer"},
     [DAMPING_RATIO] = {.name = "dynamometer_resonance.damping_ratio", .unit = "1", .start = 0.05, .min = 0, .max = 2, SHAPE, TUNED,
         .meaning = "damping ratio", .source = "guess"},
     [FIRST + 0] = {.name = "dynamometer_resonance.friction_force", .unit = "N", .nominal = 10, STATE,
@@ -41,7 +41,7 @@ static double omega(const lanes *p, int i) { return 2 * PI / p[PERIOD][i]; }
 static void ring(const lanes *p, const lanes *state, struct Point *x)
 {
     for (int k = 0; k < CHANNELS; ++k)
-        EACH_LANE x->measured[k][i] += p[PERIOD][i] > 0 ? state[2 * k][i] - x->measured[k][i] : 0;
+        EACH_LANE x->measured[k][i] += p[PERIOD][i] >= NO_TIME ? state[2 * k][i] - x->measured[k][i] : 0;
 }
 
 static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, const lanes *from,
@@ -51,7 +51,7 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
         EACH_LANE {
             const double y[2] = {from[2 * k][i], from[2 * k + 1][i]};
             double at_half[2] = {m->measured[k][i], 0}, at_end[2] = {b->measured[k][i], 0};
-            if (p[PERIOD][i] > 0)
+            if (p[PERIOD][i] >= NO_TIME)
                 swing(h[i], omega(p, i), p[DAMPING_RATIO][i], a->measured[k][i], m->measured[k][i], b->measured[k][i], y, at_half, at_end);
             for (int n = 0; n < 2; ++n) {
                 half[2 * k + n][i] = at_half[n];
@@ -64,8 +64,8 @@ static void rate(const lanes *p, const struct Point *x, const lanes *state, lane
 {
     for (int k = 0; k < CHANNELS; ++k)
         EACH_LANE {
-            const double w = p[PERIOD][i] > 0 ? omega(p, i) : 0, y = state[2 * k][i], s = state[2 * k + 1][i];
-            rate[2 * k][i] = p[PERIOD][i] > 0 ? s : 0;
+            const double w = p[PERIOD][i] >= NO_TIME ? omega(p, i) : 0, y = state[2 * k][i], s = state[2 * k + 1][i];
+            rate[2 * k][i] = p[PERIOD][i] >= NO_TIME ? s : 0;
             rate[2 * k + 1][i] = w * w * (x->measured[k][i] - y) - 2 * p[DAMPING_RATIO][i] * w * s;
         }
 }

@@ -7,7 +7,7 @@ static const struct Variable variables[COUNT] = {
     [ON] = {.name = "proxy_lag", SWITCH, .meaning = "switch: the temperature proxy follows its source through a first-order lag",
             .source = "guess: one heat capacity"},
     [TIME_CONSTANT] = {.name = "proxy_lag.time_constant", .unit = "s", .start = 1e-3, .min = 0, .max = 1e4, .display_unit = "ms", .nominal = 1e-3, TUNED,
-        .meaning = "time constant of the lag; 0: none", .source = "guess"},
+        .meaning = "time constant of the lag; 0, or less than 1e-12 s: none", .source = "guess"},
     [THETA] = {.name = "proxy_lag.theta", .unit = "m/s", .display_unit = "m/min", .nominal = 1e-1, STATE,
         .meaning = "temperature proxy behind the lag", .source = "definition"},
     [RATE] = {.name = "proxy_lag.theta_rate", .unit = "m/s^2", STATE,
@@ -16,7 +16,7 @@ static const struct Variable variables[COUNT] = {
 
 static void lag(const lanes *p, const lanes *state, struct Point *x)
 {
-    EACH_LANE x->theta[i] += p[TIME_CONSTANT][i] > 0 ? larger(state[0][i], 0) - x->theta[i] : 0;
+    EACH_LANE x->theta[i] += p[TIME_CONSTANT][i] >= NO_TIME ? larger(state[0][i], 0) - x->theta[i] : 0;
 }
 
 static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, const lanes *from,
@@ -28,7 +28,7 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
 
 static void rate(const lanes *p, const struct Point *x, const lanes *state, lanes *rate)
 {
-    EACH_LANE rate[0][i] = p[TIME_CONSTANT][i] > 0 ? (x->theta_given[i] - state[0][i]) / p[TIME_CONSTANT][i] : 0;
+    EACH_LANE rate[0][i] = p[TIME_CONSTANT][i] >= NO_TIME ? (x->theta_given[i] - state[0][i]) / p[TIME_CONSTANT][i] : 0;
 }
 
 const struct Effect effect_proxy_lag = {

@@ -7,7 +7,7 @@ static const struct Variable variables[COUNT] = {
     [ON] = {.name = "sensor_delay", SWITCH, .meaning = "switch: the measured forces come late",
             .source = "definition"},
     [TIME_LATE] = {.name = "sensor_delay.time", .unit = "s", .start = 5e-6, .min = 0, .max = 10, .display_unit = "us", .nominal = 1e-5, TUNED,
-        .meaning = "delay tau; 0: none; at most 256 internal steps long", .source = "guess"},
+        .meaning = "delay tau; 0, or less than 1e-12 s: none; at most 256 internal steps long", .source = "guess"},
 };
 
 /* First in the chain: all that follows is linear and does not mind. */
@@ -15,10 +15,10 @@ static void wait(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
     for (int k = 0; k < CHANNELS; ++k)
-        EACH_LANE if (p[TIME_LATE][i] > 0) x->measured[k][i] += recall(x, k, i, x->t[i] - p[TIME_LATE][i]) - x->measured[k][i];
+        EACH_LANE if (p[TIME_LATE][i] >= NO_TIME) x->measured[k][i] += recall(x, k, i, x->t[i] - p[TIME_LATE][i]) - x->measured[k][i];
 }
 
-static double looks_back(const lanes *p, int i) { return p[TIME_LATE][i]; }
+static double looks_back(const lanes *p, int i) { return or_none(p[TIME_LATE][i], NO_TIME); }
 
 const struct Effect effect_sensor_delay = {
     .equation = "F(t - tau)",

@@ -7,7 +7,7 @@ static const struct Variable variables[COUNT] = {
     [ON] = {.name = "sensor_lowpass", SWITCH, .meaning = "switch: the measured forces pass through a first-order low-pass",
             .source = "definition"},
     [TIME_CONSTANT] = {.name = "sensor_lowpass.time_constant", .unit = "s", .start = 1e-5, .min = 0, .max = 1e3, .display_unit = "us", .nominal = 1e-5, TUNED,
-        .meaning = "time constant, 1/(2 pi cut-off frequency); 0: none", .source = "guess"},
+        .meaning = "time constant, 1/(2 pi cut-off frequency); 0, or less than 1e-12 s: none", .source = "guess"},
     [FIRST + 0] = {.name = "sensor_lowpass.friction_force", .unit = "N", .nominal = 10, STATE,
         .meaning = "friction_force behind the filter", .source = "definition"},
     [FIRST + 1] = {.name = "sensor_lowpass.principal_force", .unit = "N", .nominal = 10, STATE,
@@ -25,7 +25,7 @@ static const struct Variable variables[COUNT] = {
 static void smooth(const lanes *p, const lanes *state, struct Point *x)
 {
     for (int k = 0; k < CHANNELS; ++k)
-        EACH_LANE x->measured[k][i] += p[TIME_CONSTANT][i] > 0 ? state[k][i] - x->measured[k][i] : 0;
+        EACH_LANE x->measured[k][i] += p[TIME_CONSTANT][i] >= NO_TIME ? state[k][i] - x->measured[k][i] : 0;
 }
 
 static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, const lanes *from,
@@ -39,7 +39,7 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
 static void rate(const lanes *p, const struct Point *x, const lanes *state, lanes *rate)
 {
     for (int k = 0; k < CHANNELS; ++k)
-        EACH_LANE rate[k][i] = p[TIME_CONSTANT][i] > 0 ? (x->measured[k][i] - state[k][i]) / p[TIME_CONSTANT][i] : 0;
+        EACH_LANE rate[k][i] = p[TIME_CONSTANT][i] >= NO_TIME ? (x->measured[k][i] - state[k][i]) / p[TIME_CONSTANT][i] : 0;
 }
 
 const struct Effect effect_sensor_lowpass = {

@@ -18,7 +18,7 @@ static const struct Variable variables[COUNT] = {
 /* Uniform in (-1, 1), from a counter: no state beside the count. Integer finalizer of splitmix (Steele et al. 2014), 32 bits. */
 static double scatter(double seed, double count)
 {
-    uint32_t n = (uint32_t)seed * 0x9e3779b9u + (uint32_t)fmod(count, 4294967296.0);
+    uint32_t n = (uint32_t)seed * 0x9e3779b9u + (uint32_t)fmod(fabs(count), 4294967296.0);
     n = (n ^ n >> 16) * 0x7feb352du;
     n = (n ^ n >> 15) * 0x846ca68bu;
     n ^= n >> 16;

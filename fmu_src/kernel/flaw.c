@@ -1,0 +1,97 @@
+/* Can a contact whose bytes come from outside go on? What no table bounds: sides, rings, windows, and what was derived from values.
+ *
+ * A serialised state may be forged whatever its checksum says. All that steers the course of a step is looked at here, so that a contact
+ * without a flaw goes on like one that has come by itself: within its arrays, in the time that it takes, to finite numbers or an error.
+ */
+#include "stages.h"
+
+#include <math.h>
+
+static int all_finite(const double *x, size_t count)
+{
+    int lost = 0;
+    for (size_t i = 0; i < count; ++i)
+        lost |= !(fabs(x[i]) < INFINITY);
+    return !lost;
+}
+
+#define FINITE(rows) all_finite((const double *)(rows), sizeof(rows) / sizeof(double))
+
+static int is_count(double x) { return x >= 0 && x < 9e15 && x == floor(x); }
+
+/* Outputs are found anew from these. */
+static const char *flaw_of_values(const struct Contact *contact)
+{
+    for (int index = 0; index < kernel_variable_count(); ++index) {
+        const enum Causality role = kernel_variable(index)->causality;
+        for (int i = 0; i < LANES && (role == PARAMETER || role == INPUT); ++i)
+            if (kernel_check(index, contact->value[index][i]) != KERNEL_OK)
+                return "a parameter or an input lies outside its bounds";
+    }
+    for (int place = 0; place < kernel_state_count(); ++place)
+        if (!FINITE(contact->value[kernel_state(place)]))
+            return "a continuous state is no finite number";
+    return FINITE(contact->value[TIME]) ? NULL : "the time is no finite number";
+}
+
+/* What the start has made of values that are fixed since. */
+static const char *flaw_of_start(const struct Contact *contact)
+{
+    if (!contact->started)
+        return contact->effects_on >> EFFECT_COUNT ? "an effect is on that is not there" : NULL;
+    if (contact->effects_on != effects_switched_on(contact))
+        return "the effects that are on are not those that are switched on";
+    const struct Wiring w = wire(contact);
+    if (rivals_on(&w))
+        return kernel_status_text(KERNEL_RIVALS);
+    if (kernel_averages(contact) && w.kinematics == KINEMATICS_EXTERNAL)
+        return kernel_status_text(KERNEL_NO_CYCLE);
+    EACH_LANE if (!(fabs(contact->largest_difference[i] / largest_difference(contact, i) - 1) < 1e-9))
+        return "what a step may leave unexplained is not that of relative_tolerance";
+    return NULL;
+}
+
+static const char *flaw_of_course(const struct Contact *contact)
+{
+    for (int i = 0; i < LANES; ++i) {
+        for (int k = 0; k < INDICATORS; ++k)
+            if (fabs(contact->sign[k][i]) != 1)
+                return "a side of an event is neither +1 nor -1";
+        if (!(contact->next_step[i] > 0))
+            return "the next internal step is not above 0";
+        if (!is_count(contact->window[i]) || !is_count(contact->served[i]))
+            return "a count is no whole number from 0 on";
+        for (int n = 0; n < 2; ++n)
+            if (!(contact->earlier_time[n][i] < INFINITY)) /* before the first step it is -infinity */
+                return "an earlier time is no number";
+    }
+    return FINITE(contact->slope) && FINITE(contact->memory) && FINITE(contact->window_start) && isfinite(contact->window_origin) &&
+                   FINITE(contact->striven) && FINITE(contact->earlier_force) && FINITE(contact->outlives) && FINITE(contact->changes)
+               ? NULL
+               : "a memory is no finite number";
+}
+
+static const char *flaw_of_rings(const struct Contact *contact)
+{
+    if (!FINITE(contact->past_end) || !FINITE(contact->past_length) || !FINITE(contact->past_force) || !FINITE(contact->surface_time) ||
+        !FINITE(contact->surface_height))
+        return "the past is no finite number";
+    for (int i = 0; i < LANES; ++i) {
+        const double first = contact->past_first[i], count = contact->past_count[i];
+        if (!is_count(first) || !is_count(count) || first > count || count - first > (double)HISTORY || !is_count(contact->surface_count[i]))
+            return "the past has no such place";
+        for (int n = 0; n < HISTORY; ++n)
+            if (contact->past_length[n][i] < 0)
+                return "a step of the past is shorter than 0";
+    }
+    return NULL;
+}
+
+const char *kernel_flaw(const struct Contact *contact)
+{
+    const char *(*const looks[])(const struct Contact *) = {flaw_of_values, flaw_of_start, flaw_of_course, flaw_of_rings};
+    const char *flaw = contact->started > 1 || contact->warnings >> WARNING_COUNT ? "a flag is not there" : NULL;
+    for (size_t n = 0; n < sizeof looks / sizeof *looks && !flaw; ++n)
+        flaw = looks[n](contact);
+    return flaw;
+}

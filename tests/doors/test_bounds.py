@@ -1,0 +1,173 @@
+"""Does everything compute at the bounds that the tables declare, and next to 0, where 0 stands for off? Finite numbers, or a refusal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from evat import kernel, machine
+from evat.model import SimulationError, Variable
+from raw_fmi import ERROR, OK, Door, Instance
+
+ffi, library = kernel.library()
+SHOWN = [v for v in kernel.variables() if v.causality in ("output", "local")]
+OWNER = {v.name: effect.name for effect in kernel.effects() for v in effect.variables}
+# Beside the variable in question: every law, every source of motion and of the proxy, both principles and modes; no two alike.
+CASES: dict[str, dict[str, float | str]] = {
+    "internal": {},
+    "periodic": {"initial_state": "periodic", "release_time": 1e-5, "shear_angle_principle": "minimum_energy", "rake_angle": 0.1},
+    "external": {
+        "kinematics": "external",
+        "slip_velocity": 0.1,
+        "proxy_source": "contact_temperature",
+        "contact_temperature": 500.0,
+        "averaging_window": 1e-5,
+    },
+    "combined": {"kinematics": "combined", "proxy_source": "proxy_speed", "proxy_speed": 0.2, "friction_law": "dahl"},
+    "bristle": {"friction_law": "bristle"},
+    "reset": {"friction_law": "reset_integrator", "cutting_speed": 0.9},
+    "karnopp": {"friction_law": "karnopp", "kinematics": "external", "slip_velocity": 0.1},
+    "published": {"damping_mode": "as_published", "rate_stiffness": "thermal", "proxy_source": "cutting_speed"},
+    "own angle": {"chip_flow_angle": "current_shear_angle", "relative_tolerance": 1e-3},
+    "cycle": {"averaging": "cycle"},
+}
+TINY = (5e-324, 1e-310, 1e-250, 1e-160, 1e-100, 1e-30, 1e-11)
+# What a run may answer beside "done". Too many steps: of the 2000 that a run has here; the others name what does not go together.
+WORDS = ("internal steps", "must lie above ambient_temperature", "looks back further")
+
+
+def near_the_bounds(v: Variable) -> Iterator[float]:
+    values = [v.min, v.max, math.nextafter(v.min, math.inf), math.nextafter(v.max, -math.inf), 0.0, *TINY, *(-x for x in TINY)]
+    yield from (x for x in dict.fromkeys(values) if v.min <= x <= v.max)
+
+
+def followed(base: dict[int, float], changed: dict[int, float]) -> tuple[str, np.ndarray]:
+    """Six samples of 10 us: how it ended, and what every sample showed."""
+    contact, times, found = ffi.new("struct Contact *"), np.arange(7) * 1e-5, np.full((7, len(SHOWN)), 0.0)
+    library.kernel_reset(contact)
+    for index, value in {**base, **changed}.items():
+        assert library.kernel_set(contact, index, 0, value) == library.KERNEL_OK
+    status = library.kernel_start(contact, 0.0)
+    if status == library.KERNEL_OK:
+        record, answer = ffi.new("struct Record *"), ffi.new("struct Yield *")
+        wanted, none = ffi.new("int[]", [v.index for v in SHOWN]), ffi.new("int[]", 1)
+        record.count, record.times, record.input_index, record.most_steps = 7, ffi.from_buffer("double[]", times), none, 2000
+        answer.output_count, answer.output_index, answer.rows = len(SHOWN), wanted, ffi.from_buffer("double[]", found)
+        status = library.kernel_follow(contact, record, answer, ffi.NULL)
+        found = found[: answer.rows_done]
+    return kernel.status_text(status), found
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_contact_computes_at_every_bound_and_next_to_zero(case: str) -> None:
+    base = {kernel.variable(name).index: number for name, number in kernel.check_values(CASES[case]).items()}
+    wrong, runs, done = [], 0, 0
+    for v in kernel.variables():
+        if v.causality not in ("parameter", "input") or v.type != "real":
+            continue
+        switch = {kernel.variable(OWNER[v.name]).index: 1.0} if v.name in OWNER else {}
+        for value in near_the_bounds(v):
+            text, found = followed(base, {**switch, v.index: value})
+            lost = [SHOWN[j].name for j in np.nonzero(~np.isfinite(found).all(axis=0))[0]]
+            runs, done = runs + 1, done + (text == "done")
+            if lost or not (text == "done" or any(words in text for words in WORDS)):
+                wrong.append(f"{v.name} = {value:g}: {text} {lost}")
+    assert wrong == []
+    assert runs > 800
+    assert done > 0.97 * runs
+
+
+@pytest.mark.parametrize("part", machine.names())
+def test_a_partner_computes_at_every_bound_and_next_to_zero(part: str) -> None:
+    wrong = []
+    for v in machine.variables(part):
+        for value in near_the_bounds(v) if v.causality in ("parameter", "input") and v.type == "real" else ():
+            one = machine.Machine(part, {v.name: value})
+            try:
+                one.start()
+                for _ in range(3):
+                    one.advance(1e-3)
+            except SimulationError as error:
+                if (part, v.name) != ("feed_drive", "motor_inertia"):  # an elastic screw needs a motor with inertia
+                    wrong.append(f"{v.name} = {value:g}: {error}")
+            else:
+                if not np.isfinite(one.values()).all():
+                    wrong.append(f"{v.name} = {value:g}")
+    assert wrong == []
+
+
+# ---- what is too small to mean anything is off ----
+
+
+@pytest.mark.parametrize(
+    ("name", "on", "tiny"),
+    [
+        ("release_time", (), 9e-13),
+        ("averaging_window", (), 9e-10),
+        ("amplitude_x", (), 9e-13),
+        ("proxy_lag.time_constant", ("proxy_lag", "thermal_softening"), 9e-13),
+        ("sensor_lowpass.time_constant", ("sensor_lowpass",), 9e-13),
+        ("dynamometer_resonance.natural_period", ("dynamometer_resonance",), 9e-13),
+        ("sensor_delay.time", ("sensor_delay",), 9e-13),
+    ],
+)
+def test_below_its_smallest_meaning_a_value_is_off(name: str, on: tuple[str, ...], tiny: float) -> None:
+    shown = []
+    for value in (0.0, 5e-324, tiny, 1e7 * tiny):
+        contact = kernel.Contact({name: value}, on)
+        contact.start()
+        for _ in range(4):
+            contact.advance(1.3e-5)
+        kept = [i for i, v in enumerate(kernel.variables()) if v.name != name]
+        shown.append(contact.values()[kept])
+        assert contact.get(name) == value  # what was set is what is shown
+    np.testing.assert_array_equal(shown[1], shown[0])
+    np.testing.assert_array_equal(shown[2], shown[0])
+    assert not np.array_equal(shown[3], shown[0])
+
+
+# ---- steps ----
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_shortest_steps_move_the_time_and_tell_no_nonsense(case: str) -> None:
+    contact = kernel.Contact(CASES[case], ("sensor_lowpass", "sensor_delay", "proxy_lag", "amplitude_loss"))
+    contact.start()
+    for step in (5e-324, 1e-320, 1e-308, 1e-200, 1e-100, 1e-31, 1e-29, 1e-20, 1e-15):
+        before = contact.time
+        contact.advance(step)
+        assert contact.time == before + step
+        assert np.isfinite(contact.values()).all(), step
+    contact.advance(1e-5)
+    assert np.isfinite(contact.values()).all()
+
+
+@pytest.mark.parametrize("step", [1.0001e9, 1e300, math.inf, math.nan, 0.0, -1e-9])
+def test_a_step_that_is_none_is_refused(step: float) -> None:
+    contact = kernel.Contact({"kinematics": "external", "slip_velocity": 0.1})
+    contact.start()
+    with pytest.raises(SimulationError, match="above 0 and up to 1e9 s"):
+        contact.advance(step)
+    partner = machine.Machine("spindle")
+    partner.start()
+    with pytest.raises(SimulationError, match="above 0 and up to 1e9 s"):
+        partner.advance(step)
+    contact.advance(1e9)
+    assert np.isfinite(contact.values()).all()
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_fmu_takes_a_subnormal_step_from_time_0(version: int, request: pytest.FixtureRequest, tmp_path) -> None:
+    one = Instance(Door(request.getfixturevalue(f"fmi{version}_fmu"), tmp_path))
+    one.start({"sensor_lowpass": 1})
+    time = 0.0
+    for size in (1e-320, 1e-300, 1e-40, 1e-6):
+        assert one.step(time, size) == OK
+        time += size
+        assert one.get("time") == [time]
+        assert all(map(math.isfinite, one.get("friction_force", "bristle_rate", "measured_friction_force", "mean_friction_force")))
+    assert one.step(time, 1e-23) == ERROR  # a host whose clock stands still would call for ever
+    assert "too small" in one.said()
+    one.free()

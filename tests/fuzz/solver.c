@@ -1,0 +1,214 @@
+/* What does the fuzz ask as a solver of model exchange would? Times, states, rates, derivatives; and what no instance
+ * has. */
+#include "acts.h"
+
+#include <math.h>
+
+void completed(struct One *one)
+{
+    int status;
+    if (one->version == 2) {
+        fmi2Boolean event, terminates;
+        status = CALL(one, "fmi2CompletedIntegratorStep", INTEGRATING, MAY_FAIL,
+                      fmi2CompletedIntegratorStep(one->c, 1, &event, &terminates));
+    } else {
+        fmi3Boolean event, terminates;
+        status = CALL(one, "fmi3CompletedIntegratorStep", INTEGRATING, MAY_FAIL,
+                      fmi3CompletedIntegratorStep(one->c, true, &event, &terminates));
+    }
+    (void)status;
+}
+
+static unsigned solving(const struct One *one)
+{
+    return one->version == 2 ? SHOWING & ~(unsigned)(STEPPING | STEP_FAILED)
+                             : INITIALIZING | EVENT | INTEGRATING | TERMINATED | FAILED;
+}
+
+/* FMI 3 refuses what belongs to the other interface. */
+static enum Verdict for_solvers(const struct One *one)
+{
+    return one->version == 3 && one->interface == CO_SIMULATION ? MUST_FAIL : MAY_FAIL;
+}
+
+void look_as_solver(struct One *one)
+{
+    double x[STATES + 1];
+    const int odd = chance(0.02);
+    const size_t count = (size_t)states + (odd ? 1 : 0), signs = INDICATORS + (odd ? 1 : 0);
+    const enum Verdict verdict = odd ? MUST_FAIL : for_solvers(one);
+    int status;
+    switch (below(4)) {
+    case 0:
+        status =
+            CALL(one, NAME("GetDerivatives", "GetContinuousStateDerivatives"), solving(one), verdict,
+                 EITHER(fmi2GetDerivatives(one->c, x, count), fmi3GetContinuousStateDerivatives(one->c, x, count)));
+        judge(one, status, "rate", x, odd ? 0 : count);
+        break;
+    case 1:
+        status = CALL(one, NAME("GetEventIndicators", "GetEventIndicators"), solving(one), verdict,
+                      EITHER(fmi2GetEventIndicators(one->c, x, signs), fmi3GetEventIndicators(one->c, x, signs)));
+        judge(one, status, "indicator", x, odd ? 0 : signs);
+        break;
+    case 2:
+        status = CALL(one, NAME("GetContinuousStates", "GetContinuousStates"), solving(one), verdict,
+                      EITHER(fmi2GetContinuousStates(one->c, x, count), fmi3GetContinuousStates(one->c, x, count)));
+        judge(one, status, "state", x, odd ? 0 : count);
+        break;
+    default:
+        status = CALL(one, NAME("GetNominalsOfContinuousStates", "GetNominalsOfContinuousStates"),
+                      one->version == 2 ? ANY_MODE & ~(unsigned)(STEPPING | STEP_FAILED) : solving(one) | INSTANTIATED,
+                      verdict,
+                      EITHER(fmi2GetNominalsOfContinuousStates(one->c, x, count),
+                             fmi3GetNominalsOfContinuousStates(one->c, x, count)));
+        judge(one, status, "nominal", x, odd ? 0 : count);
+    }
+}
+
+void set_time_of(struct One *one, double time)
+{
+    CALL(one, NAME("SetTime", "SetTime"), one->version == 2 ? EVENT | INTEGRATING : INTEGRATING,
+         isfinite(time) ? MUST_PASS : MUST_FAIL, EITHER(fmi2SetTime(one->c, time), fmi3SetTime(one->c, time)));
+}
+
+static void set_states_of(struct One *one, const double *x)
+{
+    int all = 1;
+    for (int i = 0; i < states; ++i)
+        all &= isfinite(x[i]) != 0;
+    CALL(
+        one, NAME("SetContinuousStates", "SetContinuousStates"), INTEGRATING, all ? MUST_PASS : MUST_FAIL,
+        EITHER(fmi2SetContinuousStates(one->c, x, (size_t)states), fmi3SetContinuousStates(one->c, x, (size_t)states)));
+}
+
+void set_strange_states(struct One *one)
+{
+    double x[STATES];
+    for (int i = 0; i < states; ++i) {
+        const double nominal = kernel_variable(kernel_state(i))->nominal;
+        x[i] = (nominal > 0 ? nominal : 1) * between(-2, 2);
+    }
+    if (states && chance(0.3))
+        x[below(states)] = strange();
+    set_states_of(one, x);
+}
+
+double span_of_step(void)
+{
+    if (chance(0.02))
+        return strange();
+    return chance(0.02) ? spread(1e-30, 1e-9) : spread(1e-9, 2e-4);
+}
+
+/* Euler's rule, as a solver would. */
+void integrate(struct One *one)
+{
+    double x[STATES], rate[STATES];
+    const double time = time_of(one), h = span_of_step();
+    if (one->mode != INTEGRATING || one->interface != MODEL_EXCHANGE || isnan(time)) {
+        look_as_solver(one);
+        return;
+    }
+    int status = CALL(
+        one, NAME("GetContinuousStates", "GetContinuousStates"), INTEGRATING, MUST_PASS,
+        EITHER(fmi2GetContinuousStates(one->c, x, (size_t)states), fmi3GetContinuousStates(one->c, x, (size_t)states)));
+    judge(one, status, "state", x, (size_t)states);
+    if (status > WARNING)
+        return;
+    status = CALL(one, NAME("GetDerivatives", "GetContinuousStateDerivatives"), INTEGRATING, MAY_FAIL,
+                  EITHER(fmi2GetDerivatives(one->c, rate, (size_t)states),
+                         fmi3GetContinuousStateDerivatives(one->c, rate, (size_t)states)));
+    judge(one, status, "rate", rate, (size_t)states);
+    if (status > WARNING)
+        return;
+    set_time_of(one, time + h);
+    for (int i = 0; i < states; ++i)
+        x[i] += h * rate[i];
+    if (one->mode == INTEGRATING)
+        set_states_of(one, x);
+    if (one->mode == INTEGRATING)
+        completed(one);
+}
+
+void differentiate(struct One *one)
+{
+    unsigned unknown[3], known[3];
+    double seed[3], result[3] = {0, 0, 0};
+    const size_t unknowns = (size_t)below(4), knowns = (size_t)below(4);
+    const int adjoint = one->version == 3 && chance(0.5);
+    for (int i = 0; i < 3; ++i) {
+        do
+            unknown[i] = (unsigned)below(variables);
+        while (chance(0.99) &&
+               (sort_of((int)unknown[i]) != REALS || (kernel_variable((int)unknown[i])->causality != OUTPUT &&
+                                                      kernel_variable((int)unknown[i])->causality != LOCAL)));
+        do
+            known[i] = (unsigned)below(variables);
+        while (chance(0.99) && !is_start[known[i]] && kernel_variable((int)known[i])->causality != INPUT);
+        seed[i] = chance(0.9) ? between(-1, 1) : strange();
+    }
+    const size_t seeds = adjoint ? unknowns : knowns, results = adjoint ? knowns : unknowns;
+    int status;
+    if (one->version == 2)
+        status = CALL(one, "fmi2GetDirectionalDerivative", SHOWING, MAY_FAIL,
+                      fmi2GetDirectionalDerivative(one->c, unknown, unknowns, known, knowns, seed, result));
+    else if (adjoint)
+        status = CALL(one, "fmi3GetAdjointDerivative", SHOWING, MAY_FAIL,
+                      fmi3GetAdjointDerivative(one->c, unknown, unknowns, known, knowns, seed, seeds, result, results));
+    else
+        status =
+            CALL(one, "fmi3GetDirectionalDerivative", SHOWING, MAY_FAIL,
+                 fmi3GetDirectionalDerivative(one->c, unknown, unknowns, known, knowns, seed, seeds, result, results));
+    judge(one, status, "derivative", result, results);
+}
+
+void ask_what_is_not_there(struct One *one)
+{
+    const unsigned reference[1] = {(unsigned)below(variables)};
+    const size_t count = (size_t)below(2);
+    const enum Verdict verdict = count ? MUST_FAIL : MUST_PASS;
+    double number[1];
+    if (one->version == 2) {
+        fmi2String text[1] = {"x"};
+        const fmi2Integer order[1] = {1};
+        switch (below(3)) {
+        case 0: CALL(one, "fmi2GetString", READING, verdict, fmi2GetString(one->c, reference, count, text)); break;
+        case 1: CALL(one, "fmi2SetString", SETTING, verdict, fmi2SetString(one->c, reference, count, text)); break;
+        default:
+            CALL(one, "fmi2GetRealOutputDerivatives", STEPPING | STEP_FAILED | TERMINATED | FAILED, verdict,
+                 fmi2GetRealOutputDerivatives(one->c, reference, count, order, number));
+        }
+        return;
+    }
+    fmi3Float32 narrow[1] = {0};
+    fmi3String text[1] = {"x"};
+    fmi3Binary bytes[1];
+    fmi3Clock clocks[1] = {false};
+    const fmi3Int32 order[1] = {1};
+    size_t size[1];
+    switch (below(8)) {
+    case 0:
+        CALL(one, "fmi3GetFloat32", reading(one), verdict, fmi3GetFloat32(one->c, reference, count, narrow, count));
+        break;
+    case 1:
+        CALL(one, "fmi3SetFloat32", SETTING | ASKING, verdict, fmi3SetFloat32(one->c, reference, count, narrow, count));
+        break;
+    case 2:
+        CALL(one, "fmi3GetString", reading(one), verdict, fmi3GetString(one->c, reference, count, text, count));
+        break;
+    case 3:
+        CALL(one, "fmi3GetBinary", reading(one), verdict, fmi3GetBinary(one->c, reference, count, size, bytes, count));
+        break;
+    case 4: CALL(one, "fmi3SetClock", SETTING | ASKING, verdict, fmi3SetClock(one->c, reference, count, clocks)); break;
+    case 5:
+        CALL(one, "fmi3GetNumberOfVariableDependencies", ANY_MODE, MUST_FAIL,
+             fmi3GetNumberOfVariableDependencies(one->c, 0, size));
+        break;
+    case 6:
+        CALL(one, "fmi3ActivateModelPartition", ANY_MODE, MUST_FAIL, fmi3ActivateModelPartition(one->c, 0, 0));
+        break;
+    default:
+        CALL(one, "fmi3GetOutputDerivatives", STEPPING | STEP_FAILED | TERMINATED | FAILED | INTERMEDIATE | ASKING,
+             verdict, fmi3GetOutputDerivatives(one->c, reference, count, order, number, count));
+    }
+}
