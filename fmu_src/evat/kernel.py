@@ -228,7 +228,9 @@ class Contact:
 
     def _done(self, status: int, doing: str) -> None:
         if status != self._library.KERNEL_OK:
-            raise SimulationError(f"{doing} at t = {self.time:.9g} s: {status_text(status)}.")
+            text = self._ffi.new("char[512]")
+            self._library.kernel_explain(self._contact, status, text, 512)
+            raise SimulationError(f"{doing} at t = {self.time:.9g} s: {_text(text)}.")
 
     @property
     def time(self) -> float:
