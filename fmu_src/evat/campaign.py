@@ -25,6 +25,7 @@ from evat.gap.judge import MISTUNED, NO_GAP, UNKNOWN, features
 from evat.gap.parameters import Scales, amplitudes, shape_parameter, shapes
 from evat.model import Effect, EvatError, FloatArray
 from evat.prediction import Prediction
+from evat.writing import told, usable
 
 KINDS = (NO_GAP, MISTUNED, "single", "single", "single", "pair", UNKNOWN)
 RATIOS = (1.5, 4.0, 12.0)  # structural gap over noise
@@ -257,23 +258,21 @@ def run_case(number: int) -> str:
 
 def campaign(path: Path, count: int, workers: int, tell: Callable[[int], None] | None = None) -> Iterator[Case]:
     """Cases 0 to count - 1, those that the file does not have run and appended to it."""
-    lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
-    kept = {}
-    for line in lines:
+    text = path.read_text(encoding="utf-8") if path.is_file() else ""
+    kept, whole = dict[int, str](), text.endswith("\n") or not text
+    for line in text.splitlines():
         try:
             held = json.loads(line)
         except json.JSONDecodeError:
             continue  # cut off when a campaign was stopped
         kept[held["number"]] = line
     missing = [number for number in range(count) if number not in kept]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("a", encoding="utf-8") as file, ProcessPoolExecutor(workers) as pool:
-        if lines and not path.read_text(encoding="utf-8").endswith("\n"):
-            file.write("\n")
+    usable(path.parent)
+    with ProcessPoolExecutor(workers) as pool:
         for number, line in zip(missing, pool.map(run_case, missing), strict=True):
-            file.write(line + "\n")
-            file.flush()
-            kept[number] = line
+            with told(path, "the case"), path.open("a", encoding="utf-8") as file:
+                file.write(line + "\n" if whole else "\n" + line + "\n")
+            kept[number], whole = line, True
             if tell:
                 tell(len(kept))
     for number in range(count):

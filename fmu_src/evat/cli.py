@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import importlib.metadata
+import os
 import sys
+from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NoReturn
 
 import typer
 from rich.markup import escape
@@ -17,11 +19,12 @@ from evat.cli_diagnose import diagnose
 from evat.cli_effects import effects
 from evat.cli_experiment import experiment
 from evat.cli_identify import identify
-from evat.cli_shared import SpeedUnit, Values, err, lines_done, out, share_done, typed_values
+from evat.cli_shared import SpeedUnit, Values, err, lines_done, out, picture_beside, share_done, typed_values
 from evat.cli_system import system
 from evat.model import Effect, EvatError, Law, Variable
 from evat.record import Columns
 from evat.units import display
+from evat.writing import usable
 
 app = typer.Typer(
     name="evat",
@@ -124,6 +127,7 @@ def build(
     from evat.systems.declared import names
 
     targets = [host_target().fmi3_folder] if host_only else list(TARGETS)
+    usable(to)
     with lines_done(2 * len(fmu.parts()) * (2 + len(targets)) + 2 * len(names()) + 1) as progress:
         paths = [*fmu.build_all(to, targets, progress)]
         paths += [*write.write_all(to, to, progress), *write_full.write_all(to, to, progress)]
@@ -164,6 +168,7 @@ def simulate(
 
     values: dict[str, float | str] = {}
     effects: list[str] = []
+    beside = picture_beside(to)
     if parameters is not None:
         found = parameter_sets.load(parameters, speed_unit=speed_unit)
         values, effects = dict(found.values), list(found.effects)
@@ -186,7 +191,7 @@ def simulate(
             values.setdefault("kinematics", "external")
     trace = run_contact(values, effects, times=times, inputs=inputs, cycles=cycles, samples_per_cycle=samples)
     out.print(f"wrote {write_trace(trace, to)}")
-    picture = plot_trace(trace, to.with_suffix(".png"), ("principal_force", "feed_force", "friction_force", "slip_velocity_used"), to.stem)
+    picture = plot_trace(trace, beside, ("principal_force", "feed_force", "friction_force", "slip_velocity_used"), to.stem)
     out.print(f"wrote {picture}")
     summary = Table("mean over the last window", "value")
     for name in SHOWN:
@@ -217,7 +222,7 @@ def run(
 
     Example: evat run --record test.txt --time 'Time [s]' --position 'Position [mm]' --force 'Friction [uN]' --force-sign -1
     """
-    to.mkdir(parents=True, exist_ok=True)
+    usable(to)
     if record is None:
         _run_materials(family, speed_unit, to)
         return
@@ -276,9 +281,21 @@ def _version(version: Annotated[bool, typer.Option("--version", help="Show the v
 
 
 def main() -> None:
-    """The command `evat`: errors of ours as one line on stderr and exit status 2."""
+    """The command `evat`: errors of ours, and what the system refuses, as one line on stderr and exit status 2."""
     try:
         app()
     except EvatError as error:
-        err.print(f"[bold red]evat:[/] {escape(str(error))}", highlight=False)
-        sys.exit(2)
+        _refused(str(error))
+    except OSError as error:  # of what is read, or of standard output; what is written says more (evat.writing)
+        what = f"{error.filename}: " if error.filename is not None else ""
+        _refused(f"{what}{error.strerror or error}. It is the system that refuses; see to that file, disk or pipe, and try again.")
+
+
+def _refused(text: str) -> NoReturn:
+    with suppress(OSError):
+        err.print(f"[bold red]evat:[/] {escape(text)}", highlight=False, soft_wrap=True)
+    try:
+        sys.stdout.flush()
+    except OSError:  # it would be tried again, and complained of, at the very end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(2)

@@ -16,6 +16,7 @@ from evat.cli_shared import SpeedUnit, lines_done, out
 from evat.model import FloatArray, ParameterError
 from evat.motions import KINDS
 from evat.units import display, to_si
+from evat.writing import usable
 
 if TYPE_CHECKING:
     from evat.identify import Identification
@@ -49,12 +50,18 @@ def recovery(
     Example: evat experiment recovery regularised/copper --motion ramp --motion heated_presliding --fit
     """
     from evat import recovery as study
+    from evat.plot import check_picture
 
     found = [parameter_sets.load(name, speed_unit=speed_unit) for name in sets or study.study_sets()]
     if repeated := [name for name in dict.fromkeys(motion or ()) if (motion or []).count(name) > 1]:
         raise ParameterError(f"motion {repeated[0]!r} is named twice; name it once.")
     motions = tuple(motion or KINDS)
     tests: dict[str, Any] = {"noise": to_si(noise, "1", name="noise"), "repeats": repeats, "rate": to_si(rate, "Hz", name="rate")}
+    if csv is not None:
+        usable(csv.parent)
+    if plot is not None:
+        check_picture(plot)
+        usable(plot.parent)
     with lines_done(len(found) * len(motions)) as progress:
         forecasts = [study.recovery(one, motions, progress=progress, **tests) for one in found]
     for forecast in forecasts:

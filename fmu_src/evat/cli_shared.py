@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -13,6 +14,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from evat import kernel
 from evat.model import ParameterError
 from evat.units import to_si
+from evat.writing import OutputError, usable
 
 out, err = Console(), Console(stderr=True)
 
@@ -42,6 +44,15 @@ def lines_done(count: int) -> Iterator[Callable[[str], None]]:
     with _bar() as bar:
         task = bar.add_task("", total=count)
         yield lambda text: bar.update(task, description=text, advance=1)
+
+
+def picture_beside(table: Path) -> Path:
+    """Where the picture of a table goes; OutputError where one would replace the other, or nothing can be written there."""
+    picture = table.with_suffix(".png")
+    if picture == table:
+        raise OutputError(f"--out {table}: the picture is written beside the table under that name; name the table .csv or .parquet.")
+    usable(table.parent)
+    return picture
 
 
 def typed_values(texts: list[str] | None) -> dict[str, float | str]:

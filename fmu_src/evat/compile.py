@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING or __name__ == "evat.compile":
+if TYPE_CHECKING or __package__ == "evat":
     from .model import EvatError
 else:
     EvatError = Exception  # the package's build loads this file alone
@@ -223,7 +223,6 @@ def compile_library(
         command.append("-fPIC")
     if target.system == "linux" and link and not sanitize:
         command.append("-flto")  # across files a seventh of each step goes; the linkers for the other systems refuse it
-    output.parent.mkdir(parents=True, exist_ok=True)
     with _scratch_folder(output) as scratch:
         if shown := [f'#include "{header}"\n' for header in exports]:
             text = "#pragma GCC visibility push(default)\n" + "".join(shown) + "#pragma GCC visibility pop\n"
@@ -331,9 +330,21 @@ def _link_flags(target: Target, name: str) -> list[str]:
 
 @contextmanager
 def _scratch_folder(output: Path) -> Iterator[Path]:
-    """A folder on the same disk as `output`, gone afterwards."""
-    with tempfile.TemporaryDirectory(prefix=".compile-", dir=output.parent) as folder:
-        yield Path(folder)
+    """A folder on the same disk as `output`, gone afterwards; CompileError where the disk refuses anything."""
+    try:
+        if __package__ == "evat":
+            from .writing import scratch
+
+            with scratch(output.parent) as made:
+                yield made
+        else:  # in the package's own build
+            output.parent.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryDirectory(dir=output.parent) as folder:
+                yield Path(folder)
+    except OSError as error:
+        raise CompileError(
+            f"{output}: it cannot be compiled there: {error.strerror or error}. Free some space, or see to the folder."
+        ) from error
 
 
 def _call(command: list[str], folder: Path, output: Path) -> None:

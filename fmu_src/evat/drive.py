@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-import shutil
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
 from evat.model import EvatError, FloatArray, ParameterError, Run, SimulationError, Trace
+from evat.writing import temporary
 
 Progress = Callable[[float], None]
 
@@ -46,7 +46,7 @@ class Driver:
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
         self._path, self._values, self._tolerance, self._log = fmu, dict(values), relative_tolerance, list[str]()
         self._name = name
-        self._folder: Path | None = None
+        self._kept = ExitStack()  # its folder
         self._fmu: Any = None
 
     @property
@@ -65,7 +65,7 @@ class Driver:
         return self
 
     def _instantiate(self) -> None:
-        self._folder = Path(tempfile.mkdtemp(prefix="evat-"))
+        self._folder = self._kept.enter_context(temporary())
         try:
             fmpy.extract(str(self._path), str(self._folder))
             self._load()
@@ -94,8 +94,7 @@ class Driver:
     def __exit__(self, *_: object) -> None:
         if getattr(self._fmu, "component", None):
             self._fmu.freeInstance()
-        if self._folder is not None:
-            shutil.rmtree(self._folder, ignore_errors=True)
+        self._kept.close()
 
     def _call(self, doing: str, function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
         try:

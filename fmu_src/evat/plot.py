@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from evat import kernel
 from evat.model import FloatArray, Trace
 from evat.units import affine
+from evat.writing import OutputError, whole
 
 COLOURS = ("#b03a2e", "#1f618d", "#1e8449", "#7d3c98", "#b9770e", "#34495e")
 STYLE: Any = {
@@ -34,9 +35,19 @@ def new_figure(rows: int, columns: int, size: tuple[float, float], sharex: bool 
     return figure, figure.subplots(rows, columns, sharex=sharex, squeeze=False)
 
 
+def check_picture(path: Path) -> str:
+    """The format of a picture by its suffix; OutputError where that is none."""
+    form = path.suffix.removeprefix(".").lower()
+    if form not in FigureCanvasAgg.get_supported_filetypes():
+        raise OutputError(f"{path}: a picture of the kind {path.suffix!r} cannot be written; name it .png, .svg or .pdf.")
+    return form
+
+
 def save_figure(figure: Figure, path: Path) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=120, metadata={"Software": None} if path.suffix == ".png" else None)
+    """Write a picture whole, in the format of its suffix; OutputError where it cannot be written."""
+    form = check_picture(path)
+    with whole(path, "the picture") as made:
+        figure.savefig(made, format=form, dpi=120, metadata={"Software": None} if form == "png" else None)
     return path
 
 

@@ -6,7 +6,6 @@ pyssp-standard is not used for it: it parses with entities on, drops description
 from __future__ import annotations
 
 import importlib.util
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
@@ -18,6 +17,7 @@ from lxml import etree
 
 from .model import ParameterError, Variable
 from .units import BaseUnit, base_unit, convert
+from .writing import put
 
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -80,7 +80,12 @@ def read(path: Path, variables: Mapping[str, Variable]) -> Content:
 
 
 def write(path: Path, content: Content, variables: Mapping[str, Variable]) -> Path:
-    """Write `content`, in the order of the variables; the same content gives the same bytes."""
+    """Write `content`; the file appears whole or not at all."""
+    return put(path, serialised(content, variables))
+
+
+def serialised(content: Content, variables: Mapping[str, Variable]) -> bytes:
+    """`content` as XML, in the order of the variables; the same content gives the same bytes."""
     root = etree.Element(f"{{{SSV}}}ParameterSet", nsmap={"ssv": SSV, "ssc": SSC}, version="1.0", name=content.name)
     if content.title != content.name:
         root.set("description", content.title)
@@ -116,8 +121,7 @@ def write(path: Path, content: Content, variables: Mapping[str, Variable]) -> Pa
             about.set("highest_speed", repr(content.speed_range[1]))
         for note in content.notes:
             etree.SubElement(about, f"{{{ABOUT}}}note").text = note
-    _write_whole(path, etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8"))
-    return path
+    return bytes(etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8"))
 
 
 def _value(name: str, found: Any, units: Mapping[str, BaseUnit], variables: Mapping[str, Variable]) -> float:
@@ -158,14 +162,3 @@ def _speed_range(path: Path, about: Any) -> tuple[float, float] | None:
             f"{path.name}, line {about.sourceline}: lowest_speed and highest_speed [m/s] must be numbers, the second higher."
         )
     return low, high
-
-
-def _write_whole(path: Path, data: bytes) -> None:
-    """The file appears whole or not at all."""
-    scratch = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        scratch.write_bytes(data)
-        os.replace(scratch, path)
-    except OSError as error:
-        scratch.unlink(missing_ok=True)
-        raise ParameterError(f"{path}: the file cannot be written: {error.strerror}.") from error

@@ -19,6 +19,7 @@ import numpy as np
 from evat.gap.budget import squares, structural_share
 from evat.gap.compare import Comparison
 from evat.gap.fit import Fit
+from evat.writing import put
 
 NO_GAP, MISTUNED, UNKNOWN = "no_gap", "mistuned", "unknown"
 STORED = Path(__file__).with_name("calibration.json")
@@ -190,7 +191,7 @@ def _sigmoid(x: float) -> float:
 
 def store(constants: Constants, made: Mapping[str, Any], path: Path = STORED) -> None:
     """Keep constants with how they were found."""
-    path.write_text(json.dumps({"constants": asdict(constants), "made": dict(made)}, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    put(path, json.dumps({"constants": asdict(constants), "made": dict(made)}, indent=1, sort_keys=True) + "\n", "the calibration")
 
 
 def fitted(comparison: Comparison, on: tuple[str, ...]) -> Fit:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import multiprocessing
 import os
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..model import EvatError, FloatArray, ParameterError
+from ..writing import put, temporary
 from .couple import Values, run_file
 from .model import System, SystemStopped, port
 from .values import Value, from_set, merged, unit, value, variable
@@ -84,13 +84,10 @@ def _range(text: str, places: str, example: str) -> list[str]:
 
 def _point(archive: bytes, values: Values, wishes: Mapping[str, Any]) -> tuple[dict[str, float], str]:
     """One run, in whatever process: means of the last half."""
-    with tempfile.TemporaryDirectory(prefix="evat-sweep-") as folder:
-        path = Path(folder) / "system.ssp"
-        path.write_bytes(archive)
-        inside = Path(folder) / "system"
-        inside.mkdir()
+    with temporary() as folder:
+        path = put(folder / "system.ssp", archive)
         try:
-            trace, _ = run_file(path, inside, values, **wishes)
+            trace, _ = run_file(path, folder / "system", values, **wishes)
         except SystemStopped as stopped:
             return {}, str(stopped)
         except EvatError as error:
