@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import stat
+import subprocess
+import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from coupled import run
+from evat import unpack
+from evat.drive import Driver, FmuError
 from evat.model import ParameterError
 from evat.systems import write_full
 from evat.systems.couple import Coupled, Given, plan
@@ -102,6 +107,85 @@ def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
     refused(path, tmp_path, "it unpacks to more than")
 
 
+def packed_with(extra: Callable[[zipfile.ZipFile], None], base: Path, to: Path) -> bytes:
+    """An archive with more in it."""
+    to.write_bytes(base.read_bytes())
+    with zipfile.ZipFile(to, "a", zipfile.ZIP_DEFLATED) as packed:
+        extra(packed)
+    return to.read_bytes()
+
+
+def bomb(packed: zipfile.ZipFile) -> None:
+    """400 MiB that take 0.4."""
+    with packed.open("resources/zeros", "w") as entry:
+        for _ in range(400):
+            entry.write(b"\0" * 2**20)
+
+
+def test_a_bomb_in_an_fmu_in_the_archive_is_not_unpacked(remade: Callable[..., Path], fmus: dict[str, Path], tmp_path: Path) -> None:
+    inner = packed_with(bomb, fmus["evat_guideway-fmi2"], tmp_path / "inner.fmu")
+    assert len(inner) < 2**20
+    refused(
+        remade({"resources/EvatGuideway.fmu": inner}), tmp_path, r"component guideway, EvatGuideway.fmu: .* unpacks to 40\d MiB; .*bomb"
+    )
+    with pytest.raises(FmuError, match=r"inner.fmu: .* unpacks to 40\d MiB; .*bomb"):
+        Driver(tmp_path / "inner.fmu", {})
+
+
+def test_what_lies_in_one_another_counts_as_one(systems: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The limit of the whole is just above what the archive itself takes; an FMU in it takes more than the rest."""
+    with zipfile.ZipFile(systems["stick_slip"]) as packed:
+        monkeypatch.setattr(unpack, "MOST_BYTES", sum(entry.file_size for entry in packed.infolist()) + 100_000)
+    refused(systems["stick_slip"], tmp_path, "component .*: with it, archives that lie in one unpack to more than")
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+@pytest.mark.parametrize(("first", "second"), [("a.txt", "a.txt"), ("a.txt", "./a.txt"), ("a.txt", "a.txt/b.txt"), ("a/b.txt", "a")])
+def test_a_name_that_is_there_twice(remade: Callable[..., Path], fmus: dict[str, Path], tmp_path: Path, first: str, second: str) -> None:
+    """One reader would take the first, another the second: what was looked at is then not what runs."""
+
+    def twice(packed: zipfile.ZipFile) -> None:
+        packed.writestr(first, "one")
+        packed.writestr(second, "two")
+
+    path = tmp_path / "twice.ssp"
+    packed_with(twice, remade({}), path)
+    refused(path, tmp_path, "is there twice")
+    inner = packed_with(twice, fmus["evat_guideway-fmi2"], tmp_path / "inner.fmu")
+    with pytest.raises(SspError, match=r"component guideway, EvatGuideway.fmu: the entry .* is there twice"):
+        read(remade({"resources/EvatGuideway.fmu": inner}), tmp_path / "two")
+    with pytest.raises(FmuError, match="is there twice"):
+        Driver(tmp_path / "inner.fmu", {})
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows limits no file's size")
+@pytest.mark.parametrize("what", ["a system", "an FMU"])
+def test_a_temporary_disk_that_is_full_is_not_the_archives_fault(
+    systems: dict[str, Path], fmus: dict[str, Path], tmp_path: Path, what: str
+) -> None:
+    """The size of files is limited instead, to half of the largest one."""
+    path = systems["stick_slip"] if what == "a system" else fmus["evat_guideway-fmi2"]
+    with zipfile.ZipFile(path) as packed:
+        largest = max(entry.file_size for entry in packed.infolist())
+    code = f"""
+import resource
+from pathlib import Path
+from evat.drive import Driver
+from evat.systems.read import read
+resource.setrlimit(resource.RLIMIT_FSIZE, ({largest // 2},) * 2)
+path = Path({str(path)!r})
+read(path, Path({str(tmp_path / "unpacked")!r})) if {what == "a system"} else Driver(path, {{}}).__enter__()
+"""
+    (tmp_path / "small").mkdir()
+    here = {**os.environ, "TMPDIR": str(tmp_path / "small")}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=here, timeout=120, check=False)
+    assert "evat.writing.OutputError: " in done.stderr
+    assert "cannot be written: File too large" in done.stderr
+    assert "corrupt" not in done.stderr
+    assert ("TMPDIR" in done.stderr) == (what == "an FMU")
+    assert list((tmp_path / "small").iterdir()) == []
+
+
 def test_no_system_in_it(remade: Callable[..., Path], tmp_path: Path) -> None:
     refused(remade({SSD: None}), tmp_path, "there is no SystemStructure.ssd")
 
@@ -115,7 +199,9 @@ def test_a_missing_parameter_file(remade: Callable[..., Path], tmp_path: Path) -
 
 
 def test_an_fmu_that_is_none(remade: Callable[..., Path], tmp_path: Path) -> None:
-    refused(remade({"resources/EvatGuideway.fmu": b"nothing"}), tmp_path, "component guideway: EvatGuideway.fmu is no FMU that can be read")
+    refused(
+        remade({"resources/EvatGuideway.fmu": b"nothing"}), tmp_path, "component guideway, EvatGuideway.fmu: this archive cannot be read"
+    )
 
 
 def test_a_source_outside(remade: Callable[..., Path], tmp_path: Path) -> None:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import stat
-import zipfile
-import zlib
 from collections.abc import Mapping
 from functools import lru_cache
 from importlib import util
-from pathlib import Path, PurePosixPath, PureWindowsPath
+from pathlib import Path
 from typing import Any
 
 import fmpy
@@ -16,9 +13,9 @@ from lxml import etree
 
 from ..model import ParameterError
 from ..units import affine, base_unit
+from ..unpack import Allowance, ArchiveError, opened, unpack
 from .model import Bond, Component, Connector, Port, SspError, System, port
 
-MOST_FILES, MOST_BYTES = 4000, 2 << 30  # of an archive once unpacked
 _NS = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
     "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
@@ -34,37 +31,6 @@ def _schema(name: str) -> Any:
     if spec is None or not spec.submodule_search_locations:
         raise SspError("the SSP schemas come with the package fmpy, which is not installed here: pip install fmpy.")
     return etree.XMLSchema(file=str(Path(spec.submodule_search_locations[0]) / "ssp" / "schema" / f"{name}.xsd"))
-
-
-def unpack(archive: Path, folder: Path) -> None:
-    """Unpack a ZIP into `folder`; SspError before anything is written where a name would leave it, or it is no archive."""
-    try:
-        with zipfile.ZipFile(archive) as packed:
-            entries = packed.infolist()
-            for entry in entries:
-                _check_name(archive.name, entry)
-            if len(entries) > MOST_FILES or sum(entry.file_size for entry in entries) > MOST_BYTES:
-                raise SspError(f"{archive.name}: it unpacks to more than {MOST_FILES} files or {MOST_BYTES >> 30} GiB; it is not read.")
-            packed.extractall(folder)
-    except (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, ValueError) as error:
-        raise SspError(f"{archive.name}: this archive cannot be read, it is corrupt or no ZIP ({error}). Fetch it again.") from error
-
-
-def zip_of(path: Path, where: str) -> zipfile.ZipFile:
-    """An open archive; SspError where it is none."""
-    try:
-        return zipfile.ZipFile(path)
-    except (OSError, zipfile.BadZipFile) as error:
-        raise SspError(f"{where}: {path.name} is no FMU that can be read, it is corrupt or no ZIP ({error}).") from error
-
-
-def _check_name(where: str, entry: zipfile.ZipInfo) -> None:
-    name, kind = entry.filename, entry.external_attr >> 16
-    path = PurePosixPath(name)
-    if path.is_absolute() or ".." in path.parts or "\\" in name or PureWindowsPath(name).drive or "\0" in entry.orig_filename:
-        raise SspError(f"{where}: the entry {name!r} would be written outside of the archive's folder; the archive is refused.")
-    if stat.S_ISLNK(kind):
-        raise SspError(f"{where}: the entry {name!r} is a link; the archive is refused.")
 
 
 def _xml(path: Path, what: str) -> Any:
@@ -88,7 +54,15 @@ def read(path: Path, folder: Path) -> System:
     """The system in an .ssp, unpacked into the empty `folder`, with its connections checked against the FMUs."""
     if not path.is_file():
         raise SspError(f"{path}: there is no such file.")
-    unpack(path, folder)
+    try:
+        return _read(path, folder)
+    except ArchiveError as error:
+        raise SspError(str(error)) from error
+
+
+def _read(path: Path, folder: Path) -> System:
+    allowance = Allowance()
+    unpack(path, folder, allowance=allowance)
     what = f"{path.name}, SystemStructure.ssd"
     if not (folder / "SystemStructure.ssd").is_file():
         raise SspError(f"{path.name}: there is no SystemStructure.ssd in it; it is no system.")
@@ -109,7 +83,7 @@ def read(path: Path, folder: Path) -> System:
     for element in system.iterfind("ssd:Elements/ssd:Component", _NS):
         if element.get("name") in components:
             raise SspError(f"{what}, line {element.sourceline}: component {element.get('name')} is there twice.")
-        components[element.get("name")] = _component(element, folder, path.name)
+        components[element.get("name")] = _component(element, folder, path.name, allowance)
     if not components:
         raise SspError(f"{what}: there is no component in it.")
     connections = _connections(system, components, what)
@@ -131,16 +105,15 @@ def read(path: Path, folder: Path) -> System:
     )
 
 
-def _component(element: Any, folder: Path, archive: str) -> Component:
+def _component(element: Any, folder: Path, archive: str, allowance: Allowance) -> Component:
     name, where = element.get("name"), f"{archive}, component {element.get('name')}"
     if element.get("type") not in FMU_TYPES:
         raise SspError(f"{where}: it is of type {element.get('type')}; only FMUs are coupled.")
     source = _inside(folder, element.get("source"), where)
     if not source.is_file():
         raise SspError(f"{where}: the FMU {element.get('source')} is missing from the archive.")
-    with zip_of(source, where) as packed:
-        for entry in packed.infolist():
-            _check_name(f"{where}, {source.name}", entry)
+    with opened(source, where, allowance):
+        pass
     try:
         description = fmpy.read_model_description(str(source), validate=False)
     except Exception as error:  # fmpy raises what its parsers raise
