@@ -175,12 +175,12 @@ def _from_toml(path: Path, name: str, material: str | None, speed_unit: str) -> 
     for key, entry in _table(path, "values", document.get("values", {})).items():
         values[key] = _entry_value(path, key, entry, speed_unit)
         sources[key] = str(entry.get("source", document.get("source", "guess")))
-    effects = tuple(document.get("effects", base.effects))
+    effects = _texts(path, "effects", document.get("effects", base.effects))
     for effect in effects:
         if effect not in {known.name for known in kernel.effects()}:
             raise ParameterError(f"{path.name}, key 'effects': there is no effect {effect!r}.")
     speed_range = _speed_range(path, document["speed_range"]) if "speed_range" in document else base.speed_range
-    title, notes = str(document.get("title", name)), tuple(document.get("notes", base.notes))
+    title, notes = str(document.get("title", name)), _texts(path, "notes", document.get("notes", base.notes))
     if material is not None:
         facts = _facts(values, speed_range, speed_unit) | {"material": materials()[material]}
         title, notes = title.format(**facts), tuple(note.format(**facts) for note in notes)
@@ -191,6 +191,12 @@ def _table(path: Path, key: str, found: Any) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise ParameterError(f"{path.name}, key {key!r}: {found!r}; a table is needed, with {', '.join(ENTRY_KEYS)}.")
     return found
+
+
+def _texts(path: Path, key: str, found: Any) -> tuple[str, ...]:
+    if not isinstance(found, (list, tuple)) or not all(isinstance(text, str) for text in found):
+        raise ParameterError(f"{path.name}, key {key!r}: {found!r}; a list of texts is needed, [] where there are none.")
+    return tuple(found)
 
 
 def _entry_value(path: Path, key: str, entry: Any, speed_unit: str) -> float:

@@ -5,17 +5,17 @@ pyssp-standard is not used for it: it parses with entities on, drops description
 
 from __future__ import annotations
 
-import importlib.util
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from lxml import etree
 
 from .model import ParameterError, Variable
+from .read_xml import XmlError, check_valid, number, read_xml
 from .units import BaseUnit, base_unit, convert
 from .writing import put
 
@@ -38,29 +38,12 @@ class Content:
     speed_range: tuple[float, float] | None = None
 
 
-@lru_cache(maxsize=1)
-def schema() -> Any:
-    """The SSP 1.0 schema, which the package fmpy brings."""
-    spec = importlib.util.find_spec("fmpy")
-    if spec is None or not spec.submodule_search_locations:
-        raise ParameterError("the SSP schema comes with the package fmpy, which is not installed here: pip install fmpy.")
-    return etree.XMLSchema(file=str(Path(spec.submodule_search_locations[0]) / "ssp" / "schema" / "SystemStructureParameterValues.xsd"))
-
-
 def read(path: Path, variables: Mapping[str, Variable]) -> Content:
     """The content of a file; ParameterError with file and line where it is not one that these variables allow."""
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, remove_comments=True)
-    try:
-        tree = etree.parse(str(path), parser)
-    except (OSError, etree.XMLSyntaxError) as error:
-        raise ParameterError(f"{path.name}: this is no readable XML file: {error}.") from error
-    if tree.docinfo.internalDTD is not None:
-        raise ParameterError(f"{path.name}: it has a document type declaration, which an .ssv file needs not; remove it.")
-    if not schema().validate(tree):
-        wrong = schema().error_log[0]
-        raise ParameterError(f"{path.name}, line {wrong.line}: not valid by the schema of SSP 1.0: {wrong.message}")
+    tree = read_xml(path, path.name)
+    check_valid(tree, "SystemStructureParameterValues", path.name)
     root = tree.getroot()
-    units = {unit.get("name"): _unit_in_file(unit[0]) for unit in root.iterfind("ssv:Units/ssc:Unit", _NAMES)}
+    units = {unit.get("name"): _unit_in_file(unit[0], path.name) for unit in root.iterfind("ssv:Units/ssc:Unit", _NAMES)}
     values: dict[str, float] = {}
     sources: dict[str, str] = {}
     for parameter in root.iterfind("ssv:Parameters/ssv:Parameter", _NAMES):
@@ -136,27 +119,27 @@ def _value(name: str, found: Any, units: Mapping[str, BaseUnit], variables: Mapp
         return variable.check(text)
     if kind == "Boolean":
         return variable.check(text.strip() in ("true", "1"))
-    number, unit = Decimal(text.strip()), found.get("unit")
-    if unit is None or not number.is_finite():
-        return variable.check(float(number))
+    unit = found.get("unit")
+    if unit is None or not math.isfinite(float(text)):
+        return variable.check(float(text))
     wanted, source = base_unit(variable.unit), units[unit] if unit in units else base_unit(unit)
     if source.exponents != wanted.exponents:
         raise ParameterError(f"{name} = {text} {unit}: {unit} does not measure what {variable.unit} measures.")
-    return variable.check(convert(number, source, wanted))
+    return variable.check(convert(Decimal(text.strip()), source, wanted))
 
 
-def _unit_in_file(base: Any) -> BaseUnit:
+def _unit_in_file(base: Any, what: str) -> BaseUnit:
     exponents = {key: int(power) for key, power in base.attrib.items() if key not in ("factor", "offset") and int(power) != 0}
-    return BaseUnit(exponents, Decimal(base.get("factor", "1")), Decimal(base.get("offset", "0")))
+    if number(base, "factor", what, 1.0) == 0:
+        raise XmlError(f"{what}, line {base.sourceline}: factor = 0; a unit is some number of SI units.")
+    number(base, "offset", what, 0.0)
+    return BaseUnit(exponents, Decimal(base.get("factor", "1").strip()), Decimal(base.get("offset", "0").strip()))
 
 
 def _speed_range(path: Path, about: Any) -> tuple[float, float] | None:
     if about.get("lowest_speed") is None and about.get("highest_speed") is None:
         return None
-    try:
-        low, high = float(about.get("lowest_speed", "")), float(about.get("highest_speed", ""))
-    except ValueError:
-        low, high = 0.0, 0.0
+    low, high = (number(about, key, path.name) for key in ("lowest_speed", "highest_speed"))
     if not 0 <= low < high:
         raise ParameterError(
             f"{path.name}, line {about.sourceline}: lowest_speed and highest_speed [m/s] must be numbers, the second higher."

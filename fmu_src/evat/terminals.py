@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fmpy import read_model_description
-from lxml import etree
 
 from evat.model import EvatError
+from evat.read_xml import read_xml
 from evat.unpack import member, opened
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
@@ -55,7 +55,7 @@ def terminals(fmu: Path) -> dict[str, Terminal]:
     with opened(fmu) as archive:
         if TERMINALS not in archive.namelist():
             return {}
-        root = etree.fromstring(member(archive, TERMINALS), etree.XMLParser(resolve_entities=False, no_network=True))
+        root = read_xml(member(archive, TERMINALS), f"{fmu.name}, {TERMINALS}").getroot()
     known = {v.name: v for v in read_model_description(str(fmu), validate=False).modelVariables}
     found = {}
     for element in root.findall("Terminals/Terminal"):

@@ -217,6 +217,46 @@ def test_entities_and_broken_xml(remade: Callable[..., Path], tmp_path: Path) ->
         read(remade({}, {"<ssd:Connections>": "<ssd:Connections><ssd:Wire/>"}), tmp_path / "three")
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        ('<evat:system step="0.001" every="1">', '<evat:system every="1">', r"line \d+: step is missing; a finite number"),
+        ('<evat:system step="0.001"', '<evat:system step="abc"', r"line \d+: step = 'abc'; a finite number"),
+        ('<evat:system step="0.001"', '<evat:system step="1e999"', r"line \d+: step = '1e999'; a finite number"),
+        ('every="1"', 'every="often"', r"line \d+: every = 'often'; a whole number from 1"),
+        ('every="1"', 'every="0"', r"line \d+: every = '0'; a whole number from 1"),
+        ('every="1"', 'every="1.5"', r"line \d+: every = '1.5'; a whole number from 1"),
+        ('every="1"', 'every="1e99"', r"line \d+: every = '1e99'; a whole number from 1"),
+        ('stopTime="20.0"', 'stopTime="INF"', r"line \d+: stopTime = 'INF'; a finite number"),
+        ('startTime="0.0"', 'startTime="-INF"', r"line \d+: startTime = '-INF'; a finite number"),
+        ('force="guideway.friction_force"', "", "'' is no COMPONENT.VARIABLE"),
+    ],
+)
+def test_numbers_that_are_none(remade: Callable[..., Path], tmp_path: Path, old: str, new: str, match: str) -> None:
+    refused(remade({}, {old: new}), tmp_path, match)
+
+
+def test_a_large_whole_number_is_one(remade: Callable[..., Path], tmp_path: Path) -> None:
+    assert read(remade({}, {'every="1"': 'every="1e9"'}), tmp_path / "in").every == 1_000_000_000
+
+
+@pytest.mark.parametrize(
+    ("parameter", "match"),
+    [
+        ('<ssv:Real value="1e999999999"/>', "value = '1e999999999'; a finite number"),
+        ('<ssv:Real value="NaN"/>', "value = 'NaN'; a finite number"),
+        ('<ssv:Binary mime-type="text/plain" value="DEADBEEF"/>', "given as Binary"),
+        ('<ssv:Real value="1"/></ssv:Parameter><ssv:Parameter name="table_mass"><ssv:Real value="2"/>', "table_mass is there twice"),
+    ],
+)
+def test_values_that_are_none(remade: Callable[..., Path], tmp_path: Path, parameter: str, match: str) -> None:
+    text = (
+        '<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" name="x">'
+        f'<ssv:Parameters><ssv:Parameter name="table_mass">{parameter}</ssv:Parameter></ssv:Parameters></ssv:ParameterSet>'
+    )
+    refused(remade({"resources/drive.ssv": text.encode()}), tmp_path, f"drive.ssv, line 1: .*{match}")
+
+
 def test_a_unit_that_does_not_match(remade: Callable[..., Path], tmp_path: Path) -> None:
     """What the connector says must be what the FMU says; and both ends of a connection must agree."""
     connector = '<ssd:Connector name="slip_velocity" kind="input">\n            <ssc:Real unit="m'

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
-from functools import lru_cache
-from importlib import util
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import fmpy
 from lxml import etree
 
 from ..model import ParameterError
+from ..read_xml import XmlError, check_valid, number, read_xml
 from ..units import affine, base_unit
 from ..unpack import Allowance, ArchiveError, opened, unpack
 from .model import Bond, Component, Connector, Port, SspError, System, port
@@ -25,38 +25,13 @@ _NS = {
 FMU_TYPES = (None, "application/x-fmu-sharedlibrary")
 
 
-@lru_cache
-def _schema(name: str) -> Any:
-    spec = util.find_spec("fmpy")
-    if spec is None or not spec.submodule_search_locations:
-        raise SspError("the SSP schemas come with the package fmpy, which is not installed here: pip install fmpy.")
-    return etree.XMLSchema(file=str(Path(spec.submodule_search_locations[0]) / "ssp" / "schema" / f"{name}.xsd"))
-
-
-def _xml(path: Path, what: str) -> Any:
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, remove_comments=True)
-    try:
-        tree = etree.parse(str(path), parser)
-    except (OSError, etree.XMLSyntaxError) as error:
-        raise SspError(f"{what}: this is no readable XML file: {error}.") from error
-    if tree.docinfo.internalDTD is not None:
-        raise SspError(f"{what}: it has a document type declaration, which SSP needs not; remove it.")
-    return tree
-
-
-def _valid(tree: Any, schema: str, what: str) -> None:
-    if not _schema(schema).validate(tree):
-        wrong = _schema(schema).error_log[0]
-        raise SspError(f"{what}, line {wrong.line}: not valid by the schema of SSP 1.0: {wrong.message}")
-
-
 def read(path: Path, folder: Path) -> System:
     """The system in an .ssp, unpacked into the empty `folder`, with its connections checked against the FMUs."""
     if not path.is_file():
         raise SspError(f"{path}: there is no such file.")
     try:
         return _read(path, folder)
-    except ArchiveError as error:
+    except (ArchiveError, XmlError) as error:
         raise SspError(str(error)) from error
 
 
@@ -66,14 +41,14 @@ def _read(path: Path, folder: Path) -> System:
     what = f"{path.name}, SystemStructure.ssd"
     if not (folder / "SystemStructure.ssd").is_file():
         raise SspError(f"{path.name}: there is no SystemStructure.ssd in it; it is no system.")
-    tree = _xml(folder / "SystemStructure.ssd", what)
+    tree = read_xml(folder / "SystemStructure.ssd", what)
     top = tree.getroot()
     if top.get("version", "1.0") not in ("1.0", "1.1"):
         raise SspError(
             f"{what}: it is of SSP {top.get('version')}; SSP 1.0 and 1.1 are read. Take its portable form: "
             "of NAME-full.ssp, which `evat build` writes, that is NAME.ssp beside it, the same system."
         )
-    _valid(tree, "SystemStructureDescription" + ("11" if top.get("version") == "1.1" else ""), what)
+    check_valid(tree, "SystemStructureDescription" + ("11" if top.get("version") == "1.1" else ""), what)
     system = top.find("ssd:System", _NS)
     if system.find("ssd:Elements/ssd:System", _NS) is not None:
         raise SspError(f"{what}: it holds a system within the system; only flat systems are read.")
@@ -89,8 +64,8 @@ def _read(path: Path, folder: Path) -> System:
     connections = _connections(system, components, what)
     experiment, about = top.find("ssd:DefaultExperiment", _NS), system.find("ssd:Annotations/ssc:Annotation/about:system", _NS)
     start, stop = (
-        float(experiment.get(key, default)) if experiment is not None else float(default)
-        for key, default in (("startTime", "0"), ("stopTime", "1"))
+        default if experiment is None else number(experiment, key, what, default)
+        for key, default in (("startTime", 0.0), ("stopTime", 1.0))
     )
     return System(
         top.get("name"),
@@ -100,8 +75,8 @@ def _read(path: Path, folder: Path) -> System:
         _bonds(about, connections, what),
         start,
         stop,
-        None if about is None else float(about.get("step")),
-        1 if about is None else int(about.get("every", "1")),
+        None if about is None else number(about, "step", what),
+        1 if about is None else int(number(about, "every", what, 1, whole=True)),
     )
 
 
@@ -109,9 +84,7 @@ def _component(element: Any, folder: Path, archive: str, allowance: Allowance) -
     name, where = element.get("name"), f"{archive}, component {element.get('name')}"
     if element.get("type") not in FMU_TYPES:
         raise SspError(f"{where}: it is of type {element.get('type')}; only FMUs are coupled.")
-    source = _inside(folder, element.get("source"), where)
-    if not source.is_file():
-        raise SspError(f"{where}: the FMU {element.get('source')} is missing from the archive.")
+    source = _inside(folder, element.get("source"), where, "the FMU")
     with opened(source, where, allowance):
         pass
     try:
@@ -130,10 +103,12 @@ def _component(element: Any, folder: Path, archive: str, allowance: Allowance) -
     return Component(name, source, connectors, values)
 
 
-def _inside(folder: Path, source: str, where: str) -> Path:
+def _inside(folder: Path, source: str, where: str, what: str) -> Path:
     path = (folder / source).resolve()
     if "://" in source or not path.is_relative_to(folder.resolve()):
         raise SspError(f"{where}: the source {source!r} lies outside of the archive; it is not read.")
+    if not os.path.isfile(path):
+        raise SspError(f"{where}: {what} {source[:200]} is missing from the archive.")
     return path
 
 
@@ -190,7 +165,9 @@ def _connections(system: Any, components: Mapping[str, Component], what: str) ->
 def _bonds(about: Any, connections: Mapping[Port, Port], what: str) -> tuple[Bond, ...]:
     if about is None:
         return ()
-    bonds = tuple(Bond(port(bond.get("force"), what), port(bond.get("velocity"), what)) for bond in about.iterfind("about:bond", _NS))
+    bonds = tuple(
+        Bond(port(bond.get("force", ""), what), port(bond.get("velocity", ""), what)) for bond in about.iterfind("about:bond", _NS)
+    )
     for bond in bonds:
         for at in (bond.force, bond.velocity):
             if at not in connections.values():
@@ -203,21 +180,25 @@ def _bound(binding: Any, folder: Path, where: str) -> dict[str, float | str | bo
         raise SspError(f"{where}: its parameter binding has a prefix or a mapping; only the FMU's own names are read.")
     if binding.get("source") is None:
         raise SspError(f"{where}: its parameter values stand in the .ssd; only .ssv files are read.")
-    path = _inside(folder, binding.get("source"), where)
-    if not path.is_file():
-        raise SspError(f"{where}: the parameter file {binding.get('source')} is missing from the archive.")
+    path = _inside(folder, binding.get("source"), where, "the parameter file")
     return values_of(path)
 
 
 def values_of(path: Path) -> dict[str, float | str | bool]:
     """What an .ssv file sets, by name. Numbers must be in the FMU's unit: SI."""
-    tree = _xml(path, path.name)
-    _valid(tree, "SystemStructureParameterValues", path.name)
+    tree = read_xml(path, path.name)
+    check_valid(tree, "SystemStructureParameterValues", path.name)
     values: dict[str, float | str | bool] = {}
     for parameter in tree.getroot().iterfind("ssv:Parameters/ssv:Parameter", _NS):
-        kind, text = etree.QName(parameter[0]).localname, parameter[0].get("value")
+        name, kind, where = parameter.get("name"), etree.QName(parameter[0]).localname, f"{path.name}, line {parameter.sourceline}"
+        if name in values:
+            raise XmlError(f"{where}: {name} is there twice; keep one.")
         if kind == "Boolean":
-            values[parameter.get("name")] = text.strip() in ("true", "1")
+            values[name] = parameter[0].get("value").strip() in ("true", "1")
+        elif kind in ("Enumeration", "String"):
+            values[name] = parameter[0].get("value")
+        elif kind in ("Real", "Integer"):
+            values[name] = number(parameter[0], "value", path.name)
         else:
-            values[parameter.get("name")] = text if kind in ("Enumeration", "String") else float(text)
+            raise XmlError(f"{where}: {name} is given as {kind}, which no variable here takes; numbers, choices and texts are read.")
     return values
