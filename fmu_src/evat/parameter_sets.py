@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from os import PathLike
@@ -14,12 +13,8 @@ from typing import Any
 from . import kernel, ssv
 from .model import ParameterError
 from .paper_tables import materials, table_1, table_1_source
+from .read_toml import TomlError, read_toml
 from .units import SPEED_UNITS, display, to_si
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 FOLDER = Path(__file__).resolve().parent / "parameters"
 KEYS = ("title", "source", "base", "effects", "notes", "speed_range", "values")
@@ -143,9 +138,9 @@ def _is_family(stem: str) -> bool:
 
 def _document(path: Path, allowed: tuple[str, ...]) -> dict[str, Any]:
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
-        raise ParameterError(f"{path.name}: this is no readable TOML file: {error}.") from error
+        document = read_toml(path)
+    except TomlError as error:
+        raise ParameterError(str(error)) from error
     for key in document:
         if key not in allowed:
             raise ParameterError(f"{path.name}, key {key!r}: not known; allowed are {', '.join(allowed)}.")
