@@ -79,8 +79,13 @@ class Journal:
                 break
             texts.append(text)
             whole += len(line)
-        if not texts or texts[0] != head:
-            found = json.loads(texts[0]) if texts else {}
+        if not texts:
+            raise JournalError(
+                f"{self.path}: the head of this journal, its first line, is damaged, or it is no journal; nobody knows which search it is "
+                "of. Start without resuming, which begins it anew."
+            )
+        if texts[0] != head:
+            found = json.loads(texts[0])
             asked = json.loads(head)
             other = sorted(key for key in {*found, *asked} if found.get(key) != asked.get(key))
             raise JournalError(
