@@ -15,7 +15,7 @@ import typer
 from rich.progress import track
 from rich.table import Table
 
-from evat.cli_shared import err, out
+from evat.console import err, out
 from evat.model import EvatError, ParameterError
 from evat.writing import put, usable
 

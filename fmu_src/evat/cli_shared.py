@@ -8,15 +8,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from evat import kernel
+from evat.console import err
 from evat.model import ParameterError
 from evat.units import to_si
 from evat.writing import OutputError, usable
-
-out, err = Console(), Console(stderr=True)
 
 Values = Annotated[
     list[str] | None,
@@ -26,7 +24,7 @@ SpeedUnit = Annotated[str, typer.Option(help="Unit in which the speeds of the pa
 
 
 def _bar() -> Progress:
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn())
     return Progress(*columns, console=err, transient=True)
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
-from rich.markup import escape
 from rich.table import Table
 
-from evat.cli_shared import err, out, picture_beside, share_done
+from evat.cli_shared import picture_beside, share_done
+from evat.console import err, out
 from evat.writing import temporary
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def run(
     out.print(f"wrote {write_trace(trace, to)}")
     out.print(f"wrote {plot_run(trace, beside, list(trace.columns), found.title)}")
     for line in power.advice(wanted.step, 2 if inputs == "linear" else 1):
-        out.print(escape(line), soft_wrap=True)
+        out.print(line, soft_wrap=True)
 
 
 @system.command()
@@ -154,7 +154,7 @@ def sweep(
         out.print(f"wrote {plot_sweep(axes, rows, units, picture, others)}")
     table = Table("run", "why it failed")
     for row in failed:
-        table.add_row(", ".join(each.texts[place] for each, place in zip(axes, row.place, strict=True)), escape(row.failure))
+        table.add_row(", ".join(each.texts[place] for each, place in zip(axes, row.place, strict=True)), row.failure)
     if failed:
         err.print(table)
         err.print(f"{len(failed)} of {len(rows) + len(others)} runs failed; the table holds the others.")

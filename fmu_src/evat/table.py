@@ -102,6 +102,8 @@ def read_table(path: Path) -> Table:
             table = pa.csv.read_csv(path, parse_options=pa.csv.ParseOptions(delimiter=delimiter_of(path)))
     except OSError as error:
         raise RecordError(f"{path}: {error.strerror or error}.") from error
+    except UnicodeEncodeError as error:
+        raise RecordError(f"{path.name}: the file's name is no text (UTF-8); rename it.") from error
     except pa.ArrowException as error:
         raise RecordError(f"{path.name}: this is no table of numbers ({error}).") from error
     try:

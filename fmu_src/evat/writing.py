@@ -92,7 +92,7 @@ def whole(path: Path, what: str = "it") -> Iterator[Path]:
     path, real = Path(path), os.path.realpath(path)
     special = os.path.exists(real) and not os.path.isfile(real) and not os.path.isdir(real)
     with told(path, what), temporary() if special else scratch(path.parent) as folder:
-        made = folder / path.name
+        made = folder / "made"  # whatever the name is: not every library takes one that is no text
         yield made
         if special:
             with made.open("rb") as source, path.open("wb") as target:
