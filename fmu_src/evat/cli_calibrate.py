@@ -70,16 +70,24 @@ def benchmark(
     if not folders:
         raise ParameterError(f"{cases}: there is no experiment in it; a folder of folders with experiment.toml is needed.")
     usable(to)
-    missing = [folder for folder in folders if not (to / folder.name / "diagnosis.json").is_file()]
+    missing = [folder for folder in folders if _verdict(to / folder.name / "diagnosis.json") is None]
     with ProcessPoolExecutor(workers) as pool:
         answers = pool.map(_diagnosed, missing)
         for folder, text in track(zip(missing, answers, strict=True), description="cases", total=len(missing), console=err, transient=True):
             put(to / folder.name / "diagnosis.json", text)
     verdicts: dict[str, int] = {}
     for folder in folders:
-        verdict = json.loads((to / folder.name / "diagnosis.json").read_text(encoding="utf-8"))["verdict"]
-        verdicts[verdict] = verdicts.get(verdict, 0) + 1
+        verdict = _verdict(to / folder.name / "diagnosis.json")
+        verdicts[str(verdict)] = verdicts.get(str(verdict), 0) + 1
     out.print(", ".join(f"{count} {verdict}" for verdict, count in sorted(verdicts.items())), highlight=False)
+
+
+def _verdict(path: Path) -> str | None:
+    """Of an answer that is there; None where there is none, or it is damaged."""
+    try:
+        return str(json.loads(path.read_text(encoding="utf-8"))["verdict"])
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
 
 
 def _diagnosed(folder: Path) -> str:

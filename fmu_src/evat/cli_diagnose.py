@@ -85,22 +85,26 @@ def _known(effect: str, effects: list[str]) -> None:
 
 
 def _there(fmu: Path | None) -> None:
+    from evat.drive import Driver
     from evat.model import ParameterError
 
     if fmu is not None and not fmu.is_file():
         raise ParameterError(f"--fmu {fmu}: there is no such file; leave the option out to have one built, or see --no-fmu.")
+    if fmu is not None:
+        Driver(fmu, {})  # asked before minutes of work: it reads the description
 
 
 def _fmu(given: Path | None) -> tuple[Path | None, str]:
-    """The FMU, or why there is none: a machine without a compiler can diagnose, too."""
+    """The FMU, or why there is none: a machine without a compiler, or without a place to keep an FMU, can diagnose, too."""
     from evat.compile import CompileError
     from evat.gap_report import host_fmu
+    from evat.writing import OutputError
 
     if given is not None:
         return given, ""
     try:
         return host_fmu(), ""
-    except CompileError as error:
+    except (CompileError, OutputError) as error:
         return None, str(error)
 
 

@@ -16,7 +16,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Collection, Iterable, Iterator, Mapping
+import warnings
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -268,14 +269,39 @@ def build_machine_library(output_dir: Path, part: str) -> Path:
 
 def _build_if_changed(output: Path, part: str, header: str, defines: Mapping[str, str | int], processor: Processor) -> Path:
     root, target = source_root(), host_target()
-    sources, stamp = model_sources(root, part), output.with_name(f"{output.name}.sha256")
+    sources = model_sources(root, part)
     state = _fingerprint([*sources, *model_headers(root, part)], target)
-    if not (output.is_file() and stamp.is_file() and stamp.read_text(encoding="ascii") == state):
-        stamp.unlink(missing_ok=True)
+    if not is_whole(output, state):
+        seal_of(output).unlink(missing_ok=True)
         include = include_folders(root, part)[:1]
         compile_library(sources, output, target, include=include, exports=[header], defines=defines, processor=processor)
-        stamp.write_text(state, encoding="ascii")
+        seal(output, state)
     return output
+
+
+def seal_of(path: Path) -> Path:
+    """The file beside a file that is kept, which says what it was made from, and what its bytes were."""
+    return path.with_name(f"{path.name}.sha256")
+
+
+def seal(path: Path, made_from: str = "-") -> None:
+    """Write down that the file is as it was made."""
+    new = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        new.write_text(f"{made_from}\n{hashlib.sha256(path.read_bytes()).hexdigest()}\n", encoding="ascii")
+        os.replace(new, seal_of(path))
+    except OSError as error:
+        new.unlink(missing_ok=True)
+        raise CompileError(f"{seal_of(path)}: it cannot be written: {error.strerror}. Free some space, or see to the folder.") from error
+
+
+def is_whole(path: Path, made_from: str | None = None) -> bool:
+    """Whether a file that is kept is there as it was made, and where that is asked, from this."""
+    try:
+        kept_from, digest = seal_of(path).read_text(encoding="ascii").splitlines()
+        return made_from in (None, kept_from) and hashlib.sha256(path.read_bytes()).hexdigest() == digest
+    except (OSError, ValueError):
+        return False
 
 
 def build_libraries(output_dir: Path) -> list[Path]:
@@ -287,28 +313,35 @@ def build_libraries(output_dir: Path) -> list[Path]:
 def kernel_library_path(lanes: int = 1, instructions: Collection[str] = ()) -> Path:
     """The compiled kernel that came with this package: the best for a machine with these instructions."""
     fits = next(processor for processor in _processors(lanes) if processor.needs <= set(instructions))
-    return _compiled(_library_name(lanes, fits))
+    return _compiled(_library_name(lanes, fits), lambda folder: build_kernel_library(folder, lanes, fits))
 
 
 def machine_library_path(part: str) -> Path:
     """The compiled partner that came with this package."""
     if part not in machine_names(source_root()):
         raise CompileError(f"there is no partner {part!r}; allowed are {', '.join(machine_names(source_root()))}.")
-    return _compiled(_machine_library_name(part))
+    return _compiled(_machine_library_name(part), lambda folder: build_machine_library(folder, part))
 
 
 def _machine_library_name(part: str) -> str:
     return f"evat_{part}{host_target().extension}"
 
 
-def _compiled(name: str) -> Path:
+def _compiled(name: str, build: Callable[[Path], Path]) -> Path:
+    """A library of this package, whole: to load half of one ends the process. One that is damaged is compiled anew."""
     path = HERE / "_lib" / name
+    if is_whole(path):
+        return path
     if not path.is_file():
         raise CompileError(
             f"the compiled library is not there: {path}. In a checkout run `python -m evat.compile`; else install evat again, "
             "which compiles it."
         )
-    return path
+    warnings.warn(f"{path}: the compiled library is damaged, or nothing says that it is whole; it is compiled anew.", stacklevel=2)
+    try:
+        return build(path.parent)
+    except EvatError as error:
+        raise CompileError(f"{path}: the compiled library is damaged and cannot be compiled anew: {error} Install evat again.") from error
 
 
 def _zig() -> list[str]:
