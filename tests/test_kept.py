@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 from evat import compile as compile_c
 from evat import fmu, kernel
-from evat.compile import CompileError, is_whole, kernel_library_path, seal, seal_of, source_root
+from evat.compile import is_whole, kernel_library_path, seal, seal_of, source_root
 from evat.gap_report import fmu_run
+from evat.writing import OutputError
 
 PACKAGE = compile_c.HERE
 ASK = "from evat import kernel; kernel.Contact().start(); print(kernel.token())"
@@ -147,7 +148,7 @@ def test_a_seal_that_cannot_be_written_is_an_error_of_ours(tmp_path: Path, monke
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(compile_c.os, "replace", full)
-    with pytest.raises(CompileError, match=r"kept.sha256: it cannot be written: No space left on device"):
+    with pytest.raises(OutputError, match=r"kept.sha256: it cannot be written: No space left on device"):
         seal(tmp_path / "kept")
     assert not is_whole(tmp_path / "kept")
     assert [path.name for path in tmp_path.iterdir()] == ["kept"]

@@ -45,7 +45,7 @@ def identify(
     seed: Annotated[int, typer.Option(help="Of the search; the same seed gives the same result, whatever the number of threads.")] = 0,
     hold_out: Annotated[list[str] | None, typer.Option(help="A condition that is kept from the fit, to judge it; repeat it.")] = None,
     whiten: Annotated[bool, typer.Option(help="least_squares: take in how noise goes on from sample to sample.")] = True,
-    threads: Annotated[int | None, typer.Option(help="Threads; without it one per processor.")] = None,
+    threads: Annotated[int | None, typer.Option(help="Threads; without it one per processor.", min=1)] = None,
     dask: Annotated[str | None, typer.Option(help="Address of a dask scheduler on whose workers the search runs.")] = None,
     resume: Annotated[bool, typer.Option(help="Go on with the search that OUT holds, to the result it would have had.")] = False,
     to: Annotated[Path, typer.Option("--out", "-o", help="Folder for parameters (.ssv), JSON, report and the state of the search.")] = Path(

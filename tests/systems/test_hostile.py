@@ -20,6 +20,7 @@ from evat.systems import write_full
 from evat.systems.couple import Coupled, Given, plan
 from evat.systems.model import SspError, SystemStopped
 from evat.systems.read import read
+from evat.systems.sweep import axis
 from evat.systems.values import typed
 from evat.table import read_table
 from typer.testing import CliRunner
@@ -363,6 +364,11 @@ def test_typed_values_are_checked(systems: dict[str, Path], tmp_path: Path) -> N
         Coupled(system, {}, Given((("guideway", "slip_velocity"),), np.zeros(1), np.zeros((1, 1))))
     with pytest.raises(ParameterError, match="a step above 0"):
         plan(system, step=-1.0)
+    with pytest.raises(ParameterError, match=r"steps of 4.94066e-324 s from 0 to 20 s are more than 1e\+12"):
+        plan(system, step=5e-324)
+    for places in ("0:1:1000000000000", "0:inf:3", "nan:1:3"):
+        with pytest.raises(ParameterError, match="with a count from 1 to 100000"):
+            axis(system, f"path.speed={places}")
 
 
 def test_the_command_says_it_in_one_line(systems: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

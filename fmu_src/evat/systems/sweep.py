@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import multiprocessing
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -77,8 +78,8 @@ def _range(text: str, places: str, example: str) -> list[str]:
         first, last, count = float(parts[0]), float(parts[1]), int(parts[2])
     except (ValueError, IndexError):
         raise ParameterError(f"--over {text!r}: FIRST:LAST:COUNT in SI units is needed; {example}.") from None
-    if len(parts) != 3 or count < 1:
-        raise ParameterError(f"--over {text!r}: FIRST:LAST:COUNT with a count from 1 is needed; {example}.")
+    if len(parts) != 3 or not 1 <= count <= MOST_RUNS or not (math.isfinite(first) and math.isfinite(last)):
+        raise ParameterError(f"--over {text!r}: FIRST:LAST:COUNT with a count from 1 to {MOST_RUNS} is needed; {example}.")
     return [repr(float(number)) for number in np.linspace(first, last, count)]
 
 
