@@ -18,7 +18,8 @@ from report import Summary
 
 MODEL = ContactModel(threads=1)
 RIG: dict[str, float | str] = {
-    "kinematics": "external", "friction_law": "lugre", "F_C": 9.0, "F_S": 11.0, "sigma0": 1e5, "sigma1": 100.0, "sigma2": 100.0, "v_s": 0.01,
+    "kinematics": "external", "friction_law": "lugre", "F_C": 9.0, "F_S": 11.0, "sigma0": 1e5, "sigma1": 100.0, "sigma2": 100.0,
+    "v_s": 0.01,
     "proxy_source": "proxy_speed",  # the recorded one: by its own speed a film that thins is hardly told from less of it
 }  # fmt: skip
 ELLIPSE: dict[str, float | str] = {
