@@ -44,7 +44,7 @@ def _values(found: System, value: list[str] | None, sets: list[str] | None) -> d
         name, equals, which = text.partition("=")
         if not equals or name not in found.components:
             raise ParameterError(f"--set {text!r}: write COMPONENT=SET; components are {', '.join(found.components)}.")
-        of_sets = merged(of_sets, {name: from_set(which)})
+        of_sets = merged(of_sets, {name: from_set(found, name, which)})
     return merged(of_sets, typed(found, value or []))
 
 

@@ -43,7 +43,7 @@ def read(path: Path, variables: Mapping[str, Variable]) -> Content:
     tree = read_xml(path, path.name)
     check_valid(tree, "SystemStructureParameterValues", path.name)
     root = tree.getroot()
-    units = {unit.get("name"): _unit_in_file(unit[0], path.name) for unit in root.iterfind("ssv:Units/ssc:Unit", _NAMES)}
+    units = units_in_file(root, path.name)
     values: dict[str, float] = {}
     sources: dict[str, str] = {}
     for parameter in root.iterfind("ssv:Parameters/ssv:Parameter", _NAMES):
@@ -126,6 +126,11 @@ def _value(name: str, found: Any, units: Mapping[str, BaseUnit], variables: Mapp
     if source.exponents != wanted.exponents:
         raise ParameterError(f"{name} = {text} {unit}: {unit} does not measure what {variable.unit} measures.")
     return variable.check(convert(Decimal(text.strip()), source, wanted))
+
+
+def units_in_file(root: Any, what: str) -> dict[str, BaseUnit]:
+    """The units that an .ssv file itself defines, by name."""
+    return {unit.get("name"): _unit_in_file(unit[0], what) for unit in root.iterfind("ssv:Units/ssc:Unit", _NAMES)}
 
 
 def _unit_in_file(base: Any, what: str) -> BaseUnit:

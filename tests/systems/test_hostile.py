@@ -21,7 +21,7 @@ from evat.systems.couple import Coupled, Given, plan
 from evat.systems.model import SspError, SystemStopped
 from evat.systems.read import read
 from evat.systems.sweep import axis
-from evat.systems.values import typed
+from evat.systems.values import from_set, typed
 from evat.table import read_table
 from typer.testing import CliRunner
 
@@ -256,6 +256,38 @@ def test_values_that_are_none(remade: Callable[..., Path], tmp_path: Path, param
         f'<ssv:Parameters><ssv:Parameter name="table_mass">{parameter}</ssv:Parameter></ssv:Parameters></ssv:ParameterSet>'
     )
     refused(remade({"resources/drive.ssv": text.encode()}), tmp_path, f"drive.ssv, line 1: .*{match}")
+
+
+@pytest.mark.parametrize(
+    ("value", "units", "wanted"),
+    [
+        ('value="2" unit="kg"', "", 2.0),
+        ('value="2"', "", 2.0),
+        ('value="2" unit="t"', "", 2000.0),
+        ('value="2" unit="g"', "", 0.002),
+        ('value="2" unit="mine"', '<ssc:Unit name="mine"><ssc:BaseUnit kg="1" factor="50"/></ssc:Unit>', 100.0),
+        ('value="2" unit="m"', "", "table_mass = 2 m: the FMU has this in kg, and the one does not measure"),
+        ('value="2" unit="stones of old"', "", "table_mass = 2 stones of old: the FMU has this in kg"),
+    ],
+)
+def test_values_come_in_the_unit_of_the_fmu(
+    remade: Callable[..., Path], tmp_path: Path, value: str, units: str, wanted: float | str
+) -> None:
+    """2 g is not 2 kg."""
+    text = (
+        '<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" '
+        'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" version="1.0" name="x">'
+        f'<ssv:Parameters><ssv:Parameter name="table_mass"><ssv:Real {value}/></ssv:Parameter></ssv:Parameters>'
+        f"{units and f'<ssv:Units>{units}</ssv:Units>'}</ssv:ParameterSet>"
+    )
+    (tmp_path / "mine.ssv").write_text(text, encoding="utf-8")
+    path = remade({"resources/drive.ssv": text.encode()})
+    if isinstance(wanted, str):
+        refused(path, tmp_path, wanted)
+        return
+    system = read(path, tmp_path / "in")
+    assert system.components["drive"].values["table_mass"] == pytest.approx(wanted, rel=1e-15)
+    assert from_set(system, "drive", str(tmp_path / "mine.ssv"))["table_mass"] == pytest.approx(wanted, rel=1e-15)
 
 
 def test_a_unit_that_does_not_match(remade: Callable[..., Path], tmp_path: Path) -> None:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
 import fmpy
 from lxml import etree
 
+from .. import ssv
 from ..model import ParameterError
 from ..read_xml import XmlError, check_valid, number, read_xml
-from ..units import affine, base_unit
+from ..units import BaseUnit, affine, base_unit, convert
 from ..unpack import Allowance, ArchiveError, opened, unpack
 from .model import Bond, Component, Connector, Port, SspError, System, port
 
@@ -97,7 +99,7 @@ def _component(element: Any, folder: Path, archive: str, allowance: Allowance) -
         connectors[child.get("name")] = _connector(child, variables, where)
     values = {}
     for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", _NS):
-        values.update(_bound(binding, folder, where))
+        values.update(_bound(binding, folder, where, {name: _unit(variable) for name, variable in variables.items()}))
     if unknown := [key for key in values if key not in variables]:
         raise SspError(f"{where}: its parameter values name {unknown[0]!r}, which the FMU does not have.")
     return Component(name, source, connectors, values)
@@ -112,6 +114,11 @@ def _inside(folder: Path, source: str, where: str, what: str) -> Path:
     return path
 
 
+def _unit(variable: Any) -> str:
+    declared = variable.declaredType.unit if variable.declaredType is not None else None
+    return str(variable.unit or declared or "1")
+
+
 def _connector(element: Any, variables: Mapping[str, Any], where: str) -> Connector:
     name, kind = element.get("name"), element.get("kind")
     if name not in variables:
@@ -120,13 +127,21 @@ def _connector(element: Any, variables: Mapping[str, Any], where: str) -> Connec
         raise SspError(
             f"{where}: connector {name} is {kind}, the FMU's variable is {variables[name].causality}; both must be input or output."
         )
-    variable = variables[name]
-    declared = variable.declaredType.unit if variable.declaredType is not None else None
-    unit, real = variable.unit or declared or "1", element.find("ssc:Real", _NS)
+    unit, real = _unit(variables[name]), element.find("ssc:Real", _NS)
     shown = unit if real is None else real.get("unit", unit)
     if shown != unit and _factor(shown, unit) != (1.0, 0.0):
         raise SspError(f"{where}: connector {name} is in {shown}, the FMU's variable in {unit}; give both the same unit.")
     return Connector(name, kind, unit)
+
+
+def _in_unit(value: float, found: BaseUnit | str, wanted: str, what: str) -> float:
+    try:
+        source, target = base_unit(found) if isinstance(found, str) else found, base_unit(wanted)
+        if source.exponents == target.exponents:
+            return convert(Decimal(repr(value)), source, target)
+    except ParameterError:  # a unit of the author's own
+        pass
+    raise SspError(f"{what}: the FMU has this in {wanted}, and the one does not measure what the other does, or is no unit that is known.")
 
 
 def _factor(found: str, wanted: str) -> tuple[float, float] | None:
@@ -175,19 +190,20 @@ def _bonds(about: Any, connections: Mapping[Port, Port], what: str) -> tuple[Bon
     return bonds
 
 
-def _bound(binding: Any, folder: Path, where: str) -> dict[str, float | str | bool]:
+def _bound(binding: Any, folder: Path, where: str, units: Mapping[str, str]) -> dict[str, float | str | bool]:
     if binding.get("prefix") or binding.find("ssd:ParameterMapping", _NS) is not None:
         raise SspError(f"{where}: its parameter binding has a prefix or a mapping; only the FMU's own names are read.")
     if binding.get("source") is None:
         raise SspError(f"{where}: its parameter values stand in the .ssd; only .ssv files are read.")
     path = _inside(folder, binding.get("source"), where, "the parameter file")
-    return values_of(path)
+    return values_of(path, units)
 
 
-def values_of(path: Path) -> dict[str, float | str | bool]:
-    """What an .ssv file sets, by name. Numbers must be in the FMU's unit: SI."""
+def values_of(path: Path, units: Mapping[str, str]) -> dict[str, float | str | bool]:
+    """What an .ssv file sets, by name; numbers in the units that the FMU has for these names, as are those without a unit."""
     tree = read_xml(path, path.name)
     check_valid(tree, "SystemStructureParameterValues", path.name)
+    own = ssv.units_in_file(tree.getroot(), path.name)
     values: dict[str, float | str | bool] = {}
     for parameter in tree.getroot().iterfind("ssv:Parameters/ssv:Parameter", _NS):
         name, kind, where = parameter.get("name"), etree.QName(parameter[0]).localname, f"{path.name}, line {parameter.sourceline}"
@@ -198,7 +214,10 @@ def values_of(path: Path) -> dict[str, float | str | bool]:
         elif kind in ("Enumeration", "String"):
             values[name] = parameter[0].get("value")
         elif kind in ("Real", "Integer"):
-            values[name] = number(parameter[0], "value", path.name)
+            value, unit, wanted = number(parameter[0], "value", path.name), parameter[0].get("unit"), units.get(name)
+            if unit is not None and wanted is not None and unit != wanted:  # a name that the FMU does not have is told elsewhere
+                value = _in_unit(value, own.get(unit, unit), wanted, f"{where}: {name} = {value:g} {unit}")
+            values[name] = value
         else:
             raise XmlError(f"{where}: {name} is given as {kind}, which no variable here takes; numbers, choices and texts are read.")
     return values

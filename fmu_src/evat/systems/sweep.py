@@ -60,7 +60,7 @@ def axis(system: System, text: str) -> Axis:
         sets = tuple(name.strip() for name in places.split(","))
         if names.strip() not in system.components:
             raise ParameterError(f"--over {text!r}: there is no component {names.strip()!r}; {example}.")
-        return Axis(names.strip(), "1", sets, tuple({names.strip(): from_set(name)} for name in sets))
+        return Axis(names.strip(), "1", sets, tuple({names.strip(): from_set(system, names.strip(), name)} for name in sets))
     ports = [port(name.strip(), f"--over {text!r}") for name in names.split(",")]
     kinds = {variable(system, at).type for at in ports}
     wanted = [part.strip() for part in places.split(",")]
