@@ -166,7 +166,7 @@ def test_what_is_no_fmu_for_this_machine_is_refused(fmu: Path, tmp_path: Path, s
         changed(fmu, tmp_path / "a.fmu", leave_out="modelDescription.xml"): "no FMU that can be read",
         changed(fmu, tmp_path / "b.fmu", leave_out="binaries"): "cannot be instantiated here",
         changed(fmu, tmp_path / "c.fmu", old=kernel.token().encode(), new=b"{0}"): "cannot be instantiated here .*; it said: ",
-        changed(fmu, tmp_path / "d.fmu", extra="/etc/evat-was-here"): "cannot be instantiated here .*Illegal path",
+        changed(fmu, tmp_path / "d.fmu", extra="/etc/evat-was-here"): "no FMU that can be read.*outside of the archive's folder",
         changed(fmu, tmp_path / "e.fmu", old=b"CoSimulation", new=b"ScheduledExecution"): "FMU",
     }
     for path, what in cases.items():
@@ -178,7 +178,8 @@ def test_what_is_no_fmu_for_this_machine_is_refused(fmu: Path, tmp_path: Path, s
 
 def test_no_file_of_an_fmu_is_unpacked_outside_its_folder(fmu: Path, tmp_path: Path, scratch: Path) -> None:
     hostile = changed(fmu, tmp_path / "f.fmu", extra="../../evat-was-here")
-    drive(hostile, sliding(), SLIDING)  # the archive's reader drops the dots
+    with pytest.raises(FmuError, match="outside of the archive's folder"):
+        drive(hostile, sliding(), SLIDING)
     assert not list(tmp_path.rglob("evat-was-here"))
     assert list(scratch.iterdir()) == []
 
