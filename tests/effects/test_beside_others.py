@@ -82,3 +82,14 @@ def test_a_slope_of_an_input_lasts_over_averaged_steps_as_over_others() -> None:
         for end in (0.21, 0.22):
             contact.advance(1e-3)
             assert contact.get("cutting_speed") == pytest.approx(end, rel=1e-12)
+
+
+def test_the_rate_of_a_filter_is_of_the_mixture_too() -> None:
+    """What a host of model exchange is told: (mixture - state)/T."""
+    on, part = ["cross_talk", "sensor_lowpass"], {"cross_talk.principal_from_feed": 0.3, "cross_talk.feed_from_principal": -0.2}
+    contact = begun({**OUTSIDE, **VISCOUS, "rake_angle": 0.2, "sigma2": 20.0, "slip_velocity": 1.0, **FILTER, **part}, on)
+    contact.advance(5e-5)
+    forces = np.array([[1, 0, 0], [0, 1, 0.3], [0, -0.2, 1]]) @ read(contact, *FORCES)
+    states = read(contact, *(f"sensor_lowpass.{name}" for name in FORCES))
+    rates = read(contact, *(f"sensor_lowpass.{name}_rate" for name in FORCES))
+    assert rates == pytest.approx((forces - states) / FILTER["sensor_lowpass.time_constant"], rel=1e-12)

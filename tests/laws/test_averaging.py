@@ -289,3 +289,17 @@ def test_wear_counts_the_way_of_the_cycles_that_are_not_run(release: float) -> N
         errors.append(np.abs(np.diff(found[:, :3], axis=0) / np.diff(times)[:, None] - exact).max())
     orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert orders == pytest.approx([2, 2], abs=0.25)
+
+
+@pytest.mark.parametrize("averaging", ["resolved", "cycle"])
+def test_what_was_summed_up_before_the_start_is_not_of_the_first_window(averaging: str) -> None:
+    found = []
+    for before in (0.0, 3.0):
+        contact = Contact({"averaging": averaging, "averaging_window": 2 * PERIOD})
+        contact.set("principal_impulse", before)
+        contact.start()
+        contact.advance(2 * PERIOD)
+        assert contact.get("principal_impulse") == pytest.approx(before, abs=0.1)
+        found.append(contact.get("mean_principal_force"))
+    assert found[1] == pytest.approx(found[0], rel=1e-6)
+    assert found[0] > 1

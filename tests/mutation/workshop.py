@@ -57,7 +57,7 @@ PARTS = {
         ("tests/laws", "tests/effects", "tests/doors/test_reference.py", "tests/doors/test_lanes.py", "tests/test_batch.py"),
         2.0,
     ),
-    "machines": Part(("machines/*.c", "machines/parts/*.c"), ("tests/systems/test_machines.py", "tests/systems/test_coupling.py"), 9.0),
+    "machines": Part(("machines/*.c", "machines/parts/*.c"), ("tests/systems/test_machines.py",), 9.0),
     "shells": Part(("fmi/*.c",), ("tests/doors",), 5.0),
     "python": Part(("evat/identify/*.py", "evat/gap/*.py"), ("tests/identify", "tests/gap"), 6.0),
 }
