@@ -5,7 +5,6 @@ A mistake is told by the line as it was and as it becomes, so that what is said 
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -56,6 +55,7 @@ NAMES = {
     "ceil": "floor",
     "continue": "break",
 }
+TYPE = re.compile(r"double|int|char|void|lanes|const|\w+_t|[A-Z][a-z]\w*")  # a star behind it is no product
 STATEMENT = re.compile(
     r"^(?:EACH_LANE )?(?!(?:const|static|return|enum|struct|double|int|lanes|uint64_t|case|break|continue|else|goto)\b)\w[^{}]*;$"
 )
@@ -96,7 +96,7 @@ def _changes(line: str) -> Iterator[tuple[int, int, str]]:
         kind, text = token.lastgroup, token.group()
         if kind == "space":
             continue
-        term = bool(re.fullmatch(r"[\w.]+|\)|\]", before)) and before not in {"return", "case"}
+        term = bool(re.fullmatch(r"[\w.]+|\)|\]", before)) and before not in {"return", "case"} and not TYPE.fullmatch(before)
         if kind == "sign" and term:
             for instead in BETWEEN.get(text, ()):
                 yield token.start(), token.end(), instead
@@ -125,22 +125,37 @@ def in_c(file: Path, root: Path) -> list[Mistake]:
     return found
 
 
-def in_python(file: Path, root: Path) -> list[Mistake]:
-    """All mistakes of a Python file that cosmic-ray knows, but in annotations."""
-    from cosmic_ray.mutating import mutate_code
+def _difference(ours: list[str], theirs: list[str]) -> tuple[int, str, str]:
+    """Where two texts part, from 0, and what each has there until they meet again."""
+    begin = next(n for n, pair in enumerate(zip(ours, theirs, strict=False)) if pair[0] != pair[1])
+    after = next(n for n, pair in enumerate(zip(ours[begin:][::-1], theirs[begin:][::-1], strict=False)) if pair[0] != pair[1])
+    was, becomes = ("\n".join(lines[begin : len(lines) - after]).strip() for lines in (ours, theirs))
+    return begin, was, becomes
+
+
+def places_in_python(file: Path) -> list[tuple[str, int]]:
+    """Where the operators of cosmic-ray can act in a file: their names, and the how-manieth time. Counted in one pass; making one takes a
+    parse of its own."""
+    import parso
+    from cosmic_ray.ast import ast_nodes
     from cosmic_ray.plugins import get_operator, operator_names
 
-    text, found = file.read_text(encoding="utf-8"), []
+    tree, found = parso.parse(file.read_text(encoding="utf-8")), []
     for name in sorted(operator_names()):
-        if "BinaryOperator_BitOr" in name or "RemoveDecorator" in name or "/Variable" in name:
+        if "BinaryOperator_BitOr" in name or "RemoveDecorator" in name or "/Variable" in name or "/variable" in name:
             continue  # `X | None` is a type; a decorator that is gone is a TypeError; those of variables want to be told which
         operator = get_operator(name)()
-        for occurrence in range(10_000):
-            changed = mutate_code(text, operator, occurrence)
-            if changed is None:
-                break
-            pieces = difflib.SequenceMatcher(None, text.split("\n"), changed.split("\n"), autojunk=False).get_opcodes()
-            _, begin, end, first, last = next(piece for piece in pieces if piece[0] != "equal")
-            was, becomes = ("\n".join(part).strip() for part in (text.split("\n")[begin:end], changed.split("\n")[first:last]))
-            found.append(Mistake(file.relative_to(root).as_posix(), begin + 1, was, becomes, changed))
+        count = sum(len(list(operator.mutation_positions(node))) for node in ast_nodes(tree))
+        found += [(name, occurrence) for occurrence in range(count)]
     return found
+
+
+def in_python(file: Path, root: Path, operator: str, occurrence: int) -> Mistake:
+    """One mistake of a Python file."""
+    from cosmic_ray.mutating import mutate_code
+    from cosmic_ray.plugins import get_operator
+
+    text = file.read_text(encoding="utf-8")
+    changed = mutate_code(text, get_operator(operator)(), occurrence)
+    begin, was, becomes = _difference(text.split("\n"), changed.split("\n"))
+    return Mistake(file.relative_to(root).as_posix(), begin + 1, was, becomes, changed)

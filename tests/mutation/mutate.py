@@ -26,9 +26,10 @@ def main() -> int:
     parser.add_argument("--longest", type=float, help="tests that take longer [s] are left out")
     parser.add_argument("--minutes", type=float, default=float("inf"), help="no new mistake after so many")
     parser.add_argument("--again", action="store_true", help="those that survived in the journal, with all tests up to --longest")
+    parser.add_argument("--tests", nargs="+", help="only these files of tests, in place of all that look at the part")
     given = parser.parse_args()
     begin = time.monotonic()
-    workshop, journal = Workshop(given.folder, given.part, given.fmus), given.folder / f"{given.part}.jsonl"
+    workshop, journal = Workshop(given.folder, given.part, given.fmus, given.tests), given.folder / f"{given.part}.jsonl"
     workshop.prepare(given.longest)
     told = [json.loads(line) for line in journal.read_text(encoding="utf-8").splitlines()] if journal.is_file() else []
     last = {(row["file"], row["was"], row["becomes"]): row["verdict"] for row in told}

@@ -34,10 +34,10 @@ from evat.compile import (
     shell_sources,
 )
 from evat.processor import instructions
-from mistakes import Mistake, in_c, in_python
+from mistakes import Mistake, in_c, in_python, places_in_python
 
 ROOT = Path(__file__).resolve().parents[2]
-EQUIVALENT = Path(__file__).with_name("equivalent.toml")
+KNOWN = Path(__file__).with_name("known.toml")
 SOURCES = "fmu_src"
 TOLD = ("-Wno-error",)  # what a mistake leaves unused is no mistake of its own
 
@@ -58,41 +58,67 @@ PARTS = {
         2.0,
     ),
     "machines": Part(("machines/*.c", "machines/parts/*.c"), ("tests/systems/test_machines.py",), 9.0),
-    "shells": Part(("fmi/*.c",), ("tests/doors",), 5.0),
-    "python": Part(("evat/identify/*.py", "evat/gap/*.py"), ("tests/identify", "tests/gap"), 6.0),
+    "shells": Part(
+        ("fmi/*.c",),
+        (
+            "tests/doors/test_life_cycle.py",
+            "tests/doors/test_values.py",
+            "tests/doors/test_fmu_state.py",
+            "tests/doors/test_event_mode.py",
+            "tests/doors/test_cs_and_me.py",
+            "tests/doors/test_averaging_doors.py",
+            "tests/doors/test_solver_side.py",
+        ),
+        3.0,
+    ),
+    "python": Part(  # the quick ones; whole fits take minutes
+        ("evat/identify/*.py", "evat/gap/*.py"),
+        (
+            "tests/gap/test_toy_model.py",
+            "tests/gap/test_jumps.py",
+            "tests/gap/test_irregular.py",
+            "tests/gap/test_where.py",
+            "tests/gap/test_discrepancy.py",
+            "tests/identify/test_bad_input.py",
+            "tests/identify/test_valleys.py",
+        ),
+        8.0,
+    ),
 }
-LEFT_OUT = (  # they compile the project themselves, or look at what is not built here
-    "tests/effects/test_adding_an_effect.py",
-    "tests/doors/test_sanitizers.py",
-    "tests/doors/test_python_fmu.py",
-    "tests/gap/test_calibration.py",
-)
+LEFT_OUT = ("tests/effects/test_adding_an_effect.py",)  # it compiles a project of its own, for 40 s a test
 
 
-def mistakes(part: str) -> list[Mistake]:
-    """All that can be made in a part, and are not known to be none."""
-    root = ROOT / SOURCES
-    files = sorted(path for pattern in PARTS[part].files for path in root.glob(pattern))
-    found = [mistake for file in files for mistake in (in_python if file.suffix == ".py" else in_c)(file, root)]
-    return [mistake for mistake in found if mistake.name not in equivalent()]
+def files(part: str) -> list[Path]:
+    return sorted(path for pattern in PARTS[part].files for path in (ROOT / SOURCES).glob(pattern))
 
 
-def equivalent() -> dict[tuple[str, str, str], str]:
-    """What is known to change nothing that anybody could see: (file, line as it is, line with the mistake) -> why."""
-    rows = tomlkit.parse(EQUIVALENT.read_text(encoding="utf-8")).unwrap().get("equivalent", [])
-    return {(row["file"], row["was"], row["becomes"]): row["why"] for row in rows}
+def every_mistake(part: str) -> list[Mistake]:
+    """All that can be made in a part of C."""
+    return [mistake for file in files(part) for mistake in in_c(file, ROOT / SOURCES)]
+
+
+def known(kind: str) -> dict[tuple[str, str, str], dict[str, str]]:
+    """What is known of single mistakes: (file, line as it is, line with the mistake) -> all that is said. `kind`: equivalent or found."""
+    rows = tomlkit.parse(KNOWN.read_text(encoding="utf-8")).unwrap()[kind]
+    return {(row["file"], row["was"], row["becomes"]): row for row in rows}
 
 
 def drawn(part: str, count: int, seed: int) -> list[Mistake]:
-    """So many of them, each file in proportion to what there is to go wrong in it."""
-    every = mistakes(part)
-    return random.Random(f"{part} {seed}").sample(every, min(count, len(every)))
+    """So many of them that are not known to be none, each file in proportion to what there is to go wrong in it."""
+    luck, none = random.Random(f"{part} {seed}"), known("equivalent")
+    if part == "python":
+        places = [(file, *place) for file in files(part) for place in places_in_python(file)]
+        some = [in_python(file, ROOT / SOURCES, *place) for file, *place in luck.sample(places, min(count, len(places)))]
+        return [mistake for mistake in some if mistake.name not in none]
+    every = [mistake for mistake in every_mistake(part) if mistake.name not in none]
+    return luck.sample(every, min(count, len(every)))
 
 
 class Workshop:
     """A copy of the project in `folder`, with what the tests of one part need. FMUs for the shells are taken from `fmus`."""
 
-    def __init__(self, folder: Path, part: str, fmus: Path | None = None) -> None:
+    def __init__(self, folder: Path, part: str, fmus: Path | None = None, tests: Sequence[str] | None = None) -> None:
+        self.tests = tuple(tests or PARTS[part].tests)
         self.folder, self.part, self.order = folder, part, folder / f"{part}.json"
         self.copy, self.objects, self.fmus = folder / "copy", folder / "objects", folder / "fmus"
         if self.copy.exists():
@@ -109,6 +135,7 @@ class Workshop:
         if fmus is not None and not self.fmus.exists():
             shutil.copytree(fmus, self.fmus)
         self.machines: dict[str, bytes] = {}
+        self.left_over: set[str] = set()  # kinds whose library still has a mistake that is gone from the objects
         self.right: dict[Path, bytes] = {}  # what a mistake has taken the place of
 
     # --- building
@@ -164,6 +191,13 @@ class Workshop:
 
     def prepare(self, longest: float | None = None) -> None:
         """Build all that a mistake may change, and measure the tests."""
+        self.build()
+        if not self.order.is_file():
+            self._must_pass(None)
+        self._must_pass(PARTS[self.part].quick if longest is None else longest)
+
+    def build(self) -> None:
+        """What is built of code without a mistake."""
         if self.part == "kernel":
             for kind in "18":
                 self._objects(kind, model_sources(self.root))
@@ -173,12 +207,7 @@ class Workshop:
                 self._objects(f"fmi{version}", [*model_sources(self.root), *shell_sources(self.root, version)])
                 self._finish(f"fmi{version}")
         elif self.part == "machines":
-            self.machines = {
-                part: (self.libraries / compiling._machine_library_name(part)).read_bytes() for part in machine_names(self.root)
-            }
-        if not self.order.is_file():
-            self._must_pass(None)
-        self._must_pass(PARTS[self.part].quick if longest is None else longest)
+            self.machines = self._build_machines()
 
     def _must_pass(self, longest: float | None) -> None:
         """A test that fails without any mistake would find them all."""
@@ -186,27 +215,31 @@ class Workshop:
         if status != 0:
             raise SystemExit(f"the tests of {self.part} fail without any mistake (status {status}, {test}):\n{said}")
 
+    def _build_machines(self) -> dict[str, bytes]:
+        """All whose sources are not those they were built from: what the mistake before has changed, too."""
+        ours, compiling.source_root = compiling.source_root, lambda: self.root
+        try:
+            return {part: build_machine_library(self.libraries, part).read_bytes() for part in machine_names(self.root)}
+        finally:
+            compiling.source_root = ours
+
     def _build(self, file: Path) -> bool:
         """Build what hangs on the file; False where the machine code is what it was."""
-        if file.suffix == ".py":
-            return True
         if self.part == "machines":
-            parts = machine_names(self.root)  # and those that the mistake before has changed
-            old, compiling.source_root = compiling.source_root, lambda: self.root
-            try:
-                after = {part: build_machine_library(self.libraries, part).read_bytes() for part in parts}
-            finally:
-                compiling.source_root = old
-            return after != self.machines
-        changed = False
+            return self._build_machines() != self.machines
+        left, changed = set(self.left_over), set()
         for kind, sources in self._kinds(file).items():
             before = {path: path.read_bytes() for path in (self.objects / kind).iterdir()}
             self._objects(kind, sources)
             if any(path.read_bytes() != content for path, content in before.items()):
-                changed = True
-                self._finish(kind)
                 self.right |= before
-        return changed
+                self.left_over.add(kind)
+                changed.add(kind)
+                self._finish(kind)
+        for kind in left - changed:
+            self._finish(kind)
+        self.left_over = changed
+        return bool(changed)
 
     def _put_right(self) -> None:
         """The objects as they were; the next mistake links them again."""
@@ -226,7 +259,7 @@ class Workshop:
             environment["MUTATION_LONGEST"] = str(longest)
         ignored = [f"--ignore={path}" for path in LEFT_OUT]
         command = [sys.executable, "-m", "pytest", "-q", "-p", "killing_order", "-p", "no:cacheprovider", "-p", "no:randomly", "--tb=line"]
-        command += [*ignored, *PARTS[self.part].tests, *arguments]
+        command += [*ignored, *self.tests, *arguments]
         with (self.folder / "said.txt").open("w+", encoding="utf-8") as said:
             process = subprocess.Popen(command, cwd=self.copy, env=environment, stdout=said, stderr=said, start_new_session=True)
             try:
@@ -246,19 +279,21 @@ class Workshop:
         try:
             file.write_text(mistake.text, encoding="utf-8")
             try:
-                if not self._build(file):
+                if file.suffix == ".py":
+                    compile(mistake.text, mistake.file, "exec")
+                elif not self._build(file):
                     return "same code", ""
-            except CompileError:
+            except (CompileError, SyntaxError):
                 return "no program", ""
-            known: dict[str, list[float]] = json.loads(self.order.read_text(encoding="utf-8"))
+            seen: dict[str, list[float]] = json.loads(self.order.read_text(encoding="utf-8"))
             longest = longest or PARTS[self.part].quick
-            limit = 30 + 4 * sum(seconds for seconds, _ in known.values() if seconds <= longest)
+            limit = 30 + 4 * sum(seconds for seconds, _ in seen.values() if seconds <= longest)
             status, test, _ = self._pytest(["-x"], limit, longest)
             if status == 0:
                 return "survived", ""
-            if test in known:
-                known[test][1] += 1
-                self.order.write_text(json.dumps(known, indent=0), encoding="utf-8")
+            if test in seen:
+                seen[test][1] += 1
+                self.order.write_text(json.dumps(seen, indent=0), encoding="utf-8")
             return "killed", test or f"status {status}"
         finally:
             file.write_text(right, encoding="utf-8")
