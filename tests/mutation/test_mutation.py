@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from mistakes import in_c, in_python, places_in_python
-from workshop import Workshop, campaign, drawn, every_mistake, known
+from workshop import PARTS, Workshop, campaign, drawn, every_mistake, known
 
 C = """/* a + b */
 #define TWICE(x) ((x) + (x))
@@ -57,15 +57,15 @@ def test_what_is_known_is_of_lines_that_are_there(kind: str) -> None:
 
 
 @pytest.mark.campaign
-@pytest.mark.parametrize("part", ["kernel", "machines"])
-def test_what_once_was_not_found_is_found(part: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("part", ["kernel", "machines", "shells"])
+def test_what_once_was_not_found_is_found(part: str, tmp_path: Path, fmus: dict[str, Path]) -> None:
     """By the test that was made for it, alone."""
     rows = {name: row["by"] for name, row in known("found").items()}
     there = {mistake.name: mistake for mistake in every_mistake(part)}
     verdicts = {}
     for by in sorted(set(rows.values())):
         some = [there[name] for name in rows if rows[name] == by and name in there]
-        workshop = Workshop(tmp_path / Path(by).stem, part, tests=[by])
+        workshop = Workshop(tmp_path / Path(by).stem, part, fmus["fmi2"].parent, [by])
         if some:
             workshop.prepare(longest=60)
             verdicts |= {mistake.name: verdict for mistake, verdict, _ in campaign(workshop, some, longest=60)}
@@ -74,10 +74,10 @@ def test_what_once_was_not_found_is_found(part: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.campaign
-@pytest.mark.parametrize("part", ["kernel", "machines", "python"])
-def test_most_mistakes_are_found(part: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("part", PARTS)
+def test_most_mistakes_are_found(part: str, tmp_path: Path, fmus: dict[str, Path]) -> None:
     """Of thirty drawn at random. What survives is printed: to be killed by a test, or written down with the reason."""
-    workshop = Workshop(tmp_path, part)
+    workshop = Workshop(tmp_path, part, fmus["fmi2"].parent)
     workshop.prepare()
     verdicts = [(verdict, mistake.name) for mistake, verdict, _ in campaign(workshop, drawn(part, 30, seed=1))]
     survived = [name for verdict, name in verdicts if verdict == "survived"]
