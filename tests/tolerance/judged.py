@@ -18,7 +18,7 @@ import math
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ import cffi
 import numpy as np
 from evat import kernel
 from evat.compile import compile_library, host_target, kernel_sources, source_root
-from evat.model import FloatArray
+from evat.model import BoolArray, FloatArray
 
 HERE = Path(__file__).resolve().parent
 BUILT = HERE.parent.parent / "build" / "out" / "tolerance"
@@ -102,14 +102,28 @@ class Care:
     tolerance: float = 1e-9
     span: float = 1.0
     most_steps: int = 200_000
-    most_events: int = 20_000
+    most_events: int = 5_000
+
+
+@dataclass(frozen=True)
+class Jump:
+    """Outputs that jump: when, in which time the motion changes a force by about itself, and what they are before and after."""
+
+    time: float
+    patience: float
+    before: FloatArray
+    after: FloatArray
+
+    def of(self, members: BoolArray, later: float = 0.0) -> Jump:
+        """The same of some outputs only; nan: not of this one."""
+        return Jump(self.time + later, self.patience, *(np.where(members, side, math.nan) for side in (self.before, self.after)))
 
 
 @dataclass
 class Reference:
     verdict: str
     rows: FloatArray
-    jumps: list[tuple[float, float, FloatArray, FloatArray]] = field(default_factory=list)  # time, patience, outputs before and after
+    jumps: list[Jump] = field(default_factory=list)
     steps: int = 0
     events: int = 0
     evaluations: int = 0
@@ -126,8 +140,11 @@ class Answer:
 
 
 def outputs(case: Case) -> tuple[str, ...]:
-    means = case.values.get("kinematics", "internal") != "external"
-    return (*FORCES, *MEASURED, *(MEANS if means else ()), "bristle_deflection", "in_contact")
+    """What is compared. Means of late measured forces are not: the reference shifts these forces, and windows do not shift with them."""
+    means = case.values.get("kinematics", "internal") != "external" or case.values.get("averaging_window", 0) != 0
+    late = "sensor_delay" in case.on
+    shown = () if not means else MEANS[: len(FORCES)] if late else MEANS
+    return (*FORCES, *MEASURED, *shown, "bristle_deflection", "in_contact")
 
 
 class _Prepared:
@@ -137,7 +154,7 @@ class _Prepared:
         ffi, loaded = library()
         self.contact = ffi.new("struct Contact *")
         loaded.kernel_reset(self.contact)
-        values = {**case.values, "relative_tolerance": case.relative_tolerance}
+        values = {"relative_tolerance": case.relative_tolerance, **case.values}
         for name, number in kernel.check_values(values, case.on).items():
             self.contact.value[kernel.variable(name).index][0] = number
         inputs = tuple(case.motion.begin)
@@ -151,6 +168,7 @@ class _Prepared:
             self.contact.value[kernel.variable(name).index][0] = self.begin[0, place]
         self.motion = ffi.new("struct Motion *")
         self.motion.segments, self.motion.inputs, self.motion.outputs = len(case.motion.times) - 1, len(inputs), len(names)
+        self.motion.rounds = case.motion.stepped
         self.motion.times = ffi.from_buffer("double[]", case.motion.times)
         self.motion.begin, self.motion.end = ffi.from_buffer("double[]", self.begin), ffi.from_buffer("double[]", self.end)
         self.motion.input_index, self.motion.output_index = self.input_index, self.output_index
@@ -162,7 +180,18 @@ def reference(case: Case, care: Care | None = None) -> Reference:
     ffi, loaded = library()
     care = care or Care()
     names = outputs(case)
-    prepared = _Prepared(case, names)
+    # A delay is a shift of what the sensors show, and the drift, last of their chain, does not shift. A periodic start is the kernel's
+    # own, found to a tolerance far below the one that is judged.
+    late = float(case.values.get("sensor_delay.time", kernel.variable("sensor_delay.time").start)) if "sensor_delay" in case.on else 0.0
+    values: dict[str, Any] = dict(case.values)
+    if case.values.get("initial_state") == "periodic":
+        values["relative_tolerance"] = 1e-3 * case.relative_tolerance
+    drifts = late > 0 and "sensor_drift" in case.on
+    left_out = ("sensor_delay", *(("sensor_drift",) if drifts else ()))
+    right = replace(case, values=values, on=tuple(name for name in case.on if name not in left_out))
+    prepared = _Prepared(right, names)
+    lags = ffi.new("unsigned char[]", [name in MEASURED for name in names])
+    prepared.motion.late, prepared.motion.lags = late, lags
     room = 4000
     jumps, sides = ffi.new("struct Jump[]", room), np.empty((2 * room, len(names)))
     found, how = ffi.new("struct Found *"), ffi.new("struct Care *")
@@ -172,10 +201,18 @@ def reference(case: Case, care: Care | None = None) -> Reference:
     begun = time.perf_counter()
     verdict = loaded.reference_run(prepared.contact, prepared.motion, how, found)
     seconds = time.perf_counter() - begun
-    noted = [
-        (jumps[n].time, jumps[n].patience, sides[jumps[n].first].copy(), sides[jumps[n].first + 1].copy()) for n in range(found.jump_count)
-    ]
-    return Reference(VERDICTS[verdict], prepared.rows, noted, found.steps, found.events, found.evaluations, seconds, found.failed_at)
+    noted = [Jump(jumps[n].time, jumps[n].patience, *sides[jumps[n].first : jumps[n].first + 2].copy()) for n in range(found.jump_count)]
+    if drifts:
+        drift = np.zeros((len(case.motion.times), len(names)))
+        for name in MEASURED:
+            known = kernel.variable(f"sensor_drift.{name.removeprefix('measured_')}")
+            drift[:, names.index(name)] = float(case.values.get(known.name, known.start)) * case.motion.times
+        prepared.rows += drift
+    if late > 0:
+        lagging = np.array([name in MEASURED for name in names])
+        noted = [jump.of(~lagging) for jump in noted] + [jump.of(lagging, late) for jump in noted if not drifts]
+    steps, events, evaluations = found.steps, found.events, found.evaluations
+    return Reference(VERDICTS[verdict], prepared.rows, noted, steps, events, evaluations, seconds, found.failed_at)
 
 
 def answer(case: Case) -> Answer:
@@ -252,13 +289,13 @@ def errors(case: Case, rows: FloatArray, right: Reference, names: Sequence[str])
         found = np.abs(rows - right.rows) / size / tolerance
     found[~np.isfinite(rows) & np.isfinite(right.rows)] = math.inf
     times = case.motion.times
-    for moment, patience, before, after in right.jumps:
-        low, high = np.minimum(before, after), np.maximum(before, after)
-        reach = 100 * tolerance * patience
-        for n in range(np.searchsorted(times, moment - reach), np.searchsorted(times, moment + reach, side="right")):
+    for jump in right.jumps:
+        low, high = np.minimum(jump.before, jump.after), np.maximum(jump.before, jump.after)
+        reach = 100 * tolerance * jump.patience
+        for n in range(np.searchsorted(times, jump.time - reach), np.searchsorted(times, jump.time + reach, side="right")):
             outside = np.maximum(np.maximum(low - rows[n], rows[n] - high), 0) / size / tolerance
-            late = abs(times[n] - moment) / patience / tolerance
-            found[n] = np.minimum(found[n], np.maximum(outside, late))
+            late = abs(times[n] - jump.time) / jump.patience / tolerance
+            found[n] = np.fmin(found[n], np.maximum(outside, late))
     return found
 
 

@@ -187,7 +187,7 @@ int radau_step(struct Radau *r, double t, double h, const double *y, const doubl
             step->gain[q] += h * r->a[S - 1][k] * w.g[k][q];
             miss += r->other[k] * w.g[k][q];
         }
-        step->error = fmax(step->error, 0.01 * fabs(miss) / (r->tolerance * r->integral_scale[q]));
+        step->error = fmax(step->error, 0.1 * fabs(miss) / (r->tolerance * r->integral_scale[q]));
     }
     for (int i = 0; i < n; ++i) {
         off[i] = h * r->first * f[i];

@@ -6,6 +6,7 @@
 
 #include <stdint.h>
 
+
 enum Verdict { DONE, NO_RATES, NO_STEP, TOO_MANY_EVENTS, TOO_MANY_STEPS };
 
 /* Inputs that run straight from `begin` to `end` of each segment, and may jump between segments. */
@@ -15,6 +16,9 @@ struct Motion {
     const int *input_index;
     const double *begin, *end; /* [segment * inputs + j] */
     const int *output_index;
+    int rounds;               /* a host adds up slopes: an input that should end at 0 does so but for rounding */
+    double late;              /* the reference: sensors show what was so long ago; the kernel's own sensor_delay is off then */
+    const unsigned char *lags; /* outputs that do */
 };
 
 /* How tightly. */
