@@ -16,8 +16,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import numpy as np
+from draws import draw
 from judged import FORCES, MEANS, MEASURED, Care, Judgement, judge
-from world import draw
 
 ALL = (*FORCES, *MEASURED, *MEANS, "bristle_deflection")
 
@@ -63,6 +63,11 @@ def line(seed: int, number: int, care: Care | None = None) -> Line:
         judgement.answer.seconds,
         judgement.reference.seconds,
     )
+
+
+def run(seed: int, first: int, count: int, care: Care | None = None) -> list[Line]:
+    """Draws one after another."""
+    return [line(seed, number, care) for number in range(first, first + count)]
 
 
 def is_judged(line: Line) -> bool:
@@ -174,7 +179,7 @@ def main() -> None:
         print(show(judge(draw(arguments.seed, arguments.draw), care)))
         return
     begun = time.perf_counter()
-    lines = [line(arguments.seed, number, care) for number in range(arguments.first, arguments.first + arguments.count)]
+    lines = run(arguments.seed, arguments.first, arguments.count, care)
     print(report(lines, arguments.seed))
     print(f"{arguments.count} draws, {time.perf_counter() - begun:.1f} s in all")
 

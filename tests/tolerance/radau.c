@@ -6,7 +6,8 @@
 
 enum { S = STAGES_OF_RADAU, UNKNOWNS = STAGES_OF_RADAU * MOST_STATES };
 
-/* The columns of a row-major system, solved in place by elimination with pivots: rows of `stride`, right sides `width` behind. */
+/* The columns of a row-major system, solved in place by elimination with pivots: rows of `stride`, right sides `width`
+ * behind. */
 static int eliminate(int count, int stride, double *A, int *pivot)
 {
     for (int k = 0; k < count; ++k) {
@@ -64,7 +65,8 @@ static void weights(const double *c, const double *moment, double *w)
 void radau_begin(struct Radau *r)
 {
     /* Hairer and Wanner's RADAU, s = 5 */
-    static const double c[S] = {0.0571041961145176821931, 0.276843013638123827680, 0.583590432368916820266, 0.860240135656219447851, 1};
+    static const double c[S] = {0.0571041961145176821931, 0.276843013638123827680, 0.583590432368916820266,
+                                0.860240135656219447851, 1};
     const double real_eigenvalue = 6.286704751729276645173; /* of the inverse of a */
     double moment[S];
     memcpy(r->c, c, sizeof c);
@@ -169,7 +171,8 @@ static int solve_nodes(struct Radau *r, double t, double h, const double *y, str
     return 0;
 }
 
-int radau_step(struct Radau *r, double t, double h, const double *y, const double *f, const double *g, struct Step *step)
+int radau_step(struct Radau *r, double t, double h, const double *y, const double *f, const double *g,
+               struct Step *step)
 {
     const int n = r->states;
     struct Newton w;

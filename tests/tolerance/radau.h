@@ -1,6 +1,6 @@
-/* How is dy/dt = f(t, y) integrated to ten digits? By the five-stage Radau IIA method, of order 9. Hairer and Wanner 1996, sections IV.5
- * and IV.8: stiffly accurate, so that a fast bristle costs no small steps. Knows nothing of friction.
- */
+/* How is dy/dt = f(t, y) integrated to ten digits? By the five-stage Radau IIA method, of order 9. Hairer and Wanner
+ * 1996, sections IV.5 and IV.8: stiffly accurate, so that a fast bristle costs no small steps. Knows nothing of
+ * friction. */
 #ifndef RADAU_H
 #define RADAU_H
 
@@ -17,7 +17,7 @@ struct Radau {
     Rates *rates;
     void *what;
     double c[STAGES_OF_RADAU], a[STAGES_OF_RADAU][STAGES_OF_RADAU];
-    double other[STAGES_OF_RADAU], first; /* the error estimate: a second quadrature less the first, which also asks the start */
+    double other[STAGES_OF_RADAU], first; /* a second quadrature, of the start too, less the first */
 };
 
 /* One step: the states at the nodes c h, of which the last is the end, and what the integrals gain. */
@@ -29,6 +29,7 @@ struct Step {
 
 void radau_begin(struct Radau *r);
 /* From y with rates f and integrands g at t. Returns 0 where Newton's method has found no end. */
-int radau_step(struct Radau *r, double t, double h, const double *y, const double *f, const double *g, struct Step *step);
+int radau_step(struct Radau *r, double t, double h, const double *y, const double *f, const double *g,
+               struct Step *step);
 
 #endif

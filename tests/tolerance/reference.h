@@ -1,4 +1,4 @@
-/* What is the right answer of a contact to a motion, and what does the kernel's own stepping make of the same motion? */
+/* What is the right answer of a contact to a motion, and what does the kernel's own stepping make of it? */
 #ifndef REFERENCE_H
 #define REFERENCE_H
 
@@ -17,7 +17,7 @@ struct Motion {
     const double *begin, *end; /* [segment * inputs + j] */
     const int *output_index;
     int rounds;               /* a host adds up slopes: an input that should end at 0 does so but for rounding */
-    double late;              /* the reference: sensors show what was so long ago; the kernel's own sensor_delay is off then */
+    double late;              /* the reference: sensors show what was so long ago, with the kernel's own delay off */
     const unsigned char *lags; /* outputs that do */
 };
 
@@ -43,10 +43,13 @@ struct Found {
     double failed_at;
 };
 
-/* The contact has its values and is not started; it is led through the motion from times[0] by the model-exchange side alone. */
-enum Verdict reference_run(struct Contact *contact, const struct Motion *motion, const struct Care *care, struct Found *found);
+/* The contact has its values and is not started; it is led through the motion from times[0] by the model-exchange side
+ * alone. */
+enum Verdict reference_run(struct Contact *contact, const struct Motion *motion, const struct Care *care,
+                           struct Found *found);
 
-/* The kernel's answer as a host steps it: inputs and their slopes set at each communication point, kernel_advance, kernel_evaluate. */
+/* The kernel's answer as a host steps it: inputs and their slopes set at each communication point, kernel_advance,
+ * kernel_evaluate. */
 enum Status stepped_run(struct Contact *contact, const struct Motion *motion, double *rows);
 
 #endif
