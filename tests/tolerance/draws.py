@@ -44,7 +44,8 @@ def draw(seed: int, number: int) -> Case:
     motion = vibration(random, kind, values) if vibrating else slip(random, kind, values, _duration(random, effects, values))
     for effect in effects:
         values |= parameters(random, effect, float(motion.times[-1]), values)
-    if "sensor_delay" in on or "regenerative" in on:  # what was before the start is not a cycle
+    many = values["friction_law"] in ("bristle", "reset_integrator") or "elasto_plastic" in on
+    if many or "sensor_delay" in on or "regenerative" in on:  # more than one cycle comes back to itself, or what was before it is none
         values.pop("initial_state", None)
     if random.uniform() < 0.2 and not vibrating:
         values["averaging_window"] = float(motion.times[-1]) * random.uniform(0.05, 0.6)
