@@ -32,6 +32,7 @@ HERE = Path(__file__).resolve().parent
 BUILT = HERE.parent.parent / "build" / "out" / "tolerance"
 SOURCES = tuple(HERE / f"{name}.c" for name in ("radau", "course", "surface", "notes", "walk", "reference", "stepped"))
 HEADERS = tuple(HERE / f"{name}.h" for name in ("radau", "course", "reference"))
+EXPORTS = ("kernel.h", "radau.h", "reference.h")
 VERDICTS = ("done", "no rates", "no step is short enough", "too many events", "too many steps")
 FORCES = ("friction_force", "principal_force", "feed_force")
 MEASURED = tuple(f"measured_{name}" for name in FORCES)
@@ -43,15 +44,15 @@ def library() -> tuple[Any, Any]:
     """Kernel and reference in one library, compiled where a source has changed."""
     root = source_root()
     sources = [*kernel_sources(root), *SOURCES]
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(" ".join(EXPORTS).encode())
     for path in [*sources, *sorted((root / "kernel").rglob("*.h")), *HEADERS]:
         digest.update(path.read_bytes())
     output = BUILT / f"reference-{digest.hexdigest()[:16]}{host_target().extension}"
     if not output.is_file():
         include = [root / "kernel", HERE]
-        compile_library(sources, output, host_target(), include=include, exports=["kernel.h", "reference.h"], defines={"LANES": 1})
+        compile_library(sources, output, host_target(), include=include, exports=EXPORTS, defines={"LANES": 1})
     ffi = cffi.FFI()
-    text = kernel.declarations([root / "kernel" / "tables.h", root / "kernel" / "kernel.h", HERE / "reference.h"])
+    text = kernel.declarations([root / "kernel" / "tables.h", root / "kernel" / "kernel.h", HERE / "radau.h", HERE / "reference.h"])
     ffi.cdef(text.replace("[LANES]", "[1]"))
     return ffi, ffi.dlopen(str(output))
 

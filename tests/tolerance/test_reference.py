@@ -13,7 +13,7 @@ import pytest
 from draws import draw
 from evat import kernel
 from evat.model import FloatArray
-from judged import FORCES, MEASURED, Care, Case, Jump, Motion, Reference, answer, errors, outputs, reference
+from judged import FORCES, MEASURED, Care, Case, Jump, Motion, Reference, answer, errors, library, outputs, reference
 from scipy.integrate import solve_ivp
 
 GIVEN = {"kinematics": "external"}
@@ -116,6 +116,28 @@ def test_a_delay_is_a_shift() -> None:
     np.testing.assert_allclose(
         column(filtered, "measured_friction_force")[ready], before[0] * -np.expm1(-times[ready] / 1e-3), rtol=1e-8, atol=1e-12
     )
+
+
+def test_a_step_is_of_order_nine() -> None:
+    """y' = k t^(k-1) and its integral: exact in one step from 0 to 1 up to k = 9, and not beyond."""
+    ffi, loaded = library()
+    power = 9
+
+    @ffi.callback("Rates")  # type: ignore[untyped-decorator]
+    def rates(_: Any, t: float, y: Any, f: Any, g: Any) -> int:
+        f[0] = g[0] = power * t ** (power - 1)
+        return 0
+
+    method, step = ffi.new("struct Radau *"), ffi.new("struct Step *")
+    method.states = method.integrals = 1
+    method.scale[0] = method.integral_scale[0] = 1
+    method.tolerance, method.rates = 1e-12, rates
+    loaded.radau_begin(method)
+    assert loaded.radau_step(method, 0.0, 1.0, [0.0], [0.0], [0.0], step)
+    assert (step.node[4][0], step.gain[0]) == pytest.approx((1, 1), rel=1e-13)
+    power = 10
+    assert loaded.radau_step(method, 0.0, 1.0, [0.0], [0.0], [0.0], step)
+    assert 1e-6 < abs(step.node[4][0] - 1) < 1e-3
 
 
 # ---- another solver ----
