@@ -2,7 +2,9 @@
 
 Laws, effects and parameters are asked of the kernel's tables, so that a new one is drawn without a line here. What is not drawn, and why:
 averaging = cycle: it claims a mean, not the resolved run; tests/laws/test_averaging.py judges it. chip_flow_angle = current_shear_angle
-with bristle, karnopp and reset_integrator: their events are acted upon at the ends of the kernel's steps, whatever these are.
+with bristle, karnopp and reset_integrator: their events are acted upon at the ends of the kernel's steps, whatever these are. bristle with
+load_dependence: bonds break without end where the load vanishes, and where the next ones form hangs on roundings. A periodic start where
+nothing relaxes (bristle, reset_integrator, elasto_plastic): more than one cycle comes back to itself.
 """
 
 from __future__ import annotations
@@ -36,8 +38,15 @@ def draw(seed: int, number: int) -> Case:
     if vibrating:
         values["kinematics"] = "internal" if kind == "ellipse" else "combined"
         values |= ellipse(random)
-    effects = switched(random, vibrating=vibrating)
+    effects = [
+        effect
+        for effect in switched(random, vibrating=vibrating)
+        if (values["friction_law"], effect.name) != ("bristle", "load_dependence")
+    ]
     on = tuple(effect.name for effect in effects)
+    if vibrating and values["friction_law"] == "bristle":  # each bond breaks, and each break is an event: not too many in a cycle
+        level, path = float(values.get("F_C", kernel.variable("F_C").start)), 4 * (values["amplitude_x"] + values["amplitude_y"])
+        values["sigma0"] = min(float(values.get("sigma0", kernel.variable("sigma0").start)), 3 * level * 8 / path)
     if vibrating and values["friction_law"] not in EVENTFUL and random.uniform() < 0.1:
         values["chip_flow_angle"] = "current_shear_angle"
     values |= _process(random, on)

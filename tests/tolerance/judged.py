@@ -102,7 +102,7 @@ class Care:
 
     tolerance: float = 1e-9
     span: float = 1.0
-    most_steps: int = 200_000
+    most_steps: int = 60_000
     most_events: int = 5_000
 
 
