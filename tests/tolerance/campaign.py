@@ -74,8 +74,8 @@ def is_judged(line: Line) -> bool:
     return line.verdict == "done" and line.status == "done"
 
 
-def table(title: str, lines: Sequence[Line], groups: Iterable[tuple[str, Callable[[Line], bool]]]) -> str:
-    """Percentiles of the error by group."""
+def table(title: str, lines: Sequence[Line], groups: Iterable[tuple[str, Callable[[Line], bool]]], error: str = "any") -> str:
+    """Percentiles of the error by group: of any output, or of friction alone."""
     head = (
         f"{title:<24}{'draws':>7}{'p50':>9}{'p90':>9}{'p99':>9}{'max':>10}{'>3':>7}{'>10':>7}{'steps p50':>11}{'max':>9}{'worst draw':>12}"
     )
@@ -84,7 +84,7 @@ def table(title: str, lines: Sequence[Line], groups: Iterable[tuple[str, Callabl
         some = [one for one in lines if is_judged(one) and member(one)]
         if not some:
             continue
-        errors = np.array([one.any for one in some])
+        errors = np.array([getattr(one, error) for one in some])
         steps = np.array([one.steps for one in some])
         p50, p90, p99 = np.percentile(errors, [50, 90, 99])
         worst = some[int(np.argmax(errors))]
@@ -109,7 +109,10 @@ def _groups(lines: Sequence[Line]) -> Iterable[tuple[str, list[tuple[str, Callab
 
 def report(lines: Sequence[Line], seed: int) -> str:
     """All tables, the worst draws, and what could not be judged."""
-    return "\n\n".join([*(table(title, lines, groups) for title, groups in _groups(lines)), _unjudged(lines), _worst(lines, seed)])
+    tables = [table(title, lines, groups) for title, groups in _groups(lines)]
+    kinds = [("all", lambda one: True), *((kind, lambda one, kind=kind: one.kind == kind) for kind in sorted({one.kind for one in lines}))]
+    tables.insert(2, table("friction_force alone", lines, kinds, "friction"))
+    return "\n\n".join([*tables, _unjudged(lines), _worst(lines, seed)])
 
 
 def _unjudged(lines: Sequence[Line]) -> str:
