@@ -80,7 +80,7 @@ def test_what_steps_without_end_is_refused_soon(values: dict[str, float | str], 
 
 
 def test_wear_does_not_end_the_sliding_of_a_reset_integrator() -> None:
-    """Sliding ends where the slip turns round, also while F_C grows and the chip flows by the angle of the moment: it stuck at each step."""
+    """Sliding ends where the slip turns round, also while F_C grows and the chip flows by the angle of the moment: it stuck each step."""
     values = {"friction_law": "reset_integrator", "chip_flow_angle": "current_shear_angle", "vibration_frequency": 2300.0}
     contact, plain = Contact(values, ("friction_wear",)), Contact(values)
     for each in (contact, plain):
