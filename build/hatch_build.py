@@ -39,7 +39,8 @@ class KernelHook(BuildHookInterface[Any]):
         self.folder = tempfile.TemporaryDirectory(prefix="evat-kernel-")
         included = build_data["force_include"]
         for library in compile_c.build_libraries(Path(self.folder.name)):
-            included[str(library)] = f"evat/_lib/{library.name}"
+            for path in (library, compile_c.seal_of(library)):
+                included[str(path)] = f"evat/_lib/{path.name}"
         for part in ("kernel", "machines", "fmi", "fmus"):
             included[str(root / "fmu_src" / part)] = f"evat/_source/{part}"
         included[str(root / "ssp")] = "evat/_source/ssp"

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 from evat import fmu
-from evat.compile import HERE, host_target, kernel_library_path, source_root
+from evat.compile import HERE, host_target, is_whole, kernel_library_path, seal, source_root
 from evat.python_fmu import MODEL_NAME, build_python_fmu
 from evat.systems.write import write_all
 
@@ -50,15 +50,14 @@ def fmus() -> dict[str, Path]:
     paths |= {f"{part}-fmi{version}": FOLDER / fmu.file_name(version, part) for part in fmu.parts()[1:] for version in (2, 3)}  # type: ignore[arg-type]
     if GIVEN:
         return paths
-    stamp = FOLDER / "made-from.sha256"
     FOLDER.mkdir(parents=True, exist_ok=True)
     with _alone(FOLDER):
         state = _fingerprint()
-        if not (stamp.is_file() and stamp.read_text(encoding="ascii") == state and all(path.is_file() for path in paths.values())):
-            stamp.unlink(missing_ok=True)
+        if not all(is_whole(path, state) for path in paths.values()):
             fmu.build_all(FOLDER, [host_target().fmi3_folder])
             build_python_fmu(paths["python"])
-            stamp.write_text(state, encoding="ascii")
+            for path in paths.values():
+                seal(path, state)
     return paths
 
 

@@ -60,6 +60,7 @@ def test_simulate_follows_a_file_of_slip(tmp_path: Path) -> None:
         (("simulate", "-i", "nowhere.csv"), "nowhere.csv"),
         (("sets", "published/inconel-718", "--strict"), "11.6 m/min"),
         (("info", "sigma9"), "sigma0"),
+        (("experiment", "orthogonal", "-s", "published/copper", "--repeats", "1000000000", "--out", "rig"), "1 to 1000 trials"),
     ],
 )
 def test_a_mistake_is_one_clear_line(tmp_path: Path, arguments: tuple[str, ...], what: str) -> None:

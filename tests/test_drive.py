@@ -40,7 +40,7 @@ def sliding(times: np.ndarray = TIMES, slip: np.ndarray = SLIP) -> Run:
 
 
 def test_fmi2_follows_a_record_as_the_kernel_does(fmi2_fmu: Path, scratch: Path) -> None:
-    """Both go on linearly between the samples: the same internal steps, the same bits but for the rounding of rates."""
+    """Both go on linearly between the samples: the same results but for the rounding of rates."""
     shares: list[float] = []
     many = Run(np.linspace(0, 1e-2, 600), {"slip_velocity": 0.3 * np.sin(np.arange(600.0))}, OUTPUTS)
     for run in (sliding(), many):
@@ -48,7 +48,8 @@ def test_fmi2_follows_a_record_as_the_kernel_does(fmi2_fmu: Path, scratch: Path)
         ours = simulate({name: value for name, value in SLIDING.items()}, times=run.times, inputs=run.inputs, outputs=OUTPUTS)
         for name in OUTPUTS:
             largest = float(np.abs(ours[name]).max())
-            assert np.abs(trace[name] - ours[name]).max() <= 1e-9 * largest, name  # a rate is a difference over a step, rounded
+            # a rate is a difference over a step, rounded, and the choice of the next step follows roundings: a thousandth of the tolerance
+            assert np.abs(trace[name] - ours[name]).max() <= 1e-7 * largest, name
     assert shares == sorted(shares)
     assert [0 < share < 1 for share in shares] == [True, True]
     assert list(scratch.iterdir()) == []
@@ -166,7 +167,7 @@ def test_what_is_no_fmu_for_this_machine_is_refused(fmu: Path, tmp_path: Path, s
         changed(fmu, tmp_path / "a.fmu", leave_out="modelDescription.xml"): "no FMU that can be read",
         changed(fmu, tmp_path / "b.fmu", leave_out="binaries"): "cannot be instantiated here",
         changed(fmu, tmp_path / "c.fmu", old=kernel.token().encode(), new=b"{0}"): "cannot be instantiated here .*; it said: ",
-        changed(fmu, tmp_path / "d.fmu", extra="/etc/evat-was-here"): "cannot be instantiated here .*Illegal path",
+        changed(fmu, tmp_path / "d.fmu", extra="/etc/evat-was-here"): "no FMU that can be read.*outside of the archive's folder",
         changed(fmu, tmp_path / "e.fmu", old=b"CoSimulation", new=b"ScheduledExecution"): "FMU",
     }
     for path, what in cases.items():
@@ -178,7 +179,8 @@ def test_what_is_no_fmu_for_this_machine_is_refused(fmu: Path, tmp_path: Path, s
 
 def test_no_file_of_an_fmu_is_unpacked_outside_its_folder(fmu: Path, tmp_path: Path, scratch: Path) -> None:
     hostile = changed(fmu, tmp_path / "f.fmu", extra="../../evat-was-here")
-    drive(hostile, sliding(), SLIDING)  # the archive's reader drops the dots
+    with pytest.raises(FmuError, match="outside of the archive's folder"):
+        drive(hostile, sliding(), SLIDING)
     assert not list(tmp_path.rglob("evat-was-here"))
     assert list(scratch.iterdir()) == []
 

@@ -11,6 +11,7 @@ import pytest
 from evat import kernel, paper_tables, parameter_sets
 from evat.model import ParameterError
 from evat.parameter_sets import ParameterSet, load, names, save_ssv, softening_limit
+from evat.writing import OutputError
 from lxml import etree
 
 M_PER_MIN = 1 / 60
@@ -224,11 +225,31 @@ def test_an_ssv_in_other_units_is_converted(tmp_path: Path) -> None:
         ('<ssv:Parameter name="v_s"><ssv:Boolean value="true"/></ssv:Parameter>', "line 5: v_s is given as Boolean"),
         ('<ssv:Parameter name="friction_law"><ssv:Enumeration value="viscous"/></ssv:Parameter>', "line 5: friction_law.*one of coulomb"),
         ('<ssv:Parameter name="friction_law"><ssv:Real value="1"/></ssv:Parameter>', "line 5: friction_law is given as Real"),
+        (real("v_s", "1e999999999", "m/s"), "line 5: v_s = inf: a finite number"),
+        (real("v_s", "1e9999999999999999999999"), "line 5: v_s = inf: a finite number"),
+        (real("v_s", "1e9999999999999999999999", "m/s"), "line 5: v_s = inf: a finite number"),
     ],
 )
 def test_an_ssv_that_is_not_allowed_is_refused_with_its_line(parameter: str, complaint: str, tmp_path: Path) -> None:
     with pytest.raises(ParameterError, match="mine.ssv, " + complaint):
         load(ssv_file(tmp_path, parameter, units=IN_MINUTES))
+
+
+@pytest.mark.parametrize(
+    ("unit", "complaint"),
+    [
+        ('factor="0"', "factor = 0; a unit is some number of SI units"),
+        ('factor="INF"', "factor = 'INF'; a finite number"),
+        ('offset="NaN"', "offset = 'NaN'; a finite number"),
+        ('factor="1e999999999"', "factor = '1e999999999'; a finite number"),
+        ('factor="1e300"', r"1e\+300: the number is too large"),
+    ],
+)
+def test_a_unit_that_is_no_number_of_si_units(unit: str, complaint: str, tmp_path: Path) -> None:
+    """Taken as it stands, a factor of 0 makes every value 0."""
+    units = f'<ssv:Units><ssc:Unit name="mine"><ssc:BaseUnit m="1" s="-1" {unit}/></ssc:Unit></ssv:Units>'
+    with pytest.raises(ParameterError, match=rf"mine.ssv, line \d+: {complaint}"):
+        load(ssv_file(tmp_path, real("v_s", "1e300", "mine"), units=units))
 
 
 def test_an_ssv_reads_no_other_file(tmp_path: Path) -> None:
@@ -255,8 +276,8 @@ def test_a_set_that_cannot_be_written_leaves_the_old_file(tmp_path: Path) -> Non
     with pytest.raises(ParameterError, match="v_s"):
         save_ssv(ParameterSet("mine", "mine", {"v_s": -1.0}), path)
     assert path.read_bytes() == before
-    with pytest.raises(ParameterError, match="cannot be written"):
-        save_ssv(load("lugre-1995"), tmp_path / "absent" / "set.ssv")
+    with pytest.raises(OutputError, match="cannot be written"):
+        save_ssv(load("lugre-1995"), path / "set.ssv")
 
 
 @pytest.mark.parametrize(
@@ -280,6 +301,10 @@ def test_a_set_that_cannot_be_written_leaves_the_old_file(tmp_path: Path) -> Non
         ("[speed_range]\nvalue = [3, 1]\nunit = 'm/s'", "the second is the higher"),
         ("values = 3", "key 'values': 3; a table is needed"),
         ("title = ", "no readable TOML"),
+        ("effects = 3", "key 'effects': 3; a list of texts"),
+        ("effects = [['run_out']]", "key 'effects': .*; a list of texts"),
+        ("notes = 3", "key 'notes': 3; a list of texts"),
+        (f"[values.friction_law]\nvalue = 1{'0' * 400}", "friction_law = inf: a finite number"),
     ],
 )
 def test_a_toml_set_that_is_not_allowed_is_refused_with_its_key(text: str, complaint: str, tmp_path: Path) -> None:

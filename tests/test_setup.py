@@ -23,6 +23,7 @@ from evat.compile import (
     include_folders,
     kernel_library_path,
     kernel_sources,
+    seal_of,
     shell_sources,
     source_root,
 )
@@ -244,6 +245,7 @@ def test_the_wheel_is_for_one_platform_and_holds_library_and_sources(tmp_path: P
     names = set(held.namelist())
     library = f"evat/_lib/{kernel_library_path().name}"
     assert held.read(library) == kernel_library_path().read_bytes()
+    assert held.read(f"{library}.sha256") == seal_of(kernel_library_path()).read_bytes()  # what says that it is whole
     for source in ("kernel/kernel.h", "kernel/friction/lugre.c", "fmi/fmi2.c", "fmi/fmi3.c"):
         assert held.read(f"evat/_source/{source}") == (ROOT / "fmu_src" / source).read_bytes()
     assert {"evat/parameters/lugre-1995.toml", "evat/parameters/paper/table-1.toml", "evat/py.typed"} <= names

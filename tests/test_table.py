@@ -13,6 +13,7 @@ import pyarrow.parquet
 import pytest
 from evat.model import Trace
 from evat.table import RecordError, read_table, write_trace
+from evat.writing import OutputError
 
 AWKWARD = np.array([0.1, -0.0, 1 / 3, 5e-324, 1.7976931348623157e308, 2.0**53 + 2])  # nothing but all 17 digits brings them back
 
@@ -62,7 +63,7 @@ def test_others_may_read_the_result_as_they_may_any_new_file(tmp_path: Path) -> 
 def test_where_nothing_can_be_written_is_said(tmp_path: Path, name: str) -> None:
     written(tmp_path, "a file, no folder", "taken")
     (tmp_path / "folder").mkdir()
-    with pytest.raises(RecordError, match="cannot be written"):
+    with pytest.raises(OutputError, match="cannot be written"):
         write_trace(trace(), tmp_path / name)
     assert sorted(each.name for each in tmp_path.iterdir()) == ["folder", "taken"]
 

@@ -8,15 +8,19 @@ depends on its number alone.
 
 from __future__ import annotations
 
+import functools
+import hashlib
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from evat.compile import kernel_library_path
 from evat.contact_model import ContactModel
 from evat.experiment import Experiment, Nominal, Trial
 from evat.gap.calibrate import Case
@@ -25,6 +29,7 @@ from evat.gap.judge import MISTUNED, NO_GAP, UNKNOWN, features
 from evat.gap.parameters import Scales, amplitudes, shape_parameter, shapes
 from evat.model import Effect, EvatError, FloatArray
 from evat.prediction import Prediction
+from evat.writing import told, usable
 
 KINDS = (NO_GAP, MISTUNED, "single", "single", "single", "pair", UNKNOWN)
 RATIOS = (1.5, 4.0, 12.0)  # structural gap over noise
@@ -243,43 +248,57 @@ def _measured(
 
 
 def run_case(number: int) -> str:
-    """A line of the campaign's file: the case's number, and what the judgement sees of it ("" where there was no case)."""
+    """A line of the campaign's file: the case's number, and what the judgement sees of it (nothing where there was no case)."""
     try:
         drawn = draw_case(number)
         if drawn is None:
-            return json.dumps({"number": number})
+            return _line({"number": number})
         experiment, truth = drawn
         case = Case(features(compare(Prediction(ContactModel(1), experiment))), truth)
-        return json.dumps({"number": number, "case": case.line()})
+        return _line({"number": number, "case": case.line()})
     except EvatError as error:
-        return json.dumps({"number": number, "error": str(error)[:200]})
+        return _line({"number": number, "error": str(error)[:200]})
+
+
+@functools.cache
+def _library() -> str:
+    """The kernel through which cases are run: those of another one are other cases."""
+    return hashlib.sha256(kernel_library_path().read_bytes()).hexdigest()[:16]
+
+
+def _line(entry: Mapping[str, Any]) -> str:
+    text = json.dumps({**entry, "kernel": _library()}, sort_keys=True)
+    return json.dumps({"digest": hashlib.sha256(text.encode()).hexdigest()[:16], "entry": text})
+
+
+def _entry(line: str) -> Mapping[str, Any] | None:
+    """What a line says; None where it is cut off, damaged, or of another kernel."""
+    try:
+        held = json.loads(line)
+        text, digest = str(held["entry"]), held["digest"]
+        entry: dict[str, Any] = json.loads(text)
+        return entry if hashlib.sha256(text.encode()).hexdigest()[:16] == digest and entry["kernel"] == _library() else None
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return None
 
 
 def campaign(path: Path, count: int, workers: int, tell: Callable[[int], None] | None = None) -> Iterator[Case]:
-    """Cases 0 to count - 1, those that the file does not have run and appended to it."""
-    lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
-    kept = {}
-    for line in lines:
-        try:
-            held = json.loads(line)
-        except json.JSONDecodeError:
-            continue  # cut off when a campaign was stopped
-        kept[held["number"]] = line
+    """Cases 0 to count - 1; those that the file does not have whole, and run through this kernel, are run and appended to it."""
+    text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+    entries = [entry for line in text.splitlines() if (entry := _entry(line)) is not None]
+    kept, whole = {entry["number"]: entry for entry in entries}, text.endswith("\n") or not text
     missing = [number for number in range(count) if number not in kept]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("a", encoding="utf-8") as file, ProcessPoolExecutor(workers) as pool:
-        if lines and not path.read_text(encoding="utf-8").endswith("\n"):
-            file.write("\n")
+    usable(path.parent)
+    with ProcessPoolExecutor(workers) as pool:
         for number, line in zip(missing, pool.map(run_case, missing), strict=True):
-            file.write(line + "\n")
-            file.flush()
-            kept[number] = line
+            with told(path, "the case"), path.open("a", encoding="utf-8") as file:
+                file.write(line + "\n" if whole else "\n" + line + "\n")
+            kept[number], whole = _entry(line) or {}, True
             if tell:
                 tell(len(kept))
     for number in range(count):
-        held = json.loads(kept[number])
-        if "case" in held:
-            yield Case.read(held["case"])
+        if "case" in kept[number]:
+            yield Case.read(kept[number]["case"])
 
 
 def numbers(cases: Sequence[Case]) -> dict[str, int]:

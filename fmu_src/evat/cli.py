@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import importlib.metadata
+import os
 import sys
+from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NoReturn
 
 import typer
-from rich.markup import escape
 from rich.table import Table
 
 from evat import kernel, parameter_sets
@@ -17,11 +18,13 @@ from evat.cli_diagnose import diagnose
 from evat.cli_effects import effects
 from evat.cli_experiment import experiment
 from evat.cli_identify import identify
-from evat.cli_shared import SpeedUnit, Values, err, lines_done, out, share_done, typed_values
+from evat.cli_shared import SpeedUnit, Values, lines_done, picture_beside, share_done, typed_values
 from evat.cli_system import system
+from evat.console import err, marked, out, show_warnings
 from evat.model import Effect, EvatError, Law, Variable
 from evat.record import Columns
 from evat.units import display
+from evat.writing import usable
 
 app = typer.Typer(
     name="evat",
@@ -67,7 +70,7 @@ def info(
         table = Table("name", "equation", "what it is", title=title, title_justify="left")
         for entry in entries:
             if name is None or entry.name == name:
-                table.add_row(entry.name, escape(entry.equation), escape(f"{entry.meaning}. [{entry.source}]"))
+                table.add_row(entry.name, entry.equation, f"{entry.meaning}. [{entry.source}]")
         if table.row_count:
             out.print(table)
     entries_of_all: tuple[Law | Effect, ...] = (*laws, *effects)
@@ -80,7 +83,7 @@ def info(
         if rows:
             table = Table("name", "start", "allowed", "meaning [source]", title=f"{causality}s", title_justify="left")
             for variable in rows:
-                table.add_row(*map(escape, _row(variable)))
+                table.add_row(*_row(variable))
             out.print(table)
 
 
@@ -95,19 +98,19 @@ def sets(
     if name is None:
         table = Table("set", "what it is")
         for each in parameter_sets.names():
-            table.add_row(each, escape(parameter_sets.load(each, speed_unit=speed_unit).title))
+            table.add_row(each, parameter_sets.load(each, speed_unit=speed_unit).title)
         out.print(table)
         return
     found = parameter_sets.load(name, speed_unit=speed_unit, strict=strict)
-    table = Table("variable", "value", "SI", "source", title=escape(f"{found.name}: {found.title}"), title_justify="left")
+    table = Table("variable", "value", "SI", "source", title=f"{found.name}: {found.title}", title_justify="left")
     for key, value in found.values.items():
         known = kernel.variable(key)
         si = "" if known.type in ("choice", "boolean") else f"{value:g} {known.unit}"
-        table.add_row(key, display(value, known), si, escape(found.sources.get(key, "")))
+        table.add_row(key, display(value, known), si, found.sources.get(key, ""))
     out.print(table)
     out.print(f"effects on: {', '.join(found.effects) or 'none'}")
     for note in found.notes:
-        out.print(f"note: {escape(note)}")
+        out.print(f"note: {note}")
     if save is not None:
         out.print(f"wrote {parameter_sets.save_ssv(found, save)}")
 
@@ -124,6 +127,7 @@ def build(
     from evat.systems.declared import names
 
     targets = [host_target().fmi3_folder] if host_only else list(TARGETS)
+    usable(to)
     with lines_done(2 * len(fmu.parts()) * (2 + len(targets)) + 2 * len(names()) + 1) as progress:
         paths = [*fmu.build_all(to, targets, progress)]
         paths += [*write.write_all(to, to, progress), *write_full.write_all(to, to, progress)]
@@ -164,6 +168,7 @@ def simulate(
 
     values: dict[str, float | str] = {}
     effects: list[str] = []
+    beside = picture_beside(to)
     if parameters is not None:
         found = parameter_sets.load(parameters, speed_unit=speed_unit)
         values, effects = dict(found.values), list(found.effects)
@@ -186,7 +191,7 @@ def simulate(
             values.setdefault("kinematics", "external")
     trace = run_contact(values, effects, times=times, inputs=inputs, cycles=cycles, samples_per_cycle=samples)
     out.print(f"wrote {write_trace(trace, to)}")
-    picture = plot_trace(trace, to.with_suffix(".png"), ("principal_force", "feed_force", "friction_force", "slip_velocity_used"), to.stem)
+    picture = plot_trace(trace, beside, ("principal_force", "feed_force", "friction_force", "slip_velocity_used"), to.stem)
     out.print(f"wrote {picture}")
     summary = Table("mean over the last window", "value")
     for name in SHOWN:
@@ -217,7 +222,7 @@ def run(
 
     Example: evat run --record test.txt --time 'Time [s]' --position 'Position [mm]' --force 'Friction [uN]' --force-sign -1
     """
-    to.mkdir(parents=True, exist_ok=True)
+    usable(to)
     if record is None:
         _run_materials(family, speed_unit, to)
         return
@@ -246,7 +251,7 @@ def _run_record(
     residual = f"residual {result.residual_rms:.3g} N RMS, {100 * result.residual_share:.1f} % of the measured force"
     title = f"{record.name}, {found.name}: {residual}"
     picture = plot_record(result.times, result.velocity, result.measured, result.trace["friction_force"], to / "record.png", title)
-    out.print(escape(title))
+    out.print(title)
     out.print(f"wrote {picture}")
 
 
@@ -276,9 +281,22 @@ def _version(version: Annotated[bool, typer.Option("--version", help="Show the v
 
 
 def main() -> None:
-    """The command `evat`: errors of ours as one line on stderr and exit status 2."""
+    """The command `evat`: errors of ours, and what the system refuses, as one line on stderr and exit status 2."""
+    show_warnings()
     try:
         app()
     except EvatError as error:
-        err.print(f"[bold red]evat:[/] {escape(str(error))}", highlight=False)
-        sys.exit(2)
+        _refused(str(error))
+    except OSError as error:  # of what is read, or of standard output; what is written says more (evat.writing)
+        what = f"{error.filename}: " if error.filename is not None else ""
+        _refused(f"{what}{error.strerror or error}. It is the system that refuses; see to that file, disk or pipe, and try again.")
+
+
+def _refused(text: str) -> NoReturn:
+    with suppress(OSError):
+        err.print(marked("evat:", "bold red", text), soft_wrap=True)
+    try:
+        sys.stdout.flush()
+    except OSError:  # it would be tried again, and complained of, at the very end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(2)

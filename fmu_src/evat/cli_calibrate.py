@@ -15,8 +15,9 @@ import typer
 from rich.progress import track
 from rich.table import Table
 
-from evat.cli_shared import err, out
+from evat.console import err, out
 from evat.model import EvatError, ParameterError
+from evat.writing import put, usable
 
 PROCESSORS = os.cpu_count() or 1
 Workers = Annotated[int, typer.Option(help="Processes that run at a time; the answer does not depend on it.", min=1)]
@@ -68,19 +69,25 @@ def benchmark(
     folders = sorted(path for path in cases.iterdir() if (path / "experiment.toml").is_file()) if cases.is_dir() else []
     if not folders:
         raise ParameterError(f"{cases}: there is no experiment in it; a folder of folders with experiment.toml is needed.")
-    to.mkdir(parents=True, exist_ok=True)
-    missing = [folder for folder in folders if not (to / folder.name / "diagnosis.json").is_file()]
+    usable(to)
+    missing = [folder for folder in folders if _verdict(to / folder.name / "diagnosis.json") is None]
     with ProcessPoolExecutor(workers) as pool:
         answers = pool.map(_diagnosed, missing)
         for folder, text in track(zip(missing, answers, strict=True), description="cases", total=len(missing), console=err, transient=True):
-            place = to / folder.name
-            place.mkdir(exist_ok=True)
-            (place / "diagnosis.json").write_text(text, encoding="utf-8")
+            put(to / folder.name / "diagnosis.json", text)
     verdicts: dict[str, int] = {}
     for folder in folders:
-        verdict = json.loads((to / folder.name / "diagnosis.json").read_text(encoding="utf-8"))["verdict"]
-        verdicts[verdict] = verdicts.get(verdict, 0) + 1
+        verdict = _verdict(to / folder.name / "diagnosis.json")
+        verdicts[str(verdict)] = verdicts.get(str(verdict), 0) + 1
     out.print(", ".join(f"{count} {verdict}" for verdict, count in sorted(verdicts.items())), highlight=False)
+
+
+def _verdict(path: Path) -> str | None:
+    """Of an answer that is there; None where there is none, or it is damaged."""
+    try:
+        return str(json.loads(path.read_text(encoding="utf-8"))["verdict"])
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
 
 
 def _diagnosed(folder: Path) -> str:

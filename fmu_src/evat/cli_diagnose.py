@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
+from rich.text import Text
 
-from evat.cli_shared import err, out
+from evat.console import err, marked, out
 
 if TYPE_CHECKING:
     from evat.gap.answer import Diagnosis
@@ -66,14 +66,14 @@ def diagnose(
         tell("writing the report", 0.97)
         path, without = (None, "the command was called with --no-fmu") if no_fmu else _fmu(fmu)
         written = write_diagnosis(answer, comparison, to, fmu=path, without=without)
-    out.print(f"[bold]{escape(sentence(answer))}[/bold]")
+    out.print(Text(sentence(answer), "bold"))
     out.print(_table(answer))
     if path is None and not no_fmu:
-        err.print(f"[bold yellow]the FMU was not run:[/] {escape(without)}", highlight=False)
+        err.print(marked("the FMU was not run:", "bold yellow", without))
     if why:
-        out.print(explain(comparison, answer, why), markup=False, highlight=False)
+        out.print(explain(comparison, answer, why), highlight=False)
     for each in written:
-        out.print(f"wrote {each}", markup=False, highlight=False)
+        out.print(f"wrote {each}", highlight=False)
 
 
 def _known(effect: str, effects: list[str]) -> None:
@@ -85,32 +85,36 @@ def _known(effect: str, effects: list[str]) -> None:
 
 
 def _there(fmu: Path | None) -> None:
+    from evat.drive import Driver
     from evat.model import ParameterError
 
     if fmu is not None and not fmu.is_file():
         raise ParameterError(f"--fmu {fmu}: there is no such file; leave the option out to have one built, or see --no-fmu.")
+    if fmu is not None:
+        Driver(fmu, {})  # asked before minutes of work: it reads the description
 
 
 def _fmu(given: Path | None) -> tuple[Path | None, str]:
-    """The FMU, or why there is none: a machine without a compiler can diagnose, too."""
+    """The FMU, or why there is none: a machine without a compiler, or without a place to keep an FMU, can diagnose, too."""
     from evat.compile import CompileError
     from evat.gap_report import host_fmu
+    from evat.writing import OutputError
 
     if given is not None:
         return given, ""
     try:
         return host_fmu(), ""
-    except CompileError as error:
+    except (CompileError, OutputError) as error:
         return None, str(error)
 
 
 @contextmanager
 def _told() -> Iterator[Callable[[str, float], None]]:
     """A bar with time left, whose description follows what is done."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=err, transient=True) as bar:
         task = bar.add_task("reading", total=1.0)
-        yield lambda doing, share: bar.update(task, description=escape(doing), completed=share)
+        yield lambda doing, share: bar.update(task, description=doing, completed=share)
 
 
 def _table(answer: Diagnosis) -> Table:

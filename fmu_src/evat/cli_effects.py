@@ -12,12 +12,13 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Group
-from rich.markup import escape
 from rich.padding import Padding
 from rich.table import Table
+from rich.text import Text
 
 from evat import kernel, parameter_sets
-from evat.cli_shared import SpeedUnit, Values, err, out, typed_values
+from evat.cli_shared import SpeedUnit, Values, typed_values
+from evat.console import err, out
 from evat.model import Effect, Variable
 from evat.units import display
 
@@ -43,7 +44,7 @@ def effects(
         typer.echo(json.dumps([_facts(effect) for effect in chosen], indent=2, ensure_ascii=False, allow_nan=False))
         return
     for stage, group in itertools.groupby(chosen, key=lambda effect: effect.stage):
-        out.print(f"[bold]stage: {stage}[/]")
+        out.print(Text(f"stage: {stage}", "bold"))
         for effect in group:
             out.print(_described(effect, in_full=name is not None), width=min(out.width, WIDTH))
     if name is None:
@@ -60,14 +61,14 @@ def _plot(name: str, to: Path, parameters: str | None, value: list[str] | None, 
     values: dict[str, float | str] = {**(found.values if found else {}), **typed_values(value)}
     result = signature(name, values, found.effects if found else ())
     for line in result.left_out:
-        err.print(f"left out: {line}", markup=False, highlight=False)
+        err.print(f"left out: {line}", highlight=False)
     out.print(f"wrote {plot_signature(result, to)}")
 
 
 def _grid(rows: Iterable[tuple[str, ...]], headers: tuple[str, ...] = ()) -> Table:
     table = Table(*headers, box=None, show_header=bool(headers), header_style="dim", pad_edge=False, padding=(0, 2, 0, 0))
     for row in rows:
-        table.add_row(*map(escape, row))
+        table.add_row(*row)
     return table
 
 
@@ -89,9 +90,9 @@ def _described(effect: Effect, in_full: bool) -> Padding:
     facts += [("source", effect.source)]
     facts += [("rivals", ", ".join(effect.rivals))] if effect.rivals else []
     facts += [("needs", ", ".join(effect.needs))] if effect.needs else []
-    headers = ("parameter", "start", "bounds", "neutral", *([escape("meaning [source]")] if in_full else []))
+    headers = ("parameter", "start", "bounds", "neutral", *(["meaning [source]"] if in_full else []))
     parameters = _grid((_parameter(variable, in_full) for variable in effect.variables), headers)
-    return Padding(Group(f"[bold]{effect.name}[/]", Padding(Group(_grid(facts), parameters), (0, 0, 1, 2))), (0, 0, 0, 2))
+    return Padding(Group(Text(effect.name, "bold"), Padding(Group(_grid(facts), parameters), (0, 0, 1, 2))), (0, 0, 0, 2))
 
 
 def _facts(effect: Effect) -> dict[str, Any]:

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 from rich.table import Table
 
 from evat import kernel, parameter_sets
 from evat.cli_recovery import recovery
-from evat.cli_shared import SpeedUnit, Values, out, share_done, typed_values
+from evat.cli_shared import SpeedUnit, Values, share_done, typed_values
+from evat.console import out
 from evat.model import ParameterError
 from evat.motions import KINDS
 from evat.units import display, to_si
@@ -51,27 +51,27 @@ def check(folder: Folder) -> None:
         out.print(_channels(document.signals, found.trials, channels))
     if means is not None:
         columns = {**means.values, **means.outputs}
-        table = Table("condition", *columns, title=escape(f"averages: {means.file}"), title_justify="left")
+        table = Table("condition", *columns, title=f"averages: {means.file}", title_justify="left")
         for row, condition in enumerate(means.conditions):
-            table.add_row(escape(condition), *(_shown(float(column[row]), name) for name, column in columns.items()))
+            table.add_row(condition, *(_shown(float(column[row]), name) for name, column in columns.items()))
         out.print(table)
     conditions = dict.fromkeys([*(trial.condition for trial in found.trials), *(means.conditions if means is not None else ())])
     rows = sum(trial.rows for trial in found.trials)
     averages = f", {len(means.conditions)} rows of averages" if means is not None else ""
     out.print(f"{len(found.trials)} trials of {rows} rows in all{averages}; {len(conditions)} conditions")
-    out.print(escape(_nominal(document.nominal)))
+    out.print(_nominal(document.nominal))
     out.print(f"data {found.data_hash}", highlight=False, soft_wrap=True)
 
 
 def _trials(title: str, trials: Sequence[TrialFacts], channels: Sequence[str]) -> Table:
     heads = (f"rms {name}" for name in channels)
-    table = Table("file", "condition", "rows", "from, to [s]", "rate [Hz]", *heads, title=escape(title), title_justify="left")
+    table = Table("file", "condition", "rows", "from, to [s]", "rate [Hz]", *heads, title=title, title_justify="left")
     for trial in trials:
         rate = f"{(trial.rows - 1) / (trial.end - trial.begin):.6g}"
         if trial.longest > EVEN * trial.shortest:
             rate += f" (steps {trial.shortest:.3g} to {trial.longest:.3g} s)"
         facts = (trial.file, trial.condition, str(trial.rows), f"{trial.begin:g}, {trial.end:g}", rate)
-        table.add_row(*map(escape, facts), *(_shown(trial.rms[name], name) for name in channels))
+        table.add_row(*facts, *(_shown(trial.rms[name], name) for name in channels))
     return table
 
 
@@ -80,7 +80,7 @@ def _channels(signals: Mapping[str, Signal], trials: Sequence[TrialFacts], chann
     for name in channels:
         least, most = min(trial.least[name] for trial in trials), max(trial.most[name] for trial in trials)
         signal = signals[name]
-        table.add_row(name, signal.role, escape(signal.column), escape(signal.unit), _shown(least, name), _shown(most, name))
+        table.add_row(name, signal.role, signal.column, signal.unit, _shown(least, name), _shown(most, name))
     return table
 
 

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
+from rich.text import Text
 
 from evat import kernel
-from evat.cli_shared import Values, err, out, share_done, typed_values
+from evat.cli_shared import Values, share_done, typed_values
+from evat.console import err, marked, out
 from evat.model import ParameterError, Variable
 from evat.units import display, to_si
 
@@ -44,7 +45,7 @@ def identify(
     seed: Annotated[int, typer.Option(help="Of the search; the same seed gives the same result, whatever the number of threads.")] = 0,
     hold_out: Annotated[list[str] | None, typer.Option(help="A condition that is kept from the fit, to judge it; repeat it.")] = None,
     whiten: Annotated[bool, typer.Option(help="least_squares: take in how noise goes on from sample to sample.")] = True,
-    threads: Annotated[int | None, typer.Option(help="Threads; without it one per processor.")] = None,
+    threads: Annotated[int | None, typer.Option(help="Threads; without it one per processor.", min=1)] = None,
     dask: Annotated[str | None, typer.Option(help="Address of a dask scheduler on whose workers the search runs.")] = None,
     resume: Annotated[bool, typer.Option(help="Go on with the search that OUT holds, to the result it would have had.")] = False,
     to: Annotated[Path, typer.Option("--out", "-o", help="Folder for parameters (.ssv), JSON, report and the state of the search.")] = Path(
@@ -91,7 +92,7 @@ def identify(
     for path in output.write(found, to):
         out.print(f"wrote {path}")
     if found.stopped:
-        err.print(f"stopped: the best so far was written; go on with --resume --out {escape(str(to))}")
+        err.print(f"stopped: the best so far was written; go on with --resume --out {to}")
         raise typer.Exit(STOPPED)
 
 
@@ -115,7 +116,7 @@ def _bound(text: str) -> tuple[str, tuple[float, float]]:
 def _told() -> Iterator[Callable[[str, float], None]]:
     """A bar with time left, whose description follows what is done."""
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.percentage:3.0f} %"),
         TimeElapsedColumn(),
@@ -130,7 +131,7 @@ def _told() -> Iterator[Callable[[str, float], None]]:
             if stage != last[0]:
                 bar.reset(task)
                 last[0] = stage
-            bar.update(task, description=escape(what), completed=share)
+            bar.update(task, description=what, completed=share)
 
         yield tell
 
@@ -152,22 +153,20 @@ def _stoppable() -> Iterator[Callable[[], bool]]:
 
 
 def _show(found: Identification) -> None:
-    table = Table(
-        "parameter", "estimate", "standard error", "90 % interval", "verdict", title=escape(found.experiment.title), title_justify="left"
-    )
+    table = Table("parameter", "estimate", "standard error", "90 % interval", "verdict", title=found.experiment.title, title_justify="left")
     for estimate in found.estimates:
         interval = (
             f"{_end(estimate.low, estimate.open_below, estimate.variable)} .. {_end(estimate.high, estimate.open_above, estimate.variable)}"
         )
-        word = f"[{COLOURS[estimate.verdict]}]{estimate.verdict}[/]"
+        word = Text(estimate.verdict, COLOURS[estimate.verdict])
         sd = "unbounded" if estimate.sd > 1e300 else _shown(estimate.sd, estimate.variable, 2)
         table.add_row(estimate.name, _shown(estimate.value, estimate.variable, 5), sd, interval, word)
     out.print(table)
     for estimate in found.estimates:
         if estimate.why:
-            out.print(f"{estimate.name}: {estimate.verdict}: {estimate.why}", markup=False, highlight=False)
+            out.print(f"{estimate.name}: {estimate.verdict}: {estimate.why}", highlight=False)
         if estimate.advice:
-            out.print(f"    to measure: {estimate.advice}", markup=False, highlight=False)
+            out.print(f"    to measure: {estimate.advice}", highlight=False)
     for title, fits in (("fitted", found.fits), ("held out", found.held_out)):
         for channel, fit in fits.items():
             noise = "" if fit.noise != fit.noise else f", noise of the repeats {fit.noise:.3g}"
@@ -175,7 +174,7 @@ def _show(found: Identification) -> None:
                 f"{title}, {channel}: error {100 * fit.relative_error:.2f} % (eq. 9), residual {fit.rms:.3g} rms{noise}", highlight=False
             )
     for doubt in found.doubts:
-        err.print(f"[bold yellow]doubt:[/] {escape(doubt)}", highlight=False)
+        err.print(marked("doubt:", "bold yellow", doubt))
 
 
 def _shown(value: float, variable: Variable, digits: int) -> str:

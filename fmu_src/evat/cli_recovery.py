@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from evat import kernel, parameter_sets
-from evat.cli_shared import SpeedUnit, lines_done, out
+from evat.cli_shared import SpeedUnit, lines_done
+from evat.console import out
 from evat.model import FloatArray, ParameterError
 from evat.motions import KINDS
 from evat.units import display, to_si
+from evat.writing import usable
 
 if TYPE_CHECKING:
     from evat.identify import Identification
@@ -49,12 +51,18 @@ def recovery(
     Example: evat experiment recovery regularised/copper --motion ramp --motion heated_presliding --fit
     """
     from evat import recovery as study
+    from evat.plot import check_picture
 
     found = [parameter_sets.load(name, speed_unit=speed_unit) for name in sets or study.study_sets()]
     if repeated := [name for name in dict.fromkeys(motion or ()) if (motion or []).count(name) > 1]:
         raise ParameterError(f"motion {repeated[0]!r} is named twice; name it once.")
     motions = tuple(motion or KINDS)
     tests: dict[str, Any] = {"noise": to_si(noise, "1", name="noise"), "repeats": repeats, "rate": to_si(rate, "Hz", name="rate")}
+    if csv is not None:
+        usable(csv.parent)
+    if plot is not None:
+        check_picture(plot)
+        usable(plot.parent)
     with lines_done(len(found) * len(motions)) as progress:
         forecasts = [study.recovery(one, motions, progress=progress, **tests) for one in found]
     for forecast in forecasts:
@@ -92,21 +100,21 @@ def _short(name: str) -> str:
 def _show(found: Recovery) -> None:
     from evat.recovery import TOGETHER, word
 
-    title = escape(f"{found.name}: sd over the truth [%]")
+    title = f"{found.name}: sd over the truth [%]"
     table = Table("motion", *map(_short, found.truth), title=title, title_justify="left")
     for motion, row in zip((*found.motions, TOGETHER), found.sd, strict=True):
-        table.add_row(motion, *(f"[{COLOURS[word(sd)]}]{percent(sd)}[/]" for sd in row))
+        table.add_row(motion, *(Text(percent(sd), COLOURS[word(sd)]) for sd in row))
     out.print(table)
     for what in COLOURS:
         named = [name for name, sd in zip(found.truth, found.sd.min(axis=0), strict=True) if word(float(sd)) == what]
         if named:
             told = [f"{name} ({found.best(name)})" if found.best(name) else name for name in named]
-            out.print(f"{what}: {', '.join(told)}", markup=False, highlight=False)
+            out.print(f"{what}: {', '.join(told)}", highlight=False)
     out.print()
 
 
 def _beside(found: Recovery, motion: str, fit: Identification) -> Table:
-    title = escape(f"{found.name}, {motion}: identified; errors over the truth [%]")
+    title = f"{found.name}, {motion}: identified; errors over the truth [%]"
     table = Table("", "truth", "sd forecast", "estimate", "error", "90 % interval", "verdict", title=title, title_justify="left")
     for place, (name, truth) in enumerate(found.truth.items()):
         known, estimate = kernel.variable(name), fit[name]

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from evat import kernel
+from evat.console import err
 from evat.model import ParameterError
 from evat.units import to_si
-
-out, err = Console(), Console(stderr=True)
+from evat.writing import OutputError, usable
 
 Values = Annotated[
     list[str] | None,
@@ -24,7 +24,7 @@ SpeedUnit = Annotated[str, typer.Option(help="Unit in which the speeds of the pa
 
 
 def _bar() -> Progress:
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn())
     return Progress(*columns, console=err, transient=True)
 
 
@@ -42,6 +42,15 @@ def lines_done(count: int) -> Iterator[Callable[[str], None]]:
     with _bar() as bar:
         task = bar.add_task("", total=count)
         yield lambda text: bar.update(task, description=text, advance=1)
+
+
+def picture_beside(table: Path) -> Path:
+    """Where the picture of a table goes; OutputError where one would replace the other, or nothing can be written there."""
+    picture = table.with_suffix(".png")
+    if picture == table:
+        raise OutputError(f"--out {table}: the picture is written beside the table under that name; name the table .csv or .parquet.")
+    usable(table.parent)
+    return picture
 
 
 def typed_values(texts: list[str] | None) -> dict[str, float | str]:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import tempfile
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
-from rich.markup import escape
 from rich.table import Table
 
-from evat.cli_shared import err, out, share_done
+from evat.cli_shared import picture_beside, share_done
+from evat.console import err, out
+from evat.writing import temporary
 
 if TYPE_CHECKING:
     from evat.systems.model import System
@@ -44,7 +44,7 @@ def _values(found: System, value: list[str] | None, sets: list[str] | None) -> d
         name, equals, which = text.partition("=")
         if not equals or name not in found.components:
             raise ParameterError(f"--set {text!r}: write COMPONENT=SET; components are {', '.join(found.components)}.")
-        of_sets = merged(of_sets, {name: from_set(which)})
+        of_sets = merged(of_sets, {name: from_set(found, name, which)})
     return merged(of_sets, typed(found, value or []))
 
 
@@ -76,8 +76,9 @@ def run(
     from evat.systems.values import record as read_record
     from evat.table import write_trace
 
-    with tempfile.TemporaryDirectory(prefix="evat-system-") as folder:
-        found = read(ssp, Path(folder))
+    beside = picture_beside(to)
+    with temporary() as folder:
+        found = read(ssp, folder)
         wanted = plan(found, step, stop, every, order, inputs)
         given = NOTHING if record is None else read_record(found, record)
         with Coupled(found, _values(found, value, sets), given) as coupled, share_done(f"running {found.name}") as progress:
@@ -88,9 +89,9 @@ def run(
                     out.print(f"wrote {write_trace(stopped.trace, to)}, the results until the stop")
                 raise
     out.print(f"wrote {write_trace(trace, to)}")
-    out.print(f"wrote {plot_run(trace, to.with_suffix('.png'), list(trace.columns), found.title)}")
+    out.print(f"wrote {plot_run(trace, beside, list(trace.columns), found.title)}")
     for line in power.advice(wanted.step, 2 if inputs == "linear" else 1):
-        out.print(escape(line), soft_wrap=True)
+        out.print(line, soft_wrap=True)
 
 
 @system.command()
@@ -132,8 +133,9 @@ def sweep(
     from evat.systems.values import typed
     from evat.table import write_columns
 
-    with tempfile.TemporaryDirectory(prefix="evat-system-") as folder:
-        found = read(ssp, Path(folder))
+    picture = picture_beside(to)
+    with temporary() as folder:
+        found = read(ssp, folder)
         axes = [sweeping.axis(found, text) for text in over]
         values = _values(found, value, sets)
         grids = [{}, typed(found, beside)] if beside else [{}]
@@ -149,10 +151,10 @@ def sweep(
     out.print(f"wrote {write_columns(sweeping.columns(axes, rows, units, others), to)}")
     failed = [row for row in (*rows, *others) if row.failure]
     if any(row.means for row in rows):
-        out.print(f"wrote {plot_sweep(axes, rows, units, to.with_suffix('.png'), others)}")
+        out.print(f"wrote {plot_sweep(axes, rows, units, picture, others)}")
     table = Table("run", "why it failed")
     for row in failed:
-        table.add_row(", ".join(each.texts[place] for each, place in zip(axes, row.place, strict=True)), escape(row.failure))
+        table.add_row(", ".join(each.texts[place] for each, place in zip(axes, row.place, strict=True)), row.failure)
     if failed:
         err.print(table)
         err.print(f"{len(failed)} of {len(rows) + len(others)} runs failed; the table holds the others.")
@@ -180,8 +182,9 @@ def averaging(
     from evat.table import write_columns
     from evat.two_scales_system import compare
 
-    with tempfile.TemporaryDirectory(prefix="evat-system-") as folder:
-        system = read(ssp, Path(folder))
+    beside = picture_beside(to)
+    with temporary() as folder:
+        system = read(ssp, folder)
         with share_done("following every cycle") as progress:
             found = compare(
                 system,
@@ -193,7 +196,7 @@ def averaging(
             )
     cut = found.cut
     out.print(f"wrote {write_columns(found.columns(), to)}")
-    out.print(f"wrote {plot_cut(cut, to.with_suffix('.png'), f'{system.title}, averaged in steps of {1e3 * step:g} ms')}")
+    out.print(f"wrote {plot_cut(cut, beside, f'{system.title}, averaged in steps of {1e3 * step:g} ms')}")
     for mode, name in (("resolved", "every cycle"), ("cycle", "averaged")):
         out.print(f"{name}: {cut.seconds[mode]:.3g} s for {cut.times[-1] - cut.times[0]:g} s, in steps of {found.steps[mode]:g} s")
     worst = cut.times[int(cut.error.argmax())]

@@ -16,13 +16,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Collection, Iterable, Iterator, Mapping
+import warnings
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING or __name__ == "evat.compile":
+if TYPE_CHECKING or __package__ == "evat":
     from .model import EvatError
 else:
     EvatError = Exception  # the package's build loads this file alone
@@ -229,7 +230,6 @@ def compile_library(
         command.append("-fPIC")
     if target.system == "linux" and link and not sanitize:
         command.append("-flto")  # across files a seventh of each step goes; the linkers for the other systems refuse it
-    output.parent.mkdir(parents=True, exist_ok=True)
     with _scratch_folder(output) as scratch:
         if shown := [f'#include "{header}"\n' for header in exports]:
             text = "#pragma GCC visibility push(default)\n" + "".join(shown) + "#pragma GCC visibility pop\n"
@@ -275,14 +275,39 @@ def build_machine_library(output_dir: Path, part: str) -> Path:
 
 def _build_if_changed(output: Path, part: str, header: str, defines: Mapping[str, str | int], processor: Processor) -> Path:
     root, target = source_root(), host_target()
-    sources, stamp = model_sources(root, part), output.with_name(f"{output.name}.sha256")
+    sources = model_sources(root, part)
     state = _fingerprint([*sources, *model_headers(root, part)], target)
-    if not (output.is_file() and stamp.is_file() and stamp.read_text(encoding="ascii") == state):
-        stamp.unlink(missing_ok=True)
+    if not is_whole(output, state):
+        seal_of(output).unlink(missing_ok=True)
         include = include_folders(root, part)[:1]
         compile_library(sources, output, target, include=include, exports=[header], defines=defines, processor=processor)
-        stamp.write_text(state, encoding="ascii")
+        seal(output, state)
     return output
+
+
+def seal_of(path: Path) -> Path:
+    """The file beside a file that is kept, which says what it was made from, and what its bytes were."""
+    return path.with_name(f"{path.name}.sha256")
+
+
+def seal(path: Path, made_from: str = "-") -> None:
+    """Write down that the file is as it was made."""
+    text = f"{made_from}\n{hashlib.sha256(path.read_bytes()).hexdigest()}\n"
+    if __package__ == "evat":
+        from .writing import put
+
+        put(seal_of(path), text)
+    else:  # in the package's own build
+        seal_of(path).write_text(text, encoding="ascii")
+
+
+def is_whole(path: Path, made_from: str | None = None) -> bool:
+    """Whether a file that is kept is there as it was made, and where that is asked, from this."""
+    try:
+        kept_from, digest = seal_of(path).read_text(encoding="ascii").splitlines()
+        return made_from in (None, kept_from) and hashlib.sha256(path.read_bytes()).hexdigest() == digest
+    except (OSError, ValueError):
+        return False
 
 
 def build_libraries(output_dir: Path) -> list[Path]:
@@ -294,28 +319,35 @@ def build_libraries(output_dir: Path) -> list[Path]:
 def kernel_library_path(lanes: int = 1, instructions: Collection[str] = ()) -> Path:
     """The compiled kernel that came with this package: the best for a machine with these instructions."""
     fits = next(processor for processor in _processors(lanes) if processor.needs <= set(instructions))
-    return _compiled(_library_name(lanes, fits))
+    return _compiled(_library_name(lanes, fits), lambda folder: build_kernel_library(folder, lanes, fits))
 
 
 def machine_library_path(part: str) -> Path:
     """The compiled partner that came with this package."""
     if part not in machine_names(source_root()):
         raise CompileError(f"there is no partner {part!r}; allowed are {', '.join(machine_names(source_root()))}.")
-    return _compiled(_machine_library_name(part))
+    return _compiled(_machine_library_name(part), lambda folder: build_machine_library(folder, part))
 
 
 def _machine_library_name(part: str) -> str:
     return f"evat_{part}{host_target().extension}"
 
 
-def _compiled(name: str) -> Path:
+def _compiled(name: str, build: Callable[[Path], Path]) -> Path:
+    """A library of this package, whole: to load half of one ends the process. One that is damaged is compiled anew."""
     path = HERE / "_lib" / name
+    if is_whole(path):
+        return path
     if not path.is_file():
         raise CompileError(
             f"the compiled library is not there: {path}. In a checkout run `python -m evat.compile`; else install evat again, "
             "which compiles it."
         )
-    return path
+    warnings.warn(f"{path}: the compiled library is damaged, or nothing says that it is whole; it is compiled anew.", stacklevel=2)
+    try:
+        return build(path.parent)
+    except EvatError as error:
+        raise CompileError(f"{path}: the compiled library is damaged and cannot be compiled anew: {error} Install evat again.") from error
 
 
 def _zig() -> list[str]:
@@ -337,9 +369,21 @@ def _link_flags(target: Target, name: str) -> list[str]:
 
 @contextmanager
 def _scratch_folder(output: Path) -> Iterator[Path]:
-    """A folder on the same disk as `output`, gone afterwards."""
-    with tempfile.TemporaryDirectory(prefix=".compile-", dir=output.parent) as folder:
-        yield Path(folder)
+    """A folder on the same disk as `output`, gone afterwards; CompileError where the disk refuses anything."""
+    try:
+        if __package__ == "evat":
+            from .writing import scratch
+
+            with scratch(output.parent) as made:
+                yield made
+        else:  # in the package's own build
+            output.parent.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryDirectory(dir=output.parent) as folder:
+                yield Path(folder)
+    except OSError as error:
+        raise CompileError(
+            f"{output}: it cannot be compiled there: {error.strerror or error}. Free some space, or see to the folder."
+        ) from error
 
 
 def _call(command: list[str], folder: Path, output: Path) -> None:

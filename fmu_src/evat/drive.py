@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-import shutil
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,8 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
 from evat.model import EvatError, FloatArray, ParameterError, Run, SimulationError, Trace
+from evat.unpack import ArchiveError, opened, unpack
+from evat.writing import OutputError, temporary
 
 Progress = Callable[[float], None]
 
@@ -38,7 +39,10 @@ class Driver:
         self, fmu: Path, values: Mapping[str, float | str | bool], relative_tolerance: float | None = None, name: str = "evat"
     ) -> None:
         try:
-            self.description = fmpy.read_model_description(str(fmu), validate=False)
+            with opened(fmu):
+                self.description = fmpy.read_model_description(str(fmu), validate=False)
+        except ArchiveError as error:
+            raise FmuError(f"no FMU that can be read: {error}") from error
         except Exception as error:  # fmpy raises what its parsers raise
             raise FmuError(f"{fmu}: this is no FMU that can be read ({error}).") from error
         if self.description.coSimulation is None or self.description.fmiVersion.startswith("1"):
@@ -46,7 +50,7 @@ class Driver:
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
         self._path, self._values, self._tolerance, self._log = fmu, dict(values), relative_tolerance, list[str]()
         self._name = name
-        self._folder: Path | None = None
+        self._kept = ExitStack()  # its folder
         self._fmu: Any = None
 
     @property
@@ -65,11 +69,13 @@ class Driver:
         return self
 
     def _instantiate(self) -> None:
-        self._folder = Path(tempfile.mkdtemp(prefix="evat-"))
+        self._folder = self._kept.enter_context(temporary())
         try:
-            fmpy.extract(str(self._path), str(self._folder))
+            unpack(self._path, self._folder)
             self._load()
-        except Exception as error:  # fmpy raises plain Exceptions: a path that leaves the archive, no binary for this platform
+        except OutputError:  # it is not the FMU that is at fault
+            raise
+        except Exception as error:  # fmpy raises plain Exceptions: no binary for this platform
             said = f"; it said: {self._log[-1]}" if self._log else ""
             raise FmuError(f"{self._path}: it cannot be instantiated here ({error}){said}.") from error
 
@@ -94,8 +100,7 @@ class Driver:
     def __exit__(self, *_: object) -> None:
         if getattr(self._fmu, "component", None):
             self._fmu.freeInstance()
-        if self._folder is not None:
-            shutil.rmtree(self._folder, ignore_errors=True)
+        self._kept.close()
 
     def _call(self, doing: str, function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
         try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
@@ -15,12 +14,8 @@ from evat.experiment import ExperimentError, Nominal, Role, Signal
 from evat.experiment_nominal import read_nominal
 from evat.model import Model, ParameterError, Variable
 from evat.needs import KINEMATICS
+from evat.read_toml import TomlError, read_toml
 from evat.units import affine
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 FILE = "experiment.toml"
 FORMAT = 1
@@ -82,9 +77,9 @@ class _Reader(Checks):
 
     def document(self) -> Document:
         try:
-            found = tomllib.loads(self.path.read_text(encoding="utf-8"))
-        except (ValueError, OSError, RecursionError) as error:  # ValueError: no TOML, no UTF-8, or a number of thousands of digits
-            raise self.error("", f"this is no readable TOML file: {error}.") from error
+            found = read_toml(self.path)
+        except TomlError as error:
+            raise ExperimentError(str(error)) from error
         self.keys("", found, KEYS, ("format", "title", "nominal"))
         if found["format"] != FORMAT or isinstance(found["format"], bool):
             raise self.error("format", f"{found['format']!r}; this version reads format {FORMAT}.")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -19,6 +18,7 @@ from evat.experiment_nominal import CHOICES
 from evat.model import FloatArray
 from evat.table import write_columns
 from evat.units import affine
+from evat.writing import scratch, told
 
 SUFFIXES = (".csv", ".parquet")
 USUAL_SD = Nominal({}, (), {}).default_relative_sd  # what a value has that the document gives none
@@ -29,8 +29,8 @@ def write_experiment(experiment: Experiment, folder: Path, *, suffix: str = ".cs
 
     Raises
     ------
-    ExperimentError, where something recorded has no signal, where the folder holds something already or cannot be written; nothing is left
-    behind then.
+    ExperimentError, where something recorded has no signal or the folder holds something already; OutputError, where it cannot be written.
+    Nothing is left behind then.
     """
     folder = Path(folder)
     if suffix not in SUFFIXES:
@@ -38,19 +38,16 @@ def write_experiment(experiment: Experiment, folder: Path, *, suffix: str = ".cs
     recorded = {key for trial in experiment.trials for key in (CLOCK, *trial.inputs, *trial.outputs)}
     if unsigned := sorted(recorded - set(experiment.signals)):
         raise ExperimentError(f"{', '.join(unsigned)}: recorded, but no signal gives its column and unit; add a Signal for each.")
-    try:
+    with told(folder):
         if folder.is_symlink() or (folder.exists() and (not folder.is_dir() or any(folder.iterdir()))):
             raise ExperimentError(f"{folder}: there is something already, and measurements are not overwritten; name a new folder.")
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".evat-") as scratch:
-            made = Path(scratch) / "experiment"
+        with scratch(folder.parent) as beside:
+            made = beside / "experiment"
             made.mkdir()
             _write(experiment, made, suffix)
             if folder.exists():
                 folder.rmdir()
             os.replace(made, folder)
-    except OSError as error:
-        raise ExperimentError(f"{folder}: it cannot be written: {error.strerror or error}. Name another folder.") from error
     return folder
 
 

@@ -40,13 +40,23 @@ def library(lanes: int = 1) -> tuple[Any, Any]:
 def _loaded(lanes: int) -> tuple[Any, Any]:
     ffi = cffi.FFI()
     ffi.cdef(declarations(source_root() / "kernel" / name for name in ("tables.h", "kernel.h")).replace("[LANES]", f"[{lanes}]"))
-    loaded: Any = ffi.dlopen(str(kernel_library_path(lanes, instructions())))
+    loaded = open_library(ffi, kernel_library_path(lanes, instructions()))
     if loaded.kernel_size() != ffi.sizeof("struct Contact"):
         raise EvatError(
             f"the compiled kernel does not fit its header: a contact has {loaded.kernel_size()} bytes there, "
             f"{ffi.sizeof('struct Contact')} here. Install evat again, which compiles the kernel."
         )
     return ffi, loaded
+
+
+def open_library(ffi: Any, path: Path) -> Any:
+    """A compiled library; EvatError where the system does not load it."""
+    try:
+        return ffi.dlopen(str(path))
+    except OSError as error:
+        raise EvatError(
+            f"{path}: the compiled library cannot be loaded here ({error}). Install evat again, on a disk from which programs may run."
+        ) from error
 
 
 def declarations(headers: Iterable[Path]) -> str:
@@ -228,7 +238,9 @@ class Contact:
 
     def _done(self, status: int, doing: str) -> None:
         if status != self._library.KERNEL_OK:
-            raise SimulationError(f"{doing} at t = {self.time:.9g} s: {status_text(status)}.")
+            text = self._ffi.new("char[512]")
+            self._library.kernel_explain(self._contact, status, text, 512)
+            raise SimulationError(f"{doing} at t = {self.time:.9g} s: {_text(text)}.")
 
     @property
     def time(self) -> float:

@@ -10,7 +10,7 @@ import cffi
 import numpy as np
 
 from .compile import machine_library_path, machine_names, source_root
-from .kernel import cffi_text, check_column, declarations, read_table
+from .kernel import cffi_text, check_column, declarations, open_library, read_table
 from .model import FloatArray, ParameterError, SimulationError, Variable
 
 
@@ -25,7 +25,7 @@ def _loaded(part: str) -> tuple[Any, Any]:
     ffi = cffi.FFI()
     root = source_root()
     ffi.cdef(declarations((root / "kernel" / "tables.h", root / "machines" / "machine.h")).replace("extern const struct Part part;", ""))
-    return ffi, ffi.dlopen(str(machine_library_path(part)))
+    return ffi, open_library(ffi, machine_library_path(part))
 
 
 @functools.cache

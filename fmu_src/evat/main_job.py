@@ -13,6 +13,7 @@ from evat.model import Run, Trace
 from evat.page import render
 from evat.plot import plot_cycles
 from evat.simulate import vibration_clock
+from evat.writing import put
 
 SAMPLES_PER_CYCLE = 400
 CYCLES = 6  # bristles are let go at separation, so the second cycle is periodic already; the rest shows that it is
@@ -109,8 +110,7 @@ def write_means(cases: list[Case], path: Path) -> Path:
     for case in cases:
         numbers = ",".join(f"{case.means[force]:.9g},{measured[case.material, force]:g}" for force in FORCES)
         lines.append(f"{case.material},{case.model},{case.principle},{numbers}")
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return path
+    return put(path, "\n".join(lines) + "\n")
 
 
 def write_report(cases: list[Case], figures: list[Path], family: str, speed_unit: str, out: Path) -> Path:
@@ -138,9 +138,7 @@ def write_report(cases: list[Case], figures: list[Path], family: str, speed_unit
         materials=paper_tables.materials(),
         token=kernel.token(),
     )
-    path = out / "report.html"
-    path.write_text(text, encoding="utf-8")
-    return path
+    return put(out / "report.html", text)
 
 
 CONDITIONS = (

@@ -62,7 +62,10 @@ class Variable:
                 return float(self.choices.index(value))
             allowed = f"one of {', '.join(self.choices)}" if self.choices else f"a number in {self.unit}"
             raise ParameterError(f"{self.name} = {value!r}: allowed is {allowed}.")
-        number = float(value)
+        try:
+            number = float(value)
+        except OverflowError:  # a whole number of hundreds of digits
+            number = math.inf if value > 0 else -math.inf
         if not math.isfinite(number):
             raise ParameterError(f"{self.name} = {number}: a finite number in {self.unit} is needed.")
         if not self.min <= number <= self.max:

@@ -26,6 +26,7 @@ HEATS = (0.2, 0.6, 1.0)  # levels of the temperature proxy as shares of the top 
 BELOW_LIMIT = 0.9  # of the speed at which eq. 7 of the paper stops to hold
 TOLERANCE = 1e-6  # of the simulated truth: far below any noise
 MOST_NOISE = 10.0
+MOST_REPEATS = 1000
 HEATED = ("temperature", "heated_presliding")
 PROXIES = ("contact_temperature", "proxy_speed")
 
@@ -90,8 +91,8 @@ def _check(motion: str, repeats: int, noise: float, rate: float, nominal_off: fl
         raise ParameterError(f"motion {motion!r}: allowed are {', '.join(KINDS)}.")
     if proxy not in PROXIES:
         raise ParameterError(f"proxy {proxy!r}: allowed are {', '.join(PROXIES)}.")
-    if repeats < 1:
-        raise ParameterError(f"repeats = {repeats}: at least 1 trial of each condition is needed.")
+    if not 1 <= repeats <= MOST_REPEATS:
+        raise ParameterError(f"repeats = {repeats}: 1 to {MOST_REPEATS} trials of each condition are needed.")
     if not 0 <= noise <= MOST_NOISE:
         raise ParameterError(f"noise = {noise:g}: a share of the force's root mean square is needed, 0 to {MOST_NOISE:g}.")
     if not 10 <= rate <= 1e6:

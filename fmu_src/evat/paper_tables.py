@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from .read_toml import read_toml
 
 FOLDER = Path(__file__).resolve().parent / "parameters" / "paper"
 
@@ -40,7 +36,7 @@ class MeasuredForce:
 
 @lru_cache(maxsize=2)
 def _read(name: str) -> dict[str, Any]:
-    return tomllib.loads((FOLDER / name).read_text(encoding="utf-8"))
+    return read_toml(FOLDER / name)
 
 
 def materials() -> dict[str, str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from os import PathLike
@@ -14,12 +13,8 @@ from typing import Any
 from . import kernel, ssv
 from .model import ParameterError
 from .paper_tables import materials, table_1, table_1_source
+from .read_toml import TomlError, read_toml
 from .units import SPEED_UNITS, display, to_si
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 FOLDER = Path(__file__).resolve().parent / "parameters"
 KEYS = ("title", "source", "base", "effects", "notes", "speed_range", "values")
@@ -143,9 +138,9 @@ def _is_family(stem: str) -> bool:
 
 def _document(path: Path, allowed: tuple[str, ...]) -> dict[str, Any]:
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
-        raise ParameterError(f"{path.name}: this is no readable TOML file: {error}.") from error
+        document = read_toml(path)
+    except TomlError as error:
+        raise ParameterError(str(error)) from error
     for key in document:
         if key not in allowed:
             raise ParameterError(f"{path.name}, key {key!r}: not known; allowed are {', '.join(allowed)}.")
@@ -175,12 +170,12 @@ def _from_toml(path: Path, name: str, material: str | None, speed_unit: str) -> 
     for key, entry in _table(path, "values", document.get("values", {})).items():
         values[key] = _entry_value(path, key, entry, speed_unit)
         sources[key] = str(entry.get("source", document.get("source", "guess")))
-    effects = tuple(document.get("effects", base.effects))
+    effects = _texts(path, "effects", document.get("effects", base.effects))
     for effect in effects:
         if effect not in {known.name for known in kernel.effects()}:
             raise ParameterError(f"{path.name}, key 'effects': there is no effect {effect!r}.")
     speed_range = _speed_range(path, document["speed_range"]) if "speed_range" in document else base.speed_range
-    title, notes = str(document.get("title", name)), tuple(document.get("notes", base.notes))
+    title, notes = str(document.get("title", name)), _texts(path, "notes", document.get("notes", base.notes))
     if material is not None:
         facts = _facts(values, speed_range, speed_unit) | {"material": materials()[material]}
         title, notes = title.format(**facts), tuple(note.format(**facts) for note in notes)
@@ -191,6 +186,12 @@ def _table(path: Path, key: str, found: Any) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise ParameterError(f"{path.name}, key {key!r}: {found!r}; a table is needed, with {', '.join(ENTRY_KEYS)}.")
     return found
+
+
+def _texts(path: Path, key: str, found: Any) -> tuple[str, ...]:
+    if not isinstance(found, (list, tuple)) or not all(isinstance(text, str) for text in found):
+        raise ParameterError(f"{path.name}, key {key!r}: {found!r}; a list of texts is needed, [] where there are none.")
+    return tuple(found)
 
 
 def _entry_value(path: Path, key: str, entry: Any, speed_unit: str) -> float:

@@ -12,8 +12,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from evat import kernel
+from evat.console import printable
 from evat.model import FloatArray, Trace
 from evat.units import affine
+from evat.writing import OutputError, whole
 
 COLOURS = ("#b03a2e", "#1f618d", "#1e8449", "#7d3c98", "#b9770e", "#34495e")
 STYLE: Any = {
@@ -34,9 +36,31 @@ def new_figure(rows: int, columns: int, size: tuple[float, float], sharex: bool 
     return figure, figure.subplots(rows, columns, sharex=sharex, squeeze=False)
 
 
+def as_it_stands(figure: Figure) -> None:
+    """Titles and labels may quote a file: to matplotlib a dollar begins a formula, which may be a wrong one."""
+    legends = [legend for legend in (*figure.legends, *(axes.get_legend() for axes in figure.axes)) if legend is not None]
+    texts = [*figure.texts, *(text for legend in legends for text in legend.get_texts())]
+    for axes in figure.axes:
+        texts += [axes.title, axes.xaxis.label, axes.yaxis.label, *axes.texts]
+    for text in texts:
+        text.set_parse_math(False)
+        text.set_text(printable(text.get_text()))
+
+
+def check_picture(path: Path) -> str:
+    """The format of a picture by its suffix; OutputError where that is none."""
+    form = path.suffix.removeprefix(".").lower()
+    if form not in FigureCanvasAgg.get_supported_filetypes():
+        raise OutputError(f"{path}: a picture of the kind {path.suffix!r} cannot be written; name it .png, .svg or .pdf.")
+    return form
+
+
 def save_figure(figure: Figure, path: Path) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=120, metadata={"Software": None} if path.suffix == ".png" else None)
+    """Write a picture whole, in the format of its suffix; OutputError where it cannot be written."""
+    form = check_picture(path)
+    as_it_stands(figure)
+    with whole(path, "the picture") as made:
+        figure.savefig(made, format=form, dpi=120, metadata={"Software": None} if form == "png" else None)
     return path
 
 

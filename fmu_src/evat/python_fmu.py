@@ -13,7 +13,6 @@ import json
 import math
 import subprocess
 import sys
-import tempfile
 import uuid
 import zipfile
 from collections.abc import Sequence
@@ -28,6 +27,7 @@ from .fmu import archive, fmi2
 from .fmu.documentation import license_text
 from .fmu.shown import FmuError, Shown
 from .fmu.simple_types import FIRST_ITEM
+from .writing import put, temporary
 
 MODEL_NAME = "EvatContactPython"
 HERE = Path(__file__).resolve().parent
@@ -107,14 +107,14 @@ def _license_of_pythonfmu() -> bytes:
 
 def _packed(sources: dict[str, bytes]) -> dict[str, bytes]:
     """What pythonfmu packs, file by file. In a process of its own, since it leaves the script imported."""
-    with tempfile.TemporaryDirectory(prefix="evat-python-fmu-") as folder:
+    with temporary() as folder:
         for name, content in sources.items():
-            (Path(folder) / name).write_bytes(content)
+            put(folder / name, content)
         others = [name for name in sources if name != SCRIPT]
         options = ["--no-external-tool", "--handle-state", "--serialize-state"]
         command: Sequence[str] = [sys.executable, "-B", "-m", "pythonfmu", "build", "-f", SCRIPT, *options, *others]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        made = Path(folder) / f"{MODEL_NAME}.fmu"
+        made = folder / f"{MODEL_NAME}.fmu"
         if done.returncode != 0 or not made.is_file():
             reason = (done.stderr.strip() or done.stdout.strip() or f"exit status {done.returncode}").splitlines()[-1]
             raise FmuError(f"pythonfmu could not pack {SCRIPT}: {reason}. Correct the file that it names.")

@@ -5,19 +5,19 @@ pyssp-standard is not used for it: it parses with entities on, drops description
 
 from __future__ import annotations
 
-import importlib.util
-import os
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from lxml import etree
 
 from .model import ParameterError, Variable
+from .read_xml import XmlError, check_valid, number, read_xml
 from .units import BaseUnit, base_unit, convert
+from .writing import put
 
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -38,29 +38,12 @@ class Content:
     speed_range: tuple[float, float] | None = None
 
 
-@lru_cache(maxsize=1)
-def schema() -> Any:
-    """The SSP 1.0 schema, which the package fmpy brings."""
-    spec = importlib.util.find_spec("fmpy")
-    if spec is None or not spec.submodule_search_locations:
-        raise ParameterError("the SSP schema comes with the package fmpy, which is not installed here: pip install fmpy.")
-    return etree.XMLSchema(file=str(Path(spec.submodule_search_locations[0]) / "ssp" / "schema" / "SystemStructureParameterValues.xsd"))
-
-
 def read(path: Path, variables: Mapping[str, Variable]) -> Content:
     """The content of a file; ParameterError with file and line where it is not one that these variables allow."""
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, remove_comments=True)
-    try:
-        tree = etree.parse(str(path), parser)
-    except (OSError, etree.XMLSyntaxError) as error:
-        raise ParameterError(f"{path.name}: this is no readable XML file: {error}.") from error
-    if tree.docinfo.internalDTD is not None:
-        raise ParameterError(f"{path.name}: it has a document type declaration, which an .ssv file needs not; remove it.")
-    if not schema().validate(tree):
-        wrong = schema().error_log[0]
-        raise ParameterError(f"{path.name}, line {wrong.line}: not valid by the schema of SSP 1.0: {wrong.message}")
+    tree = read_xml(path, path.name)
+    check_valid(tree, "SystemStructureParameterValues", path.name)
     root = tree.getroot()
-    units = {unit.get("name"): _unit_in_file(unit[0]) for unit in root.iterfind("ssv:Units/ssc:Unit", _NAMES)}
+    units = units_in_file(root, path.name)
     values: dict[str, float] = {}
     sources: dict[str, str] = {}
     for parameter in root.iterfind("ssv:Parameters/ssv:Parameter", _NAMES):
@@ -80,7 +63,12 @@ def read(path: Path, variables: Mapping[str, Variable]) -> Content:
 
 
 def write(path: Path, content: Content, variables: Mapping[str, Variable]) -> Path:
-    """Write `content`, in the order of the variables; the same content gives the same bytes."""
+    """Write `content`; the file appears whole or not at all."""
+    return put(path, serialised(content, variables))
+
+
+def serialised(content: Content, variables: Mapping[str, Variable]) -> bytes:
+    """`content` as XML, in the order of the variables; the same content gives the same bytes."""
     root = etree.Element(f"{{{SSV}}}ParameterSet", nsmap={"ssv": SSV, "ssc": SSC}, version="1.0", name=content.name)
     if content.title != content.name:
         root.set("description", content.title)
@@ -116,8 +104,7 @@ def write(path: Path, content: Content, variables: Mapping[str, Variable]) -> Pa
             about.set("highest_speed", repr(content.speed_range[1]))
         for note in content.notes:
             etree.SubElement(about, f"{{{ABOUT}}}note").text = note
-    _write_whole(path, etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8"))
-    return path
+    return bytes(etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8"))
 
 
 def _value(name: str, found: Any, units: Mapping[str, BaseUnit], variables: Mapping[str, Variable]) -> float:
@@ -132,40 +119,34 @@ def _value(name: str, found: Any, units: Mapping[str, BaseUnit], variables: Mapp
         return variable.check(text)
     if kind == "Boolean":
         return variable.check(text.strip() in ("true", "1"))
-    number, unit = Decimal(text.strip()), found.get("unit")
-    if unit is None or not number.is_finite():
-        return variable.check(float(number))
+    unit = found.get("unit")
+    if unit is None or not math.isfinite(float(text)):
+        return variable.check(float(text))
     wanted, source = base_unit(variable.unit), units[unit] if unit in units else base_unit(unit)
     if source.exponents != wanted.exponents:
         raise ParameterError(f"{name} = {text} {unit}: {unit} does not measure what {variable.unit} measures.")
-    return variable.check(convert(number, source, wanted))
+    return variable.check(convert(Decimal(text.strip()), source, wanted))
 
 
-def _unit_in_file(base: Any) -> BaseUnit:
+def units_in_file(root: Any, what: str) -> dict[str, BaseUnit]:
+    """The units that an .ssv file itself defines, by name."""
+    return {unit.get("name"): _unit_in_file(unit[0], what) for unit in root.iterfind("ssv:Units/ssc:Unit", _NAMES)}
+
+
+def _unit_in_file(base: Any, what: str) -> BaseUnit:
     exponents = {key: int(power) for key, power in base.attrib.items() if key not in ("factor", "offset") and int(power) != 0}
-    return BaseUnit(exponents, Decimal(base.get("factor", "1")), Decimal(base.get("offset", "0")))
+    if number(base, "factor", what, 1.0) == 0:
+        raise XmlError(f"{what}, line {base.sourceline}: factor = 0; a unit is some number of SI units.")
+    number(base, "offset", what, 0.0)
+    return BaseUnit(exponents, Decimal(base.get("factor", "1").strip()), Decimal(base.get("offset", "0").strip()))
 
 
 def _speed_range(path: Path, about: Any) -> tuple[float, float] | None:
     if about.get("lowest_speed") is None and about.get("highest_speed") is None:
         return None
-    try:
-        low, high = float(about.get("lowest_speed", "")), float(about.get("highest_speed", ""))
-    except ValueError:
-        low, high = 0.0, 0.0
+    low, high = (number(about, key, path.name) for key in ("lowest_speed", "highest_speed"))
     if not 0 <= low < high:
         raise ParameterError(
             f"{path.name}, line {about.sourceline}: lowest_speed and highest_speed [m/s] must be numbers, the second higher."
         )
     return low, high
-
-
-def _write_whole(path: Path, data: bytes) -> None:
-    """The file appears whole or not at all."""
-    scratch = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        scratch.write_bytes(data)
-        os.replace(scratch, path)
-    except OSError as error:
-        scratch.unlink(missing_ok=True)
-        raise ParameterError(f"{path}: the file cannot be written: {error.strerror}.") from error

@@ -106,5 +106,7 @@ def _explained(path: Path) -> Iterator[None]:
         raise RecordError(
             f"{path.name}: this is no table of numbers ({error}). Numbers have a decimal point; missing ones are left empty."
         ) from error
+    except UnicodeEncodeError as error:
+        raise RecordError(f"{path.name}: the file's name is no text (UTF-8); rename it.") from error
     except UnicodeDecodeError as error:
         raise RecordError(f"{path.name}: the headers are not written in UTF-8; save the file anew in that encoding.") from error

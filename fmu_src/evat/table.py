@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +15,7 @@ import pyarrow.parquet
 
 from evat.model import EvatError, FloatArray, Trace
 from evat.units import affine
+from evat.writing import whole
 
 # A name, and its unit in brackets at the end: "F [N]", "F (N)", "c [N/(m/min)]".
 HEADER = re.compile(r".*?(?:\[(?P<square>[^][]*)\]|\((?P<round>(?:[^()]|\([^()]*\))*)\))\s*", re.DOTALL)
@@ -103,6 +102,8 @@ def read_table(path: Path) -> Table:
             table = pa.csv.read_csv(path, parse_options=pa.csv.ParseOptions(delimiter=delimiter_of(path)))
     except OSError as error:
         raise RecordError(f"{path}: {error.strerror or error}.") from error
+    except UnicodeEncodeError as error:
+        raise RecordError(f"{path.name}: the file's name is no text (UTF-8); rename it.") from error
     except pa.ArrowException as error:
         raise RecordError(f"{path.name}: this is no table of numbers ({error}).") from error
     try:
@@ -142,20 +143,14 @@ def read_texts(path: Path, header: str) -> tuple[str, ...]:
 def write_columns(columns: Mapping[str, FloatArray | Sequence[str]], path: Path, about: Mapping[str, str] | None = None) -> Path:
     """Write columns by their headers as Parquet or, by any other suffix, CSV; `about` is kept in Parquet.
 
-    The file appears whole or not at all; RecordError where it cannot be written.
+    The file appears whole or not at all; OutputError where it cannot be written.
     """
     table = pa.table(dict(columns)).replace_schema_metadata(dict(about or {}))
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=path.parent, prefix=".evat-") as folder:
-            scratch = Path(folder) / "table"
-            if is_parquet(path):
-                pa.parquet.write_table(table, scratch)
-            else:
-                pa.csv.write_csv(table, scratch)
-            os.replace(scratch, path)
-    except OSError as error:
-        raise RecordError(f"{path}: it cannot be written: {error.strerror or error}. Name another file.") from error
+    with whole(path) as made:
+        if is_parquet(path):
+            pa.parquet.write_table(table, made)
+        else:
+            pa.csv.write_csv(table, made)
     return path
 
 

@@ -4,14 +4,14 @@ that connect variable by variable, as SSP does (in its version 2.0, too).
 
 from __future__ import annotations
 
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
 from fmpy import read_model_description
-from lxml import etree
 
 from evat.model import EvatError
+from evat.read_xml import read_xml
+from evat.unpack import member, opened
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 FACING = {"signal": "signal", "inflow": "outflow", "outflow": "inflow"}  # what a member meets on the other side
@@ -52,10 +52,10 @@ class Connection:
 
 def terminals(fmu: Path) -> dict[str, Terminal]:
     """The terminals of an FMU by name; none where it describes none."""
-    with zipfile.ZipFile(fmu) as archive:
+    with opened(fmu) as archive:
         if TERMINALS not in archive.namelist():
             return {}
-        root = etree.fromstring(archive.read(TERMINALS), etree.XMLParser(resolve_entities=False, no_network=True))
+        root = read_xml(member(archive, TERMINALS), f"{fmu.name}, {TERMINALS}").getroot()
     known = {v.name: v for v in read_model_description(str(fmu), validate=False).modelVariables}
     found = {}
     for element in root.findall("Terminals/Terminal"):

@@ -76,8 +76,14 @@ def base_unit(unit: str) -> BaseUnit:
 
 
 def convert(value: Decimal, found: BaseUnit, wanted: BaseUnit) -> float:
-    """`value` from one unit to another that has the same exponents."""
-    return float((found.factor * value + found.offset - wanted.offset) / wanted.factor)
+    """`value` from one unit to another that has the same exponents; ParameterError where no float can hold it."""
+    try:
+        result = float((found.factor * value + found.offset - wanted.offset) / wanted.factor)
+    except ArithmeticError:
+        result = math.inf
+    if math.isinf(result):
+        raise ParameterError(f"{value:.6g}: the number is too large.")
+    return result
 
 
 def affine(found: str, wanted: str) -> tuple[float, float]:
@@ -106,12 +112,9 @@ def to_si(value: str | float, unit: str, *, name: str) -> float:
     if source.exponents != target.exponents:
         raise ParameterError(f"{typed}: {found} does not measure what {readable} measures; {example}.")
     try:
-        result = convert(Decimal(match[1]), source, target)
-    except ArithmeticError:
-        result = math.inf
-    if math.isinf(result):
-        raise ParameterError(f"{typed}: the number is too large; {example}.")
-    return result
+        return convert(Decimal(match[1]), source, target)
+    except (ParameterError, ArithmeticError):  # Decimal itself holds no exponent of 19 digits
+        raise ParameterError(f"{typed}: the number is too large; {example}.") from None
 
 
 def display(value: float, variable: Variable, *, digits: int = 6) -> str:

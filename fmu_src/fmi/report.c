@@ -40,7 +40,9 @@ enum Answer report(struct Component *c, enum Answer answer, const char *format, 
 
 enum Answer report_kernel(struct Component *c, enum Answer answer, enum Status status)
 {
-    return report(c, answer, "at time %.17g s: %s.", c->contact.value[TIME][0], kernel_status_text(status));
+    char why[TEXT_SIZE / 2];
+    kernel_explain(&c->contact, status, why, sizeof why);
+    return report(c, answer, "at time %.17g s: %s.", c->contact.value[TIME][0], why);
 }
 
 static const char *const mode_names[] = {"Instantiated",         "Configuration Mode", "Initialization Mode", "Event Mode",

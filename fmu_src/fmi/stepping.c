@@ -112,8 +112,10 @@ enum Answer component_step(struct Component *c, double time, double step, struct
     c->life.slope_set = 0;
     if (status != KERNEL_OK) {
         c->life.mode = STEP_FAILED;
+        char why[512];
+        kernel_explain(&c->contact, status, why, sizeof why);
         return report(c, end->last_time > now ? c->host.partial_step : ANSWER_ERROR, "the step from %.17g s by %g s ended at %.17g s: %s.",
-                      now, step, end->last_time, kernel_status_text(status));
+                      now, step, end->last_time, why);
     }
     return c->life.mode == STEPPING ? component_warn(c) : ANSWER_ERROR;
 }

@@ -74,11 +74,36 @@ static int all_finite(const struct Point *x)
     return !lost;
 }
 
+/* Steps without end: contact that opens and closes at no speed, forces that chase one another. A stretch of time that the steps pass in
+ * `few` where nothing happens may take so many times more. An ellipse takes up to 60 a cycle at the usual tolerance, steps shrink with its
+ * fourth root, and a law with events of its own may break bonds at each of them. */
+struct Patience {
+    double length, begun, taken, most;
+};
+
+static struct Patience patience_with(const struct Wiring *w)
+{
+    const double few = 20, tight = larger(1, sqrt(sqrt(1e-4 / w->p[RELATIVE_TOLERANCE][0]))), usual = w->current_angle ? 1000 : 4000;
+    const struct Patience p = {few * w->longest[0], 0, 0, usual * tight * (w->law->rest ? 25 : 1)};
+    return p;
+}
+
+/* Is the step that begins at s one too many? The slowest lane counts; each lane moves on in each step. */
+static int worn_out(struct Patience *p, double step, const lanes s)
+{
+    double slowest = INFINITY;
+    EACH_LANE slowest = s[i] < step ? smaller(slowest, s[i]) : slowest;
+    if (slowest > p->begun + p->length) {
+        p->begun = slowest;
+        p->taken = 0;
+    }
+    return p->taken++ >= p->most;
+}
+
 enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s, struct Course *course)
 {
-    /* for each vibration cycle that is passed a hundred times what tight tolerances take; solving for the slip makes steps dear */
-    const double usual = smaller((w->current_angle ? 1e4 : 1e5) * (1 + step * w->p[VIBRATION_FREQUENCY][0]), 1e9);
-    const double most_steps = course->most_steps > 0 ? smaller(usual, course->most_steps) : usual;
+    struct Patience patience = patience_with(w);
+    const double most_steps = course->most_steps > 0 ? course->most_steps : INFINITY;
     struct Room *const room = course->room;
     struct Point *start = &room[course->now].point, *middle = &room[(course->now + 1) % 3].point, *end = &room[(course->now + 2) % 3].point;
     lanes h, to_window, difference;
@@ -102,7 +127,7 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
         int cut[LANES], known[LANES], asked[LANES], acts[LANES], fits[LANES], misfits[LANES], shorter = 0, event = 0, jump = 0;
         lanes next;
         EACH_LANE next[i] = contact->next_step[i];
-        if (n >= most_steps)
+        if (n >= most_steps || worn_out(&patience, step, s))
             return KERNEL_TOO_MANY_STEPS;
         try_step(contact, w, s, h, start, middle, end, difference);
         if (!all_finite(end))
@@ -132,17 +157,22 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
             to_window[i] *= cut[i] == NO_EVENT;
         }
         if (jump && jumps++ < INDICATORS) { /* an input has jumped across an event */
-            EACH_LANE acts[i] = cut[i] == JUMP;
-            try_again(contact, acts, next);
+            EACH_LANE acts[i] = cut[i] == JUMP; /* the same step again: it says nothing yet of a longer one */
             act_in_lanes(contact, w, s, ahead, acts, start);
             continue;
         }
         jumps = 0;
+        if (!shorter && !accurate_in_halves(contact, w, 1e-12 * step, s, h, start, middle, end, next, fits)) {
+            EACH_LANE misfits[i] = !fits[i];
+            try_again(contact, misfits, next);
+            continue;
+        }
         /* the shortened step may show an event that the long one had at both of its ends, as a narrow band of sticking */
         int within = 1;
         for (int tries = 0; shorter && within && tries < INDICATORS; ++tries) {
             try_step(contact, w, s, h, start, middle, end, difference);
-            within = accurate(contact, w, 1e-12 * step, h, start, middle, end, difference, next, fits);
+            within = accurate(contact, w, 1e-12 * step, h, start, middle, end, difference, next, fits) &&
+                     accurate_in_halves(contact, w, 1e-12 * step, s, h, start, middle, end, next, fits);
             shorter = 0;
             for (int i = 0; i < LANES; ++i) {
                 asked[i] = cut[i] >= 0;
@@ -189,6 +219,7 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
         if (w->current_angle && w->law->event) {
             act_at_step_end(contact, w, h, acts, start);
             point_at(contact, w, s, start);
+            take_law_side(contact, w, s, h, acts, start);
         }
         if (event)
             act_in_lanes(contact, w, s, ahead, acts, start);

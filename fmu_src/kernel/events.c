@@ -48,3 +48,18 @@ void act_at_step_end(struct Contact *contact, const struct Wiring *w, const lane
         copy_lane(contact->memory, (const lanes *)memory, MEMORY, i);
     }
 }
+
+/* Which side of its own event the law is on, at the point x that stands at s: what has begun to slide goes on sliding. */
+void take_law_side(struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const int event[LANES], struct Point *x)
+{
+    int changed = 0;
+    for (int i = 0; i < LANES; ++i) {
+        const double side = x->law[i] > 0 ? 1 : -1;
+        if (!(h[i] > 0) || event[i] || side == contact->sign[AT_LAW][i])
+            continue;
+        contact->sign[AT_LAW][i] = side;
+        changed = 1;
+    }
+    if (changed)
+        point_at(contact, w, s, x);
+}

@@ -48,13 +48,16 @@ static void land(struct Contact *contact, const struct Record *r, int64_t n)
     }
 }
 
-/* In which lanes does a point that a step has passed through show all there is? Not out of contact, nor where rates wait for the deflection.
- * Returns whether in all. */
-static int find_whole(const struct Wiring *w, const struct Point *x, int whole[LANES])
+/* In which lanes does a point that a step has passed through show all there is? Not out of contact, nor where rates wait for the deflection,
+ * nor where slip or thickness are given as just 0: the step missed that by a rounding, and it means rest, or no contact. Returns whether in
+ * all. */
+static int find_whole(const struct Contact *contact, const struct Wiring *w, const struct Point *x, int whole[LANES])
 {
     int all = 1;
     EACH_LANE {
-        whole[i] = (x->cutting[i] != 0) & !w->iterates;
+        const int given = w->kinematics == KINEMATICS_EXTERNAL;
+        const int zero = (contact->value[SLIP_VELOCITY][i] == 0) | (contact->value[UNCUT_THICKNESS][i] == 0);
+        whole[i] = (x->cutting[i] != 0) & !w->iterates & !(given & zero);
         all &= whole[i];
     }
     return all;
@@ -112,7 +115,10 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
         if (status == KERNEL_OK && n > 0) {
             const double step = record->times[n] - record->times[n - 1];
             lanes s = {0};
+            const int was_held = w.held;
             wire_time(contact, &w);
+            /* The last point missed its sample by a rounding, and a rest stands on the sample itself: a thickness of just 0 is none. */
+            course.known &= was_held || !w.held;
             status = !is_step(step) ? KERNEL_BAD_STEP : averages ? average_step(contact, step) : march(contact, &w, step, 0, s, &course);
             if (status == KERNEL_OK && record->most_steps > 0)
                 status = within(contact, record->most_steps, &course.most_steps);
@@ -124,7 +130,7 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
         if (!record->keep || record->keep[n]) {
             const int shown = angles || n == record->count - 1;
             int whole[LANES];
-            const int all_whole = course.known && find_whole(&w, passed, whole);
+            const int all_whole = course.known && find_whole(contact, &w, passed, whole);
             if (averages)
                 ; /* the step has shown its means */
             else if (all_whole && plainly && n < record->count - 1)

@@ -46,6 +46,7 @@ void friction_open(const struct Contact *contact, const struct Wiring *w, const 
         x->s1[i] = p[SIGMA1][i];
         x->sigma2[i] = p[SIGMA2][i];
         x->margin[i] = w->dissipative ? p[DAMPING_MARGIN][i] : INFINITY;
+        x->flat_from[i] = INFINITY;
     }
     act(w, STAGE_FRICTION, x);
     int softest = 0;
@@ -114,20 +115,22 @@ static double excess(const struct Wiring *w, const struct Point *x, int i)
     return slip_of_angle(w, x, i, shear_angle(w, x, i)) - x->v[i];
 }
 
-/* Where the law jumps at the slip that was found, the force lies within the jump such that its shear angle gives this slip. */
-static void stick(const struct Contact *contact, const struct Wiring *w, const lanes tau, const struct Bracket *b, struct Point *x)
+/* Where the law jumps at the slip that the search has closed in on, the force lies within the jump such that its shear angle gives this
+ * slip. */
+static void stick(const struct Contact *contact, const struct Wiring *w, const lanes tau, const struct Bracket *b, const int closed[LANES],
+                  struct Point *x)
 {
     lanes F_low;
-    EACH_LANE x->v[i] = b[i].low;
+    EACH_LANE x->v[i] = closed[i] ? b[i].low : x->v[i];
     answer(contact, w, tau, x);
     EACH_LANE {
         F_low[i] = x->F[i];
-        x->v[i] = b[i].high;
+        x->v[i] = closed[i] ? b[i].high : x->v[i];
     }
     answer(contact, w, tau, x);
     EACH_LANE {
         const double F_high = x->F[i], size = fabs(F_low[i]) + fabs(F_high);
-        if (fabs(F_high - F_low[i]) <= 1e-6 * size)
+        if (!closed[i] || fabs(F_high - F_low[i]) <= 1e-6 * size)
             continue;
         struct Bracket force = bracket(F_low[i], F_high, 1, -1);
         while (force.count < 90 && force.high - force.low > 1e-14 * size) {
@@ -140,38 +143,79 @@ static void stick(const struct Contact *contact, const struct Wiring *w, const l
     }
 }
 
+void forget_slip(struct Point *x)
+{
+    EACH_LANE {
+        x->solved_slip[i] = NAN;
+        x->solved_slope[i] = -1;
+    }
+}
+
+/* Where to look for the slip next: by the secant of the last two places, at an end too, where the flattest plane lies; and by the bracket
+ * where that leads out of it or takes long. */
+static double slip_to_try(struct Bracket *b, double close, double at, double there, double slope)
+{
+    const double secant = at - there / slope, slack = 0.1 * close;
+    if (b->count >= 10 || secant == at || !(secant >= b->low - slack && secant <= b->high + slack))
+        return bracket_next(b, close);
+    b->count += 1;
+    return smaller(larger(secant, b->low), b->high);
+}
+
 /* chip_flow_angle = current_shear_angle: v = V(phi(F(v))). More slip means more friction, a flatter shear plane and so less slip:
- * V(phi(F(v))) - v falls with v, and has one zero between the slips of the flattest and the steepest plane, also where the law jumps. */
+ * V(phi(F(v))) - v falls with v, and has one zero between the slips of the flattest and the steepest plane, also where the law jumps.
+ * The search begins at the slip that was solved for last (solved_slip), where there is one. */
 static void solve_slip(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
     struct Bracket b[LANES];
-    lanes close;
-    int open = 1;
+    lanes close, before, excess_before, steepest;
+    int open[LANES], closed[LANES], any = 1;
     EACH_LANE {
         const double ends[2] = {slip_of_angle(w, x, i, 0), slip_of_angle(w, x, i, 2)};
-        const double low = smaller(ends[0], ends[1]), high = larger(ends[0], ends[1]);
+        const double low = smaller(ends[0], ends[1]), high = larger(ends[0], ends[1]), last = x->solved_slip[i];
         b[i] = bracket(low, high, high - low, low - high); /* the most that either side can be */
         close[i] = 1e-14 * (fabs(low) + fabs(high));
         x->sticking[i] = 0;
+        open[i] = 1;
+        closed[i] = 0;
+        x->v[i] = last > low && last < high ? last : bracket_next(&b[i], close[i]);
+        before[i] = excess_before[i] = NAN;
+        steepest[i] = -1;
     }
-    while (open) {
-        open = 0;
-        EACH_LANE x->v[i] = bracket_next(&b[i], close[i]);
-        answer(contact, w, tau, x);
-        EACH_LANE {
-            if (b[i].high - b[i].low <= close[i] || b[i].count >= 90)
+    for (answer(contact, w, tau, x); any; answer(contact, w, tau, x)) {
+        any = 0;
+        for (int i = 0; i < LANES; ++i) {
+            if (!open[i])
                 continue;
-            bracket_update(&b[i], x->v[i], excess(w, x, i));
-            open |= b[i].high - b[i].low > close[i];
+            const double at = x->v[i], there = excess(w, x, i), slope = (there - excess_before[i]) / (at - before[i]);
+            bracket_update(&b[i], at, there);
+            /* nearer than that it is of roundings, and across a reversal it may be of a jump */
+            const int seen = slope < 0 && fabs(at - before[i]) > 30 * close[i] && at * before[i] > 0;
+            x->solved_slope[i] = seen ? slope : x->solved_slope[i];
+            steepest[i] = seen ? smaller(slope, -1) : steepest[i];
+            closed[i] = b[i].high - b[i].low <= close[i] || b[i].count >= 90;
+            open[i] = !closed[i] && fabs(there) > -0.1 * close[i] * steepest[i];
+            before[i] = at;
+            excess_before[i] = there;
+            if (open[i])
+                x->v[i] = slip_to_try(&b[i], close[i], at, there, x->solved_slope[i]);
+            any |= open[i];
         }
+        if (!any)
+            break;
     }
-    stick(contact, w, tau, b, x);
+    any = 0;
+    EACH_LANE any |= closed[i];
+    if (any)
+        stick(contact, w, tau, b, closed, x);
+    EACH_LANE x->solved_slip[i] = x->v[i];
 }
 
 /* The slip then depends on z, steeply where the chip is thin. The rate equation is therefore linearised at this z, so that the
  * exponential takes the steep part with it: dz/dt = f + (df/dz) (z' - z). */
 void friction_solved(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
 {
+    solve_slip(contact, w, tau, x);
     struct Point beside = *x;
     lanes step;
     EACH_LANE {
@@ -180,7 +224,6 @@ void friction_solved(const struct Contact *contact, const struct Wiring *w, cons
     }
     solve_slip(contact, w, tau, &beside);
     friction_rates(w, &beside);
-    solve_slip(contact, w, tau, x);
     friction_rates(w, x);
     EACH_LANE if (x->cutting[i] != 0) {
         const double f = x->drive[i] - x->rate[i] * x->z[i], f_beside = beside.drive[i] - beside.rate[i] * beside.z[i];

@@ -73,6 +73,38 @@ static void by_simpson(const lanes h, const struct Point *start, const struct Po
     }
 }
 
+/* A at half and at the whole of a step, from the rates there; A never falls. */
+static inline void path_of(double h, double a0, double am, double a1, double *M, double *D)
+{
+    const double part = h * (1. / 24);
+    *D = or_none(part * (4 * a0 + 16 * am + 4 * a1), NO_PATH);
+    *M = smaller(or_none(part * (5 * a0 + 8 * am - a1), NO_PATH), *D);
+}
+
+/* The target over a step, q + slope A + bend A^2, which ends at q_end; what all three points show of it (slope_seen, bend_seen); and the
+ * chord, the straight one through the ends. */
+struct Target {
+    double q, slope, bend, q_end, slope_seen, bend_seen, chord;
+    int from_reversal, to_reversal;
+};
+
+/* Through (0, q0), (M, qm), (D, q1). Where the slip reverses the rate is 0 and the bristle does not follow its target, whose dip of static
+ * friction is far narrower than the step: that end is left out, and the target is straight. Step doubling tells whether it may be. */
+static inline struct Target target_between(const struct Point *start, const struct Point *middle, const struct Point *end, double M,
+                                           double D, int i)
+{
+    const double per_d = D > 0 ? 1 / D : 0, a0 = start->rate[i], am = middle->rate[i], a1 = end->rate[i];
+    const double q0 = start->target[i], qm = middle->target[i], q1 = end->target[i];
+    const double first = M > 0 ? (qm - q0) / M : 0, last = D > M ? (q1 - qm) / (D - M) : first, chord = (q1 - q0) * per_d;
+    const double bend_seen = (last - first) * per_d, slope_seen = first - bend_seen * M;
+    const int wide = middle->speed[i] > middle->flat_from[i];
+    const int from_reversal = wide & (a0 < 1e-3 * am) & (D > M), to_reversal = wide & !from_reversal & (a1 < 1e-3 * am) & (M > 0);
+    const double from = from_reversal ? last : first, to = to_reversal ? first : last, bend = (to - from) * per_d;
+    const struct Target t = {from_reversal ? qm - to * M : q0, from - bend * M, bend, to_reversal ? qm + from * (D - M) : q1,
+                             slope_seen, bend_seen, chord, from_reversal, to_reversal};
+    return t;
+}
+
 /* By exponentials. */
 static void relax_bristles(int clip, const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end,
                            lanes z_middle, lanes z_end, lanes difference)
@@ -80,9 +112,7 @@ static void relax_bristles(int clip, const lanes h, const struct Point *start, c
     lanes M, D, to_M[3], to_D[3];
     int large = 0, far = 0;
     EACH_LANE {
-        const double part = h[i] * (1. / 24), a0 = start->rate[i], am = middle->rate[i], a1 = end->rate[i];
-        D[i] = or_none(part * (4 * a0 + 16 * am + 4 * a1), NO_PATH);
-        M[i] = smaller(or_none(part * (5 * a0 + 8 * am - a1), NO_PATH), D[i]);
+        path_of(h[i], start->rate[i], middle->rate[i], end->rate[i], &M[i], &D[i]);
         small_moments(to_M, i, M[i]);
         small_moments(to_D, i, D[i]);
         large |= D[i] > FEW;
@@ -93,24 +123,13 @@ static void relax_bristles(int clip, const lanes h, const struct Point *start, c
             large_moments(to_D, i, D[i]);
         }
     EACH_LANE {
-        const double z = start->z[i], m = M[i], d = D[i], per_d = d > 0 ? 1 / d : 0;
-        const double a0 = start->rate[i], am = middle->rate[i], a1 = end->rate[i];
-        const double q0 = start->target[i], qm = middle->target[i], q1 = end->target[i];
-        /* target = q + slope A + bend A^2 through (0, q0), (M, qm), (D, q1); `chord` is the straight one through the ends */
-        double first = m > 0 ? (qm - q0) / m : 0, last = d > m ? (q1 - qm) / (d - m) : first;
-        const double chord = (q1 - q0) * per_d, bend_seen = (last - first) * per_d, slope_seen = first - bend_seen * m;
-        /* Where the slip reverses the rate is 0 and the bristle does not follow its target, whose dip of static friction is far narrower
-         * than the step: that end is left out, and the target is straight. */
-        const int from_reversal = (a0 < 1e-3 * am) & (d > m), to_reversal = !from_reversal & (a1 < 1e-3 * am) & (m > 0);
-        first = from_reversal ? last : first;
-        last = to_reversal ? first : last;
-        const double q = from_reversal ? qm - last * m : q0, bend = (last - first) * per_d, slope = first - bend * m;
-        const double q_end = to_reversal ? qm + first * (d - m) : q1;
-        z_middle[i] = z + (q - z) * to_M[0][i] + slope * to_M[1][i] + bend * to_M[2][i];
-        const double reached = z + (q - z) * to_D[0][i] + slope * to_D[1][i] + bend * to_D[2][i];
+        const double z = start->z[i];
+        const struct Target t = target_between(start, middle, end, M[i], D[i], i);
+        z_middle[i] = z + (t.q - z) * to_M[0][i] + t.slope * to_M[1][i] + t.bend * to_M[2][i];
+        const double reached = z + (t.q - z) * to_D[0][i] + t.slope * to_D[1][i] + t.bend * to_D[2][i];
         /* of the target's bend, and of the rate's: it shifts D, of which only the last relaxation is remembered */
-        const double shift = h[i] / 3 * fabs(a0 - 2 * am + a1) / (1 + d);
-        difference[i] = fabs((slope_seen - chord) * to_D[1][i] + bend_seen * to_D[2][i]) + shift * fabs(q_end - reached);
+        const double shift = h[i] / 3 * fabs(start->rate[i] - 2 * middle->rate[i] + end->rate[i]) / (1 + D[i]);
+        difference[i] = fabs((t.slope_seen - t.chord) * to_D[1][i] + t.bend_seen * to_D[2][i]) + shift * fabs(t.q_end - reached);
         z_end[i] = reached;
         far |= !((fabs(reached) <= fabs(z)) | within(start, i, reached) | within(end, i, reached));
     }
@@ -128,4 +147,35 @@ void bristle_step(int relaxes, int clip, const lanes h, const struct Point *star
         relax_bristles(clip, h, start, middle, end, z_middle, z_end, difference);
     else
         by_simpson(h, start, middle, end, z_middle, z_end, difference);
+}
+
+/* A within which the slip x, h from a reversal, comes to rest where static friction is felt: the slip is straight there. */
+static double near_rest(const struct Point *x, double target_at_rest, double h, int i)
+{
+    const double speed = x->speed[i], share = smaller(x->flat_from[i] / larger(speed, 1e-300), 2);
+    const double faster = larger(fabs(x->target[i]) / larger(fabs(target_at_rest), 1e-300), 1); /* rate = speed/target */
+    return 0.5 * x->rate[i] * h * share * share * faster;
+}
+
+void hidden_in_target(const lanes h, const struct Point *a, const struct Point *early, const struct Point *m, const struct Point *late,
+                      const struct Point *b, lanes hidden)
+{
+    for (int i = 0; i < LANES; ++i) {
+        double M, D, quarter, half, last_quarter, last_half;
+        path_of(2 * h[i], a->rate[i], m->rate[i], b->rate[i], &M, &D);
+        path_of(h[i], a->rate[i], early->rate[i], m->rate[i], &quarter, &half);
+        path_of(h[i], m->rate[i], late->rate[i], b->rate[i], &last_quarter, &last_half);
+        const struct Target t = target_between(a, m, b, M, D, i);
+        const double A[2] = {smaller(quarter, M), smaller(larger(half + last_quarter, M), D)};
+        const double miss[2] = {fabs(early->target[i] - (t.q + A[0] * (t.slope + A[0] * t.bend))),
+                                fabs(late->target[i] - (t.q + A[1] * (t.slope + A[1] * t.bend)))};
+        const double forgotten = exponential(-last_half); /* what is left of the first half at the end */
+        hidden[i] = miss[0] * forgotten * (1 - exponential(-half)) + miss[1] * (1 - forgotten);
+        if (t.to_reversal)
+            hidden[i] += fabs(b->target[i] - t.q_end) * (1 - exponential(-near_rest(late, b->target[i], 0.5 * h[i], i)));
+        if (t.from_reversal) {
+            const double rest = near_rest(early, a->target[i], 0.5 * h[i], i);
+            hidden[i] += fabs(a->target[i] - t.q) * (1 - exponential(-rest)) * exponential(-larger(half + last_half - rest, 0));
+        }
+    }
 }

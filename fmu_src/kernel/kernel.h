@@ -165,6 +165,8 @@ const struct Effect *kernel_effect(int place);
 const char *kernel_stage_name(enum Stage stage);
 int kernel_effect_switch(int place);               /* index of the effect's Boolean; its parameters follow it */
 const char *kernel_status_text(enum Status status);
+/* What a status means for this contact: where a combination is at fault, its law, choices and effects, too. */
+void kernel_explain(const struct Contact *contact, enum Status status, char *text, size_t size);
 const char *kernel_warning_text(int bit);          /* bit 0 .. WARNING_COUNT-1 */
 int kernel_averages(const struct Contact *contact); /* averaging = cycle: it shows cycle means, and there is nothing to see within a step */
 size_t kernel_size(void);                          /* bytes of a struct Contact */
@@ -247,11 +249,14 @@ struct Point {
     lanes s0, s1, sigma2;  /* stiffness [N/m], damping and viscous coefficient [N s/m] in the force equation */
     lanes applied;         /* external tangential force on the contact, for laws that stick [N] */
     lanes sticking, F_stick; /* 1 where the slip was solved to lie in a jump of the law, and the force within the jump that holds it there [N] */
+    lanes solved_slip, solved_slope; /* the slip that was solved for last, and how the excess falls with it; NAN: none yet */
     lanes margin;          /* c in the limit of the damping; infinity: no limit */
     lanes stuck;           /* 1 on the sticking side of the law's own event, else 0 */
+    lanes law_side;        /* the side of it that the contact holds, > 0: sticking */
     lanes rate;            /* a in dz/dt = drive - a z [1/s] */
     lanes drive;           /* [m/s] */
     lanes target;          /* drive / a, also where a = 0 [m] */
+    lanes flat_from;       /* slip speed from which on the target does not depend on it, as far as the law knows [m/s] */
     lanes dz;              /* dz/dt [m/s] */
     lanes F;               /* friction force on the tool along the chip flow [N] */
     lanes law;             /* indicator AT_LAW */

@@ -33,7 +33,8 @@ void engage_point(const struct Contact *contact, const struct Wiring *w, const l
     path_at(contact, w, tau, x);
     EACH_LANE {
         x->cutting[i] = contact->sign[AT_CONTACT][i] > 0;
-        x->stuck[i] = contact->sign[AT_LAW][i] > 0;
+        x->law_side[i] = contact->sign[AT_LAW][i];
+        x->stuck[i] = x->law_side[i] > 0;
         x->direction[i] = x->cutting[i] != 0 ? contact->sign[AT_SLIP][i] : x->v[i] < 0 ? -1 : 1;
         x->law[i] = 1;
         x->distance[i] = contact->value[SLIDING_DISTANCE][i];
@@ -68,14 +69,15 @@ void close_point(const struct Contact *contact, const struct Wiring *w, int pass
     forces_at(w, x);
 }
 
-/* Where the slip is solved for, its reversal and the law's event lie inside the solution and are not searched for. */
+/* Where the slip is solved for, its reversal and the law's event lie inside the solution and are not searched for; the law's side changes
+ * at the end of steps (act_at_step_end). */
 void indicators(const struct Wiring *w, const struct Point *x, lanes indicator[INDICATORS])
 {
     EACH_LANE {
         indicator[AT_CONTACT][i] = x->contact[i];
         indicator[AT_SURFACE][i] = x->surface[i];
         indicator[AT_SLIP][i] = w->current_angle ? 1 : x->v[i];
-        indicator[AT_LAW][i] = w->current_angle ? 1 : x->law[i];
+        indicator[AT_LAW][i] = w->current_angle ? x->law_side[i] : x->law[i];
     }
 }
 
@@ -119,6 +121,7 @@ void point_at(const struct Contact *contact, const struct Wiring *w, const lanes
 {
     EACH_LANE x->z[i] = contact->value[BRISTLE_DEFLECTION][i];
     load_states(contact, w, x);
+    forget_slip(x);
     engage_point(contact, w, tau, x);
     open_point(contact, w, tau, 0, x);
     close_point(contact, w, 0, x);

@@ -144,7 +144,7 @@ static const char *const status_texts[KERNEL_STATUS_COUNT] = {
     [KERNEL_NOT_FINITE] = "the value is not a finite number",
     [KERNEL_OUT_OF_BOUNDS] = "the value lies outside its bounds",
     [KERNEL_BAD_STEP] = "the step is not a number above 0 and up to 1e9 s",
-    [KERNEL_TOO_MANY_STEPS] = "the step needs more internal steps than allowed: shorten it or loosen relative_tolerance",
+    [KERNEL_TOO_MANY_STEPS] = "it takes internal steps without end, as where contact flickers: change what is on, or loosen relative_tolerance",
     [KERNEL_DIVERGED] = "a force, a state or another output is no longer a finite number",
     [KERNEL_RIVALS] = "two effects are on that are rivals of each other: switch one of them off",
     [KERNEL_HISTORY_SHORT] = "an effect looks back further than the last 256 internal steps, which are kept: shorten its time or loosen relative_tolerance",
@@ -155,6 +155,47 @@ static const char *const status_texts[KERNEL_STATUS_COUNT] = {
 const char *kernel_status_text(enum Status status)
 {
     return status < KERNEL_STATUS_COUNT ? status_texts[status] : "unknown status";
+}
+
+/* `more` behind what text holds, as far as it has room. */
+static void append(char *text, size_t size, const char *more)
+{
+    size_t used = 0;
+    while (used + 1 < size && text[used])
+        ++used;
+    while (used + 1 < size && *more)
+        text[used++] = *more++;
+    if (used < size)
+        text[used] = '\0';
+}
+
+static void append_choice(const struct Contact *contact, int index, char *text, size_t size)
+{
+    const struct Variable *v = kernel_variable(index);
+    append(text, size, v->name);
+    append(text, size, " = ");
+    append(text, size, v->choices[(int)contact->value[index][0]]);
+}
+
+void kernel_explain(const struct Contact *contact, enum Status status, char *text, size_t size)
+{
+    if (size > 0)
+        text[0] = '\0';
+    append(text, size, kernel_status_text(status));
+    if (status != KERNEL_TOO_MANY_STEPS && status != KERNEL_DIVERGED)
+        return;
+    append(text, size, " (");
+    append_choice(contact, FRICTION_LAW, text, size);
+    append(text, size, ", ");
+    append_choice(contact, KINEMATICS, text, size);
+    append(text, size, ", ");
+    append_choice(contact, CHIP_FLOW_ANGLE, text, size);
+    for (int n = 0, any = 0; n < EFFECT_COUNT; ++n)
+        if (contact->effects_on >> n & 1) {
+            append(text, size, any++ ? ", " : "; on: ");
+            append(text, size, kernel_effect(n)->variables[0].name);
+        }
+    append(text, size, ")");
 }
 
 static const char *const warning_texts[WARNING_COUNT] = {

@@ -28,18 +28,24 @@ void relax(double h, double T, double u_0, double u_m, double u_1, double y, dou
     *whole = relaxed(D, u_0, slope, bend, y);
 }
 
-/* Short steps, where the coefficients of the parabola would cancel: the classical Runge-Kutta scheme, of error (w h)^5/120. */
-static void swung_a_little(double turn, double zeta, const double u[3], const double y[2], double after[2])
+/* Short steps, where the coefficients of the parabola would cancel: the series of place and speed over the share of the step, to rounding. */
+static void swung_a_little(double turn, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2], double whole[2])
 {
-    double k[4][2];
-    for (int n = 0; n < 4; ++n) {
-        const double part = n == 0 ? 0 : n == 3 ? 1 : 0.5, drive = u[n == 0 ? 0 : n == 3 ? 2 : 1];
-        const double x = n ? y[0] + part * turn * k[n - 1][0] : y[0], s = n ? y[1] + part * turn * k[n - 1][1] : y[1];
-        k[n][0] = s;
-        k[n][1] = drive - x - 2 * zeta * s;
+    enum { TERMS = 11 }; /* (2 zeta turn)^11/11! of them is left out */
+    const double drive[3] = {u_0, 4 * u_m - 3 * u_0 - u_1, 2 * (u_0 - 2 * u_m + u_1)};
+    double x = y[0], s = y[1], share = 1;
+    half[0] = whole[0] = x;
+    half[1] = whole[1] = s;
+    for (int k = 0; k < TERMS - 1; ++k) {
+        const double part = turn / (k + 1), next = part * ((k < 3 ? drive[k] : 0) - x - 2 * zeta * s);
+        x = part * s;
+        s = next;
+        share *= 0.5;
+        whole[0] += x;
+        whole[1] += s;
+        half[0] += share * x;
+        half[1] += share * s;
     }
-    for (int c = 0; c < 2; ++c)
-        after[c] = y[c] + turn / 6 * (k[0][c] + 2 * k[1][c] + 2 * k[2][c] + k[3][c]);
 }
 
 /* In units of 1/w: x'' + 2 zeta x' + x = c_0 + c_1 s + c_2 s^2, solved by a parabola and a free oscillation. */
@@ -48,9 +54,11 @@ static void swung(double turn, double zeta, const double c[3], const double y[2]
     const double p_2 = c[2], p_1 = c[1] - 4 * zeta * p_2, p_0 = c[0] - 2 * zeta * p_1 - 2 * p_2;
     const double x = y[0] - p_0, s = y[1] - p_1, square = 1 - zeta * zeta;
     double cosine, sine; /* e^(-zeta turn) cos(n turn), and the sine over n; n^2 = 1 - zeta^2 */
-    if (fabs(square) < 1e-8) {
-        cosine = exp(-zeta * turn);
-        sine = turn * cosine;
+    const double q = square * turn * turn;
+    if (fabs(q) < 1e-4) { /* of the series what is above rounding: the quotients below lose digits here */
+        const double decay = exp(-zeta * turn);
+        cosine = decay * (1 - q / 2 + q * q / 24);
+        sine = decay * turn * (1 - q / 6 + q * q / 120);
     } else if (square > 0) {
         const double n = sqrt(square), decay = exponential(-zeta * turn);
         cos_sin_of(n * turn, &cosine, &sine);
@@ -68,11 +76,9 @@ static void swung(double turn, double zeta, const double c[3], const double y[2]
 void swing(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2], double whole[2])
 {
     const double turn = w * h, from[2] = {y[0], y[1] / w};
-    if (turn < 0.05) {
-        const double u_1_4 = 0.375 * u_0 + 0.75 * u_m - 0.125 * u_1, first[3] = {u_0, u_1_4, u_m}, all[3] = {u_0, u_m, u_1};
-        swung_a_little(0.5 * turn, zeta, first, from, half);
-        swung_a_little(turn, zeta, all, from, whole);
-    } else {
+    if (turn < 0.05)
+        swung_a_little(turn, zeta, u_0, u_m, u_1, from, half, whole);
+    else {
         const double c[3] = {u_0, (4 * u_m - 3 * u_0 - u_1) / turn, 2 * (u_0 - 2 * u_m + u_1) / (turn * turn)};
         swung(0.5 * turn, zeta, c, from, half);
         swung(turn, zeta, c, from, whole);

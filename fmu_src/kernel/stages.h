@@ -120,7 +120,8 @@ void load_at(const struct Contact *contact, const struct Wiring *w, const lanes 
 void friction_open(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
 void friction_rates(const struct Wiring *w, struct Point *x);
 void friction_force(const struct Wiring *w, struct Point *x);
-/* friction.c: open and rates together, with the slip solved from its own shear angle. */
+/* friction.c: open and rates together, with the slip solved from its own shear angle; the search begins anew after forget_slip. */
+void forget_slip(struct Point *x);
 void friction_solved(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
 
 /* forces.c: normal, principal and feed force from F and k; and the shear angle that goes with them. */
@@ -149,6 +150,14 @@ void try_step(const struct Contact *contact, const struct Wiring *w, const lanes
 int accurate(const struct Contact *contact, const struct Wiring *w, double shortest, const lanes h, const struct Point *start,
              const struct Point *middle, const struct Point *end, const lanes difference, lanes next, int fits[LANES]);
 
+/* step_doubling.c: in which lanes may start, middle and end not show what lies between them? And there, how far the end of the step is from
+ * that of its two halves, in units of the tolerance; 0 elsewhere. tolerance.c: are these steps, too, within the tolerance? As accurate(). */
+int in_doubt(const struct Wiring *w, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, int doubtful[LANES]);
+void step_doubling_error(const struct Contact *contact, const struct Wiring *w, const int doubtful[LANES], const lanes s, const lanes h,
+                         const struct Point *a, const struct Point *m, const struct Point *b, lanes error);
+int accurate_in_halves(const struct Contact *contact, const struct Wiring *w, double shortest, const lanes s, const lanes h,
+                       const struct Point *start, const struct Point *middle, const struct Point *end, lanes next, int fits[LANES]);
+
 /* cut.c: does a lane see an event, by the signs at middle and end? And does any, or may it have touched the work in between? Most steps
  * see none, and need not ask each lane. */
 int sees_event(const struct Contact *contact, const struct Wiring *w, int lane, const struct Point *middle, const struct Point *end);
@@ -167,6 +176,7 @@ void cut_at_touch(const struct Contact *contact, const struct Wiring *w, int lan
  * acted upon at the end of each step, in the lanes that have stepped and have no event of their own. */
 void act_in_lanes(struct Contact *contact, const struct Wiring *w, const lanes s, double ahead, const int event[LANES], struct Point *x);
 void act_at_step_end(struct Contact *contact, const struct Wiring *w, const lanes h, const int event[LANES], const struct Point *end);
+void take_law_side(struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const int event[LANES], struct Point *x);
 
 /* advance.c: from value[TIME] on by `step`, s telling how far it went; the point reached is room[now], where known. */
 struct Course {
@@ -246,6 +256,11 @@ void moments(double D, double I[3]);
  * bounded by the largest target. */
 void bristle_step(int relaxes, int clip, const lanes h, const struct Point *start, const struct Point *middle,
                   const struct Point *end, lanes z_middle, lanes z_end, lanes difference);
+
+/* integrate.c: how far the end of a step of 2h may be off because its target is not the parabola through start a, middle m and end b: by the
+ * targets seen at a quarter and three quarters, early and late, and what a rest may hide between the last of them. */
+void hidden_in_target(const lanes h, const struct Point *a, const struct Point *early, const struct Point *m, const struct Point *late,
+                      const struct Point *b, lanes hidden);
 
 /* fmin and fmax without their care for NaN: one instruction each. */
 static inline double smaller(double a, double b) { return a < b ? a : b; }

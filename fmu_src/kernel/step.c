@@ -96,6 +96,8 @@ void try_step(const struct Contact *contact, const struct Wiring *w, const lanes
     EACH_LANE {
         difference[i] = 0;
         middle->z[i] = end->z[i] = start->z[i];
+        middle->solved_slip[i] = end->solved_slip[i] = start->solved_slip[i];
+        middle->solved_slope[i] = end->solved_slope[i] = start->solved_slope[i];
     }
     for (int k = 0; w->drivers && k < EFFECT_STATES; ++k)
         EACH_LANE middle->state[k][i] = end->state[k][i] = start->state[k][i];

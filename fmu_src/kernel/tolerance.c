@@ -73,3 +73,24 @@ int accurate(const struct Contact *contact, const struct Wiring *w, double short
     }
     return all;
 }
+
+int accurate_in_halves(const struct Contact *contact, const struct Wiring *w, double shortest, const lanes s, const lanes h,
+                       const struct Point *start, const struct Point *middle, const struct Point *end, lanes next, int fits[LANES])
+{
+    int doubtful[LANES], all = 1;
+    lanes error;
+    if (!in_doubt(w, h, start, middle, end, doubtful))
+        return 1;
+    step_doubling_error(contact, w, doubtful, s, h, start, middle, end, error);
+    for (int i = 0; i < LANES; ++i) {
+        fits[i] = 1;
+        if (!doubtful[i])
+            continue;
+        /* the error of a step is of fifth order; beyond the tolerance that says little, and halves are tried */
+        const double factor = error[i] > 1e-3 ? 0.9 * pow(error[i], -0.2) : 4;
+        fits[i] = error[i] <= 1 || h[i] <= shortest;
+        next[i] = fits[i] ? smaller(next[i], h[i] * factor) : h[i] * larger(smaller(factor, 0.5), 0.1);
+        all &= fits[i];
+    }
+    return all;
+}

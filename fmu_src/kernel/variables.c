@@ -98,7 +98,7 @@ const struct Variable base_variables[BASE_COUNT] = {
                               "stands highest. Not with kinematics = external",
                    .source = "Kryloff and Bogoliuboff 1947, averaging; Petzold 1981, multirevolution methods"},
 
-    [VIBRATION_FREQUENCY] = {.name = "vibration_frequency", .unit = "Hz", .display_unit = "kHz", .start = 20e3, .min = 1e-3, .max = 1e7,
+    [VIBRATION_FREQUENCY] = {.name = "vibration_frequency", .unit = "Hz", .display_unit = "kHz", .start = 20e3, .min = 1e-3, .max = 1e6,
                              .nominal = 2e4, FIXED_NUMBER, .meaning = "frequency of the elliptical vibration",
                              .source = "guess: common ultrasonic tool, the paper states none"},
     [PHASE_X] = {.name = "phase_x", .unit = "rad", .display_unit = "deg", .start = -PI / 2, .min = -2 * PI, .max = 2 * PI, FIXED_NUMBER,

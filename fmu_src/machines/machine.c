@@ -59,6 +59,15 @@ static const char *const status_texts[KERNEL_STATUS_COUNT] = {
 };
 const char *kernel_status_text(enum Status status) { return status < KERNEL_STATUS_COUNT ? status_texts[status] : "unknown status"; }
 
+void kernel_explain(const struct Contact *contact, enum Status status, char *text, size_t size)
+{
+    (void)contact;
+    if (size == 0)
+        return;
+    strncpy(text, kernel_status_text(status), size - 1);
+    text[size - 1] = '\0';
+}
+
 enum Status kernel_check(int index, double value)
 {
     const struct Variable *variable = kernel_variable(index);

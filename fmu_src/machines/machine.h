@@ -41,6 +41,7 @@ int kernel_state(int place);
 int kernel_derivative_of(int index);
 int kernel_indicator(int place);
 const char *kernel_status_text(enum Status status);
+void kernel_explain(const struct Contact *contact, enum Status status, char *text, size_t size);
 const char *kernel_warning_text(int bit);
 const char *kernel_equations(void); /* for the documentation */
 size_t kernel_size(void);

@@ -134,6 +134,7 @@ def test_reset_is_a_fresh_instance(one: Instance) -> None:
         (1e-6, 1e-6, "communication point"),  # a gap
         (1e-11, 1e-6, "communication point"),  # 1e-5 of the step: no rounding error
         (0.0, 1.1e-3, "stop time"),
+        (0.0, 1.5, "end at 1.5 s, after the stop time"),
     ],
 )
 def test_a_step_that_cannot_be(one: Instance, time: float, size: float, words: str) -> None:

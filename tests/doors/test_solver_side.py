@@ -141,9 +141,14 @@ def test_counts_of_fmi3(fmi3_fmu: Path, tmp_path: Path) -> None:
     stepper.free()
 
 
-def derivative(one: Instance, unknowns: list[str], knowns: list[str], seed: list[float], adjoint: bool = False) -> tuple[int, list[float]]:
+Asked = list[str] | list[int]
+
+
+def derivative(one: Instance, unknowns: Asked, knowns: Asked, seed: list[float], adjoint: bool = False) -> tuple[int, list[float]]:
+    """Of names, or of value references that have none."""
     of, three = one.door.reference, one.door.version == 3
-    references = [(ct.c_uint * len(names))(*(of[name] for name in names)) for names in (unknowns, knowns)]
+    places = [[name if isinstance(name, int) else of[name] for name in names] for names in (unknowns, knowns)]
+    references = [(ct.c_uint * len(some))(*some) for some in places]
     result = (ct.c_double * len(knowns if adjoint else unknowns))()
     tail = [
         (ct.c_double * len(seed))(*seed),
@@ -181,6 +186,17 @@ def test_adjoint_and_directional_derivative_are_one_matrix(fmi3_fmu: Path, tmp_p
     assert np.dot(y, forward[1]) == pytest.approx(np.dot(backward[1], x), rel=1e-12)
     assert np.linalg.norm(forward[1]) > 0.1
     one.free()
+
+
+def test_derivatives_of_the_first_reference_that_is_none_are_refused(one: Instance) -> None:
+    """One behind the last variable, where a table ends."""
+    integrating(one, {})
+    behind = max(one.door.reference.values()) + 1
+    for unknowns, knowns in (([behind], ["slip_velocity"]), (["friction_force"], [behind])):
+        assert derivative(one, unknowns, knowns, [1.0])[0] == ERROR
+        assert f"value reference {behind} is no" in one.said()
+        assert one.call("Reset") == OK
+        integrating(one, {})
 
 
 def test_derivatives_of_what_has_none_are_refused(one: Instance) -> None:

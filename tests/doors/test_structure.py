@@ -99,7 +99,8 @@ def test_a_spoilt_file_is_ignored_and_written_anew(spoil: object, asked: Asked, 
 def test_a_folder_that_cannot_be_written_keeps_nothing_and_harms_nothing(
     asked: Asked, found: Structure, place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(structure, "place_of", lambda library: place.parent / "absent" / "kept.json")
+    (place.parent / "file").write_text("no folder", encoding="utf-8")
+    monkeypatch.setattr(structure, "place_of", lambda library: place.parent / "file" / "kept.json")
     assert asked.again() == found
     assert asked.again() == found
     assert asked.count == 2

@@ -139,7 +139,7 @@ def test_static_sensor_errors_are_linear_algebra() -> None:
 @pytest.mark.parametrize("name", SENSORS)
 def test_cycle_means_follow_from_the_same_algebra(name: str) -> None:
     """Over a periodic cut: what is late, filtered or rings keeps its means; gain, offset and cross talk act on them as on the forces, drift
-    by its middle. And the true forces are the same to the last bit; only a delay takes other steps, to end them where a jump comes late."""
+    by its middle. And the true forces are the same; only a delay takes other steps, to end them where a jump comes late."""
     contact, plain = begun({**CUT, **SENSORS[name]}, [name]), begun(CUT)
     for each in (contact, plain):
         each.advance(PERIOD)
@@ -151,6 +151,7 @@ def test_cycle_means_follow_from_the_same_algebra(name: str) -> None:
     assert shown == pytest.approx(exact.get(name, true), rel=1e-4)
     contact.advance(0.1 * PERIOD)
     plain.advance(0.1 * PERIOD)
-    same = 1e-5 if name == "sensor_delay" else 0
+    # a sensor with states finds its periodic start by another root finder: the bristle begins a rounding apart, and so do the steps
+    same = 1e-5 if name == "sensor_delay" else 1e-12
     assert read(plain, *FORCES).min() > 1
     assert read(contact, *FORCES) == pytest.approx(read(plain, *FORCES), rel=same, abs=0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from evat.campaign import KINDS, REPEATS, campaign, draw_case, numbers
 from evat.cli import app
 from evat.gap.calibrate import Case, fit_constants, probability, with_unknown
 from evat.gap.judge import MISTUNED, NO_GAP, UNKNOWN, Constants, Features, judge, store, stored
+from evat.model import EvatError
 from typer.testing import CliRunner
 
 
@@ -110,7 +112,7 @@ def test_a_campaign_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest
 
         def map(self, job: object, numbers: list[int]) -> list[str]:
             asked.extend(numbers)
-            return [json.dumps({"number": number, "case": line} if number % 2 else {"number": number}) for number in numbers]
+            return [campaigns._line({"number": number, "case": line} if number % 2 else {"number": number}) for number in numbers]
 
     monkeypatch.setattr(campaigns, "ProcessPoolExecutor", Pool)
     assert len(list(campaign(path, 4, 1))) == 2
@@ -120,6 +122,34 @@ def test_a_campaign_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest
     assert asked == [0, 1, 2, 3, 4, 5, 6, 7]
     assert numbers(found) == {"single": 4}
     assert found[0].features == Case.read(line).features
+
+
+def test_a_case_that_is_damaged_or_of_another_kernel_is_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    line = Case(_features(30, {"a": (300, 0.01)}), "a").line()
+    path, asked = tmp_path / "state.jsonl", list[int]()
+
+    def run(number: int) -> str:
+        asked.append(number)
+        return campaigns._line({"number": number, "case": line})
+
+    monkeypatch.setattr(campaigns, "run_case", run)
+    monkeypatch.setattr(campaigns, "ProcessPoolExecutor", ThreadPoolExecutor)
+    assert len(list(campaign(path, 5, 1))) == 5
+    lines = path.read_bytes().splitlines()
+    lines[1] = lines[1].replace(b"300", b"301")  # still JSON, and another case
+    lines[2] = lines[2][:40]
+    lines[3] = b'{"number": 3}'
+    with monkeypatch.context() as elsewhere:
+        elsewhere.setattr(campaigns, "_library", lambda: "another kernel")
+        lines[4] = campaigns._line({"number": 4, "case": line}).encode()
+    path.write_bytes(b"\n".join([*lines, b"\xff\xfe", b"[]", b""]))
+    asked.clear()
+    found = list(campaign(path, 5, 1))
+    assert sorted(asked) == [1, 2, 3, 4]
+    assert all(case.features == Case.read(line).features for case in found)
+    asked.clear()
+    assert len(list(campaign(path, 5, 1))) == 5
+    assert asked == []
 
 
 def test_constants_of_a_campaign_are_truer_than_those_before_it() -> None:
@@ -153,6 +183,28 @@ def test_constants_are_kept_with_how_they_were_found(tmp_path: Path, monkeypatch
     assert "60" in origin
 
 
+@pytest.mark.parametrize("damage", ["empty", "torn", "a digit", "no digest", "no JSON object"])
+def test_constants_that_are_damaged_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damage: str) -> None:
+    """A disk that was full while they were kept, a bit that fell over: not half of them, and none that nobody has found."""
+    path = tmp_path / "calibration.json"
+    monkeypatch.setattr(sys.modules["evat.gap.judge"], "STORED", path)
+    store(Constants(temperature=7.0), {"cases": {"single": 60}}, path)
+    text = path.read_text()
+    held = json.loads(text)
+    held.pop("digest")
+    path.write_text(
+        {
+            "empty": "",
+            "torn": text[: len(text) // 2],
+            "a digit": text.replace("7.0", "8.0"),
+            "no digest": json.dumps(held),
+            "no JSON object": "[]",
+        }[damage]
+    )
+    with pytest.raises(EvatError, match=r"calibration.json: the constants of the diagnosis are damaged.*evat calibrate --store"):
+        stored()
+
+
 def test_a_benchmark_keeps_the_answers_that_are_there(tmp_path: Path) -> None:
     cases, to = tmp_path / "cases", tmp_path / "out"
     for name in ("one", "two"):
@@ -160,6 +212,8 @@ def test_a_benchmark_keeps_the_answers_that_are_there(tmp_path: Path) -> None:
         (cases / name / "experiment.toml").write_text("format = 2\n")
     (to / "one").mkdir(parents=True)
     (to / "one" / "diagnosis.json").write_text('{"verdict": "kept"}')
+    (to / "two").mkdir()
+    (to / "two" / "diagnosis.json").write_text('{"verdict": "ke')  # cut off when the disk was full
     result = CliRunner().invoke(app, ["benchmark", str(cases), "--out", str(to), "--workers", "1"])
     assert result.exit_code == 0, result.output
     assert json.loads((to / "one" / "diagnosis.json").read_text()) == {"verdict": "kept"}

@@ -74,9 +74,27 @@ def test_a_journal_of_another_search_is_refused(tmp_path: Path) -> None:
         identify(RIG, FREE, model=MODEL, journal=tmp_path / "j", resume=True, **{**SETTINGS, "seed": 4})  # type: ignore[arg-type]
     with pytest.raises(JournalError, match="different are bounds"):
         identify(RIG, FREE, model=MODEL, journal=tmp_path / "j", resume=True, bounds={"F_C": (1.0, 30.0)}, **SETTINGS)  # type: ignore[arg-type]
-    (tmp_path / "j").write_bytes(b"no journal at all")
-    with pytest.raises(JournalError, match="of another search"):
-        identify(RIG, FREE, model=MODEL, journal=tmp_path / "j", resume=True, **SETTINGS)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("damage", ["empty", "torn", "a bit", "the sum", "not UTF-8", "no journal"])
+def test_a_damaged_head_of_a_journal_is_said_to_be_damaged(tmp_path: Path, damage: str) -> None:
+    """Not to be of another search with all of its facts changed; and the journal stays as it is."""
+    path, facts = tmp_path / "j", {"seed": 3, "bounds": {"F_C": [1.0, 30.0]}}
+    Journal(path, facts, resume=False).keep(np.zeros((2, 1)), np.ones(2))
+    whole = path.read_bytes()
+    head, line = whole.splitlines(keepends=True)
+    hurt = {
+        "empty": b"",
+        "torn": head[: len(head) // 2],
+        "a bit": head.replace(b'"seed": 3', b'"seed": 2') + line,
+        "the sum": b"0" * 8 + head[8:] + line,
+        "not UTF-8": b"\xff" + head[1:] + line,
+        "no journal": b"no journal at all\n",
+    }[damage]
+    path.write_bytes(hurt)
+    with pytest.raises(JournalError, match="j: the head of this journal, its first line, is damaged"):
+        Journal(path, facts, resume=True)
+    assert path.read_bytes() == hurt
 
 
 KILLED = """

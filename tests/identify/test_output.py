@@ -20,6 +20,7 @@ from evat.experiment_files import read_experiment
 from evat.experiment_writer import write_experiment
 from evat.identify import Identification, identify, output
 from evat.model import Run
+from evat.writing import OutputError
 from known_rigs import FREE, GUESS, MODEL, TIMES, TO_AND_FRO, experiment, trial
 from lxml import html
 from typer.testing import CliRunner
@@ -87,7 +88,7 @@ def test_nothing_half_written_is_left(found: Identification, tmp_path: Path, mon
         raise OSError("no space left")
 
     monkeypatch.setattr(output, "figures", fails)
-    with pytest.raises(output.OutputError, match="cannot be written"):
+    with pytest.raises(OutputError, match="cannot be written"):
         output.write(replace(found, cost=math.pi), tmp_path)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 

@@ -263,3 +263,43 @@ def test_a_step_that_fails_leaves_the_contact_where_it_was() -> None:
         with pytest.raises(SimulationError, match="positive finite"):
             contact.advance(step)
     assert contact.state() == before
+
+
+@pytest.mark.parametrize("release", [0.0, 1e-6])
+def test_wear_counts_the_way_of_the_cycles_that_are_not_run(release: float) -> None:
+    """The cycle in the middle of a step begins with the way slid until then, and a second one (bristles that outlive theirs) again: the
+    error of the means falls with the square of the step. A step of 1 ms is a third of the way to two thirds of the wear."""
+    values: Values = {
+        "vibration_frequency": 1e6,
+        "amplitude_x": 1e-7,
+        "amplitude_y": 1e-7,
+        "relative_tolerance": 1e-7,
+        "release_time": release,
+    }
+    values = {**values, "friction_wear.s_0": 1e-3, "friction_wear.delta": 0.5, "initial_state": "periodic"}
+    fine = np.linspace(0, 0.008, 129)
+    truth = run("resolved", values, ("friction_wear",), fine, np.full(fine.size, 0.3), (*IMPULSES, "sliding_distance"))
+    assert truth[-1, 3] > 1.2e-3
+    errors, counts = [], (4, 8, 16)
+    for count in counts:
+        times = np.linspace(0, 0.008, count + 1)
+        found = run("cycle", values, ("friction_wear",), times, np.full(count + 1, 0.3), (*IMPULSES, "sliding_distance"))
+        assert found[:, 3] == pytest.approx(truth[:: 128 // count, 3], rel=1e-4)
+        exact = np.diff(truth[:: 128 // count, :3], axis=0) / np.diff(times)[:, None]
+        errors.append(np.abs(np.diff(found[:, :3], axis=0) / np.diff(times)[:, None] - exact).max())
+    orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert orders == pytest.approx([2, 2], abs=0.25)
+
+
+@pytest.mark.parametrize("averaging", ["resolved", "cycle"])
+def test_what_was_summed_up_before_the_start_is_not_of_the_first_window(averaging: str) -> None:
+    found = []
+    for before in (0.0, 3.0):
+        contact = Contact({"averaging": averaging, "averaging_window": 2 * PERIOD})
+        contact.set("principal_impulse", before)
+        contact.start()
+        contact.advance(2 * PERIOD)
+        assert contact.get("principal_impulse") == pytest.approx(before, abs=0.1)
+        found.append(contact.get("mean_principal_force"))
+    assert found[1] == pytest.approx(found[0], rel=1e-6)
+    assert found[0] > 1

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import stat
+import subprocess
+import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -10,12 +13,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from coupled import run
+from evat import unpack
+from evat.drive import Driver, FmuError
 from evat.model import ParameterError
 from evat.systems import write_full
 from evat.systems.couple import Coupled, Given, plan
 from evat.systems.model import SspError, SystemStopped
 from evat.systems.read import read
-from evat.systems.values import typed
+from evat.systems.sweep import axis
+from evat.systems.values import from_set, typed
 from evat.table import read_table
 from typer.testing import CliRunner
 
@@ -102,6 +108,85 @@ def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
     refused(path, tmp_path, "it unpacks to more than")
 
 
+def packed_with(extra: Callable[[zipfile.ZipFile], None], base: Path, to: Path) -> bytes:
+    """An archive with more in it."""
+    to.write_bytes(base.read_bytes())
+    with zipfile.ZipFile(to, "a", zipfile.ZIP_DEFLATED) as packed:
+        extra(packed)
+    return to.read_bytes()
+
+
+def bomb(packed: zipfile.ZipFile) -> None:
+    """400 MiB that take 0.4."""
+    with packed.open("resources/zeros", "w") as entry:
+        for _ in range(400):
+            entry.write(b"\0" * 2**20)
+
+
+def test_a_bomb_in_an_fmu_in_the_archive_is_not_unpacked(remade: Callable[..., Path], fmus: dict[str, Path], tmp_path: Path) -> None:
+    inner = packed_with(bomb, fmus["evat_guideway-fmi2"], tmp_path / "inner.fmu")
+    assert len(inner) < 2**20
+    refused(
+        remade({"resources/EvatGuideway.fmu": inner}), tmp_path, r"component guideway, EvatGuideway.fmu: .* unpacks to 40\d MiB; .*bomb"
+    )
+    with pytest.raises(FmuError, match=r"inner.fmu: .* unpacks to 40\d MiB; .*bomb"):
+        Driver(tmp_path / "inner.fmu", {})
+
+
+def test_what_lies_in_one_another_counts_as_one(systems: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The limit of the whole is just above what the archive itself takes; an FMU in it takes more than the rest."""
+    with zipfile.ZipFile(systems["stick_slip"]) as packed:
+        monkeypatch.setattr(unpack, "MOST_BYTES", sum(entry.file_size for entry in packed.infolist()) + 100_000)
+    refused(systems["stick_slip"], tmp_path, "component .*: with it, archives that lie in one unpack to more than")
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+@pytest.mark.parametrize(("first", "second"), [("a.txt", "a.txt"), ("a.txt", "./a.txt"), ("a.txt", "a.txt/b.txt"), ("a/b.txt", "a")])
+def test_a_name_that_is_there_twice(remade: Callable[..., Path], fmus: dict[str, Path], tmp_path: Path, first: str, second: str) -> None:
+    """One reader would take the first, another the second: what was looked at is then not what runs."""
+
+    def twice(packed: zipfile.ZipFile) -> None:
+        packed.writestr(first, "one")
+        packed.writestr(second, "two")
+
+    path = tmp_path / "twice.ssp"
+    packed_with(twice, remade({}), path)
+    refused(path, tmp_path, "is there twice")
+    inner = packed_with(twice, fmus["evat_guideway-fmi2"], tmp_path / "inner.fmu")
+    with pytest.raises(SspError, match=r"component guideway, EvatGuideway.fmu: the entry .* is there twice"):
+        read(remade({"resources/EvatGuideway.fmu": inner}), tmp_path / "two")
+    with pytest.raises(FmuError, match="is there twice"):
+        Driver(tmp_path / "inner.fmu", {})
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows limits no file's size")
+@pytest.mark.parametrize("what", ["a system", "an FMU"])
+def test_a_temporary_disk_that_is_full_is_not_the_archives_fault(
+    systems: dict[str, Path], fmus: dict[str, Path], tmp_path: Path, what: str
+) -> None:
+    """The size of files is limited instead, to half of the largest one."""
+    path = systems["stick_slip"] if what == "a system" else fmus["evat_guideway-fmi2"]
+    with zipfile.ZipFile(path) as packed:
+        largest = max(entry.file_size for entry in packed.infolist())
+    code = f"""
+import resource
+from pathlib import Path
+from evat.drive import Driver
+from evat.systems.read import read
+resource.setrlimit(resource.RLIMIT_FSIZE, ({largest // 2},) * 2)
+path = Path({str(path)!r})
+read(path, Path({str(tmp_path / "unpacked")!r})) if {what == "a system"} else Driver(path, {{}}).__enter__()
+"""
+    (tmp_path / "small").mkdir()
+    here = {**os.environ, "TMPDIR": str(tmp_path / "small")}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=here, timeout=120, check=False)
+    assert "evat.writing.OutputError: " in done.stderr
+    assert "cannot be written: File too large" in done.stderr
+    assert "corrupt" not in done.stderr
+    assert ("TMPDIR" in done.stderr) == (what == "an FMU")
+    assert list((tmp_path / "small").iterdir()) == []
+
+
 def test_no_system_in_it(remade: Callable[..., Path], tmp_path: Path) -> None:
     refused(remade({SSD: None}), tmp_path, "there is no SystemStructure.ssd")
 
@@ -115,7 +200,9 @@ def test_a_missing_parameter_file(remade: Callable[..., Path], tmp_path: Path) -
 
 
 def test_an_fmu_that_is_none(remade: Callable[..., Path], tmp_path: Path) -> None:
-    refused(remade({"resources/EvatGuideway.fmu": b"nothing"}), tmp_path, "component guideway: EvatGuideway.fmu is no FMU that can be read")
+    refused(
+        remade({"resources/EvatGuideway.fmu": b"nothing"}), tmp_path, "component guideway, EvatGuideway.fmu: this archive cannot be read"
+    )
 
 
 def test_a_source_outside(remade: Callable[..., Path], tmp_path: Path) -> None:
@@ -129,6 +216,78 @@ def test_entities_and_broken_xml(remade: Callable[..., Path], tmp_path: Path) ->
         read(remade({SSD: b"<ssd:"}), tmp_path / "two")
     with pytest.raises(SspError, match=r"line .*not valid by the schema"):
         read(remade({}, {"<ssd:Connections>": "<ssd:Connections><ssd:Wire/>"}), tmp_path / "three")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "match"),
+    [
+        ('<evat:system step="0.001" every="1">', '<evat:system every="1">', r"line \d+: step is missing; a finite number"),
+        ('<evat:system step="0.001"', '<evat:system step="abc"', r"line \d+: step = 'abc'; a finite number"),
+        ('<evat:system step="0.001"', '<evat:system step="1e999"', r"line \d+: step = '1e999'; a finite number"),
+        ('every="1"', 'every="often"', r"line \d+: every = 'often'; a whole number from 1"),
+        ('every="1"', 'every="0"', r"line \d+: every = '0'; a whole number from 1"),
+        ('every="1"', 'every="1.5"', r"line \d+: every = '1.5'; a whole number from 1"),
+        ('every="1"', 'every="1e99"', r"line \d+: every = '1e99'; a whole number from 1"),
+        ('stopTime="20.0"', 'stopTime="INF"', r"line \d+: stopTime = 'INF'; a finite number"),
+        ('startTime="0.0"', 'startTime="-INF"', r"line \d+: startTime = '-INF'; a finite number"),
+        ('force="guideway.friction_force"', "", "'' is no COMPONENT.VARIABLE"),
+    ],
+)
+def test_numbers_that_are_none(remade: Callable[..., Path], tmp_path: Path, old: str, new: str, match: str) -> None:
+    refused(remade({}, {old: new}), tmp_path, match)
+
+
+def test_a_large_whole_number_is_one(remade: Callable[..., Path], tmp_path: Path) -> None:
+    assert read(remade({}, {'every="1"': 'every="1e9"'}), tmp_path / "in").every == 1_000_000_000
+
+
+@pytest.mark.parametrize(
+    ("parameter", "match"),
+    [
+        ('<ssv:Real value="1e999999999"/>', "value = '1e999999999'; a finite number"),
+        ('<ssv:Real value="NaN"/>', "value = 'NaN'; a finite number"),
+        ('<ssv:Binary mime-type="text/plain" value="DEADBEEF"/>', "given as Binary"),
+        ('<ssv:Real value="1"/></ssv:Parameter><ssv:Parameter name="table_mass"><ssv:Real value="2"/>', "table_mass is there twice"),
+    ],
+)
+def test_values_that_are_none(remade: Callable[..., Path], tmp_path: Path, parameter: str, match: str) -> None:
+    text = (
+        '<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" name="x">'
+        f'<ssv:Parameters><ssv:Parameter name="table_mass">{parameter}</ssv:Parameter></ssv:Parameters></ssv:ParameterSet>'
+    )
+    refused(remade({"resources/drive.ssv": text.encode()}), tmp_path, f"drive.ssv, line 1: .*{match}")
+
+
+@pytest.mark.parametrize(
+    ("value", "units", "wanted"),
+    [
+        ('value="2" unit="kg"', "", 2.0),
+        ('value="2"', "", 2.0),
+        ('value="2" unit="t"', "", 2000.0),
+        ('value="2" unit="g"', "", 0.002),
+        ('value="2" unit="mine"', '<ssc:Unit name="mine"><ssc:BaseUnit kg="1" factor="50"/></ssc:Unit>', 100.0),
+        ('value="2" unit="m"', "", "table_mass = 2 m: the FMU has this in kg, and the one does not measure"),
+        ('value="2" unit="stones of old"', "", "table_mass = 2 stones of old: the FMU has this in kg"),
+    ],
+)
+def test_values_come_in_the_unit_of_the_fmu(
+    remade: Callable[..., Path], tmp_path: Path, value: str, units: str, wanted: float | str
+) -> None:
+    """2 g is not 2 kg."""
+    text = (
+        '<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" '
+        'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" version="1.0" name="x">'
+        f'<ssv:Parameters><ssv:Parameter name="table_mass"><ssv:Real {value}/></ssv:Parameter></ssv:Parameters>'
+        f"{units and f'<ssv:Units>{units}</ssv:Units>'}</ssv:ParameterSet>"
+    )
+    (tmp_path / "mine.ssv").write_text(text, encoding="utf-8")
+    path = remade({"resources/drive.ssv": text.encode()})
+    if isinstance(wanted, str):
+        refused(path, tmp_path, wanted)
+        return
+    system = read(path, tmp_path / "in")
+    assert system.components["drive"].values["table_mass"] == pytest.approx(wanted, rel=1e-15)
+    assert from_set(system, "drive", str(tmp_path / "mine.ssv"))["table_mass"] == pytest.approx(wanted, rel=1e-15)
 
 
 def test_a_unit_that_does_not_match(remade: Callable[..., Path], tmp_path: Path) -> None:
@@ -237,6 +396,11 @@ def test_typed_values_are_checked(systems: dict[str, Path], tmp_path: Path) -> N
         Coupled(system, {}, Given((("guideway", "slip_velocity"),), np.zeros(1), np.zeros((1, 1))))
     with pytest.raises(ParameterError, match="a step above 0"):
         plan(system, step=-1.0)
+    with pytest.raises(ParameterError, match=r"steps of 4.94066e-324 s from 0 to 20 s are more than 1e\+12"):
+        plan(system, step=5e-324)
+    for places in ("0:1:1000000000000", "0:inf:3", "nan:1:3"):
+        with pytest.raises(ParameterError, match="with a count from 1 to 100000"):
+            axis(system, f"path.speed={places}")
 
 
 def test_the_command_says_it_in_one_line(systems: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -161,6 +161,65 @@ def test_a_pid_with_nothing_but_a_spring_swings_at_its_frequency() -> None:
     assert one.get("motor_position") == pytest.approx(-0.2, rel=1e-9)  # it began at 0
 
 
+def test_both_directions_of_a_structure_are_alike() -> None:
+    """What is given along x and read along x is what is given along y and read along y."""
+    given = {
+        "holder_stiffness": 3e7,
+        "slide_mass": 30.0,
+        "slide_stiffness": 5e7,
+        "force": 80.0,
+        "displacement": 1e-6,
+        "slide_velocity": 1e-3,
+    }
+    states = ("displacement", "velocity", "slide_displacement", "slide_velocity")
+    found = []
+    for along, across in ("xy", "yx"):
+        one = Machine("tool_structure", {f"{name}_{along}": value for name, value in given.items()})
+        one.start()
+        one.advance(3e-4)
+        found.append(
+            [one.get(f"{name}_{along}") for name in states] + [one.get("stored_energy"), one.get("power_in"), one.get("power_lost")]
+        )
+        assert all(one.get(f"{name}_{across}") == 0 for name in states)
+    assert found[0] == found[1]
+    assert all(found[0])
+
+
+@pytest.mark.parametrize("inertia", [2e-3, 1e-6])
+def test_a_drive_with_integral_action_gives_way_by_its_screw_alone(inertia: float) -> None:
+    """A constant load: the speed control brings the motor back to its reference, with the load's force, and the screw is F/k shorter."""
+    one = Machine("feed_drive", {"position_reference": 1e-3, "load_force": 200.0, "motor_inertia": inertia})
+    one.start()
+    one.advance(1e-3)
+    assert one.get("motor_position") < 0.9e-3
+    for _ in range(400):
+        one.advance(1e-2)
+    assert one.get("motor_position") == pytest.approx(1e-3, rel=1e-9)
+    assert one.get("motor_force") == pytest.approx(200.0, rel=1e-9)
+    assert one.get("motor_torque") == pytest.approx(200.0 * 1e-2 / (2 * np.pi), rel=1e-9)
+    assert one.get("table_position") == pytest.approx(1e-3 - 200.0 / 1e8, rel=1e-9)
+    assert one.get("stored_energy") == pytest.approx(0.5 * 200.0**2 / 1e8, rel=1e-6)
+
+
+def test_a_pid_leaves_no_error_under_load() -> None:
+    """The integral of the position's error carries the load: k_i times it is the load, whatever the other gains."""
+    gains = {"pid_gain": 3.0, "pid_integral_gain": 4.0, "pid_velocity_gain": 6.0}
+    one = Machine("feed_drive", {**RIGID_PID, **gains, "position_reference": 1.0, "load_force": 2.0})
+    one.start()
+    one.advance(300.0)
+    assert one.get("table_position") == pytest.approx(1.0, rel=1e-9)
+    assert one.get("position_error_integral") == pytest.approx(2.0 / 4.0, rel=1e-9)
+
+
+def test_a_spot_warms_at_first_as_the_half_ball_under_it() -> None:
+    one = Machine("tool_heat", {"dissipated_power": 4.0, "heat_share": 0.5})
+    one.start()
+    one.advance(1e-9)
+    half_ball = 2 / 3 * np.pi * 2.5e-4**3 * 3e6
+    assert one.get("contact_temperature") - one.get("ambient_temperature") == pytest.approx(2.0 * 1e-9 / half_ball, rel=1e-4)
+    assert one.get("spot_time") == pytest.approx(half_ball * one.get("spot_resistance"), rel=1e-12)
+
+
 def test_a_screw_needs_a_motor_with_inertia() -> None:
     one = Machine("feed_drive", {"rigid": 0.0, "motor_inertia": 0.0})
     with pytest.raises(Exception, match="no longer a finite number"):

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from ..compile import CONTACT, TARGETS, host_target
+from ..writing import temporary, usable
 from . import archive, fmi2, fmi3
 from .description import Facts
 from .documentation import copyright_line
@@ -78,6 +78,7 @@ def build_fmu(
         raise FmuError(f"no such target: {', '.join(unknown)}; targets are {', '.join(TARGETS)}.")
     if not names:
         raise FmuError(f"an FMU without any binary was asked for; name a target, for example {host_target().fmi3_folder}.")
+    usable(output.parent)
     about, found = shown(part), told(part)
     title = f"{about.model_name}, FMI {version}"
     progress(f"{title}: variables, dependencies, documentation")
@@ -89,12 +90,10 @@ def build_fmu(
         **reference_files(about, tolerance, found.follow),
         **source_files(version, about),
     }
-    with tempfile.TemporaryDirectory(prefix="evat-fmu-") as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
+    with temporary() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
 
         def compiled(name: str) -> bytes:
-            place = Path(folder) / name
-            place.mkdir()
-            return compile_binary(version, TARGETS[name], about, place)
+            return compile_binary(version, TARGETS[name], about, folder / name)
 
         for name, data in zip(names, pool.map(compiled, names), strict=True):
             progress(f"{title}: compiled for {name}")

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-import tempfile
 import time
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
+from ..writing import whole
 from .shown import FmuError
 
 _EARLIEST = 315532800  # 1980-01-01T00:00:00Z, the first moment that ZIP can write
@@ -34,18 +34,10 @@ def write(files: Mapping[str, bytes], output: Path) -> Path:
     moment = time.gmtime(generation_time())[:6]
     for name in files:
         _check(name)
-    output.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=output.parent, prefix=output.name, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as stream, zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-            for name in sorted(files):
-                entry = zipfile.ZipInfo(name, moment)
-                entry.create_system = 3  # of Unix on every machine
-                entry.external_attr = 0o100644 << 16
-                archive.writestr(entry, files[name], zipfile.ZIP_DEFLATED, 9)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, output)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with whole(output) as made, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for name in sorted(files):
+            entry = zipfile.ZipInfo(name, moment)
+            entry.create_system = 3  # of Unix on every machine
+            entry.external_attr = 0o100644 << 16
+            archive.writestr(entry, files[name], zipfile.ZIP_DEFLATED, 9)
     return output

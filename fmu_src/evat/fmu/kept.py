@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
+
+from ..writing import OutputError, put
 
 
 def key_of(library: Path, sources: Sequence[Path]) -> str:
@@ -41,13 +41,5 @@ def recall(place: Path, key: str) -> Any:
 
 def keep(place: Path, key: str, content: Any) -> None:
     """Write it whole or not at all. Where the folder cannot be written nothing is kept, and the next run finds out again."""
-    text = json.dumps({"key": key, "digest": _digest(key, content), "content": content}, sort_keys=True)
-    with suppress(OSError):
-        handle, temporary = tempfile.mkstemp(dir=place.parent, prefix=f".{place.name}.")
-        try:
-            with os.fdopen(handle, "w", encoding="ascii") as stream:
-                stream.write(text)
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, place)
-        finally:
-            Path(temporary).unlink(missing_ok=True)
+    with suppress(OutputError):
+        put(place, json.dumps({"key": key, "digest": _digest(key, content), "content": content}, sort_keys=True))

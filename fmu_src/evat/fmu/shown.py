@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal
 
 from ..model import EvatError
+from ..read_toml import read_toml
 from .xml import Scalar
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 Version = Literal[2, 3]
 TOLERANCE = "relative_tolerance"  # the parameter that is FMI's tolerance, where a model has it
@@ -53,9 +48,9 @@ class Shown:
 
 def load(path: Path) -> Shown:
     """Read the file; a key that is missing or not known is an error. What many FMUs share stands in a second file, named by `as_in`."""
-    facts = _read(path)
+    facts = read_toml(path)
     if "as_in" in facts:
-        facts = {**_read(path.with_name(facts.pop("as_in"))), **facts}
+        facts = {**read_toml(path.with_name(facts.pop("as_in"))), **facts}
     facts = {"part": path.stem, "model": path.stem, **facts}
     known = {each.name for each in fields(Shown)}
     wanted = {each.name for each in fields(Shown) if each.default is MISSING and each.default_factory is MISSING}
@@ -63,8 +58,3 @@ def load(path: Path) -> Shown:
         missing, unknown = sorted(wanted - facts.keys()), sorted(facts.keys() - known)
         raise FmuError(f"{path.name}: keys missing: {missing}; keys not known: {unknown}. Correct the file.")
     return Shown(**facts)
-
-
-def _read(path: Path) -> dict[str, Any]:
-    with path.open("rb") as file:
-        return tomllib.load(file)

@@ -17,6 +17,7 @@ from ..compile import (
     shell_sources,
     source_root,
 )
+from ..writing import put
 from .shown import Shown, Version
 from .xml import add, serialised, top
 
@@ -76,7 +77,6 @@ def binary_name(version: Version, target: Target, shown: Shown) -> str:
 def compile_binary(version: Version, target: Target, shown: Shown, folder: Path) -> bytes:
     """The library of one platform; `folder` holds it while it is made."""
     output = folder / f"fmi{version}" / target.fmi3_folder / f"{shown.model_name}{target.extension}"
-    output.parent.mkdir(parents=True, exist_ok=True)
-    (output.parent / "model.h").write_bytes(model_header(shown))
+    put(output.parent / "model.h", model_header(shown))
     include = [output.parent, *include_folders(source_root(), shown.model), fmi_headers()]
     return compile_library(compiled_sources(version, shown), output, target, include=include).read_bytes()

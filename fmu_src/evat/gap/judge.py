@@ -7,6 +7,7 @@ of simulated cases has been run (`evat calibrate`) those that it found stand in 
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Mapping
@@ -19,6 +20,8 @@ import numpy as np
 from evat.gap.budget import squares, structural_share
 from evat.gap.compare import Comparison
 from evat.gap.fit import Fit
+from evat.model import EvatError
+from evat.writing import put
 
 NO_GAP, MISTUNED, UNKNOWN = "no_gap", "mistuned", "unknown"
 STORED = Path(__file__).with_name("calibration.json")
@@ -58,10 +61,23 @@ def stored() -> tuple[Constants, str]:
     """The constants that a campaign has found, or the reasoned ones where none has been kept; and which they are."""
     if not STORED.is_file():
         return Constants(), "reasoned"
-    held: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
+    try:
+        held: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
+        whole = held.pop("digest") == _digest(held)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        whole = False
+    if not whole:
+        raise EvatError(
+            f"{STORED}: the constants of the diagnosis are damaged, or were changed by hand. Install evat again, or find them anew with "
+            "`evat calibrate --store`."
+        )
     known = {field.name for field in fields(Constants)}
     constants = Constants(**{name: float(value) for name, value in held["constants"].items() if name in known})
     return constants, f"found on {sum(held['made']['cases'].values())} simulated cases"
+
+
+def _digest(held: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(held, sort_keys=True).encode()).hexdigest()
 
 
 @dataclass(frozen=True)
@@ -190,7 +206,8 @@ def _sigmoid(x: float) -> float:
 
 def store(constants: Constants, made: Mapping[str, Any], path: Path = STORED) -> None:
     """Keep constants with how they were found."""
-    path.write_text(json.dumps({"constants": asdict(constants), "made": dict(made)}, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    held = {"constants": asdict(constants), "made": dict(made)}
+    put(path, json.dumps({**held, "digest": _digest(held)}, indent=1, sort_keys=True) + "\n", "the calibration")
 
 
 def fitted(comparison: Comparison, on: tuple[str, ...]) -> Fit:

@@ -12,7 +12,7 @@ import numpy as np
 from platformdirs import user_cache_path
 
 from evat import fmu, kernel, parameter_sets
-from evat.compile import HERE, host_target
+from evat.compile import HERE, host_target, is_whole, seal
 from evat.experiment import Experiment
 from evat.fmu.sources import source_files
 from evat.gap.budget import squares
@@ -55,7 +55,9 @@ def host_fmu() -> Path:
         with suppress(importlib.metadata.PackageNotFoundError):
             digest.update(importlib.metadata.version(package).encode())
     path = Path(user_cache_path("evat", appauthor=False)) / digest.hexdigest()[:20] / fmu.file_name(2)
-    return path if path.is_file() else fmu.build_fmu(2, path, [host_target().fmi3_folder])
+    if not is_whole(path):
+        seal(fmu.build_fmu(2, path, [host_target().fmi3_folder]))
+    return path
 
 
 def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditions: tuple[str, ...]) -> FmuRun:

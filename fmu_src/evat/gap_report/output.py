@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
-import tempfile
 from pathlib import Path
 
 from evat.gap.answer import FORMAT, Diagnosis
@@ -14,14 +12,10 @@ from evat.gap.judge import fitted
 from evat.gap_report import corrected
 from evat.gap_report.fmu_run import FmuRun, run_fmu
 from evat.gap_report.page import page
-from evat.model import EvatError
+from evat.writing import OutputError, scratch, told, usable
 
 JSON, REPORT = "diagnosis.json", "report.html"
 FILES = (JSON, REPORT, corrected.SSV)
-
-
-class OutputError(EvatError):
-    """A diagnosis that cannot be written."""
 
 
 def write_diagnosis(
@@ -39,25 +33,22 @@ def write_diagnosis(
     OutputError where `out` is something else, or cannot be written; then it is as it was.
     """
     out = Path(os.path.abspath(out))
-    check_place(out)
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(prefix=f".{out.name}-", dir=out.parent))
-    except OSError as error:
-        raise OutputError(f"{out}: the diagnosis cannot be written there: {error.strerror}.") from error
-    try:
-        made = scratch / "new"
+    _check_free(out)
+    with told(out, "the diagnosis"), scratch(out.parent) as folder:
+        made = folder / "new"
         made.mkdir()
         _fill(answer, comparison, made, fmu, without)
-        _into_place(made, out, scratch / "old")
-    except OSError as error:
-        raise OutputError(f"{out}: the diagnosis cannot be written: {error.strerror or error}.") from error
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+        _into_place(made, out, folder / "old")
     return tuple(out / name for name in FILES)
 
 
 def check_place(out: Path) -> None:
+    """OutputError where something stands there that is no diagnosis, or nothing can be written: asked before minutes of work."""
+    _check_free(out)
+    usable(Path(os.path.abspath(out)).parent)
+
+
+def _check_free(out: Path) -> None:
     """OutputError where something stands there that is no diagnosis: nothing of a user's is replaced."""
     if not os.path.lexists(out):
         return

@@ -15,7 +15,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from evat.identify.result import Curve, Identification
 from evat.model import FloatArray, ParameterError
-from evat.plot import COLOURS, STYLE, clock_unit, label, new_figure, save_figure
+from evat.plot import COLOURS, STYLE, as_it_stands, clock_unit, label, new_figure, save_figure
 from evat.units import affine
 
 POINTS = 2000  # of a line; longer ones are drawn as the envelope of their pieces
@@ -37,6 +37,7 @@ def figures(found: Identification) -> dict[str, str]:
 
 
 def _uri(figure: Figure) -> str:
+    as_it_stands(figure)
     data = io.BytesIO()
     figure.savefig(data, format="svg", metadata={"Date": None, "Creator": None})
     return "data:image/svg+xml;base64," + base64.b64encode(data.getvalue()).decode("ascii")
@@ -76,7 +77,7 @@ def _records(found: Identification, residual: bool) -> Figure | None:
         axis.set(
             xlabel=label("time", unit),
             ylabel=label(channel, found.units[channel]),
-            title=f"{trial.condition}: {trial.file}".replace("$", ""),
+            title=f"{trial.condition}: {trial.file}",
         )
     for axis in axes.ravel()[len(shown) :]:
         axis.set_visible(False)

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from evat.model import EvatError, FloatArray
+from evat.writing import put, told
 
 
 class JournalError(EvatError):
@@ -56,7 +57,7 @@ class Journal:
     def keep(self, points: FloatArray, costs: FloatArray) -> None:
         """Append a generation; on the disk when this returns."""
         line = {"points": _digest(points), "costs": costs.tolist()}
-        with self.path.open("ab") as file:
+        with told(self.path, "the journal"), self.path.open("ab") as file:
             file.write(_with_sum(json.dumps(line)))
             file.flush()
             os.fsync(file.fileno())
@@ -64,14 +65,7 @@ class Journal:
         self._next = len(self._lines)
 
     def _begin(self, head: str) -> None:
-        scratch = self.path.with_name(f".{self.path.name}.{os.getpid()}")
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            scratch.write_bytes(_with_sum(head))
-            os.replace(scratch, self.path)
-        except OSError as error:
-            scratch.unlink(missing_ok=True)
-            raise JournalError(f"{self.path}: the journal cannot be written: {error.strerror}.") from error
+        put(self.path, _with_sum(head), "the journal")
 
     def _read(self, head: str) -> None:
         try:
@@ -85,8 +79,13 @@ class Journal:
                 break
             texts.append(text)
             whole += len(line)
-        if not texts or texts[0] != head:
-            found = json.loads(texts[0]) if texts else {}
+        if not texts:
+            raise JournalError(
+                f"{self.path}: the head of this journal, its first line, is damaged, or it is no journal; nobody knows which search it is "
+                "of. Start without resuming, which begins it anew."
+            )
+        if texts[0] != head:
+            found = json.loads(texts[0])
             asked = json.loads(head)
             other = sorted(key for key in {*found, *asked} if found.get(key) != asked.get(key))
             raise JournalError(
@@ -95,7 +94,8 @@ class Journal:
             )
         self._lines = [json.loads(text) for text in texts[1:]]
         if whole < len(data):
-            os.truncate(self.path, whole)
+            with told(self.path, "the journal"):
+                os.truncate(self.path, whole)
 
 
 def _digest(points: FloatArray) -> str:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import shutil
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,14 +12,10 @@ from typing import Any
 from evat import kernel, parameter_sets
 from evat.identify.figures import figures
 from evat.identify.result import Estimate, Identification
-from evat.model import EvatError
 from evat.page import render
+from evat.writing import scratch, told
 
 SSV, JSON, REPORT = "identified.ssv", "identification.json", "report.html"
-
-
-class OutputError(EvatError):
-    """Results that cannot be written."""
 
 
 def parameter_set(found: Identification, name: str) -> parameter_sets.ParameterSet:
@@ -126,21 +120,12 @@ def _plain(entry: Any) -> Any:
 
 def write(found: Identification, folder: Path) -> tuple[Path, Path, Path]:
     """All three into `folder`. They are made elsewhere first, so that a failure leaves what was there as it was."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(prefix=".identify-", dir=folder))
-    except OSError as error:
-        raise OutputError(f"{folder}: results cannot be written there: {error.strerror}.") from error
-    try:
-        parameter_sets.save_ssv(parameter_set(found, folder.name or "identified"), scratch / SSV)
+    with told(folder, "results"), scratch(folder) as made:
+        parameter_sets.save_ssv(parameter_set(found, folder.name or "identified"), made / SSV)
         text = json.dumps(as_json(found), indent=2, ensure_ascii=False, allow_nan=False)
-        (scratch / JSON).write_text(text + "\n", encoding="utf-8")
+        (made / JSON).write_text(text + "\n", encoding="utf-8")
         page = render("identify.html.j2", found=found, figures=figures(found), provenance=_provenance(found))
-        (scratch / REPORT).write_text(page, encoding="utf-8")
+        (made / REPORT).write_text(page, encoding="utf-8")
         for name in (SSV, JSON, REPORT):
-            os.replace(scratch / name, folder / name)
-    except OSError as error:
-        raise OutputError(f"{folder}: results cannot be written: {error.strerror}.") from error
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+            os.replace(made / name, folder / name)
     return folder / SSV, folder / JSON, folder / REPORT

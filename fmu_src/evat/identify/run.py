@@ -19,7 +19,7 @@ from evat.identify.objective import Kind, Objective
 from evat.identify.polish import polish
 from evat.identify.profile import BetterPoint, Profile, profile
 from evat.identify.result import Identification
-from evat.identify.search import Found, Search, search
+from evat.identify.search import Found, Search, check_size, search
 from evat.identify.space import space
 from evat.identify.verdict import correlation, estimates
 from evat.model import FloatArray, Model, ParameterError
@@ -71,6 +71,7 @@ def identify(
     ParameterError and ExperimentError for what would be a nonsense fit: names, bounds, a clock that jumps, signs, a force of zero.
     """
     begin = time.perf_counter()
+    check_size(population, generations, seed)
     fitted, kept = _split(experiment, hold_out)
     check_clocks(experiment)
     values = dict(values or {})

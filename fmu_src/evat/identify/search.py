@@ -21,6 +21,7 @@ from evat.model import FloatArray, ParameterError
 
 Search = Literal["ga", "de", "none"]
 Costs = Callable[[FloatArray], FloatArray]
+MOST_MEMBERS = 100_000  # of a generation
 PATIENCE = 25  # generations without GAIN before a search ends
 GAIN = 1e-4  # of the best cost
 APART = 0.2  # of the unit interval, in at least one parameter: points in different valleys, perhaps
@@ -109,6 +110,14 @@ def _apart(rows: list[tuple[float, FloatArray]]) -> list[tuple[float, FloatArray
     return found
 
 
+def check_size(population: int, generations: int, seed: int) -> None:
+    """ParameterError where no search is of that size: asked before any work."""
+    if not 5 <= population <= MOST_MEMBERS or generations < 1 or seed < 0:
+        raise ParameterError(
+            f"population {population}, generations {generations}, seed {seed}: needed are 5 to {MOST_MEMBERS}, at least 1, and at least 0."
+        )
+
+
 def search(
     kind: Search,
     costs: Costs,
@@ -127,8 +136,7 @@ def search(
     """
     if kind not in get_args(Search):
         raise ParameterError(f"search {kind!r}: allowed are {', '.join(get_args(Search))}.")
-    if population < 5 or generations < 1 or seed < 0:
-        raise ParameterError(f"population {population}, generations {generations}, seed {seed}: needed are at least 5, 1 and 0.")
+    check_size(population, generations, seed)
     begin, book = time.perf_counter(), _Book(costs, 1 if kind == "none" else generations, journal, progress, cancelled)
     first = qmc.LatinHypercube(start.size, rng=np.random.default_rng(seed)).random(population)
     first[0] = start

@@ -27,6 +27,7 @@ Progress = Callable[[float], None]
 
 START_PASSES = 20  # over all components, until what they show at the start no longer changes
 MOST_ROWS = 20_000_000
+MOST_STEPS = 1e12  # weeks of them
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +73,11 @@ def plan(
         raise ParameterError(
             f"step {found.step:g} s, from {found.start:g} to {found.stop:g} s, every {found.every}: a step above 0, a stop after the start "
             "and a whole number from 1 are needed."
+        )
+    if (found.stop - found.start) / found.step > MOST_STEPS:
+        raise ParameterError(
+            f"steps of {found.step:g} s from {found.start:g} to {found.stop:g} s are more than {MOST_STEPS:g}; take longer steps, or stop "
+            "earlier."
         )
     if found.count / found.every > MOST_ROWS:
         raise ParameterError(f"{found.count} steps, each {found.every}. kept: more than {MOST_ROWS} rows; keep fewer (--every).")

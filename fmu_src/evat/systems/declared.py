@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,12 +11,8 @@ from .. import parameter_sets
 from ..compile import CONTACT, HERE
 from ..fmu.told import parts, shown_by, told
 from ..model import Variable
+from ..read_toml import read_toml
 from .model import Bond, Port, SspError, port
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 KEYS = {"title", "stop_time", "step", "every", "show", "components", "connections", "bonds"}
 PART_KEYS = {"part", "set", "values"}
@@ -81,8 +76,7 @@ def load(name: str) -> Declared:
     """The declaration of a system of ours."""
     if name not in names():
         raise SspError(f"there is no system {name!r}; ours are {', '.join(names())}.")
-    with (folder() / name / "system.toml").open("rb") as file:
-        table = tomllib.load(file)
+    table = read_toml(folder() / name / "system.toml")
     where = f"system {name}"
     _only(table, KEYS, where)
     found = {key: _part(key, entry, f"{where}, component {key}") for key, entry in table["components"].items()}

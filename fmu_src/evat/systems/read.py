@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import stat
-import zipfile
-import zlib
+import os
 from collections.abc import Mapping
-from functools import lru_cache
-from importlib import util
-from pathlib import Path, PurePosixPath, PureWindowsPath
+from decimal import Decimal
+from pathlib import Path
 from typing import Any
 
 import fmpy
 from lxml import etree
 
+from .. import ssv
 from ..model import ParameterError
-from ..units import affine, base_unit
+from ..read_xml import XmlError, check_valid, number, read_xml
+from ..units import BaseUnit, affine, base_unit, convert
+from ..unpack import Allowance, ArchiveError, opened, unpack
 from .model import Bond, Component, Connector, Port, SspError, System, port
 
-MOST_FILES, MOST_BYTES = 4000, 2 << 30  # of an archive once unpacked
 _NS = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
     "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
@@ -28,78 +27,30 @@ _NS = {
 FMU_TYPES = (None, "application/x-fmu-sharedlibrary")
 
 
-@lru_cache
-def _schema(name: str) -> Any:
-    spec = util.find_spec("fmpy")
-    if spec is None or not spec.submodule_search_locations:
-        raise SspError("the SSP schemas come with the package fmpy, which is not installed here: pip install fmpy.")
-    return etree.XMLSchema(file=str(Path(spec.submodule_search_locations[0]) / "ssp" / "schema" / f"{name}.xsd"))
-
-
-def unpack(archive: Path, folder: Path) -> None:
-    """Unpack a ZIP into `folder`; SspError before anything is written where a name would leave it, or it is no archive."""
-    try:
-        with zipfile.ZipFile(archive) as packed:
-            entries = packed.infolist()
-            for entry in entries:
-                _check_name(archive.name, entry)
-            if len(entries) > MOST_FILES or sum(entry.file_size for entry in entries) > MOST_BYTES:
-                raise SspError(f"{archive.name}: it unpacks to more than {MOST_FILES} files or {MOST_BYTES >> 30} GiB; it is not read.")
-            packed.extractall(folder)
-    except (OSError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, ValueError) as error:
-        raise SspError(f"{archive.name}: this archive cannot be read, it is corrupt or no ZIP ({error}). Fetch it again.") from error
-
-
-def zip_of(path: Path, where: str) -> zipfile.ZipFile:
-    """An open archive; SspError where it is none."""
-    try:
-        return zipfile.ZipFile(path)
-    except (OSError, zipfile.BadZipFile) as error:
-        raise SspError(f"{where}: {path.name} is no FMU that can be read, it is corrupt or no ZIP ({error}).") from error
-
-
-def _check_name(where: str, entry: zipfile.ZipInfo) -> None:
-    name, kind = entry.filename, entry.external_attr >> 16
-    path = PurePosixPath(name)
-    if path.is_absolute() or ".." in path.parts or "\\" in name or PureWindowsPath(name).drive or "\0" in entry.orig_filename:
-        raise SspError(f"{where}: the entry {name!r} would be written outside of the archive's folder; the archive is refused.")
-    if stat.S_ISLNK(kind):
-        raise SspError(f"{where}: the entry {name!r} is a link; the archive is refused.")
-
-
-def _xml(path: Path, what: str) -> Any:
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, remove_comments=True)
-    try:
-        tree = etree.parse(str(path), parser)
-    except (OSError, etree.XMLSyntaxError) as error:
-        raise SspError(f"{what}: this is no readable XML file: {error}.") from error
-    if tree.docinfo.internalDTD is not None:
-        raise SspError(f"{what}: it has a document type declaration, which SSP needs not; remove it.")
-    return tree
-
-
-def _valid(tree: Any, schema: str, what: str) -> None:
-    if not _schema(schema).validate(tree):
-        wrong = _schema(schema).error_log[0]
-        raise SspError(f"{what}, line {wrong.line}: not valid by the schema of SSP 1.0: {wrong.message}")
-
-
 def read(path: Path, folder: Path) -> System:
     """The system in an .ssp, unpacked into the empty `folder`, with its connections checked against the FMUs."""
     if not path.is_file():
         raise SspError(f"{path}: there is no such file.")
-    unpack(path, folder)
+    try:
+        return _read(path, folder)
+    except (ArchiveError, XmlError) as error:
+        raise SspError(str(error)) from error
+
+
+def _read(path: Path, folder: Path) -> System:
+    allowance = Allowance()
+    unpack(path, folder, allowance=allowance)
     what = f"{path.name}, SystemStructure.ssd"
     if not (folder / "SystemStructure.ssd").is_file():
         raise SspError(f"{path.name}: there is no SystemStructure.ssd in it; it is no system.")
-    tree = _xml(folder / "SystemStructure.ssd", what)
+    tree = read_xml(folder / "SystemStructure.ssd", what)
     top = tree.getroot()
     if top.get("version", "1.0") not in ("1.0", "1.1"):
         raise SspError(
             f"{what}: it is of SSP {top.get('version')}; SSP 1.0 and 1.1 are read. Take its portable form: "
             "of NAME-full.ssp, which `evat build` writes, that is NAME.ssp beside it, the same system."
         )
-    _valid(tree, "SystemStructureDescription" + ("11" if top.get("version") == "1.1" else ""), what)
+    check_valid(tree, "SystemStructureDescription" + ("11" if top.get("version") == "1.1" else ""), what)
     system = top.find("ssd:System", _NS)
     if system.find("ssd:Elements/ssd:System", _NS) is not None:
         raise SspError(f"{what}: it holds a system within the system; only flat systems are read.")
@@ -109,14 +60,14 @@ def read(path: Path, folder: Path) -> System:
     for element in system.iterfind("ssd:Elements/ssd:Component", _NS):
         if element.get("name") in components:
             raise SspError(f"{what}, line {element.sourceline}: component {element.get('name')} is there twice.")
-        components[element.get("name")] = _component(element, folder, path.name)
+        components[element.get("name")] = _component(element, folder, path.name, allowance)
     if not components:
         raise SspError(f"{what}: there is no component in it.")
     connections = _connections(system, components, what)
     experiment, about = top.find("ssd:DefaultExperiment", _NS), system.find("ssd:Annotations/ssc:Annotation/about:system", _NS)
     start, stop = (
-        float(experiment.get(key, default)) if experiment is not None else float(default)
-        for key, default in (("startTime", "0"), ("stopTime", "1"))
+        default if experiment is None else number(experiment, key, what, default)
+        for key, default in (("startTime", 0.0), ("stopTime", 1.0))
     )
     return System(
         top.get("name"),
@@ -126,21 +77,18 @@ def read(path: Path, folder: Path) -> System:
         _bonds(about, connections, what),
         start,
         stop,
-        None if about is None else float(about.get("step")),
-        1 if about is None else int(about.get("every", "1")),
+        None if about is None else number(about, "step", what),
+        1 if about is None else int(number(about, "every", what, 1, whole=True)),
     )
 
 
-def _component(element: Any, folder: Path, archive: str) -> Component:
+def _component(element: Any, folder: Path, archive: str, allowance: Allowance) -> Component:
     name, where = element.get("name"), f"{archive}, component {element.get('name')}"
     if element.get("type") not in FMU_TYPES:
         raise SspError(f"{where}: it is of type {element.get('type')}; only FMUs are coupled.")
-    source = _inside(folder, element.get("source"), where)
-    if not source.is_file():
-        raise SspError(f"{where}: the FMU {element.get('source')} is missing from the archive.")
-    with zip_of(source, where) as packed:
-        for entry in packed.infolist():
-            _check_name(f"{where}, {source.name}", entry)
+    source = _inside(folder, element.get("source"), where, "the FMU")
+    with opened(source, where, allowance):
+        pass
     try:
         description = fmpy.read_model_description(str(source), validate=False)
     except Exception as error:  # fmpy raises what its parsers raise
@@ -151,17 +99,24 @@ def _component(element: Any, folder: Path, archive: str) -> Component:
         connectors[child.get("name")] = _connector(child, variables, where)
     values = {}
     for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", _NS):
-        values.update(_bound(binding, folder, where))
+        values.update(_bound(binding, folder, where, {name: _unit(variable) for name, variable in variables.items()}))
     if unknown := [key for key in values if key not in variables]:
         raise SspError(f"{where}: its parameter values name {unknown[0]!r}, which the FMU does not have.")
     return Component(name, source, connectors, values)
 
 
-def _inside(folder: Path, source: str, where: str) -> Path:
+def _inside(folder: Path, source: str, where: str, what: str) -> Path:
     path = (folder / source).resolve()
     if "://" in source or not path.is_relative_to(folder.resolve()):
         raise SspError(f"{where}: the source {source!r} lies outside of the archive; it is not read.")
+    if not os.path.isfile(path):
+        raise SspError(f"{where}: {what} {source[:200]} is missing from the archive.")
     return path
+
+
+def _unit(variable: Any) -> str:
+    declared = variable.declaredType.unit if variable.declaredType is not None else None
+    return str(variable.unit or declared or "1")
 
 
 def _connector(element: Any, variables: Mapping[str, Any], where: str) -> Connector:
@@ -172,13 +127,21 @@ def _connector(element: Any, variables: Mapping[str, Any], where: str) -> Connec
         raise SspError(
             f"{where}: connector {name} is {kind}, the FMU's variable is {variables[name].causality}; both must be input or output."
         )
-    variable = variables[name]
-    declared = variable.declaredType.unit if variable.declaredType is not None else None
-    unit, real = variable.unit or declared or "1", element.find("ssc:Real", _NS)
+    unit, real = _unit(variables[name]), element.find("ssc:Real", _NS)
     shown = unit if real is None else real.get("unit", unit)
     if shown != unit and _factor(shown, unit) != (1.0, 0.0):
         raise SspError(f"{where}: connector {name} is in {shown}, the FMU's variable in {unit}; give both the same unit.")
     return Connector(name, kind, unit)
+
+
+def _in_unit(value: float, found: BaseUnit | str, wanted: str, what: str) -> float:
+    try:
+        source, target = base_unit(found) if isinstance(found, str) else found, base_unit(wanted)
+        if source.exponents == target.exponents:
+            return convert(Decimal(repr(value)), source, target)
+    except ParameterError:  # a unit of the author's own
+        pass
+    raise SspError(f"{what}: the FMU has this in {wanted}, and the one does not measure what the other does, or is no unit that is known.")
 
 
 def _factor(found: str, wanted: str) -> tuple[float, float] | None:
@@ -217,7 +180,9 @@ def _connections(system: Any, components: Mapping[str, Component], what: str) ->
 def _bonds(about: Any, connections: Mapping[Port, Port], what: str) -> tuple[Bond, ...]:
     if about is None:
         return ()
-    bonds = tuple(Bond(port(bond.get("force"), what), port(bond.get("velocity"), what)) for bond in about.iterfind("about:bond", _NS))
+    bonds = tuple(
+        Bond(port(bond.get("force", ""), what), port(bond.get("velocity", ""), what)) for bond in about.iterfind("about:bond", _NS)
+    )
     for bond in bonds:
         for at in (bond.force, bond.velocity):
             if at not in connections.values():
@@ -225,26 +190,34 @@ def _bonds(about: Any, connections: Mapping[Port, Port], what: str) -> tuple[Bon
     return bonds
 
 
-def _bound(binding: Any, folder: Path, where: str) -> dict[str, float | str | bool]:
+def _bound(binding: Any, folder: Path, where: str, units: Mapping[str, str]) -> dict[str, float | str | bool]:
     if binding.get("prefix") or binding.find("ssd:ParameterMapping", _NS) is not None:
         raise SspError(f"{where}: its parameter binding has a prefix or a mapping; only the FMU's own names are read.")
     if binding.get("source") is None:
         raise SspError(f"{where}: its parameter values stand in the .ssd; only .ssv files are read.")
-    path = _inside(folder, binding.get("source"), where)
-    if not path.is_file():
-        raise SspError(f"{where}: the parameter file {binding.get('source')} is missing from the archive.")
-    return values_of(path)
+    path = _inside(folder, binding.get("source"), where, "the parameter file")
+    return values_of(path, units)
 
 
-def values_of(path: Path) -> dict[str, float | str | bool]:
-    """What an .ssv file sets, by name. Numbers must be in the FMU's unit: SI."""
-    tree = _xml(path, path.name)
-    _valid(tree, "SystemStructureParameterValues", path.name)
+def values_of(path: Path, units: Mapping[str, str]) -> dict[str, float | str | bool]:
+    """What an .ssv file sets, by name; numbers in the units that the FMU has for these names, as are those without a unit."""
+    tree = read_xml(path, path.name)
+    check_valid(tree, "SystemStructureParameterValues", path.name)
+    own = ssv.units_in_file(tree.getroot(), path.name)
     values: dict[str, float | str | bool] = {}
     for parameter in tree.getroot().iterfind("ssv:Parameters/ssv:Parameter", _NS):
-        kind, text = etree.QName(parameter[0]).localname, parameter[0].get("value")
+        name, kind, where = parameter.get("name"), etree.QName(parameter[0]).localname, f"{path.name}, line {parameter.sourceline}"
+        if name in values:
+            raise XmlError(f"{where}: {name} is there twice; keep one.")
         if kind == "Boolean":
-            values[parameter.get("name")] = text.strip() in ("true", "1")
+            values[name] = parameter[0].get("value").strip() in ("true", "1")
+        elif kind in ("Enumeration", "String"):
+            values[name] = parameter[0].get("value")
+        elif kind in ("Real", "Integer"):
+            value, unit, wanted = number(parameter[0], "value", path.name), parameter[0].get("unit"), units.get(name)
+            if unit is not None and wanted is not None and unit != wanted:  # a name that the FMU does not have is told elsewhere
+                value = _in_unit(value, own.get(unit, unit), wanted, f"{where}: {name} = {value:g} {unit}")
+            values[name] = value
         else:
-            values[parameter.get("name")] = text if kind in ("Enumeration", "String") else float(text)
+            raise XmlError(f"{where}: {name} is given as {kind}, which no variable here takes; numbers, choices and texts are read.")
     return values

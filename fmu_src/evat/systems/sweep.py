@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import math
 import multiprocessing
 import os
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..model import EvatError, FloatArray, ParameterError
+from ..writing import put, temporary
 from .couple import Values, run_file
 from .model import System, SystemStopped, port
 from .values import Value, from_set, merged, unit, value, variable
@@ -59,7 +60,7 @@ def axis(system: System, text: str) -> Axis:
         sets = tuple(name.strip() for name in places.split(","))
         if names.strip() not in system.components:
             raise ParameterError(f"--over {text!r}: there is no component {names.strip()!r}; {example}.")
-        return Axis(names.strip(), "1", sets, tuple({names.strip(): from_set(name)} for name in sets))
+        return Axis(names.strip(), "1", sets, tuple({names.strip(): from_set(system, names.strip(), name)} for name in sets))
     ports = [port(name.strip(), f"--over {text!r}") for name in names.split(",")]
     kinds = {variable(system, at).type for at in ports}
     wanted = [part.strip() for part in places.split(",")]
@@ -77,20 +78,17 @@ def _range(text: str, places: str, example: str) -> list[str]:
         first, last, count = float(parts[0]), float(parts[1]), int(parts[2])
     except (ValueError, IndexError):
         raise ParameterError(f"--over {text!r}: FIRST:LAST:COUNT in SI units is needed; {example}.") from None
-    if len(parts) != 3 or count < 1:
-        raise ParameterError(f"--over {text!r}: FIRST:LAST:COUNT with a count from 1 is needed; {example}.")
+    if len(parts) != 3 or not 1 <= count <= MOST_RUNS or not (math.isfinite(first) and math.isfinite(last)):
+        raise ParameterError(f"--over {text!r}: FIRST:LAST:COUNT with a count from 1 to {MOST_RUNS} is needed; {example}.")
     return [repr(float(number)) for number in np.linspace(first, last, count)]
 
 
 def _point(archive: bytes, values: Values, wishes: Mapping[str, Any]) -> tuple[dict[str, float], str]:
     """One run, in whatever process: means of the last half."""
-    with tempfile.TemporaryDirectory(prefix="evat-sweep-") as folder:
-        path = Path(folder) / "system.ssp"
-        path.write_bytes(archive)
-        inside = Path(folder) / "system"
-        inside.mkdir()
+    with temporary() as folder:
+        path = put(folder / "system.ssp", archive)
         try:
-            trace, _ = run_file(path, inside, values, **wishes)
+            trace, _ = run_file(path, folder / "system", values, **wishes)
         except SystemStopped as stopped:
             return {}, str(stopped)
         except EvatError as error:

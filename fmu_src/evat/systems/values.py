@@ -74,13 +74,14 @@ def typed(system: System, texts: Iterable[str]) -> dict[str, dict[str, Value]]:
     return values
 
 
-def from_set(name: str) -> dict[str, Value]:
-    """What a parameter set says: one of the contact's by name, or any .ssv file."""
+def from_set(system: System, component: str, name: str) -> dict[str, Value]:
+    """What a parameter set says for a component: one of the contact's by name, or any .ssv file."""
     if name.endswith(".ssv"):
         path = Path(name)
         if not path.is_file():
             raise SspError(f"{path}: there is no such file.")
-        return values_of(path)
+        known = _variables(system.components[component].source)
+        return values_of(path, {each: unit(system, (component, each)) for each in known})
     found = parameter_sets.load(name)
     every = {effect.name: effect.name in found.effects for effect in kernel.effects()}
     return {**every, **kernel.by_choice(found.values)}

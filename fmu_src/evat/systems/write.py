@@ -6,7 +6,6 @@ own names, and the annotation without which OMSimulator gives up. `write_full` h
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
@@ -96,9 +95,7 @@ def structure(declared: Declared) -> bytes:
 
 def parameter_file(part: Part, values: Mapping[str, float], name: str = SET_NAME) -> bytes:
     """The .ssv of a component."""
-    with tempfile.TemporaryDirectory(prefix="evat-ssv-") as folder:
-        content = ssv.Content(name, name, values, part.sources)
-        return ssv.write(Path(folder) / "set.ssv", content, part.variables).read_bytes()
+    return ssv.serialised(ssv.Content(name, name, values, part.sources), part.variables)
 
 
 def parameter_files(declared: Declared) -> dict[str, bytes]:

@@ -6,7 +6,6 @@ Few importers read this today.
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 
 from lxml import etree
@@ -74,11 +73,9 @@ def _values(declared: Declared) -> bytes:
         for name, value in part.values.items():
             flat = _flat(part.name, name)
             variables[flat], values[flat], sources[flat] = part.variables[name], value, part.sources.get(name, "")
-    with tempfile.TemporaryDirectory(prefix="evat-ssv-") as folder:
-        written = ssv.write(Path(folder) / "system.ssv", ssv.Content(declared.name, declared.title, values, sources), variables)
-        tree = etree.parse(str(written))
-    tree.getroot().set("version", "2.0")
-    return serialised(tree.getroot())
+    root = etree.fromstring(ssv.serialised(ssv.Content(declared.name, declared.title, values, sources), variables))
+    root.set("version", "2.0")
+    return serialised(root)
 
 
 def _mapping(declared: Declared) -> bytes:

@@ -40,7 +40,7 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
     EACH_LANE {
         const double r_0 = renewal(p, a, i), r_m = renewal(p, m, i), r_1 = renewal(p, b, i), on = a->cutting[i];
         const double M = h[i] / 24 * larger(5 * r_0 + 8 * r_m - r_1, 0), D = larger(h[i] / 6 * (r_0 + 4 * r_m + r_1), M);
-        const double quarter = 0.25 * h[i] * (5. / 12 * r_0 + 2. / 3 * r_m - 1. / 12 * r_1); /* share of M in the first quarter, about */
+        const double quarter = h[i] / 48 * (8 * r_0 + 5 * r_m - r_1); /* all three of the parabola through the rates */
         half[0][i] = on != 0 ? aged(from[0][i], 0.5 * h[i], smaller(larger(quarter, 0), M), M) : from[0][i];
         whole[0][i] = on != 0 ? aged(from[0][i], h[i], M, D) : from[0][i];
     }

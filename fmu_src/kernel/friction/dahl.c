@@ -8,6 +8,7 @@ static void rates(const lanes *p, struct Point *x)
         x->drive[i] = x->v[i];
         x->rate[i] = x->P[i] * x->speed[i] / x->F_C[i];
         x->target[i] = x->direction[i] * x->F_C[i] / x->P[i];
+        x->flat_from[i] = 0;
     }
 }
 

@@ -13,17 +13,24 @@ static const struct Variable variables[COUNT] = {
                            .source = "Canudas de Wit et al. 1995: 2; Bo and Pavelescu 1982: 0.5 to 1; Armstrong-Helouvry et al. 1994"},
 };
 
-/* (v/v_s)^exponent. */
-static void powers(const lanes *p, const struct Point *x, lanes power)
+#define NO_STATIC_FRICTION 9.2 /* e^-9.2 is 1e-4: above v_s times its root, static friction is gone */
+
+/* (v/v_s)^exponent, and the slip from which on it leaves no static friction. */
+static void powers(const lanes *p, struct Point *x, lanes power)
 {
     int other = 0;
     EACH_LANE {
         const double ratio = x->speed[i] / x->v_s[i];
         power[i] = ratio * ratio;
+        x->flat_from[i] = x->v_s[i] * 3.0331501776206204; /* sqrt(NO_STATIC_FRICTION) */
         other |= p[STRIBECK_EXPONENT][i] != 2;
     }
-    if (other)
-        EACH_LANE power[i] = p[STRIBECK_EXPONENT][i] == 2 ? power[i] : pow(x->speed[i] / x->v_s[i], p[STRIBECK_EXPONENT][i]);
+    for (int i = 0; other && i < LANES; ++i) {
+        if (p[STRIBECK_EXPONENT][i] == 2)
+            continue;
+        power[i] = pow(x->speed[i] / x->v_s[i], p[STRIBECK_EXPONENT][i]);
+        x->flat_from[i] = x->v_s[i] * pow(NO_STATIC_FRICTION, 1 / p[STRIBECK_EXPONENT][i]);
+    }
 }
 
 static void rates(const lanes *p, struct Point *x)

@@ -38,8 +38,8 @@ static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
 {
     (void)p, (void)memory;
     EACH_LANE {
-        const double z0 = z_0(x, i);
-        z[i] = smaller(larger(z[i], -z0), z0);
+        const double bound = z_0(x, i) * (1 + 1e-12); /* beyond z0 by more than roundings: it slides, whoever looks again */
+        z[i] = smaller(larger(z[i], -bound), bound);
     }
 }
 

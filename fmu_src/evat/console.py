@@ -1,0 +1,53 @@
+"""What may reach a terminal? Text: what stands in somebody's file is neither a command to the terminal nor markup of ours."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Iterable
+from typing import Any
+
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
+from rich.text import Text
+
+# What a terminal acts on instead of showing it (but for the ends of lines and tabs), what turns the direction of writing round, and halves
+# of characters, which stand for bytes of a file's name that are no UTF-8.
+_ACTS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def printable(text: str) -> str:
+    """The text with a name, such as \\x1b, for each sign that a terminal would act on."""
+    return _ACTS.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
+
+
+class Terminal(Console):
+    """A console that shows any text as it stands; style is for what is no plain str (rich.text.Text)."""
+
+    def __init__(self, **named: Any) -> None:
+        super().__init__(markup=False, emoji=False, **named)
+
+    def render_str(self, text: str, **named: Any) -> Text:
+        return super().render_str(printable(text), **named)  # here, where it is measured
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
+        for segment in super().render(renderable, options):  # here, where all else passes, such as the text beside a bar
+            acts = not segment.control and _ACTS.search(segment.text)
+            yield Segment(printable(segment.text), segment.style) if acts else segment
+
+
+out, err = Terminal(), Terminal(stderr=True)
+
+
+def marked(mark: str, style: str, text: str) -> Text:
+    """A text with a mark in front, such as "doubt:" in yellow."""
+    return Text.assemble((mark, style), " ", printable(text))
+
+
+def show_warnings() -> None:
+    """Warnings of libraries, which may quote a file, go the same way as all else."""
+
+    def show(message: Warning | str, *_: Any, **__: Any) -> None:
+        err.print(marked("warning:", "yellow", str(message)), soft_wrap=True)
+
+    warnings.showwarning = show

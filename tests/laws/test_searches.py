@@ -1,0 +1,76 @@
+"""Does each search end where it has arrived, and not before? Its own equation, to rounding or to the tolerance that it states."""
+
+from __future__ import annotations
+
+from math import acos, cos, pi, sin
+
+import numpy as np
+import pytest
+from driving import AMPLITUDE, ELLIPSE, OMEGA, PERIOD, Values, at_angle, at_speed_ratio, events, read, started
+from evat import kernel
+from scipy.optimize import brentq
+
+STATES = {effect.name: tuple(state.name for state in effect.states) for effect in kernel.effects() if effect.states}
+KEPT = {name for name in STATES if name != "dwell_strengthening"}  # of which a separation lets nothing outlive it
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.15])
+@pytest.mark.parametrize("law", kernel.variable("friction_law").choices)
+def test_slip_and_shear_angle_belong_to_each_other(law: str, alpha: float) -> None:
+    """chip_flow_angle = current_shear_angle: v = V(phi(F(v))) at any angle of the cut, also where the law jumps at the slip found."""
+    own: Values = {"friction_law": law, "chip_flow_angle": "current_shear_angle", "rake_angle": alpha, "F_C": 30.0, "F_S": 30.0}
+    r, sticking = 0.3, 0
+    for psi in np.linspace(-0.6, 1.5, 43):
+        v, phi = at_angle(psi, {**at_speed_ratio(r, feed=2e-5), **own}, "slip_velocity_used", "shear_angle")
+        u_x, u_y = AMPLITUDE * OMEGA * (r + cos(psi)), AMPLITUDE * OMEGA * sin(psi)
+        phi = max(phi, 0.02)  # flatter planes form no chip
+        V_s = (u_x * cos(alpha) + u_y * sin(alpha)) / cos(phi - alpha)
+        slip = V_s * sin(phi - alpha) + u_x * sin(alpha) - u_y * cos(alpha)
+        assert v == pytest.approx(slip, abs=1e-12 * AMPLITUDE * OMEGA)
+        sticking += abs(v) < 1e-9
+    assert law != "coulomb" or sticking > 3  # where friction balances over a range of angles
+
+
+@pytest.mark.parametrize("r", [0.02, 0.3, 0.9])
+def test_the_surface_of_the_cycle_before_is_found_to_rounding(r: float) -> None:
+    """Thickness = what stands at the same place x after the cycle before, by its own equation; close to its turning point, too, where two
+    roots meet and a digit of the place is worth half a digit of the height."""
+    last = acos(-r)
+    top = r * last + sin(last)
+    entry = brentq(lambda psi: r * (pi + psi) + sin(psi), -pi * (1 - 1e-6 * r), -1e-6, xtol=1e-15)
+    ends = brentq(lambda psi: r * (psi + 2 * pi) + sin(psi) - top, entry, last, xtol=1e-15)  # beyond it the nominal surface stands
+    found = 0
+    for psi in [*np.linspace(entry + 1e-3, ends, 40)[1:-1], ends - 1e-6]:
+        X = r * (psi + 2 * pi) + sin(psi)
+        chi = brentq(lambda a, X=X: r * a + sin(a) - X, -last, last, xtol=4e-16)
+        (h,) = at_angle(psi, at_speed_ratio(r, feed=1e-2), "uncut_thickness_used")
+        assert h / AMPLITUDE == pytest.approx(cos(psi) - cos(chi), abs=1e-12 + 4e-16 / max(top - X, 1e-15) ** 0.5)
+        found += 1
+    assert found == 39
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-5, 1e-8])
+@pytest.mark.parametrize("r", [0.05, 0.3])
+def test_an_event_is_where_its_indicator_is_zero(r: float, tolerance: float) -> None:
+    """Entry and exit of a cut, just past and never before: by a thousandth of the tolerance, of a step of a twentieth of a cycle."""
+    contact = started(at_speed_ratio(r, relative_tolerance=tolerance), time=PERIOD / 2)
+    turned = [t for t, before, after in events(contact, PERIOD, "in_contact") if before[0] != after[0]]
+    entry = brentq(lambda psi: r * (pi + psi) + sin(psi), -pi * (1 - 1e-6 * r), -1e-6, xtol=1e-15)
+    late = np.array(turned) / PERIOD - 1 - np.array([entry, acos(-r)]) / (2 * pi)
+    assert np.all(late > -1e-15)
+    assert np.all(late < 1e-3 * tolerance / 20 + 1e-15)
+
+
+@pytest.mark.parametrize("name", sorted(KEPT))
+def test_a_periodic_start_is_periodic_in_the_states_of_effects(name: str) -> None:
+    """A cycle leads back to a tenth of the tolerance; and no warning says that none was found."""
+    tolerance, states = 1e-6, ("bristle_deflection", *STATES[name])
+    own: Values = {"initial_state": "periodic", "cutting_speed": 0.2, "release_time": 1e-5, "relative_tolerance": tolerance}
+    contact = started({**ELLIPSE, **own}, (name,))
+    before = read(contact, *states)
+    contact.advance(PERIOD)
+    after = read(contact, *states)
+    scale = np.maximum(np.abs(before), [10 / 1e6, *(1e-3 * kernel.variable(state).nominal for state in STATES[name])])
+    assert np.all(np.abs(after - before) <= 0.5 * tolerance * scale)
+    assert contact.warnings() == ()
+    assert np.abs(before).max() > 0

@@ -1,0 +1,95 @@
+"""Do internal steps see what lies between the three points that they look at, and do they come to an end?"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from evat.kernel import Contact
+from evat.model import ParameterError, SimulationError
+
+EXTERNAL = {"kinematics": "external"}
+
+
+def stopped(tolerance: float, values: dict[str, float], steps: int = 1) -> float:
+    """Friction force at the end of a slip that ramps from 0.1 m/s to rest within 50 ms, in so many samples."""
+    times = np.concatenate([[0.0], 0.05 + np.linspace(0, 0.05, steps + 1), [0.2]])
+    slip = np.concatenate([[0.1], np.linspace(0.1, 0, steps + 1), [0.0]])
+    contact = Contact({**EXTERNAL, **values, "relative_tolerance": tolerance, "slip_velocity": 0.1})
+    contact.start(0.0)
+    force: float = contact.run(times, {"slip_velocity": slip}, ["friction_force"])[-1, 0]
+    return force
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-5])
+@pytest.mark.parametrize(
+    "values",
+    [{}, {"sigma0": 2.5e6, "F_C": 0.75, "F_S": 1.06, "sigma1": 591.0, "sigma2": 1.34, "v_s": 0.0234}],
+    ids=["start values", "a measured contact"],
+)
+def test_slip_that_ramps_to_rest_feels_static_friction(tolerance: float, values: dict[str, float]) -> None:
+    """One step of 50 ms from full slip to rest, whose start and middle see F_C: against the same in a thousand samples at 1e-9."""
+    right = stopped(1e-9, values, 1000)
+    assert abs(stopped(tolerance, values) - right) <= 3 * tolerance * abs(right)
+
+
+def test_the_rest_of_a_ramp_is_known() -> None:
+    """Start values, the number that an implicit integrator of another kind gives: 9.719 N, not F_C = 9 N."""
+    assert stopped(1e-4, {}) == pytest.approx(9.719, abs=2e-3)
+
+
+@pytest.mark.parametrize("law", ["coulomb", "lugre", "dahl"])
+@pytest.mark.parametrize("jumps", [False, True], ids=["slides to 0", "jumps to 0"])
+@pytest.mark.parametrize("on", [(), ("edge_force",)], ids=["no effect", "an effect"])
+def test_a_thickness_of_just_zero_is_no_contact(law: str, jumps: bool, on: tuple[str, ...]) -> None:
+    """A recorded thickness that comes down to 0 and stays there, by a ramp whose roundings miss 0 or by a jump: no force is left."""
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        times = np.cumsum(rng.uniform(1e-4, 1e-2, 12))
+        h = rng.uniform(1e-5, 3e-4, 12)
+        h[6:9] = h[11] = 0
+        if jumps:
+            times = np.sort(np.append(times, times[5] + 1e-9))
+            h = np.insert(h, 6, 0.0)
+        contact = Contact({**EXTERNAL, "friction_law": law, "slip_velocity": 0.1, "uncut_thickness": h[0]}, on)
+        contact.start(times[0])
+        columns = {"uncut_thickness": h, "slip_velocity": np.full(h.size, 0.1)}
+        forces = contact.run(times, columns, ["friction_force", "principal_force", "in_contact"])
+        assert np.all(forces[h == 0] == 0), seed
+        assert np.all(forces[h > 0, 2] == 1), seed
+
+
+@pytest.mark.parametrize(
+    ("values", "on", "named"),
+    [
+        ({"feed": 1e-3, "width": 2e-3}, ("holder_compliance", "amplitude_loss"), "holder_compliance, amplitude_loss"),
+        ({"friction_law": "bristle", "sigma0": 1e10, "F_C": 0.01}, (), "friction_law = bristle"),
+    ],
+)
+def test_what_steps_without_end_is_refused_soon(values: dict[str, float | str], on: tuple[str, ...], named: str) -> None:
+    """A tool that is pushed out of the cut and springs back; bonds that break all the time. Before, millions of steps were taken first. The
+    bound is wide: a shared machine."""
+    contact = Contact(values, on)
+    contact.start(0.0)
+    begun = time.process_time()
+    with pytest.raises(SimulationError, match="internal steps without end") as refused:
+        contact.advance(1e-3)
+    assert named in str(refused.value)
+    assert time.process_time() - begun < 2
+
+
+def test_wear_does_not_end_the_sliding_of_a_reset_integrator() -> None:
+    """Sliding ends where the slip turns round, also while F_C grows and the chip flows by the angle of the moment: it stuck each step."""
+    values = {"friction_law": "reset_integrator", "chip_flow_angle": "current_shear_angle", "vibration_frequency": 2300.0}
+    contact, plain = Contact(values, ("friction_wear",)), Contact(values)
+    for each in (contact, plain):
+        each.start(0.0)
+        each.advance(5.5e-5)
+    assert contact.get("friction_force") == pytest.approx(plain.get("friction_force"), rel=1e-5)
+    assert contact.get("step_count") < 2 * plain.get("step_count")
+
+
+def test_a_vibration_beyond_all_tools_is_refused_at_once() -> None:
+    with pytest.raises(ParameterError, match="allowed is"):
+        Contact({"vibration_frequency": 2.8e6})

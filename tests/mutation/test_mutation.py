@@ -1,0 +1,87 @@
+"""Are mistakes made where there is code, are those found that once were not, and how many does a campaign find?"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from mistakes import in_c, in_python, places_in_python
+from workshop import PARTS, Workshop, campaign, drawn, every_mistake, known
+
+C = """/* a + b */
+#define TWICE(x) ((x) + (x))
+static const struct Variable variables[COUNT] = {
+    [ON] = {.name = "x - y", .start = 2, .meaning = "1 < 2"},
+};
+double f(double *x, int n)
+{
+    for (int i = 0; i < n; ++i) /* i < n */
+        x[i] += -2.5 * larger(x[i], 10);
+    return x[0] && !n;
+}
+"""
+
+
+def test_mistakes_in_c_are_made_in_code_alone(tmp_path: Path) -> None:
+    (tmp_path / "f.c").write_text(C, encoding="utf-8")
+    found = {(mistake.line, mistake.becomes) for mistake in in_c(tmp_path / "f.c", tmp_path)}
+    loop, sum_ = "for (int i = 0; i {} n; ++i) /* i < n */", "x[i] += -2.5 * larger(x[i], 10);"
+    expected = {(8, loop.format("<=")), (8, loop.format(">")), (8, "for (int i = 1; i < n; ++i) /* i < n */")}
+    changes = (("+=", "-="), ("-2.5", "2.5"), ("*", "/"), ("larger", "smaller"), ("10", "20"))
+    expected |= {(9, sum_.replace(*change)) for change in changes}
+    expected |= {
+        (9, sum_.replace("2.5", "(2.5 * 2)")),
+        (9, ";"),
+        (10, "return x[1] && !n;"),
+        (10, "return x[0] || !n;"),
+        (10, "return x[0] && n;"),
+    }
+    assert found == expected
+
+
+def test_mistakes_in_python_are_those_of_cosmic_ray(tmp_path: Path) -> None:
+    pytest.importorskip("cosmic_ray")
+    (tmp_path / "f.py").write_text("def f(x: int | None) -> int:\n    return 2 * x if x > 0 else -x\n", encoding="utf-8")
+    found = {in_python(tmp_path / "f.py", tmp_path, *place).becomes for place in places_in_python(tmp_path / "f.py")}
+    assert {"return 2 / x if x > 0 else -x", "return 2 * x if x >= 0 else -x", "return 2 * x if x > 0 else +x"} <= found
+    assert not any("def" in line for line in found)
+
+
+@pytest.mark.parametrize("kind", ["equivalent", "found"])
+def test_what_is_known_is_of_lines_that_are_there(kind: str) -> None:
+    """A line that was changed takes what was said of it along."""
+    names = {mistake.name for part in ("kernel", "machines", "shells") for mistake in every_mistake(part)}
+    gone = [name for name in known(kind) if not name[0].endswith(".py") and name not in names]
+    assert gone == []
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("part", ["kernel", "machines", "shells"])
+def test_what_once_was_not_found_is_found(part: str, tmp_path: Path, fmus: dict[str, Path]) -> None:
+    """By the test that was made for it, alone."""
+    rows = {name: row["by"] for name, row in known("found").items()}
+    there = {mistake.name: mistake for mistake in every_mistake(part)}
+    verdicts = {}
+    for by in sorted(set(rows.values())):
+        some = [there[name] for name in rows if rows[name] == by and name in there]
+        workshop = Workshop(tmp_path / Path(by).stem, part, fmus["fmi2"].parent, [by])
+        if some:
+            workshop.prepare(longest=60)
+            verdicts |= {mistake.name: verdict for mistake, verdict, _ in campaign(workshop, some, longest=60)}
+    assert verdicts
+    assert [name for name, verdict in verdicts.items() if verdict != "killed"] == []
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("part", PARTS)
+def test_most_mistakes_are_found(part: str, tmp_path: Path, fmus: dict[str, Path]) -> None:
+    """Of thirty drawn at random. What survives is printed: to be killed by a test, or written down with the reason."""
+    workshop = Workshop(tmp_path, part, fmus["fmi2"].parent)
+    workshop.prepare()
+    verdicts = [(verdict, mistake.name) for mistake, verdict, _ in campaign(workshop, drawn(part, 30, seed=1))]
+    survived = [name for verdict, name in verdicts if verdict == "survived"]
+    print(json.dumps(survived, indent=1))
+    tried = sum(verdict in ("killed", "survived") for verdict, _ in verdicts)
+    assert tried >= 20
+    assert len(survived) < 0.5 * tried  # of the first draws 60 to 75 % were found by the quick tests

@@ -1,0 +1,154 @@
+"""Is what is kept from one run to the next checked before it is used, and made anew where it is damaged? Libraries and the FMU."""
+
+from __future__ import annotations
+
+import io
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from evat import compile as compile_c
+from evat import fmu, kernel
+from evat.compile import is_whole, kernel_library_path, seal, seal_of, source_root
+from evat.gap_report import fmu_run
+from evat.writing import OutputError
+
+PACKAGE = compile_c.HERE
+ASK = "from evat import kernel; kernel.Contact().start(); print(kernel.token())"
+
+
+@pytest.fixture(scope="module")
+def copied(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The package with sources and libraries in a folder of its own."""
+    folder = tmp_path_factory.mktemp("copied")
+    shutil.copytree(PACKAGE, folder / "evat", ignore=shutil.ignore_patterns("__pycache__", "_source"))
+    for name in ("kernel", "machines", "fmi", "fmus"):
+        shutil.copytree(source_root() / name, folder / name)
+    return folder
+
+
+def asked(folder: Path, code: str = ASK, **environment: str) -> subprocess.CompletedProcess[str]:
+    path = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True, text=True, timeout=300, check=False, cwd=folder, env={**os.environ, "PYTHONPATH": path, **environment},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("damage", ["empty", "torn", "a bit", "nothing says that it is whole"])
+def test_a_damaged_library_is_compiled_anew(copied: Path, damage: str) -> None:
+    """Half of a library, once loaded, ends the process with a bus error; an empty one was a traceback; a bit is another model."""
+    library = copied / "evat" / "_lib" / kernel_library_path().name
+    whole = library.read_bytes()
+    if damage == "nothing says that it is whole":
+        seal_of(library).unlink()
+    else:
+        bit = bytearray(whole)
+        bit[len(bit) // 2] ^= 1
+        library.unlink()  # it may be loaded
+        library.write_bytes({"empty": b"", "torn": whole[: len(whole) // 2], "a bit": bytes(bit)}[damage])
+    done = asked(copied)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == kernel.token()
+    assert f"{library}: the compiled library is damaged" in done.stderr
+    assert library.read_bytes() == whole
+    assert is_whole(library)
+    assert asked(copied).stderr == ""
+
+
+def test_a_damaged_library_that_cannot_be_compiled_says_what_to_do(copied: Path, tmp_path: Path) -> None:
+    library = copied / "evat" / "_lib" / kernel_library_path().name
+    kept = library.read_bytes(), seal_of(library).read_bytes()
+    library.unlink()
+    library.write_bytes(kept[0][:1000])
+    no_compiler = "import importlib.util as u; f = u.find_spec; u.find_spec = lambda name, *a: None if name == 'ziglang' else f(name, *a)\n"
+    done = asked(copied, f"{no_compiler}import sys; sys.argv = ['evat', 'info']\nfrom evat.cli import main; main()")
+    library.write_bytes(kept[0])
+    seal_of(library).write_bytes(kept[1])
+    assert done.returncode != 0
+    assert "the compiled library is damaged and cannot be compiled anew: no C compiler: the package ziglang is not installed" in done.stderr
+    assert "Install evat again." in done.stderr
+
+
+def test_a_library_that_the_system_does_not_load_says_so(copied: Path) -> None:
+    """Whole, and yet no library of this machine."""
+    library = copied / "evat" / "_lib" / kernel_library_path().name
+    kept = library.read_bytes(), seal_of(library).read_bytes()
+    library.unlink()
+    library.write_bytes(b"no library")
+    seal(library, kept[1].decode().splitlines()[0])
+    done = asked(copied)
+    library.write_bytes(kept[0])
+    seal_of(library).write_bytes(kept[1])
+    assert f"EvatError: {library}: the compiled library cannot be loaded here" in done.stderr
+
+
+@pytest.fixture
+def cache(fmi2_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
+    """A place of its own for the user's caches, and the FMUs that are built into it, in their order."""
+    built = list[Path]()
+
+    def build(version: int, path: Path, targets: list[str]) -> Path:
+        built.append(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(fmi2_fmu.read_bytes())
+        return path
+
+    monkeypatch.setattr(fmu_run, "user_cache_path", lambda *_, **__: tmp_path / "cache")
+    monkeypatch.setattr(fmu, "build_fmu", build)
+    return built
+
+
+def _with_half_a_binary(data: bytes) -> bytes:
+    """An archive that is whole, with a library in it that is not."""
+    changed = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as old, zipfile.ZipFile(changed, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            new.writestr(name, content[: len(content) // 2] if name.startswith("binaries/") else content)
+    return changed.getvalue()
+
+
+@pytest.mark.parametrize("damage", ["empty", "torn", "half a binary", "a bit"])
+def test_a_damaged_fmu_among_the_caches_is_built_anew(cache: list[Path], fmi2_fmu: Path, damage: str) -> None:
+    path, whole = fmu_run.host_fmu(), fmi2_fmu.read_bytes()
+    assert fmu_run.host_fmu() == path
+    assert len(cache) == 1
+    bit = bytearray(whole)
+    bit[len(bit) // 2] ^= 1
+    path.write_bytes({"empty": b"", "torn": whole[:20_000], "half a binary": _with_half_a_binary(whole), "a bit": bytes(bit)}[damage])
+    assert fmu_run.host_fmu().read_bytes() == whole
+    assert len(cache) == 2
+    fmu_run.host_fmu()
+    assert len(cache) == 2
+
+
+def test_a_place_for_caches_that_is_none_is_no_end_of_a_diagnosis(
+    cache: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The report then says why the FMU was not run."""
+    from evat.cli_diagnose import _fmu
+
+    monkeypatch.undo()
+    (tmp_path / "file").write_text("no folder", encoding="utf-8")
+    monkeypatch.setattr(fmu_run, "user_cache_path", lambda *_, **__: tmp_path / "file" / "cache")
+    path, why = _fmu(None)
+    assert path is None
+    assert "cannot be written: Not a directory" in why
+
+
+def test_a_seal_that_cannot_be_written_is_an_error_of_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "kept").write_bytes(b"x")
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(compile_c.os, "replace", full)
+    with pytest.raises(OutputError, match=r"kept.sha256: it cannot be written: No space left on device"):
+        seal(tmp_path / "kept")
+    assert not is_whole(tmp_path / "kept")
+    assert [path.name for path in tmp_path.iterdir()] == ["kept"]

@@ -1,0 +1,304 @@
+"""How far is the kernel from the right answer to a motion, in tolerances? The judged run, the reference, and the measure between them.
+
+The measure. Error of a run = largest difference at any communication point between an output and the reference, over the size of that
+output, over relative_tolerance. Size of friction_force: the largest of F_C, F_S and of its own magnitude in the run, because a bristle's
+deflection is only ever known to a share of its full reach, sigma0 times which is F_S, and the force may come to rest at any small value.
+Principal, feed and measured forces are sums with the friction force in them: the same size, or their own where they are larger.
+
+Forces jump where contact ends, bonds break, a law slips. A communication point so near to a jump that the kernel may find it a little
+before or after is measured like a curve: a jump that comes early or late by the time in which the motion changes a spring force by one
+tolerance counts as one tolerance of error.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import math
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import cffi
+import numpy as np
+from evat import kernel
+from evat.compile import compile_library, host_target, kernel_sources, source_root
+from evat.model import BoolArray, FloatArray
+
+HERE = Path(__file__).resolve().parent
+BUILT = HERE.parent.parent / "build" / "out" / "tolerance"
+SOURCES = tuple(HERE / f"{name}.c" for name in ("radau", "course", "surface", "notes", "walk", "reference", "stepped"))
+HEADERS = tuple(HERE / f"{name}.h" for name in ("radau", "course", "reference"))
+EXPORTS = ("kernel.h", "radau.h", "reference.h")
+VERDICTS = ("done", "no rates", "no step is short enough", "too many events", "too many steps")
+FORCES = ("friction_force", "principal_force", "feed_force")
+MEASURED = tuple(f"measured_{name}" for name in FORCES)
+MEANS = tuple(f"mean_{name}" for name in (*FORCES, *MEASURED))
+
+
+@functools.cache
+def library() -> tuple[Any, Any]:
+    """Kernel and reference in one library, compiled where a source has changed."""
+    root = source_root()
+    sources = [*kernel_sources(root), *SOURCES]
+    digest = hashlib.sha256(" ".join(EXPORTS).encode())
+    for path in [*sources, *sorted((root / "kernel").rglob("*.h")), *HEADERS]:
+        digest.update(path.read_bytes())
+    output = BUILT / f"reference-{digest.hexdigest()[:16]}{host_target().extension}"
+    if not output.is_file():
+        include = [root / "kernel", HERE]
+        compile_library(sources, output, host_target(), include=include, exports=EXPORTS, defines={"LANES": 1})
+    ffi = cffi.FFI()
+    text = kernel.declarations([root / "kernel" / "tables.h", root / "kernel" / "kernel.h", HERE / "radau.h", HERE / "reference.h"])
+    ffi.cdef(text.replace("[LANES]", "[1]"))
+    return ffi, ffi.dlopen(str(output))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What the contact is driven with: inputs straight from `begin` to `end` of each segment (SI)."""
+
+    times: FloatArray  # (n + 1,)
+    begin: Mapping[str, FloatArray]  # (n,)
+    end: Mapping[str, FloatArray]
+    stepped: bool = False  # as a host steps an FMU, each segment one step; else as a record is followed
+
+    @classmethod
+    def record(cls, times: FloatArray, columns: Mapping[str, FloatArray], *, stepped: bool = False) -> Motion:
+        """Through samples."""
+        begin = {name: np.ascontiguousarray(column[:-1], dtype=np.float64) for name, column in columns.items()}
+        end = {name: np.ascontiguousarray(column[1:], dtype=np.float64) for name, column in columns.items()}
+        return cls(np.ascontiguousarray(times, dtype=np.float64), begin, end, stepped)
+
+    @classmethod
+    def held(cls, times: FloatArray, columns: Mapping[str, FloatArray]) -> Motion:
+        """Inputs that stay at their values over each step."""
+        values = {name: np.ascontiguousarray(column[:-1], dtype=np.float64) for name, column in columns.items()}
+        return cls(np.ascontiguousarray(times, dtype=np.float64), values, values, True)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A contact and what it is driven with."""
+
+    kind: str
+    values: Mapping[str, float | str]
+    on: tuple[str, ...]
+    motion: Motion
+    relative_tolerance: float
+    seed: tuple[int, int] = (0, 0)
+
+    @property
+    def law(self) -> str:
+        return str(self.values.get("friction_law", "lugre"))
+
+
+@dataclass(frozen=True)
+class Care:
+    """How tightly the reference goes."""
+
+    tolerance: float = 1e-9
+    span: float = 1.0
+    most_steps: int = 60_000
+    most_events: int = 5_000
+
+
+@dataclass(frozen=True)
+class Jump:
+    """Outputs that jump: when, in which time the motion changes a force by about itself, and what they are before and after."""
+
+    time: float
+    patience: float
+    before: FloatArray
+    after: FloatArray
+
+    def of(self, members: BoolArray, later: float = 0.0) -> Jump:
+        """The same of some outputs only; nan: not of this one."""
+        return Jump(self.time + later, self.patience, *(np.where(members, side, math.nan) for side in (self.before, self.after)))
+
+
+@dataclass
+class Reference:
+    verdict: str
+    rows: FloatArray
+    jumps: list[Jump] = field(default_factory=list)
+    steps: int = 0
+    events: int = 0
+    evaluations: int = 0
+    seconds: float = 0.0
+    failed_at: float = 0.0
+
+
+@dataclass
+class Answer:
+    status: str
+    rows: FloatArray
+    steps: int
+    seconds: float
+
+
+def outputs(case: Case) -> tuple[str, ...]:
+    """What is compared. Means of late measured forces are not: the reference shifts these forces, and windows do not shift with them."""
+    means = case.values.get("kinematics", "internal") != "external" or case.values.get("averaging_window", 0) != 0
+    late = "sensor_delay" in case.on
+    shown = () if not means else MEANS[: len(FORCES)] if late else MEANS
+    return (*FORCES, *MEASURED, *shown, "bristle_deflection", "in_contact")
+
+
+class _Prepared:
+    """C's view of a case; keeps its arrays alive."""
+
+    def __init__(self, case: Case, names: Sequence[str]) -> None:
+        ffi, loaded = library()
+        self.contact = ffi.new("struct Contact *")
+        loaded.kernel_reset(self.contact)
+        values = {"relative_tolerance": case.relative_tolerance, **case.values}
+        for name, number in kernel.check_values(values, case.on).items():
+            self.contact.value[kernel.variable(name).index][0] = number
+        inputs = tuple(case.motion.begin)
+        self.begin, self.end = (
+            np.ascontiguousarray(np.column_stack([side[name] for name in inputs]) if inputs else np.empty((len(case.motion.times) - 1, 0)))
+            for side in (case.motion.begin, case.motion.end)
+        )
+        self.input_index = ffi.new("int[]", [kernel.variable(name).index for name in inputs])
+        self.output_index = ffi.new("int[]", [kernel.variable(name).index for name in names])
+        for place, name in enumerate(inputs):
+            self.contact.value[kernel.variable(name).index][0] = self.begin[0, place]
+        self.motion = ffi.new("struct Motion *")
+        self.motion.segments, self.motion.inputs, self.motion.outputs = len(case.motion.times) - 1, len(inputs), len(names)
+        self.motion.rounds = case.motion.stepped
+        self.motion.times = ffi.from_buffer("double[]", case.motion.times)
+        self.motion.begin, self.motion.end = ffi.from_buffer("double[]", self.begin), ffi.from_buffer("double[]", self.end)
+        self.motion.input_index, self.motion.output_index = self.input_index, self.output_index
+        self.rows = np.full((len(case.motion.times), len(names)), math.nan)
+
+
+def reference(case: Case, care: Care | None = None) -> Reference:
+    """The right answer."""
+    ffi, loaded = library()
+    care = care or Care()
+    names = outputs(case)
+    # A delay is a shift of what the sensors show, and the drift, last of their chain, does not shift. A periodic start is the kernel's
+    # own, found to a tolerance far below the one that is judged.
+    late = float(case.values.get("sensor_delay.time", kernel.variable("sensor_delay.time").start)) if "sensor_delay" in case.on else 0.0
+    values: dict[str, Any] = dict(case.values)
+    if case.values.get("initial_state") == "periodic":
+        values["relative_tolerance"] = 1e-3 * case.relative_tolerance
+    drifts = late > 0 and "sensor_drift" in case.on
+    left_out = ("sensor_delay", *(("sensor_drift",) if drifts else ()))
+    right = replace(case, values=values, on=tuple(name for name in case.on if name not in left_out))
+    prepared = _Prepared(right, names)
+    lags = ffi.new("unsigned char[]", [name in MEASURED for name in names])
+    prepared.motion.late, prepared.motion.lags = late, lags
+    room = 4000
+    jumps, sides = ffi.new("struct Jump[]", room), np.empty((2 * room, len(names)))
+    found, how = ffi.new("struct Found *"), ffi.new("struct Care *")
+    found.rows, found.jumps = ffi.from_buffer("double[]", prepared.rows), jumps
+    found.sides, found.jump_room = ffi.from_buffer("double[]", sides), room
+    how.tolerance, how.span, how.most_steps, how.most_events = care.tolerance, care.span, care.most_steps, care.most_events
+    begun = time.process_time()
+    verdict = loaded.reference_run(prepared.contact, prepared.motion, how, found)
+    seconds = time.process_time() - begun
+    noted = [Jump(jumps[n].time, jumps[n].patience, *sides[jumps[n].first : jumps[n].first + 2].copy()) for n in range(found.jump_count)]
+    if drifts:
+        drift = np.zeros((len(case.motion.times), len(names)))
+        for name in MEASURED:
+            known = kernel.variable(f"sensor_drift.{name.removeprefix('measured_')}")
+            drift[:, names.index(name)] = float(case.values.get(known.name, known.start)) * case.motion.times
+        prepared.rows += drift
+    if late > 0:
+        lagging = np.array([name in MEASURED for name in names])
+        noted = [jump.of(~lagging) for jump in noted] + [jump.of(lagging, late) for jump in noted if not drifts]
+    steps, events, evaluations = found.steps, found.events, found.evaluations
+    return Reference(VERDICTS[verdict], prepared.rows, noted, steps, events, evaluations, seconds, found.failed_at)
+
+
+def answer(case: Case) -> Answer:
+    """What the kernel's own stepping gives."""
+    ffi, loaded = library()
+    names = outputs(case)
+    prepared = _Prepared(case, names)
+    begun = time.process_time()
+    if case.motion.stepped:
+        status = loaded.stepped_run(prepared.contact, prepared.motion, ffi.from_buffer("double[]", prepared.rows))
+    else:
+        status = loaded.kernel_start(prepared.contact, case.motion.times[0])
+        record, found = ffi.new("struct Record *"), ffi.new("struct Yield *")
+        table = np.ascontiguousarray(np.vstack([prepared.begin, prepared.end[-1:]]))
+        record.count, record.times = len(case.motion.times), prepared.motion.times
+        record.input_count, record.input_index, record.inputs = (
+            prepared.motion.inputs,
+            prepared.input_index,
+            ffi.from_buffer("double[]", table),
+        )
+        found.output_count, found.output_index = len(names), prepared.output_index
+        found.rows = ffi.from_buffer("double[]", prepared.rows)
+        if status == loaded.KERNEL_OK:
+            status = loaded.kernel_follow(prepared.contact, record, found, ffi.NULL)
+    seconds = time.process_time() - begun
+    steps = int(prepared.contact.value[kernel.variable("step_count").index][0])
+    return Answer(ffi.string(loaded.kernel_status_text(status)).decode(), prepared.rows, steps, seconds)
+
+
+@dataclass
+class Judgement:
+    """Errors in tolerances: of each output the largest, and its place."""
+
+    case: Case
+    answer: Answer
+    reference: Reference
+    errors: FloatArray  # (samples, outputs)
+    names: tuple[str, ...]
+
+    def worst(self, names: Sequence[str]) -> float:
+        places = [self.names.index(name) for name in names if name in self.names]
+        return float(np.max(self.errors[:, places], initial=0.0))
+
+
+def sizes(case: Case, right: FloatArray, names: Sequence[str]) -> FloatArray:
+    """What counts as the size of each output."""
+    start = {name: float(case.values.get(name, kernel.variable(name).start)) for name in ("F_C", "F_S", "sigma0")}
+    level = max(start["F_C"], start["F_S"], float(np.max(np.abs(right[:, 0]))))
+    own = np.max(np.abs(right), axis=0)
+    size = np.maximum(own, level)
+    for place, name in enumerate(names):
+        if name == "bristle_deflection":
+            size[place] = max(level / start["sigma0"], own[place])
+        elif name == "in_contact":
+            size[place] = math.inf
+    return size
+
+
+def judge(case: Case, care: Care | None = None, right: Reference | None = None) -> Judgement:
+    """Run both and compare."""
+    names = outputs(case)
+    right = right or reference(case, care)
+    given = answer(case)
+    if right.verdict != "done" or given.status != "done":
+        return Judgement(case, given, right, np.full((1, len(names)), math.nan), names)
+    return Judgement(case, given, right, errors(case, given.rows, right, names), names)
+
+
+def errors(case: Case, rows: FloatArray, right: Reference, names: Sequence[str]) -> FloatArray:
+    """In tolerances, (samples, outputs)."""
+    size = sizes(case, right.rows, names)
+    tolerance = case.relative_tolerance
+    with np.errstate(invalid="ignore"):
+        found = np.abs(rows - right.rows) / size / tolerance
+    found[~np.isfinite(rows) & np.isfinite(right.rows)] = math.inf
+    times = case.motion.times
+    for jump in right.jumps:
+        low, high = np.minimum(jump.before, jump.after), np.maximum(jump.before, jump.after)
+        reach = 100 * tolerance * jump.patience
+        for n in range(np.searchsorted(times, jump.time - reach), np.searchsorted(times, jump.time + reach, side="right")):
+            outside = np.maximum(np.maximum(low - rows[n], rows[n] - high), 0) / size / tolerance
+            late = abs(times[n] - jump.time) / jump.patience / tolerance
+            found[n] = np.fmin(found[n], np.maximum(outside, late))
+    return found
+
+
+if __name__ == "__main__":
+    sys.exit("this is the measure; the campaign is tests/tolerance/campaign.py")

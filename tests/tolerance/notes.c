@@ -1,0 +1,125 @@
+/* What is shown at a time, and what of it jumps? */
+#include "course.h"
+
+#include <math.h>
+
+/* Each mean, and the integrand it is the mean of. */
+static const int means[][2] = {
+    {MEAN_FRICTION_FORCE, FRICTION_FORCE}, {MEAN_PRINCIPAL_FORCE, PRINCIPAL_FORCE}, {MEAN_FEED_FORCE, FEED_FORCE},
+    {MEAN_NORMAL_FORCE, NORMAL_FORCE}, {MEAN_MEASURED_FRICTION_FORCE, MEASURED_FRICTION_FORCE},
+    {MEAN_MEASURED_PRINCIPAL_FORCE, MEASURED_PRINCIPAL_FORCE}, {MEAN_MEASURED_FEED_FORCE, MEASURED_FEED_FORCE},
+};
+
+static double shown(const struct Course *c, int index)
+{
+    for (size_t n = 0; n < sizeof means / sizeof means[0] && c->window > 0; ++n)
+        for (int q = 0; q < c->radau.integrals && means[n][0] == index; ++q)
+            if (c->integrand[q] == means[n][1])
+                return c->mean[q];
+    return parameter(c, index);
+}
+
+static void show(const struct Course *c, double *row)
+{
+    for (int j = 0; j < c->motion->outputs; ++j)
+        row[j] = shown(c, c->motion->output_index[j]);
+}
+
+static double patience(const struct Course *c)
+{
+    if ((int)parameter(c, KINEMATICS) != KINEMATICS_EXTERNAL)
+        return 0.159 / parameter(c, VIBRATION_FREQUENCY);
+    const double reach = fmax(parameter(c, F_C), parameter(c, F_S)) / parameter(c, SIGMA0);
+    return reach / fmax(fabs(parameter(c, SLIP_VELOCITY_USED)), 1e-12);
+}
+
+static void note_jump(struct Course *c, double in_time)
+{
+    struct Jump *const jump = &c->found->jumps[c->found->jump_count];
+    jump->time = c->t;
+    jump->first = c->found->jump_count++ * 2;
+    jump->patience = in_time;
+}
+
+static double *sides(const struct Course *c, int after)
+{
+    return c->found->sides + ((int64_t)c->found->jump_count * 2 + after) * c->motion->outputs;
+}
+
+/* A host that ramps slip or thickness to 0 by its slope lands a rounding error beside it, on either side. */
+void notes_both_sides(struct Course *c)
+{
+    const struct Motion *m = c->motion;
+    for (int j = 0; j < m->inputs && m->rounds; ++j) {
+        const double u_0 = m->begin[c->segment * m->inputs + j], u_1 = m->end[c->segment * m->inputs + j];
+        const int index = m->input_index[j], matters = index == SLIP_VELOCITY || index == UNCUT_THICKNESS;
+        if (!matters || u_1 != 0 || u_0 == 0 || c->found->jump_count == c->found->jump_room)
+            continue;
+        for (int after = 0; after < 2; ++after) {
+            c->contact->value[index][0] = (after ? 1e-15 : -1e-15) * u_0;
+            kernel_evaluate(c->contact);
+            show(c, sides(c, after));
+        }
+        c->contact->value[index][0] = u_1;
+        note_jump(c, 1e-12 * m->times[m->segments]);
+    }
+}
+
+/* At the present time: sides anew, and a note of what has jumped where the time of it hangs on a state. */
+int notes_event(struct Course *c, int hangs_on_state)
+{
+    const int noted = hangs_on_state && c->found->jump_count < c->found->jump_room;
+    if (!course_look(c))
+        return 0;
+    if (noted)
+        show(c, sides(c, 0));
+    if (kernel_event(c->contact) != KERNEL_OK)
+        return 0;
+    course_take_states(c);
+    if (!course_look(c))
+        return 0;
+    if (!noted)
+        return 1;
+    show(c, sides(c, 1));
+    for (int j = 0; j < c->motion->outputs; ++j)
+        if (fabs(sides(c, 1)[j] - sides(c, 0)[j]) > 1e-9 * (fabs(sides(c, 1)[j]) + fabs(sides(c, 0)[j]))) {
+            note_jump(c, patience(c));
+            break;
+        }
+    return 1;
+}
+
+/* What is shown at the present time; `late` outputs, or the others. */
+void notes_row(struct Course *c, int row, int late)
+{
+    const struct Motion *m = c->motion;
+    for (int j = 0; j < m->outputs; ++j)
+        if (!(m->late > 0) || late == m->lags[j])
+            c->found->rows[(int64_t)row * m->outputs + j] = shown(c, m->output_index[j]);
+}
+
+double notes_next_late(const struct Course *c)
+{
+    const int due = c->motion->late > 0 && c->late_row <= c->motion->segments;
+    return due ? c->motion->times[c->late_row] - c->motion->late : INFINITY;
+}
+
+void notes_late(struct Course *c)
+{
+    while (notes_next_late(c) <= c->t)
+        notes_row(c, c->late_row++, 1);
+}
+
+double notes_window_end(const struct Course *c)
+{
+    return c->window > 0 ? c->motion->times[0] + (double)(c->windows + 1) * c->window : INFINITY;
+}
+
+void notes_close_window(struct Course *c)
+{
+    for (int q = 0; q < c->radau.integrals; ++q) {
+        c->mean[q] = (c->sums[q] - c->opened[q]) / c->window;
+        c->opened[q] = c->sums[q];
+    }
+    c->windows += 1;
+}
