@@ -3,6 +3,15 @@
 
 #include <math.h>
 
+/* Internal steps that the search for the periodic state may take: an ellipse takes some 60 a cycle, and 12 times the slopes of all states
+ * take 300 cycles. Where bonds break by thousands in a cycle, and at random, there is nothing to find. */
+#define MOST_STEPS 5e4
+
+static double most_steps(const struct Contact *contact, int i)
+{
+    return MOST_STEPS * larger(1, sqrt(sqrt(1e-4 / contact->value[RELATIVE_TOLERANCE][i])));
+}
+
 /* The bristle deflection that one vibration cycle brings back. For a law that is linear in z one cycle maps z to c + E z, and two
  * cycles give z_0 = c / (1 - E); otherwise the same secant is repeated. */
 static enum Status find_deflection(struct Contact *contact)
@@ -10,7 +19,7 @@ static enum Status find_deflection(struct Contact *contact)
     const double start = contact->value[TIME][0], period = 1 / contact->value[VIBRATION_FREQUENCY][0];
     struct Contact trial = *contact;
     lanes z = {0}, miss = {0}, z_before, miss_before;
-    int found = 0, done[LANES] = {0};
+    int found = 0, done[LANES] = {0}, given_up = 0;
     for (int n = 0; n < 20 && !found; ++n) {
         double taken;
         EACH_LANE {
@@ -29,17 +38,21 @@ static enum Status find_deflection(struct Contact *contact)
             const double reach = larger(trial.value[F_C][i], trial.value[F_S][i]) / trial.value[SIGMA0][i];
             miss[i] = trial.value[BRISTLE_DEFLECTION][i] - z[i];
             done[i] |= fabs(miss[i]) <= 1e-2 * trial.value[RELATIVE_TOLERANCE][i] * reach;
-            found &= done[i];
+            const double steps = trial.value[STEP_COUNT][i] - contact->value[STEP_COUNT][i]; /* of all cycles so far */
+            const int gives_up = !done[i] & (steps * (n + 2) > most_steps(contact, i) * (n + 1));
+            given_up |= gives_up;
             const double slope = n > 0 && z[i] != z_before[i] ? (miss[i] - miss_before[i]) / (z[i] - z_before[i]) : -1;
             z_before[i] = z[i];
             miss_before[i] = miss[i];
-            z[i] -= done[i] ? 0 : slope < 0 ? miss[i] / slope : -miss[i];
+            z[i] -= done[i] ? 0 : slope < 0 && !gives_up ? miss[i] / slope : -miss[i];
+            done[i] |= gives_up;
+            found &= done[i];
         }
     }
     EACH_LANE contact->value[BRISTLE_DEFLECTION][i] = z[i];
     for (int n = 0; n < MEMORY; ++n)
         EACH_LANE contact->memory[n][i] = trial.memory[n][i];
-    contact->warnings |= found ? 0u : WARN_NOT_PERIODIC;
+    contact->warnings |= found && !given_up ? 0u : WARN_NOT_PERIODIC;
     return KERNEL_OK;
 }
 
@@ -110,7 +123,8 @@ static enum Status find_states(struct Contact *contact, const struct Wiring *w)
     const int count = 1 + kernel_state_count() - BASE_STATES;
     struct Contact trial;
     lanes from[UNKNOWNS] = {{0}}, to[UNKNOWNS], beside[UNKNOWNS], slope[UNKNOWNS][UNKNOWNS], step;
-    int used = 0, found = 0, done[LANES] = {0};
+    int used = 0, found = 0, done[LANES] = {0}, given_up = 0;
+    lanes steps = {0};
     while (used < count && unknown_index(w, used) >= 0)
         ++used;
     for (int tries = 0; tries < 12 && !found; ++tries) {
@@ -125,6 +139,13 @@ static enum Status find_states(struct Contact *contact, const struct Wiring *w)
                 near &= fabs(to[n][i] - from[n][i]) <= 1e-1 * trial.value[RELATIVE_TOLERANCE][i] * scale;
             }
             done[i] |= near;
+            const double a_cycle = trial.value[STEP_COUNT][i] - contact->value[STEP_COUNT][i];
+            steps[i] += (1 + used) * a_cycle; /* with the slopes of all states */
+            const int gives_up = !done[i] & (steps[i] > most_steps(contact, i));
+            for (int n = 0; n < used && gives_up; ++n)
+                from[n][i] = to[n][i];
+            given_up |= gives_up;
+            done[i] |= gives_up;
             found &= done[i];
         }
         for (int c = 0; c < used && !found; ++c) {
@@ -160,7 +181,7 @@ static enum Status find_states(struct Contact *contact, const struct Wiring *w)
         EACH_LANE contact->value[unknown_index(w, n)][i] = from[n][i];
     for (int n = 0; n < MEMORY; ++n)
         EACH_LANE contact->memory[n][i] = trial.memory[n][i];
-    contact->warnings |= found ? 0u : WARN_NOT_PERIODIC;
+    contact->warnings |= found && !given_up ? 0u : WARN_NOT_PERIODIC;
     return KERNEL_OK;
 }
 
