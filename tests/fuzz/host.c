@@ -40,6 +40,13 @@ static void dying(void)
     fputc('\n', stderr);
 }
 
+/* The undefined-behaviour sanitizer has no such callback; it is told to abort. */
+static void aborting(int signal)
+{
+    (void)signal;
+    dying();
+}
+
 static void tick(int signal)
 {
     (void)signal;
@@ -56,10 +63,11 @@ void host_begin(double slow_after)
     most_ticks = (int)(slow_after * TICKS);
     sigaction(SIGVTALRM, &action, NULL);
     setitimer(ITIMER_VIRTUAL, &watch, NULL);
+    action.sa_handler = aborting;
+    action.sa_flags = (int)SA_RESETHAND;
+    sigaction(SIGABRT, &action, NULL);
 #if defined(__SANITIZE_ADDRESS__)
     __sanitizer_set_death_callback(dying);
-#else
-    (void)dying;
 #endif
 }
 

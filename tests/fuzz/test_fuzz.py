@@ -32,7 +32,6 @@ PARTS = (CONTACT, *machine_names(source_root()))
 SECONDS = {CONTACT: 10.0, **dict.fromkeys(PARTS[1:], 2.0)}  # of the clock, in every run of the tests
 CAMPAIGN = {CONTACT: 360.0, **dict.fromkeys(PARTS[1:], 48.0)}  # ten minutes
 SLOWEST = 1.0  # seconds of the processor, under sanitizers, that a call may take: it is left then, and counted
-SLOW_IS_A_FINDING = False  # of the contact: to be switched on once every step within the bounds ends in time
 SEED = int(os.environ.get("EVAT_FUZZ_SEED", "1"))
 CAMPAIGN_SEED = int(os.environ.get("EVAT_FUZZ_SEED", "2"))
 
@@ -77,7 +76,7 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Workshop:
 def ran(program: Path, seed: int, seconds: float) -> tuple[subprocess.CompletedProcess[str], Mapping[str, float]]:
     """What it said, and its figures."""
     command = [str(program), str(seed), "0", "1000000000", str(seconds), str(SLOWEST)]
-    environment = os.environ | {"UBSAN_OPTIONS": "print_stacktrace=1"}
+    environment = os.environ | {"UBSAN_OPTIONS": "print_stacktrace=1:abort_on_error=1"}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, errors="replace", timeout=seconds + 120, check=False)
     last = done.stdout.splitlines()[-1] if done.stdout else ""
     return done, {name: float(number) for name, number in re.findall(r"(\w+) ([\d.]+)(?: |$)", last)}
@@ -92,7 +91,7 @@ def judged(workshop: Workshop, part: str, seed: int, seconds: float) -> str:
     for what in ("ok", "error", "refused", "numbers", "done", "forged", "taken"):
         assert figures[what] > 0, what
     assert figures["done"] > 0.8 * figures["steps"]
-    assert figures["slow"] == 0 or (part == CONTACT and not SLOW_IS_A_FINDING)
+    assert figures["slow"] == 0 or part == CONTACT  # one of its steps may hold any number of cycles
     return f"{part}, seed {seed}: " + ", ".join(f"{name} {number:g}" for name, number in figures.items())
 
 
@@ -141,7 +140,7 @@ FAULTS: dict[str, tuple[tuple[tuple[str, str, str], ...], str]] = {
         r"heap-buffer-overflow[\s\S]*DIED in sequence \d+ \d+",
     ),
     "an integer overflows": (
-        (("machines/response.c", "(int)ceil(log2(size) + 1)", "(int)ceil(log2(size / 0.5) * 1e8)"),),
+        (("machines/response.c", "(int)ceil(log2(size) + 1)", "(int)ceil(log2(size) * 1e30)"),),
         r"(outside the range|cannot be represented)[\s\S]*DIED in sequence",
     ),
 }
