@@ -9,10 +9,12 @@ import subprocess
 import sys
 import warnings
 import zipfile
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 
 import pytest
 from evat import console
+from evat.cli import main
 from evat.console import Terminal, printable
 from rich.progress import Progress, TextColumn
 from rich.table import Table
@@ -25,13 +27,24 @@ UTF8 = pytest.mark.skipif(sys.platform != "linux", reason="names of files are te
 
 
 def evat(*arguments: str, folder: Path, colour: bool = False) -> str:
-    """All that the command prints; with colour as a terminal gets it."""
-    environment = {**os.environ, **({"FORCE_COLOR": "1"} if colour else {}), "COLUMNS": "200", "PYTHONIOENCODING": "utf-8"}
-    line = [sys.executable, "-c", "from evat.cli import main; main()", *arguments]
-    done = subprocess.run(line, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment, timeout=120, check=False)
-    said = done.stdout.decode()
-    assert "Traceback" not in said, said
-    return said
+    """All that the command prints; with colour as a terminal gets it, from a process of its own, since consoles ask for that once."""
+    environment = {**({"FORCE_COLOR": "1"} if colour else {}), "COLUMNS": "200", "PYTHONIOENCODING": "utf-8"}
+    if colour:
+        line = [sys.executable, "-c", "from evat.cli import main; main()", *arguments]
+        done = subprocess.run(line, cwd=folder, stdout=-1, stderr=-2, env={**os.environ, **environment}, timeout=120, check=False)
+        said = done.stdout.decode()
+        assert "Traceback" not in said, said
+        return said
+    shown = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
+    with pytest.MonkeyPatch.context() as patched, redirect_stdout(shown), redirect_stderr(shown):
+        patched.chdir(folder)
+        patched.setattr(sys, "argv", ["evat", *arguments])
+        patched.setattr(warnings, "showwarning", warnings.showwarning)
+        for name, value in environment.items():
+            patched.setenv(name, value)
+        with suppress(SystemExit):
+            main()
+    return shown.buffer.getvalue().decode()  # type: ignore[attr-defined,no-any-return]
 
 
 DOCUMENT = r"""format = 1
