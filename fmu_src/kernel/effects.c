@@ -44,6 +44,20 @@ void measure(const struct Contact *contact, const struct Wiring *w, struct Point
     x->past = NULL;
 }
 
+/* The states of one driver, straight on at the rates of x, by `ahead`. */
+void lead_states(const struct Wiring *w, enum Driver driver, double ahead, struct Point *x)
+{
+    for (int n = 0; n < w->on_count; ++n) {
+        const struct Effect *effect = w->on[n];
+        lanes rate[EFFECT_STATES];
+        if (effect->driver != driver)
+            continue;
+        effect->rate(w->on_p[n], x, x->state + w->on_state[n], rate);
+        for (int k = 0; k < effect->states; ++k)
+            EACH_LANE x->state[w->on_state[n] + k][i] += ahead * rate[k][i];
+    }
+}
+
 /* Each effect of the chain hears what the one before it shows, over the whole step. */
 void measure_step(const struct Contact *contact, const struct Wiring *w, const lanes h, const struct Point *start, struct Point *middle,
                   struct Point *end)

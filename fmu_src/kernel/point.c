@@ -128,6 +128,20 @@ void point_at(const struct Contact *contact, const struct Wiring *w, const lanes
     measure(contact, w, x);
 }
 
+/* The point a little after tau; where forces move the path, what they move is led on with it: the tool may come near by that alone. */
+static void point_ahead(const struct Contact *contact, const struct Wiring *w, const lanes tau, const lanes after, double ahead, struct Point *x)
+{
+    if (!w->feedback || !(ahead > 0)) {
+        point_at(contact, w, after, x);
+        return;
+    }
+    point_at(contact, w, tau, x);
+    lead_states(w, DRIVEN_BY_FORCE, ahead, x);
+    engage_point(contact, w, after, x);
+    open_point(contact, w, after, 0, x);
+    close_point(contact, w, 0, x);
+}
+
 /* Sides as the indicators shortly after tau say, until none changes: entry decides which surface and which way of slip count. Shortly
  * after, because an event that was searched for may lie a rounding error off; bristles with an event of their own are led on with it. */
 void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x)
@@ -135,7 +149,7 @@ void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes t
     lanes after;
     EACH_LANE after[i] = tau[i] + ahead;
     for (int n = 0; n <= INDICATORS; ++n) {
-        point_at(contact, w, after, x);
+        point_ahead(contact, w, tau, after, ahead, x);
         if (w->law->event && ahead > 0) {
             EACH_LANE x->z[i] += ahead * x->dz[i];
             open_point(contact, w, after, 0, x);

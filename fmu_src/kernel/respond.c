@@ -1,4 +1,9 @@
-/* How does a linear state follow a drive that is known over a step? Exactly, where the drive is the parabola through start, middle, end. */
+/* How does a linear state follow a drive that is known over a step? Exactly, where the drive is the parabola through start, middle, end.
+ *
+ * A sensor may be much faster than a step is long, and its state then says nothing at the middle of its mean. But what follows it is linear
+ * and meets it in integrals by Simpson's rule alone; so there the middle stands for the integral, which the state's own equation gives:
+ * over T y' = u - y it is that of u less T times what y gains.
+ */
 #include "stages.h"
 
 #include <math.h>
@@ -26,6 +31,19 @@ void relax(double h, double T, double u_0, double u_m, double u_1, double y, dou
     const double D = h / T, bend = 2 * (u_0 - 2 * u_m + u_1) / (D * D), slope = (4 * u_m - 3 * u_0 - u_1) / D;
     *half = relaxed(0.5 * D, u_0, slope, bend, y);
     *whole = relaxed(D, u_0, slope, bend, y);
+}
+
+/* Below, Simpson's rule over the true middle is right to rounding, and this would cancel. */
+#define SHORT 1e-2
+
+/* Simpson's rule over start, this middle and end gives the mean. */
+static double middle_of(double mean, double start, double end) { return 0.25 * (6 * mean - start - end); }
+
+void relax_in_mean(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole)
+{
+    relax(h, T, u_0, u_m, u_1, y, half, whole);
+    if (T >= NO_TIME && h > SHORT * T)
+        *half = middle_of((u_0 + 4 * u_m + u_1) / 6 - T * (*whole - y) / h, y, *whole);
 }
 
 /* Short steps, where the coefficients of the parabola would cancel: the series of place and speed over the share of the step, to rounding. */
@@ -85,4 +103,12 @@ void swing(double h, double w, double zeta, double u_0, double u_m, double u_1, 
     }
     half[1] *= w;
     whole[1] *= w;
+}
+
+void swing_in_mean(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2], double whole[2])
+{
+    const double turn = w * h;
+    swing(h, w, zeta, u_0, u_m, u_1, y, half, whole);
+    if (turn > SHORT)
+        half[0] = middle_of((u_0 + 4 * u_m + u_1) / 6 - (2 * zeta * (whole[0] - y[0]) + (whole[1] - y[1]) / w) / turn, y[0], whole[0]);
 }

@@ -37,6 +37,7 @@ struct Wiring {
     int on_count;
     int stages;                     /* bit n: an effect acts in stage n */
     int drivers;                    /* bit n: states of an effect are driven by enum Driver n */
+    int sensors;                    /* effects with states of a sensor */
     int looks_back, bends, meets_again; /* whether an effect does */
     int feedback;                   /* forces move the path within a step */
     int iterates;                   /* one pass over a step does not do */
@@ -72,6 +73,7 @@ void store_states(struct Contact *contact, const struct Wiring *w, const struct 
 void store_state_of(struct Contact *contact, const struct Wiring *w, const struct Point *x, int lane);
 void show_rates(struct Contact *contact, const struct Wiring *w, const struct Point *x);
 void forget_states(struct Contact *contact, const struct Wiring *w, int lane);
+void lead_states(const struct Wiring *w, enum Driver driver, double ahead, struct Point *x);
 void resolving_step(const struct Wiring *w, lanes longest);
 double look_back(const struct Wiring *w, int lane);
 double meeting_time(const struct Wiring *w, int lane);
@@ -102,6 +104,9 @@ int recall_reaches(const struct Contact *contact, int lane, double t);
  * relax: dy/dt = (u - y)/T after half and whole of h; swing: d2y/dt2 = w^2 (u - y) - 2 zeta w dy/dt for y and its rate. */
 void relax(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole);
 void swing(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2], double whole[2]);
+/* The same of a sensor: what stands for the middle gives the mean by Simpson's rule. */
+void relax_in_mean(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole);
+void swing_in_mean(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2], double whole[2]);
 
 /* path.c: r = v_c / (a w). */
 void turn_at(double r, struct Turn *turn, int lane);

@@ -2,7 +2,9 @@
  *
  * The measured differences of tolerance.c are those of parabolas through start, middle and end. Where the slip speed changes by a large
  * factor within the step (it comes to rest, or out of it) a friction law may rise and fall between these points: static friction is felt
- * below some v_s only, and a state of an effect renews itself at the pace of the slip. There the step is taken again in two halves.
+ * below some v_s only, and a state of an effect renews itself at the pace of the slip. There the step is taken again in two halves. So it
+ * is where a sensor has states: it follows the parabola of the forces exactly, but they are none, and the second of two sensors in a row
+ * hears what the first one rings.
  */
 #include "stages.h"
 
@@ -27,28 +29,59 @@ static int dips(const struct Point *a, const struct Point *m, const struct Point
     return at > 0 && at < 1 && turn * (v_m < 0 ? -1 : 1) * FACTOR < least;
 }
 
+/* Forces so far from straight, in tolerances, that what they are beside a parabola counts behind a sensor. An ellipse, cut where its steps
+ * are as long as the default tolerance lets them, lies below. */
+#define CURVED 200
+
+static int curved(const struct Wiring *w, const struct Point *a, const struct Point *m, const struct Point *b, int i)
+{
+    const double force = larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(a->F[i]), fabs(b->F[i])));
+    const double bend = larger(fabs(a->F[i] - 2 * m->F[i] + b->F[i]) / force, fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]) / larger(force, fabs(b->F_p[i])));
+    return bend > CURVED * w->p[RELATIVE_TOLERANCE][i];
+}
+
 int in_doubt(const struct Wiring *w, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, int doubtful[LANES])
 {
+    const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers);
     int any = 0;
     for (int i = 0; i < LANES; ++i)
         doubtful[i] = 0;
-    if (w->held || !(w->law->relaxes || w->bends || w->drivers))
-        return 0;
-    for (int i = 0; i < LANES; ++i) {
-        doubtful[i] = h[i] > 0 && a->cutting[i] != 0 && (slows_down(a, m, b, i) || dips(a, m, b, i));
+    for (int i = 0; (of_slip || w->sensors) && i < LANES; ++i) {
+        const int hidden = of_slip && a->cutting[i] != 0 && (slows_down(a, m, b, i) || dips(a, m, b, i));
+        doubtful[i] = h[i] > 0 && (hidden || w->sensors > 1 || (w->sensors && curved(w, a, m, b, i)));
         any |= doubtful[i];
     }
     return any;
 }
 
+/* Errors of many steps add up in a sensor that rings on: each may be this much smaller. */
+#define SENSORS_REMEMBER 5
+
 /* In units of the tolerance, as tolerance.c has them. */
 static double apart(double x, double y, double scale) { return fabs(x - y) / scale; }
+
+/* Behind the sensors, after a step and after its halves. */
+static void sensor_error(const struct Contact *contact, const struct Wiring *w, const lanes h, const lanes step, const struct Point *a,
+                         const struct Point *m, const struct Point *b, struct Point *early, struct Point *half, struct Point *late,
+                         struct Point *whole, lanes error)
+{
+    struct Point middle = *m, end = *b;
+    measure_step(contact, w, h, a, &middle, &end);
+    measure_step(contact, w, step, a, early, half);
+    measure_step(contact, w, step, half, late, whole);
+    EACH_LANE error[i] = 0;
+    for (int k = 0; k < CHANNELS; ++k)
+        EACH_LANE {
+            const double force = larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(end.measured[k][i]), fabs(whole->measured[k][i])));
+            error[i] = larger(error[i], apart(end.measured[k][i], whole->measured[k][i], force));
+        }
+}
 
 void step_doubling_error(const struct Contact *contact, const struct Wiring *w, const int doubtful[LANES], const lanes s, const lanes h,
                          const struct Point *a, const struct Point *m, const struct Point *b, lanes error)
 {
     struct Point early, half, late, whole;
-    lanes step, from, ignored, hidden = {0};
+    lanes step, from, ignored, hidden = {0}, behind = {0};
     EACH_LANE {
         step[i] = doubtful[i] ? 0.5 * h[i] : 0;
         from[i] = s[i] + step[i];
@@ -57,12 +90,13 @@ void step_doubling_error(const struct Contact *contact, const struct Wiring *w, 
     try_step(contact, w, from, step, &half, &late, &whole, ignored);
     if (w->law->relaxes && !w->current_angle)
         hidden_in_target(step, a, &early, &half, &late, b, hidden);
+    if (w->sensors)
+        sensor_error(contact, w, h, step, a, m, b, &early, &half, &late, &whole, behind);
     for (int i = 0; i < LANES; ++i) {
         const double force = larger(larger(b->F_C[i], b->F_S[i]), fabs(b->F[i])), reach = larger(b->F_C[i], b->F_S[i]) / b->P[i];
         const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
-        const double worst = larger(apart(b->z[i], whole.z[i], z) + hidden[i] / z,
-                                    larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i])))));
-        error[i] = doubtful[i] ? worst / (0.5 * w->p[RELATIVE_TOLERANCE][i]) : 0;
+        const double own = larger(apart(b->z[i], whole.z[i], z) + hidden[i] / z,
+                                  larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i])))));
+        error[i] = doubtful[i] ? larger(own, SENSORS_REMEMBER * behind[i]) / (0.5 * w->p[RELATIVE_TOLERANCE][i]) : 0;
     }
-    (void)m;
 }

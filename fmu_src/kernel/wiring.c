@@ -44,6 +44,7 @@ static void wire_effects(const struct Contact *contact, struct Wiring *w)
             w->on_value[w->on_count++] = at + effect->count - 2 * effect->states;
             w->stages |= 1 << effect->stage;
             w->drivers |= (effect->driver != NO_STATES) << effect->driver;
+            w->sensors += effect->driver == DRIVEN_BY_SENSOR;
             w->looks_back |= effect->looks_back != NULL;
             w->bends |= effect->bends;
             w->meets_again |= effect->meets_again != NULL;
@@ -66,7 +67,7 @@ struct Wiring wire(const struct Contact *contact)
     w.dissipative = chosen(contact->value, DAMPING_MODE, 0) == DISSIPATIVE;
     w.thermal_rate = chosen(contact->value, RATE_STIFFNESS, 0) == THERMAL_STIFFNESS;
     w.current_angle = chosen(contact->value, CHIP_FLOW_ANGLE, 0) == CURRENT_ANGLE && w.kinematics != KINEMATICS_EXTERNAL;
-    w.on_count = w.stages = w.drivers = w.looks_back = w.bends = w.meets_again = 0;
+    w.on_count = w.stages = w.drivers = w.sensors = w.looks_back = w.bends = w.meets_again = 0;
     if (contact->effects_on)
         wire_effects(contact, &w);
     w.feedback = w.drivers >> DRIVEN_BY_FORCE & 1;
