@@ -87,14 +87,17 @@ int watched(const struct Contact *contact, int k, int i)
     return k == AT_CONTACT || contact->sign[AT_CONTACT][i] > 0;
 }
 
-/* Bristles that are out of contact and have no release time are let go; doing it again changes nothing. */
+/* Bristles that are out of contact slide no longer, and those that have no release time are let go; doing it again changes nothing. */
 void let_go(struct Contact *contact, const struct Wiring *w, const struct Point *x)
 {
     lanes fresh[MEMORY] = {{0}};
     if (w->law->rest)
         w->law->rest(w->law_p, x, fresh);
     EACH_LANE {
-        if (contact->sign[AT_CONTACT][i] > 0 || w->p[RELEASE_TIME][i] >= NO_TIME)
+        if (contact->sign[AT_CONTACT][i] > 0)
+            continue;
+        contact->sign[AT_LAW][i] = 1;
+        if (w->p[RELEASE_TIME][i] >= NO_TIME)
             continue;
         contact->value[BRISTLE_DEFLECTION][i] = 0;
         for (int n = 0; w->law->rest && n < MEMORY; ++n)
