@@ -39,12 +39,6 @@ static int64_t first_later(const lanes *times, int lane, int64_t low, int64_t hi
     return low;
 }
 
-/* On the parabola through three values at share 0, 1/2 and 1. */
-static double between(double share, double u_0, double u_m, double u_1)
-{
-    return u_0 + share * (4 * u_m - 3 * u_0 - u_1 + 2 * share * (u_0 - 2 * u_m + u_1));
-}
-
 /* Two steps of one length, one after the other and without a jump, are kept as one where one parabola does for both. */
 static int joined(struct Contact *contact, int lane, int64_t before, int64_t after)
 {
@@ -55,8 +49,8 @@ static int joined(struct Contact *contact, int lane, int64_t before, int64_t aft
         const lanes *a = contact->past_force[before][k], *b = contact->past_force[after][k];
         const double allowed = 0.3 * contact->value[RELATIVE_TOLERANCE][lane] * larger(fabs(a[0][lane]), fabs(b[2][lane]));
         if (fabs(a[2][lane] - b[0][lane]) > allowed ||
-            fabs(between(0.25, a[0][lane], b[0][lane], b[2][lane]) - a[1][lane]) > allowed ||
-            fabs(between(0.75, a[0][lane], b[0][lane], b[2][lane]) - b[1][lane]) > allowed)
+            fabs(parabola(0.25, a[0][lane], b[0][lane], b[2][lane]) - a[1][lane]) > allowed ||
+            fabs(parabola(0.75, a[0][lane], b[0][lane], b[2][lane]) - b[1][lane]) > allowed)
             return 0;
     }
     for (int k = 0; k < CHANNELS; ++k) {
@@ -110,7 +104,7 @@ double recall_in(const struct Past *past, const struct Point *x, int channel, in
         return now;
     if (a && t >= a->t[lane]) {
         const double length = b->t[lane] - a->t[lane], share = length > 0 ? (t - a->t[lane]) / length : 1;
-        return between(share, (*forces_of(a, channel))[lane], (*forces_of(m, channel))[lane], (*forces_of(b, channel))[lane]);
+        return parabola(share, (*forces_of(a, channel))[lane], (*forces_of(m, channel))[lane], (*forces_of(b, channel))[lane]);
     }
     if (count == 0)
         return a ? (*forces_of(a, channel))[lane] : now;
@@ -123,7 +117,7 @@ double recall_in(const struct Past *past, const struct Point *x, int channel, in
     const int64_t at = first_later(contact->past_end, lane, oldest, count - 1, t, 1) % HISTORY;
     const double length = contact->past_length[at][lane], share = length > 0 ? 1 - (contact->past_end[at][lane] - t) / length : 1;
     const lanes *u = contact->past_force[at][channel];
-    return between(larger(share, 0), u[0][lane], u[1][lane], u[2][lane]);
+    return parabola(larger(share, 0), u[0][lane], u[1][lane], u[2][lane]);
 }
 
 /* Is what was at t still there? It is as long as nothing has been overwritten. */

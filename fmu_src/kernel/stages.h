@@ -289,6 +289,12 @@ static inline void copy_lane(lanes *to, const lanes *from, int count, int i)
 static inline double or_none(double x, double none) { return x < none ? 0 : x; }
 static inline int is_step(double step) { return step > 0 && step <= LONGEST_STEP; }
 
+/* Through start, middle and end of a step, at a share of it. */
+static inline double parabola(double share, double u_0, double u_m, double u_1)
+{
+    return u_0 + share * (4 * u_m - 3 * u_0 - u_1 + 2 * share * (u_0 - 2 * u_m + u_1));
+}
+
 /* The place of a choice in its list. */
 static inline int chosen(const lanes *value, int index, int lane) { return (int)value[index][lane]; }
 

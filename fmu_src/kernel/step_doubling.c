@@ -10,14 +10,18 @@
 
 #include <math.h>
 
-/* Speeds of a step that differ by more than this do not show the law between them; where static friction is felt, by little more than 1. */
+/* Speeds of a step that differ by more than this do not show the law between them; where static friction is felt, by little more than 1. What
+ * is left of a parabola is of third order in the step, so that a tighter tolerance than usual asks for less. */
 #define FACTOR 3
 #define LITTLE 1.02
+#define USUAL 1e-4
 
-static int slows_down(const struct Point *a, const struct Point *m, const struct Point *b, int i)
+static double factor_of(double tolerance) { return tolerance < USUAL ? 1 + (FACTOR - 1) * cbrt(tolerance / USUAL) : FACTOR; }
+
+static int slows_down(double factor, const struct Point *a, const struct Point *m, const struct Point *b, int i)
 {
     const double low = smaller(smaller(a->speed[i], m->speed[i]), b->speed[i]), high = larger(larger(a->speed[i], m->speed[i]), b->speed[i]);
-    return low * (low < larger(a->flat_from[i], b->flat_from[i]) ? LITTLE : FACTOR) < high;
+    return low * (low < larger(a->flat_from[i], b->flat_from[i]) ? LITTLE : factor) < high;
 }
 
 /* Does the slip come near to a reversal between the points, by the parabola through them? */
@@ -29,15 +33,16 @@ static int dips(const struct Point *a, const struct Point *m, const struct Point
     return at > 0 && at < 1 && turn * (v_m < 0 ? -1 : 1) * FACTOR < least;
 }
 
-/* Forces so far from straight, in tolerances, that what they are beside a parabola counts behind a sensor. An ellipse, cut where its steps
- * are as long as the default tolerance lets them, lies below. */
+/* Forces so far from straight, in tolerances, that what they are beside a parabola counts behind a sensor, which takes means, and where
+ * they are recalled as they were. An ellipse, cut where its steps are as long as the default tolerance lets them, lies below the first. */
 #define CURVED 200
+#define CURVED_ENOUGH_TO_RECALL 20
 
-static int curved(const struct Wiring *w, const struct Point *a, const struct Point *m, const struct Point *b, int i)
+static int curved(const struct Wiring *w, double by, const struct Point *a, const struct Point *m, const struct Point *b, int i)
 {
     const double force = larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(a->F[i]), fabs(b->F[i])));
     const double bend = larger(fabs(a->F[i] - 2 * m->F[i] + b->F[i]) / force, fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]) / larger(force, fabs(b->F_p[i])));
-    return bend > CURVED * w->p[RELATIVE_TOLERANCE][i];
+    return bend > by * w->p[RELATIVE_TOLERANCE][i];
 }
 
 int in_doubt(const struct Wiring *w, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, int doubtful[LANES])
@@ -46,9 +51,10 @@ int in_doubt(const struct Wiring *w, const lanes h, const struct Point *a, const
     int any = 0;
     for (int i = 0; i < LANES; ++i)
         doubtful[i] = 0;
-    for (int i = 0; (of_slip || w->sensors) && i < LANES; ++i) {
-        const int hidden = of_slip && a->cutting[i] != 0 && (slows_down(a, m, b, i) || dips(a, m, b, i));
-        doubtful[i] = h[i] > 0 && (hidden || w->sensors > 1 || (w->sensors && curved(w, a, m, b, i)));
+    for (int i = 0; (of_slip || w->sensors || w->looks_back) && i < LANES; ++i) {
+        const int hidden = of_slip && a->cutting[i] != 0 && (slows_down(factor_of(w->p[RELATIVE_TOLERANCE][i]), a, m, b, i) || dips(a, m, b, i));
+        doubtful[i] = h[i] > 0 && (hidden || w->sensors > 1 || (w->sensors && curved(w, CURVED, a, m, b, i)) ||
+                                     (w->looks_back && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
         any |= doubtful[i];
     }
     return any;
@@ -59,6 +65,23 @@ int in_doubt(const struct Wiring *w, const lanes h, const struct Point *a, const
 
 /* In units of the tolerance, as tolerance.c has them. */
 static double apart(double x, double y, double scale) { return fabs(x - y) / scale; }
+
+/* Forces at the quarters beside the parabola through start, middle and end, which is what is kept of them. */
+static void recall_error(const struct Point *a, const struct Point *early, const struct Point *m, const struct Point *late,
+                         const struct Point *b, lanes error)
+{
+    const lanes *const at[CHANNELS][5] = {{&a->F, &early->F, &m->F, &late->F, &b->F},
+                                          {&a->F_p, &early->F_p, &m->F_p, &late->F_p, &b->F_p},
+                                          {&a->F_f, &early->F_f, &m->F_f, &late->F_f, &b->F_f}};
+    for (int k = 0; k < CHANNELS; ++k)
+        EACH_LANE {
+            const double u_0 = (*at[k][0])[i], u_m = (*at[k][2])[i], u_1 = (*at[k][4])[i];
+            const double force = larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(u_0), fabs(u_1)));
+            const double first = apart(parabola(0.25, u_0, u_m, u_1), (*at[k][1])[i], force);
+            const double last = apart(parabola(0.75, u_0, u_m, u_1), (*at[k][3])[i], force);
+            error[i] = larger(error[i], larger(first, last));
+        }
+}
 
 /* Behind the sensors, after a step and after its halves. */
 static void sensor_error(const struct Contact *contact, const struct Wiring *w, const lanes h, const lanes step, const struct Point *a,
@@ -81,7 +104,7 @@ void step_doubling_error(const struct Contact *contact, const struct Wiring *w, 
                          const struct Point *a, const struct Point *m, const struct Point *b, lanes error)
 {
     struct Point early, half, late, whole;
-    lanes step, from, ignored, hidden = {0}, behind = {0};
+    lanes step, from, ignored, hidden = {0}, behind = {0}, recalled = {0};
     EACH_LANE {
         step[i] = doubtful[i] ? 0.5 * h[i] : 0;
         from[i] = s[i] + step[i];
@@ -90,6 +113,8 @@ void step_doubling_error(const struct Contact *contact, const struct Wiring *w, 
     try_step(contact, w, from, step, &half, &late, &whole, ignored);
     if (w->law->relaxes && !w->current_angle)
         hidden_in_target(step, a, &early, &half, &late, b, hidden);
+    if (w->looks_back)
+        recall_error(a, &early, m, &late, b, recalled);
     if (w->sensors)
         sensor_error(contact, w, h, step, a, m, b, &early, &half, &late, &whole, behind);
     for (int i = 0; i < LANES; ++i) {
@@ -97,6 +122,6 @@ void step_doubling_error(const struct Contact *contact, const struct Wiring *w, 
         const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
         const double own = larger(apart(b->z[i], whole.z[i], z) + hidden[i] / z,
                                   larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i])))));
-        error[i] = doubtful[i] ? larger(own, SENSORS_REMEMBER * behind[i]) / (0.5 * w->p[RELATIVE_TOLERANCE][i]) : 0;
+        error[i] = doubtful[i] ? larger(larger(own, recalled[i]), SENSORS_REMEMBER * behind[i]) / (0.5 * w->p[RELATIVE_TOLERANCE][i]) : 0;
     }
 }
