@@ -192,7 +192,8 @@ static void solve_slip(const struct Contact *contact, const struct Wiring *w, co
             /* nearer than that it is of roundings, and across a reversal it may be of a jump */
             const int seen = slope < 0 && fabs(at - before[i]) > 30 * close[i] && at * before[i] > 0;
             x->solved_slope[i] = seen ? slope : x->solved_slope[i];
-            steepest[i] = seen ? smaller(slope, -1) : steepest[i];
+            /* a law that jumps looks as steep there as one likes, and its force is then asked for within the jump */
+            steepest[i] = seen && w->law->relaxes ? smaller(slope, -1) : steepest[i];
             closed[i] = b[i].high - b[i].low <= close[i] || b[i].count >= 90;
             open[i] = !closed[i] && fabs(there) > -0.1 * close[i] * steepest[i];
             before[i] = at;

@@ -22,6 +22,7 @@ from evat.fmu import archive
 from evat.fmu.shown import load
 from evat.kernel import Contact
 from evat.model import EvatError, SimulationError, Variable
+from evat.writing import OutputError
 from fmpy import extract, read_model_description, simulate_fmu
 from fmpy.model_description import ModelDescription, read_build_description
 from fmpy.validation import validate_fmu
@@ -380,7 +381,7 @@ def test_failed_write_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.Mo
         raise OSError("no space left")
 
     monkeypatch.setattr(zipfile.ZipFile, "writestr", full)
-    with pytest.raises(OSError, match="no space left"):
+    with pytest.raises(OutputError, match="no space left"):
         archive.write({"a": b"new"}, output)
     assert output.read_bytes() == old
     assert [p.name for p in tmp_path.iterdir()] == ["out.fmu"]
