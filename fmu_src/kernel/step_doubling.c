@@ -60,8 +60,9 @@ int in_doubt(const struct Wiring *w, const lanes h, const struct Point *a, const
     return any;
 }
 
-/* Errors of many steps add up in a sensor that rings on: each may be this much smaller. */
+/* Errors of many steps add up in a sensor that rings on: each may be this much smaller. What is recalled adds to nothing. */
 #define SENSORS_REMEMBER 5
+#define RECALLED_ONCE 0.25
 
 /* In units of the tolerance, as tolerance.c has them. */
 static double apart(double x, double y, double scale) { return fabs(x - y) / scale; }
@@ -122,6 +123,6 @@ void step_doubling_error(const struct Contact *contact, const struct Wiring *w, 
         const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
         const double own = larger(apart(b->z[i], whole.z[i], z) + hidden[i] / z,
                                   larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i])))));
-        error[i] = doubtful[i] ? larger(larger(own, recalled[i]), SENSORS_REMEMBER * behind[i]) / (0.5 * w->p[RELATIVE_TOLERANCE][i]) : 0;
+        error[i] = doubtful[i] ? larger(larger(own, RECALLED_ONCE * recalled[i]), SENSORS_REMEMBER * behind[i]) / (0.5 * w->p[RELATIVE_TOLERANCE][i]) : 0;
     }
 }

@@ -167,3 +167,23 @@ def test_run_out_makes_the_spindles_line_whatever_the_feed(shear_stress: float) 
         found.append([line(k * spindle, times[1:] - PERIOD / 2, mean) for k in (1, 2, 3)])
     exact = 2 * shear_stress * 1e-3 * e * np.sinc(spindle / FREQUENCY)
     assert np.array(found) == pytest.approx(np.tile([exact, 0, 0], (3, 1)), rel=1e-6, abs=1e-6 * exact)
+
+
+def test_the_tool_comes_near_by_the_holders_swing_alone() -> None:
+    """The ellipse moves away and the holder swings back faster: contact begins where it is, whatever the step that leads there."""
+    values: Values = {
+        "vibration_frequency": 410.0, "amplitude_x": 4.876e-6, "amplitude_y": 1.0853e-6, "feed": 1.13e-6, "chip_flow_shear_angle": 0.584,
+        "phase_x": -1.6822, "phase_y": 3.2383, "rake_angle": -0.1215, "cutting_speed": 0.012894, "relative_tolerance": 1e-5,
+        "holder_compliance.compliance_x": 9.2e-8, "holder_compliance.compliance_y": 4.614e-8,
+        "holder_compliance.natural_frequency": 4223.5, "holder_compliance.damping_ratio": 0.0612,
+    }  # fmt: skip
+    in_contact = []
+    for steps in (1, 7, 300):
+        contact = begun(values, ["holder_compliance"])
+        contact.advance(5.13e-4)
+        assert contact.get("in_contact") == 0
+        for _ in range(steps):
+            contact.advance(7e-5 / steps)
+        in_contact.append(contact.get("contact_time"))
+    assert in_contact[0] > 4.99e-4
+    assert np.ptp(in_contact) < 1e-9

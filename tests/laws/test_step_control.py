@@ -93,3 +93,34 @@ def test_wear_does_not_end_the_sliding_of_a_reset_integrator() -> None:
 def test_a_vibration_beyond_all_tools_is_refused_at_once() -> None:
     with pytest.raises(ParameterError, match="allowed is"):
         Contact({"vibration_frequency": 2.8e6})
+
+
+def test_a_bristle_that_comes_back_sticks_first() -> None:
+    """reset_integrator slides, leaves the work, relaxes a little and comes back with z < z0: its force is elastic again, with F_S/F_C."""
+    settings = {**EXTERNAL, "friction_law": "reset_integrator", "slip_velocity": 1e-3, "release_time": 1e-2, "F_C": 9.0, "F_S": 10.0, "sigma1": 0.0}
+    contact = Contact(settings)
+    contact.start(0.0)
+    contact.advance(0.1)
+    assert contact.get("friction_force") == pytest.approx(9.0)
+    contact.set("uncut_thickness", 0.0)
+    contact.advance(1e-3)
+    assert contact.get("friction_force") == 0
+    contact.set("uncut_thickness", 1e-4)
+    contact.advance(1e-12)
+    z = contact.get("bristle_deflection")
+    assert z == pytest.approx(9.0 / contact.get("sigma0") * np.exp(-0.1), rel=1e-6)
+    assert contact.get("friction_force") == pytest.approx(contact.get("sigma0") * z * 10 / 9, rel=1e-6)
+
+
+def test_a_force_within_a_jump_is_one_force() -> None:
+    """karnopp at the edge of its band, slip and shear angle solved together: one answer at each moment, however it was come to."""
+    settings = {"friction_law": "karnopp", "chip_flow_angle": "current_shear_angle", "relative_tolerance": 1e-3, "cutting_speed": 0.0554}
+    forces, edge = [], 0
+    for moment in 5.95e-7 + np.arange(60) * 5e-11:
+        contact = Contact(settings)
+        contact.start(0.0)
+        contact.advance(moment)
+        forces.append(contact.get("friction_force"))
+        edge += abs(abs(contact.get("slip_velocity_used")) - contact.get("karnopp.zero_velocity_band")) < 1e-9
+    assert edge == len(forces)
+    assert np.abs(np.diff(forces)).max() < 0.01
