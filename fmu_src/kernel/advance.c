@@ -107,7 +107,9 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
     struct Room *const room = course->room;
     struct Point *start = &room[course->now].point, *middle = &room[(course->now + 1) % 3].point, *end = &room[(course->now + 2) % 3].point;
     lanes h, to_window, difference;
-    int jumps = 0;
+    int jumps = 0, chased[LANES] = {0};
+    lanes quiet_for;
+    EACH_LANE quiet_for[i] = INFINITY; /* since the last event [s] */
     if (step < NO_STEP) {
         EACH_LANE s[i] = step;
         course->known = 0;
@@ -158,7 +160,7 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
         }
         if (jump && jumps++ < INDICATORS) { /* an input has jumped across an event */
             EACH_LANE acts[i] = cut[i] == JUMP; /* the same step again: it says nothing yet of a longer one */
-            act_in_lanes(contact, w, s, ahead, acts, start);
+            act_in_lanes(contact, w, s, ahead, chased, acts, start);
             continue;
         }
         jumps = 0;
@@ -215,14 +217,19 @@ enum Status march(struct Contact *contact, const struct Wiring *w, double step, 
         struct Point *const reached = end;
         end = start;
         start = reached;
-        EACH_LANE acts[i] = cut[i] >= 0;
+        for (int i = 0; i < LANES; ++i) {
+            acts[i] = cut[i] >= 0;
+            quiet_for[i] += h[i];
+            chased[i] = quiet_for[i] < ahead;
+            quiet_for[i] = acts[i] ? 0 : quiet_for[i];
+        }
         if (w->current_angle && w->law->event) {
             act_at_step_end(contact, w, h, acts, start);
             point_at(contact, w, s, start);
             take_law_side(contact, w, s, h, acts, start);
         }
         if (event)
-            act_in_lanes(contact, w, s, ahead, acts, start);
+            act_in_lanes(contact, w, s, ahead, chased, acts, start);
     }
     while (start != &room[course->now].point)
         course->now = (course->now + 1) % 3;

@@ -4,6 +4,7 @@
 #include <math.h>
 
 static const lanes here; /* tau = 0 */
+static const int none[LANES] = {0};
 
 static void watched_indicators(const struct Contact *contact, const struct Wiring *w, const struct Point *x, lanes indicator[INDICATORS])
 {
@@ -120,7 +121,7 @@ enum Status show_here(struct Contact *contact, const struct Wiring *w, const str
     for (int k = 0; k < INDICATORS; ++k)
         EACH_LANE held[k][i] = contact->sign[k][i];
     if (w->kinematics == KINEMATICS_EXTERNAL) /* inputs may jump without an event: what is shown follows them */
-        settle_sides(contact, w, here, 0, &x);
+        settle_sides(contact, w, here, 0, none, &x);
     else
         point_at(contact, w, here, &x);
     for (int i = 0; passed && i < LANES; ++i)
@@ -157,7 +158,7 @@ enum Status kernel_event(struct Contact *contact)
     const struct Wiring w = wire(contact);
     struct Point x;
     /* hosts find events to some roundings of the time, and stop on either side */
-    act_on_event(contact, &w, here, 1e-9 / w.p[VIBRATION_FREQUENCY][0] + 1e-12 * fabs(w.p[TIME][0]), &x);
+    act_on_event(contact, &w, here, 1e-9 / w.p[VIBRATION_FREQUENCY][0] + 1e-12 * fabs(w.p[TIME][0]), none, &x);
     for (int i = 0; i < LANES && w.looks_back; ++i)
         remember_host_step(contact, i, &x); /* what stands before and behind a jump */
     EACH_LANE if (contact->value[TIME][i] >= window_end(contact, i) - 1e-9 * window_length(contact, i)) close_window(contact, i);

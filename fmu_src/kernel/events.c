@@ -7,7 +7,8 @@ struct Aside {
     struct Point point;
 };
 
-void act_in_lanes(struct Contact *contact, const struct Wiring *w, const lanes s, double ahead, const int event[LANES], struct Point *x)
+void act_in_lanes(struct Contact *contact, const struct Wiring *w, const lanes s, double ahead, const int chased[LANES], const int event[LANES],
+                  struct Point *x)
 {
     struct Aside aside;
     int all = 1;
@@ -21,7 +22,7 @@ void act_in_lanes(struct Contact *contact, const struct Wiring *w, const lanes s
             aside.z[i] = contact->value[BRISTLE_DEFLECTION][i];
         }
     }
-    act_on_event(contact, w, s, ahead, x);
+    act_on_event(contact, w, s, ahead, chased, x);
     for (int i = 0; i < LANES && !all; ++i) {
         if (event[i])
             continue;

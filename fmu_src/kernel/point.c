@@ -131,28 +131,37 @@ void point_at(const struct Contact *contact, const struct Wiring *w, const lanes
     measure(contact, w, x);
 }
 
-/* The point a little after tau; where forces move the path, what they move is led on with it: the tool may come near by that alone. */
-static void point_ahead(const struct Contact *contact, const struct Wiring *w, const lanes tau, const lanes after, double ahead, struct Point *x)
+/* The point a little after tau. Where forces move the path, what they move is led on with it: the tool may come near by that alone. Not so
+ * in lanes that are chased: where contact pushes the tool away and its path back, there is no side to take, and the path decides. */
+static void point_ahead(const struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, const int chased[LANES],
+                        struct Point *x)
 {
+    lanes after;
+    EACH_LANE after[i] = tau[i] + ahead;
     if (!w->feedback || !(ahead > 0)) {
         point_at(contact, w, after, x);
         return;
     }
+    struct Point left;
+    point_at(contact, w, after, &left);
     point_at(contact, w, tau, x);
     lead_states(w, DRIVEN_BY_FORCE, ahead, x);
     engage_point(contact, w, after, x);
     open_point(contact, w, after, 0, x);
     close_point(contact, w, 0, x);
+    for (int i = 0; i < LANES; ++i)
+        if (chased[i])
+            copy_lane((lanes *)x, (const lanes *)&left, POINT_LANES, i);
 }
 
 /* Sides as the indicators shortly after tau say, until none changes: entry decides which surface and which way of slip count. Shortly
  * after, because an event that was searched for may lie a rounding error off; bristles with an event of their own are led on with it. */
-void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x)
+void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x)
 {
     lanes after;
     EACH_LANE after[i] = tau[i] + ahead;
     for (int n = 0; n <= INDICATORS; ++n) {
-        point_ahead(contact, w, tau, after, ahead, x);
+        point_ahead(contact, w, tau, ahead, chased, x);
         if (w->law->event && ahead > 0) {
             EACH_LANE x->z[i] += ahead * x->dz[i];
             open_point(contact, w, after, 0, x);
@@ -164,13 +173,13 @@ void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes t
 }
 
 /* Act on an event at tau: sides anew, bristles that lost contact let go, the law's own event. Leaves the point at tau in x. */
-void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x)
+void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x)
 {
-    settle_sides(contact, w, tau, ahead, x);
+    settle_sides(contact, w, tau, ahead, chased, x);
     let_go(contact, w, x);
     if (w->law->event) {
         w->law->event(w->law_p, x, contact->value[BRISTLE_DEFLECTION], contact->memory);
-        settle_sides(contact, w, tau, ahead, x);
+        settle_sides(contact, w, tau, ahead, chased, x);
     }
     point_at(contact, w, tau, x);
     if (!w->law->event)

@@ -143,8 +143,8 @@ void point_at(const struct Contact *contact, const struct Wiring *w, const lanes
 void indicators(const struct Wiring *w, const struct Point *x, lanes indicator[INDICATORS]);
 int watched(const struct Contact *contact, int k, int i);
 void let_go(struct Contact *contact, const struct Wiring *w, const struct Point *x);
-void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x);
-void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, struct Point *x);
+void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x);
+void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x);
 
 /* step.c: one trial step of h[i] from s[i]: fills middle and end from start; `difference` is what a lower order would have changed. */
 void try_step(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
@@ -179,7 +179,8 @@ void cut_at_touch(const struct Contact *contact, const struct Wiring *w, int lan
 
 /* events.c: act_on_event in the lanes where `event` is set. act_at_step_end: with a slip that is solved for, the law's own events are
  * acted upon at the end of each step, in the lanes that have stepped and have no event of their own. */
-void act_in_lanes(struct Contact *contact, const struct Wiring *w, const lanes s, double ahead, const int event[LANES], struct Point *x);
+void act_in_lanes(struct Contact *contact, const struct Wiring *w, const lanes s, double ahead, const int chased[LANES], const int event[LANES],
+                  struct Point *x);
 void act_at_step_end(struct Contact *contact, const struct Wiring *w, const lanes h, const int event[LANES], const struct Point *end);
 void take_law_side(struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const int event[LANES], struct Point *x);
 
