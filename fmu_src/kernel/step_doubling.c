@@ -54,7 +54,7 @@ int in_doubt(const struct Wiring *w, const lanes h, const struct Point *a, const
     for (int i = 0; (of_slip || w->sensors || w->looks_back) && i < LANES; ++i) {
         const int hidden = of_slip && a->cutting[i] != 0 && (slows_down(factor_of(w->p[RELATIVE_TOLERANCE][i]), a, m, b, i) || dips(a, m, b, i));
         doubtful[i] = h[i] > 0 && (hidden || w->sensors > 1 || (w->sensors && curved(w, CURVED, a, m, b, i)) ||
-                                     (w->looks_back && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
+                                     (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
         any |= doubtful[i];
     }
     return any;
@@ -121,8 +121,9 @@ void step_doubling_error(const struct Contact *contact, const struct Wiring *w, 
     for (int i = 0; i < LANES; ++i) {
         const double force = larger(larger(b->F_C[i], b->F_S[i]), fabs(b->F[i])), reach = larger(b->F_C[i], b->F_S[i]) / b->P[i];
         const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
+        const double remembered = w->looks_back && look_back(w, i) > 0 ? RECALLED_ONCE * recalled[i] : 0;
         const double own = larger(apart(b->z[i], whole.z[i], z) + hidden[i] / z,
                                   larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i])))));
-        error[i] = doubtful[i] ? larger(larger(own, RECALLED_ONCE * recalled[i]), SENSORS_REMEMBER * behind[i]) / (0.5 * w->p[RELATIVE_TOLERANCE][i]) : 0;
+        error[i] = doubtful[i] ? larger(larger(own, remembered), SENSORS_REMEMBER * behind[i]) / (0.5 * w->p[RELATIVE_TOLERANCE][i]) : 0;
     }
 }

@@ -97,7 +97,15 @@ def test_a_vibration_beyond_all_tools_is_refused_at_once() -> None:
 
 def test_a_bristle_that_comes_back_sticks_first() -> None:
     """reset_integrator slides, leaves the work, relaxes a little and comes back with z < z0: its force is elastic again, with F_S/F_C."""
-    settings = {**EXTERNAL, "friction_law": "reset_integrator", "slip_velocity": 1e-3, "release_time": 1e-2, "F_C": 9.0, "F_S": 10.0, "sigma1": 0.0}
+    settings = {
+        **EXTERNAL,
+        "friction_law": "reset_integrator",
+        "slip_velocity": 1e-3,
+        "release_time": 1e-2,
+        "F_C": 9.0,
+        "F_S": 10.0,
+        "sigma1": 0.0,
+    }
     contact = Contact(settings)
     contact.start(0.0)
     contact.advance(0.1)
