@@ -89,7 +89,7 @@ def test_delay_turns_a_sine_and_keeps_its_form(tau: float) -> None:
 
 
 def test_delay_across_entries_and_exits() -> None:
-    """What a vibrating tool's sensor shows late is what a prompt one has shown a cycle before, jumps of the force and all, to 3 tolerances."""
+    """What a vibrating tool's sensor shows late is what a prompt one has shown a cycle before, jumps and all, to 3 tolerances."""
     tau, times = 1.237e-5, np.linspace(0, 2 * PERIOD, 301)
     late = course(begun({**CUT, "sensor_delay.time": tau}, ["sensor_delay"]), times, *MEASURED)
     prompt = course(begun(CUT), np.append(0, times + PERIOD - tau), *FORCES)[:, 1:]

@@ -1,4 +1,4 @@
-"""Do random sequences of legal and illegal calls break an FMU? All parts, both versions of FMI, under sanitizers; fuzz.c and its neighbours.
+"""Do random sequences of legal and illegal calls break an FMU? All parts, both versions of FMI, under sanitizers; fuzz.c.
 
 A finding names a sequence, which depends on seed and number only: build and run it alone as fuzz.c says. EVAT_FUZZ_SEED chooses another
 seed; `python3 build/test.py -m campaign -k fuzz -s` runs for ten minutes and prints its figures.
