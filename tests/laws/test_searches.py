@@ -77,7 +77,7 @@ def test_a_periodic_start_is_periodic_in_the_states_of_effects(name: str) -> Non
 
 
 def test_a_cycle_of_thousands_of_steps_is_not_searched_through() -> None:
-    """Bonds that break at random, 1 500 in a cycle: no state comes back, and the slopes of ten states would take minutes. One cycle does."""
+    """Bonds break at random, 1 500 a cycle: no state comes back, and the slopes of ten states would take minutes: one cycle does."""
     values: Values = {"friction_law": "bristle", "vibration_frequency": 1300.0, "amplitude_x": 1e-4, "cutting_speed": 0.3, "sigma0": 3e6}
     values |= {"F_C": 0.4, "F_S": 0.4, "release_time": 1e-9}
     on = ("proxy_lag", "amplitude_loss", "dynamometer_resonance")
