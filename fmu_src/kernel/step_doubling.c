@@ -67,20 +67,30 @@ int in_doubt(const struct Wiring *w, const lanes h, const struct Point *a, const
 /* In units of the tolerance, as tolerance.c has them. */
 static double apart(double x, double y, double scale) { return fabs(x - y) / scale; }
 
-/* Forces at the quarters beside the parabola through start, middle and end, which is what is kept of them. */
-static void recall_error(const struct Point *a, const struct Point *early, const struct Point *m, const struct Point *late,
-                         const struct Point *b, lanes error)
+/* The forces at start, quarters and end of a step. */
+struct Forces {
+    const lanes *at[CHANNELS][5];
+};
+
+static struct Forces forces_of(const struct Point *a, const struct Point *early, const struct Point *m, const struct Point *late, const struct Point *b)
 {
-    const lanes *const at[CHANNELS][5] = {{&a->F, &early->F, &m->F, &late->F, &b->F},
-                                          {&a->F_p, &early->F_p, &m->F_p, &late->F_p, &b->F_p},
-                                          {&a->F_f, &early->F_f, &m->F_f, &late->F_f, &b->F_f}};
+    return (struct Forces){{{&a->F, &early->F, &m->F, &late->F, &b->F},
+                            {&a->F_p, &early->F_p, &m->F_p, &late->F_p, &b->F_p},
+                            {&a->F_f, &early->F_f, &m->F_f, &late->F_f, &b->F_f}}};
+}
+
+/* At the quarters beside the parabola through start, middle and end, which is what is kept of them; and their mean by Simpson's rule. */
+static void force_errors(const struct Forces *forces, const struct Point *b, lanes recalled, lanes of_mean)
+{
     for (int k = 0; k < CHANNELS; ++k)
         EACH_LANE {
-            const double u_0 = (*at[k][0])[i], u_m = (*at[k][2])[i], u_1 = (*at[k][4])[i];
-            const double force = larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(u_0), fabs(u_1)));
-            const double first = apart(parabola(0.25, u_0, u_m, u_1), (*at[k][1])[i], force);
-            const double last = apart(parabola(0.75, u_0, u_m, u_1), (*at[k][3])[i], force);
-            error[i] = larger(error[i], larger(first, last));
+            double u[5];
+            for (int n = 0; n < 5; ++n)
+                u[n] = (*forces->at[k][n])[i];
+            const double force = larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(u[0]), fabs(u[4])));
+            const double first = apart(parabola(0.25, u[0], u[2], u[4]), u[1], force), last = apart(parabola(0.75, u[0], u[2], u[4]), u[3], force);
+            recalled[i] = larger(recalled[i], larger(first, last));
+            of_mean[i] = larger(of_mean[i], apart((u[0] + 4 * u[2] + u[4]) / 6, (u[0] + 4 * u[1] + 2 * u[2] + 4 * u[3] + u[4]) / 12, force));
         }
 }
 
@@ -105,7 +115,7 @@ void step_doubling_error(const struct Contact *contact, const struct Wiring *w, 
                          const struct Point *a, const struct Point *m, const struct Point *b, lanes error)
 {
     struct Point early, half, late, whole;
-    lanes step, from, ignored, hidden = {0}, behind = {0}, recalled = {0};
+    lanes step, from, ignored, hidden = {0}, behind = {0}, recalled = {0}, of_mean = {0};
     EACH_LANE {
         step[i] = doubtful[i] ? 0.5 * h[i] : 0;
         from[i] = s[i] + step[i];
@@ -114,8 +124,8 @@ void step_doubling_error(const struct Contact *contact, const struct Wiring *w, 
     try_step(contact, w, from, step, &half, &late, &whole, ignored);
     if (w->law->relaxes && !w->current_angle)
         hidden_in_target(step, a, &early, &half, &late, b, hidden);
-    if (w->looks_back)
-        recall_error(a, &early, m, &late, b, recalled);
+    const struct Forces forces = forces_of(a, &early, m, &late, b);
+    force_errors(&forces, b, recalled, of_mean);
     if (w->sensors)
         sensor_error(contact, w, h, step, a, m, b, &early, &half, &late, &whole, behind);
     for (int i = 0; i < LANES; ++i) {
@@ -124,6 +134,6 @@ void step_doubling_error(const struct Contact *contact, const struct Wiring *w, 
         const double remembered = w->looks_back && look_back(w, i) > 0 ? RECALLED_ONCE * recalled[i] : 0;
         const double own = larger(apart(b->z[i], whole.z[i], z) + hidden[i] / z,
                                   larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i])))));
-        error[i] = doubtful[i] ? larger(larger(own, remembered), SENSORS_REMEMBER * behind[i]) / (0.5 * w->p[RELATIVE_TOLERANCE][i]) : 0;
+        error[i] = doubtful[i] ? larger(larger(larger(own, of_mean[i]), remembered), SENSORS_REMEMBER * behind[i]) / (0.5 * w->p[RELATIVE_TOLERANCE][i]) : 0;
     }
 }
