@@ -4,7 +4,7 @@
  * factor within the step (it comes to rest, or out of it) a friction law may rise and fall between these points: static friction is felt
  * below some v_s only, and a state of an effect renews itself at the pace of the slip. There the step is taken again in two halves. So it
  * is where a sensor has states: it follows the parabola of the forces exactly, but they are none, and the second of two sensors in a row
- * hears what the first one rings.
+ * hears what the first one rings; and where the shear angle is solved for, which has a kink where the flattest and the steepest plane begin.
  */
 #include "stages.h"
 
@@ -33,6 +33,12 @@ static int dips(const struct Point *a, const struct Point *m, const struct Point
     return at > 0 && at < 1 && turn * (v_m < 0 ? -1 : 1) * FACTOR < least;
 }
 
+/* A rate that depends on the deflection may do so with a kink: does it change by more than a little of what it can? */
+static int deflects(const struct Point *a, const struct Point *b, int i)
+{
+    return fabs(b->z[i] - a->z[i]) * b->P[i] > 0.02 * larger(b->F_C[i], b->F_S[i]);
+}
+
 /* Forces so far from straight, in tolerances, that what they are beside a parabola counts behind a sensor, which takes means, and where
  * they are recalled as they were. An ellipse, cut where its steps are as long as the default tolerance lets them, lies below the first. */
 #define CURVED 200
@@ -51,9 +57,10 @@ int in_doubt(const struct Wiring *w, const lanes h, const struct Point *a, const
     int any = 0;
     for (int i = 0; i < LANES; ++i)
         doubtful[i] = 0;
-    for (int i = 0; (of_slip || w->sensors || w->looks_back) && i < LANES; ++i) {
-        const int hidden = of_slip && a->cutting[i] != 0 && (slows_down(factor_of(w->p[RELATIVE_TOLERANCE][i]), a, m, b, i) || dips(a, m, b, i));
-        doubtful[i] = h[i] > 0 && (hidden || w->sensors > 1 || (w->sensors && curved(w, CURVED, a, m, b, i)) ||
+    for (int i = 0; (of_slip || w->current_angle || w->sensors || w->looks_back) && i < LANES; ++i) {
+        const int hidden = w->current_angle || (w->bends && deflects(a, b, i)) ||
+                           (of_slip && (slows_down(factor_of(w->p[RELATIVE_TOLERANCE][i]), a, m, b, i) || dips(a, m, b, i)));
+        doubtful[i] = h[i] > 0 && ((hidden && a->cutting[i] != 0) || w->sensors > 1 || (w->sensors && curved(w, CURVED, a, m, b, i)) ||
                                      (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
         any |= doubtful[i];
     }
