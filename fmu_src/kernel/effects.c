@@ -142,6 +142,14 @@ double look_back(const struct Wiring *w, int lane)
     return furthest;
 }
 
+int sensors_that_remember(const struct Wiring *w, int lane)
+{
+    int count = 0;
+    for (int n = 0; n < w->on_count; ++n)
+        count += w->on[n]->remembers && w->on[n]->remembers(w->on_p[n], lane);
+    return count;
+}
+
 double meeting_time(const struct Wiring *w, int lane)
 {
     for (int n = 0; n < w->on_count; ++n)

@@ -311,6 +311,8 @@ struct Effect {
     /* Longest internal step that resolves what it does, and how far back it recalls forces [s]; may be NULL. */
     double (*longest_step)(const lanes *p, int lane);
     double (*looks_back)(const lanes *p, int lane);
+    /* Of a sensor: do its states follow the forces late? NULL: it has none. */
+    int (*remembers)(const lanes *p, int lane);
     /* After which time it meets the surface that is left now [s]; may be NULL. */
     double (*meets_again)(const lanes *p, int lane);
 };

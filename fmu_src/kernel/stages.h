@@ -76,6 +76,7 @@ void forget_states(struct Contact *contact, const struct Wiring *w, int lane);
 void lead_states(const struct Wiring *w, enum Driver driver, double ahead, struct Point *x);
 void resolving_step(const struct Wiring *w, lanes longest);
 double look_back(const struct Wiring *w, int lane);
+int sensors_that_remember(const struct Wiring *w, int lane);
 double meeting_time(const struct Wiring *w, int lane);
 /* A step of h from t, shortened to where a jump of the past is recalled; and how much a step's recalled forces bend. */
 double until_late_jump(const struct Contact *contact, const struct Wiring *w, int lane, double t, double h, const struct Point *start);

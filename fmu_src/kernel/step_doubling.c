@@ -33,12 +33,6 @@ static int dips(const struct Point *a, const struct Point *m, const struct Point
     return at > 0 && at < 1 && turn * (v_m < 0 ? -1 : 1) * FACTOR < least;
 }
 
-/* A rate that depends on the deflection may do so with a kink: does it change by more than a little of what it can? */
-static int deflects(const struct Point *a, const struct Point *b, int i)
-{
-    return fabs(b->z[i] - a->z[i]) * b->P[i] > 0.02 * larger(b->F_C[i], b->F_S[i]);
-}
-
 /* Forces so far from straight, in tolerances, that what they are beside a parabola counts behind a sensor, which takes means, and where
  * they are recalled as they were. An ellipse, cut where its steps are as long as the default tolerance lets them, lies below the first. */
 #define CURVED 200
@@ -53,15 +47,16 @@ static int curved(const struct Wiring *w, double by, const struct Point *a, cons
 
 int in_doubt(const struct Wiring *w, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, int doubtful[LANES])
 {
-    const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers);
+    const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers), of_angle = w->current_angle && w->law->relaxes;
     int any = 0;
     for (int i = 0; i < LANES; ++i)
         doubtful[i] = 0;
-    for (int i = 0; (of_slip || w->current_angle || w->sensors || w->looks_back) && i < LANES; ++i) {
-        const int hidden = w->current_angle || (w->bends && deflects(a, b, i)) ||
-                           (of_slip && (slows_down(factor_of(w->p[RELATIVE_TOLERANCE][i]), a, m, b, i) || dips(a, m, b, i)));
-        doubtful[i] = h[i] > 0 && ((hidden && a->cutting[i] != 0) || w->sensors > 1 || (w->sensors && curved(w, CURVED, a, m, b, i)) ||
-                                     (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
+    for (int i = 0; (of_slip || w->sensors || w->looks_back) && i < LANES; ++i) {
+        const int hidden = of_slip && a->cutting[i] != 0 && (of_angle || slows_down(factor_of(w->p[RELATIVE_TOLERANCE][i]), a, m, b, i) || dips(a, m, b, i));
+        const int sensors = w->sensors > 0 ? sensors_that_remember(w, i) : 0;
+        const int heard = sensors > 1 || (sensors > 0 && curved(w, CURVED, a, m, b, i));
+        doubtful[i] = h[i] > 0 && (hidden || heard ||
+                                   (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
         any |= doubtful[i];
     }
     return any;
@@ -141,6 +136,6 @@ void step_doubling_error(const struct Contact *contact, const struct Wiring *w, 
         const double remembered = w->looks_back && look_back(w, i) > 0 ? RECALLED_ONCE * recalled[i] : 0;
         const double own = larger(apart(b->z[i], whole.z[i], z) + hidden[i] / z,
                                   larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i])))));
-        error[i] = doubtful[i] ? larger(larger(larger(own, of_mean[i]), remembered), SENSORS_REMEMBER * behind[i]) / (0.5 * w->p[RELATIVE_TOLERANCE][i]) : 0;
+        error[i] = doubtful[i] ? larger(larger(larger(own, of_mean[i]), remembered), (w->sensors > 0 && sensors_that_remember(w, i) > 0 ? SENSORS_REMEMBER * behind[i] : 0)) / (0.5 * w->p[RELATIVE_TOLERANCE][i]) : 0;
     }
 }

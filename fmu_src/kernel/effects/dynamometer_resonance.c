@@ -70,9 +70,12 @@ static void rate(const lanes *p, const struct Point *x, const lanes *state, lane
         }
 }
 
+static int remembers(const lanes *p, int i) { return p[PERIOD][i] >= NO_TIME; }
+
 const struct Effect effect_dynamometer_resonance = {
     .equation = "y'' + 2 zeta w y' + w^2 y = w^2 F, w = 2 pi/natural_period",
     .signature = "entries and exits ring at the natural frequency; harmonics near it are raised, those above it cut off",
     .stage = STAGE_MEASUREMENT, .driver = DRIVEN_BY_SENSOR, .states = 2 * CHANNELS, .act = ring, .move = move, .rate = rate,
+    .remembers = remembers,
     .variables = variables, .count = COUNT,
 };

@@ -42,9 +42,12 @@ static void rate(const lanes *p, const struct Point *x, const lanes *state, lane
         EACH_LANE rate[k][i] = p[TIME_CONSTANT][i] >= NO_TIME ? (x->measured[k][i] - state[k][i]) / p[TIME_CONSTANT][i] : 0;
 }
 
+static int remembers(const lanes *p, int i) { return p[TIME_CONSTANT][i] >= NO_TIME; }
+
 const struct Effect effect_sensor_lowpass = {
     .equation = "T dy/dt = F - y",
     .signature = "steps of the force become exponentials; gain falls and phase lags with frequency",
     .stage = STAGE_MEASUREMENT, .driver = DRIVEN_BY_SENSOR, .states = CHANNELS, .act = smooth, .move = move, .rate = rate,
+    .remembers = remembers,
     .variables = variables, .count = COUNT,
 };
