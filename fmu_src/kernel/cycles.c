@@ -26,7 +26,7 @@ static enum Status run_cycle(struct Contact *contact, struct Wiring *w, double b
     }
     wire_time(contact, w);
     course.now = course.known = 0;
-    course.most_steps = 0;
+    course.most_steps = most_steps_of_cycles(contact);
     const enum Status status = march(contact, w, period_of(contact), 0, s, &course);
     for (int i = 0; i < LANES; ++i) {
         for (int n = 0; n < INTEGRALS && !seen->done[i]; ++n) {

@@ -3,25 +3,40 @@
 
 #include <math.h>
 
-/* Internal steps that the search for the periodic state may take: an ellipse takes some 60 a cycle, and 12 times the slopes of all states
- * take 300 cycles. Where bonds break by thousands in a cycle, and at random, there is nothing to find. */
-#define MOST_STEPS 5e4
+/* Internal steps that a cycle, and all of the search for the periodic state, may take: an ellipse takes some 60 a cycle, and 12 times the
+ * slopes of all states take 300 cycles. Where bonds break by thousands in a cycle, and at random, there is nothing to find; where a holder
+ * swings a million times within one, it takes too long. */
+#define MOST_STEPS 2e4
 
-static double most_steps(const struct Contact *contact, int i)
+double most_steps_of_cycles(const struct Contact *contact)
 {
-    return MOST_STEPS * larger(1, sqrt(sqrt(1e-4 / contact->value[RELATIVE_TOLERANCE][i])));
+    double tightest = 1;
+    EACH_LANE tightest = smaller(tightest, contact->value[RELATIVE_TOLERANCE][i]);
+    return MOST_STEPS * smaller(larger(1, sqrt(sqrt(1e-4 / tightest))), 10);
+}
+
+/* Through one vibration cycle, in so many steps at most. */
+static enum Status pass_cycle(struct Contact *contact)
+{
+    const struct Wiring w = wire(contact);
+    struct Course course;
+    lanes s = {0};
+    course.now = course.known = 0;
+    course.most_steps = most_steps_of_cycles(contact);
+    const enum Status status = march(contact, &w, 1 / contact->value[VIBRATION_FREQUENCY][0], 0, s, &course);
+    move_on(contact, s);
+    return status;
 }
 
 /* The bristle deflection that one vibration cycle brings back. For a law that is linear in z one cycle maps z to c + E z, and two
  * cycles give z_0 = c / (1 - E); otherwise the same secant is repeated. */
 static enum Status find_deflection(struct Contact *contact)
 {
-    const double start = contact->value[TIME][0], period = 1 / contact->value[VIBRATION_FREQUENCY][0];
+    const double start = contact->value[TIME][0];
     struct Contact trial = *contact;
     lanes z = {0}, miss = {0}, z_before, miss_before;
     int found = 0, done[LANES] = {0}, given_up = 0;
     for (int n = 0; n < 20 && !found; ++n) {
-        double taken;
         EACH_LANE {
             trial.value[BRISTLE_DEFLECTION][i] = z[i];
             trial.value[TIME][i] = start;
@@ -30,7 +45,7 @@ static enum Status find_deflection(struct Contact *contact)
             miss_before[i] = n == 0 ? 0 : miss_before[i];
         }
         const enum Status begun = kernel_event(&trial);
-        const enum Status status = begun == KERNEL_OK ? kernel_advance(&trial, period, 0, &taken) : begun;
+        const enum Status status = begun == KERNEL_OK ? pass_cycle(&trial) : begun;
         if (status != KERNEL_OK)
             return status;
         found = 1;
@@ -39,7 +54,7 @@ static enum Status find_deflection(struct Contact *contact)
             miss[i] = trial.value[BRISTLE_DEFLECTION][i] - z[i];
             done[i] |= fabs(miss[i]) <= 1e-2 * trial.value[RELATIVE_TOLERANCE][i] * reach;
             const double steps = trial.value[STEP_COUNT][i] - contact->value[STEP_COUNT][i]; /* of all cycles so far */
-            const int gives_up = !done[i] & (steps * (n + 2) > most_steps(contact, i) * (n + 1));
+            const int gives_up = !done[i] & (steps * (n + 2) > most_steps_of_cycles(contact) * (n + 1));
             given_up |= gives_up;
             const double slope = n > 0 && z[i] != z_before[i] ? (miss[i] - miss_before[i]) / (z[i] - z_before[i]) : -1;
             z_before[i] = z[i];
@@ -77,14 +92,13 @@ static double scale_of(const struct Contact *contact, int index, int i)
 /* What one cycle makes of the states `from`. */
 static enum Status cycle(const struct Contact *contact, const struct Wiring *w, int count, const lanes *from, lanes *to, struct Contact *trial)
 {
-    double taken;
     *trial = *contact;
     EACH_LANE trial->past_count[i] = trial->past_first[i] = 0;
     for (int n = 0; n < count; ++n)
         EACH_LANE trial->value[unknown_index(w, n)][i] = from[n][i];
     enum Status status = kernel_event(trial);
     if (status == KERNEL_OK)
-        status = kernel_advance(trial, 1 / contact->value[VIBRATION_FREQUENCY][0], 0, &taken);
+        status = pass_cycle(trial);
     for (int n = 0; n < count; ++n)
         EACH_LANE to[n][i] = trial->value[unknown_index(w, n)][i];
     return status;
@@ -141,7 +155,7 @@ static enum Status find_states(struct Contact *contact, const struct Wiring *w)
             done[i] |= near;
             const double a_cycle = trial.value[STEP_COUNT][i] - contact->value[STEP_COUNT][i];
             steps[i] += (1 + used) * a_cycle; /* with the slopes of all states */
-            const int gives_up = !done[i] & (steps[i] > most_steps(contact, i));
+            const int gives_up = !done[i] & (steps[i] > most_steps_of_cycles(contact));
             for (int n = 0; n < used && gives_up; ++n)
                 from[n][i] = to[n][i];
             given_up |= gives_up;
@@ -220,5 +234,9 @@ enum Status find_periodic(struct Contact *contact)
 {
     const struct Wiring w = wire(contact);
     const enum Status status = w.drivers ? find_states(contact, &w) : find_deflection(contact);
+    if (status == KERNEL_TOO_MANY_STEPS) {
+        contact->warnings |= WARN_NOT_PERIODIC;
+        return KERNEL_OK; /* from rest */
+    }
     return status == KERNEL_OK && w.looks_back ? fill_history(contact, &w) : status;
 }

@@ -253,6 +253,7 @@ enum Status measure_means(struct Contact *contact, double step, const lanes *for
 /* periodic.c: sets the states from which one vibration cycle comes back to itself; and A x = b of `count` unknowns, in place, by elimination
  * with pivots: a column without a pivot leaves its unknown at 0. */
 enum Status find_periodic(struct Contact *contact);
+double most_steps_of_cycles(const struct Contact *contact);
 enum { UNKNOWNS = 1 + EFFECT_STATES };
 void solve(int count, double A[UNKNOWNS][UNKNOWNS], double x[UNKNOWNS]);
 
