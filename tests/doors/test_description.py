@@ -245,7 +245,8 @@ def test_what_is_not_listed_does_not_react(description: ModelDescription) -> Non
 
 @pytest.mark.slow
 def test_what_is_listed_reacts_somewhere(fmi2_fmu: Path) -> None:
-    """All but one in a hundred: what takes one choice, one effect and one motion together is seldom drawn."""
+    """All but one in forty: what takes one choice, one effect and one motion together, or a moment within 1e-9 of a period before an event, to
+    which the swing of a holder leads, is seldom drawn."""
     description = read_model_description(str(fmi2_fmu))
     states = kernel.states()
     claimed = {pair for pair in listed([*description.outputs, *description.derivatives]) if pair[0] not in states}
@@ -256,7 +257,7 @@ def test_what_is_listed_reacts_somewhere(fmi2_fmu: Path) -> None:
         missing -= reactions(200, 50_000 + 200 * round_, tuple(v for v in knowns if v.name in wanted), names)
         if not missing:
             break
-    assert len(missing) <= len(claimed) // 100, missing
+    assert len(missing) <= len(claimed) // 40, missing
     assert len(claimed) > 150
 
 
