@@ -65,14 +65,43 @@ void notes_both_sides(struct Course *c)
     }
 }
 
-/* At the present time: sides anew, and a note of what has jumped where the time of it hangs on a state. */
+/* An event at the end of a communication step or at a sample: it is shown before or after, and a host's rounding of the inputs decides. */
+static int ends_a_step(const struct Course *c)
+{
+    const struct Motion *m = c->motion;
+    const double from = m->times[c->segment], to = m->times[c->segment + 1];
+    return to - c->t <= 1e-9 * (to - from) + 1e-12 * fabs(to);
+}
+
+/* What is shown before an event; where rounding decides on it, with inputs that have not quite come to 0. */
+static void show_before(struct Course *c, int rounded)
+{
+    const struct Motion *m = c->motion;
+    double given[INPUT_END - INPUT_FIRST];
+    for (int j = 0; j < m->inputs && rounded; ++j) {
+        double *const value = c->contact->value[m->input_index[j]];
+        given[j] = *value;
+        if (m->end[c->segment * m->inputs + j] == 0)
+            *value = 1e-15 * m->begin[c->segment * m->inputs + j];
+    }
+    if (rounded)
+        kernel_evaluate(c->contact);
+    show(c, sides(c, 0));
+    for (int j = 0; j < m->inputs && rounded; ++j)
+        c->contact->value[m->input_index[j]][0] = given[j];
+    if (rounded)
+        kernel_evaluate(c->contact);
+}
+
+/* At the present time: sides anew, and a note of what has jumped where the time of it hangs on a state or on rounding. */
 int notes_event(struct Course *c, int hangs_on_state)
 {
-    const int noted = hangs_on_state && c->found->jump_count < c->found->jump_room;
+    const int rounded = !hangs_on_state && ends_a_step(c);
+    const int noted = (hangs_on_state || rounded) && c->found->jump_count < c->found->jump_room;
     if (!course_look(c))
         return 0;
     if (noted)
-        show(c, sides(c, 0));
+        show_before(c, rounded);
     if (kernel_event(c->contact) != KERNEL_OK)
         return 0;
     course_take_states(c);
@@ -83,7 +112,9 @@ int notes_event(struct Course *c, int hangs_on_state)
     show(c, sides(c, 1));
     for (int j = 0; j < c->motion->outputs; ++j)
         if (fabs(sides(c, 1)[j] - sides(c, 0)[j]) > 1e-9 * (fabs(sides(c, 1)[j]) + fabs(sides(c, 0)[j]))) {
-            note_jump(c, patience(c));
+            note_jump(c, rounded ? 1e-12 * c->motion->times[c->motion->segments] : patience(c));
+            if (rounded)
+                c->found->jumps[c->found->jump_count - 1].time = c->motion->times[c->segment + 1];
             break;
         }
     return 1;
