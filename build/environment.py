@@ -88,7 +88,7 @@ def set_up(root: Path) -> Path:
         stamp.unlink(missing_ok=True)
         install(python, root, f"{root}[{EXTRAS}]")
         stamp.write_text(state, encoding="ascii")
-    if step("compile the kernel where its sources changed", [str(python), "-m", "evat.compile"]):
+    if step("compile the kernel where its sources changed", [str(python), "-m", "evat.native.compile"]):
         raise SetupError("The kernel does not compile; the compiler's message stands above.")
     return scripts
 

@@ -13,10 +13,10 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
 def load_compile(root: Path) -> ModuleType:
-    """fmu_src/evat/compile.py without the package around it, whose dependencies are not installed while it is built."""
-    spec = importlib.util.spec_from_file_location("evat_compile", root / "fmu_src" / "evat" / "compile.py")
+    """fmu_src/evat/native/compile.py without the package around it, whose dependencies are not installed while it is built."""
+    spec = importlib.util.spec_from_file_location("evat_compile", root / "fmu_src" / "evat" / "native" / "compile.py")
     if spec is None or spec.loader is None:
-        raise FileNotFoundError(f"fmu_src/evat/compile.py is missing in {root}")
+        raise FileNotFoundError(f"fmu_src/evat/native/compile.py is missing in {root}")
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses look their module up by name
     spec.loader.exec_module(module)

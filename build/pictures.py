@@ -9,12 +9,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from evat import parameter_sets, recovery
-from evat.coupling_study import study
+from evat import parameter_sets
 from evat.identify.figures import save_profiles
-from evat.plot_recovery import plot_recovery
-from evat.plot_two_scales import plot_coupling, plot_two_scales
-from evat.two_scales import TwoScales, changing_speed, compare
+from evat.plots.recovery import plot_recovery
+from evat.plots.two_scales import plot_coupling, plot_two_scales
+from evat.studies import recovery
+from evat.studies.coupling import study
+from evat.studies.two_scales import TwoScales, changing_speed, compare
 
 FOLDER = Path(__file__).resolve().parent / "pictures"
 MATERIAL, MOTION = "regularised/al-7075-t6", "ramp"  # the paper's own tests

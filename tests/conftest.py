@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pytest
 from evat import fmu
-from evat.compile import HERE, host_target, is_whole, kernel_library_path, seal, source_root
-from evat.python_fmu import MODEL_NAME, build_python_fmu
+from evat.fmu.python_fmu import MODEL_NAME, build_python_fmu
+from evat.native.compile import PACKAGE, host_target, is_whole, kernel_library_path, seal, source_root
 from evat.systems.write import write_all
 
 GIVEN = os.environ.get("EVAT_TEST_FMUS")
@@ -27,7 +27,7 @@ MADE_FROM = (".c", ".h", ".toml", ".py", ".j2")
 def _fingerprint() -> str:
     """Changes with anything that an FMU is made from; the compiled kernel is asked for the tables, so it counts too."""
     digest = hashlib.sha256(kernel_library_path().read_bytes())
-    folders = {HERE, *(source_root() / name for name in ("kernel", "machines", "fmi", "fmus"))}
+    folders = {PACKAGE, *(source_root() / name for name in ("kernel", "machines", "fmi", "fmus"))}
     for path in sorted(path for folder in folders for path in folder.rglob("*") if path.suffix in MADE_FROM):
         digest.update(f"{path.name}\0".encode() + path.read_bytes() + b"\0")
     for package in ("evat", "fmpy", "pythonfmu", "ziglang"):

@@ -7,7 +7,7 @@ from itertools import pairwise
 from math import pi
 
 import numpy as np
-from evat.kernel import Contact
+from evat.native.kernel import Contact
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 

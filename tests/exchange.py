@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from driving import PERIOD, read
-from evat import kernel
-from evat.kernel import Contact
+from evat.native import kernel
+from evat.native.kernel import Contact
 from scipy.integrate import solve_ivp
 
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from evat import kernel
-from evat.batch import Batch, Cancelled, run_many
-from evat.compile import MANY_LANES, kernel_library_path
-from evat.kernel import Contact
 from evat.model import FloatArray, ParameterError, Run
-from evat.processor import instructions
-from evat.sensitivity import sensitivities
+from evat.native import kernel
+from evat.native.batch import Batch, Cancelled, run_many
+from evat.native.compile import MANY_LANES, kernel_library_path
+from evat.native.kernel import Contact
+from evat.native.processor import instructions
+from evat.studies.sensitivity import sensitivities
 from scipy.integrate import solve_ivp
 
 TIMES: FloatArray = np.arange(300, dtype=np.float64) * 2e-3

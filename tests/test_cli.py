@@ -10,11 +10,11 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 from evat import parameter_sets
-from evat.table import read_table
+from evat.files.table import read_table
 
 
 def evat(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from evat.cli import main; main()", *arguments]
+    command = [sys.executable, "-c", "from evat.commands.main import main; main()", *arguments]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
 
 

@@ -9,12 +9,12 @@ import sys
 from pathlib import Path
 
 import pytest
-from evat import kernel
+from evat.native import kernel
 from matplotlib.image import imread
 
 
 def evat(*arguments: str, folder: Path, columns: int = 100) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from evat.cli import main; main()", "effects", *arguments]
+    command = [sys.executable, "-c", "from evat.commands.main import main; main()", "effects", *arguments]
     environment = {**os.environ, "COLUMNS": str(columns), "PYTHONIOENCODING": "utf-8"}
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, encoding="utf-8", timeout=300, check=False)
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 from evat import console
-from evat.cli import main
+from evat.commands.main import main
 from evat.console import Terminal, printable
 from rich.progress import Progress, TextColumn
 from rich.table import Table
@@ -30,7 +30,7 @@ def evat(*arguments: str, folder: Path, colour: bool = False) -> str:
     """All that the command prints; with colour as a terminal gets it, from a process of its own, since consoles ask for that once."""
     environment = {**({"FORCE_COLOR": "1"} if colour else {}), "COLUMNS": "200", "PYTHONIOENCODING": "utf-8"}
     if colour:
-        line = [sys.executable, "-c", "from evat.cli import main; main()", *arguments]
+        line = [sys.executable, "-c", "from evat.commands.main import main; main()", *arguments]
         done = subprocess.run(line, cwd=folder, stdout=-1, stderr=-2, env={**os.environ, **environment}, timeout=120, check=False)
         said = done.stdout.decode()
         assert "Traceback" not in said, said

@@ -14,11 +14,13 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 import pytest
-from evat import experiment_writer, parameter_sets, stream
-from evat.contact_model import ContactModel
+from evat import parameter_sets
 from evat.experiment import Experiment, ExperimentError, Means, Nominal, Signal, Trial
-from evat.experiment_files import read_experiment, scan_experiment, write_experiment
-from evat.writing import OutputError
+from evat.experiment import write as experiment_writer
+from evat.experiment.read import read_experiment, scan_experiment, write_experiment
+from evat.files import stream
+from evat.files.writing import OutputError
+from evat.models.contact import ContactModel
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 

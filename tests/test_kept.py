@@ -11,13 +11,14 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from evat import compile as compile_c
-from evat import fmu, kernel
-from evat.compile import is_whole, kernel_library_path, seal, seal_of, source_root
-from evat.gap_report import fmu_run
-from evat.writing import OutputError
+from evat import fmu
+from evat.files.writing import OutputError
+from evat.gap.report import fmu_run
+from evat.native import compile as compile_c
+from evat.native import kernel
+from evat.native.compile import is_whole, kernel_library_path, seal, seal_of, source_root
 
-PACKAGE = compile_c.HERE
+PACKAGE = compile_c.PACKAGE
 ASK = "from evat import kernel; kernel.Contact().start(); print(kernel.token())"
 
 
@@ -66,7 +67,7 @@ def test_a_damaged_library_that_cannot_be_compiled_says_what_to_do(copied: Path,
     library.unlink()
     library.write_bytes(kept[0][:1000])
     no_compiler = "import importlib.util as u; f = u.find_spec; u.find_spec = lambda name, *a: None if name == 'ziglang' else f(name, *a)\n"
-    done = asked(copied, f"{no_compiler}import sys; sys.argv = ['evat', 'info']\nfrom evat.cli import main; main()")
+    done = asked(copied, f"{no_compiler}import sys; sys.argv = ['evat', 'info']\nfrom evat.commands.main import main; main()")
     library.write_bytes(kept[0])
     seal_of(library).write_bytes(kept[1])
     assert done.returncode != 0
@@ -131,7 +132,7 @@ def test_a_place_for_caches_that_is_none_is_no_end_of_a_diagnosis(
     cache: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The report then says why the FMU was not run."""
-    from evat.cli_diagnose import _fmu
+    from evat.commands.diagnose import _fmu
 
     monkeypatch.undo()
     (tmp_path / "file").write_text("no folder", encoding="utf-8")

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from evat import writing
-from evat.experiment_writer import write_experiment
+from evat.experiment.write import write_experiment
+from evat.files import writing
 from known_rigs import GUESS, TO_AND_FRO, experiment, trial
 
 WRITES = """
@@ -107,5 +107,5 @@ def test_an_identification_that_was_killed_in_its_report(tmp_path: Path) -> None
     with stopped_half_way(IDENTIFIES, *asked) as process:
         process.kill()
     assert any(name.startswith(".") for name in names(out))
-    subprocess.run([sys.executable, "-c", "from evat.cli import main; main()", *asked], check=True)
+    subprocess.run([sys.executable, "-c", "from evat.commands.main import main; main()", *asked], check=True)
     assert names(out) == {"search.journal", "identified.ssv", "identification.json", "report.html"}

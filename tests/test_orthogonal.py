@@ -10,14 +10,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat import kernel, parameter_sets
-from evat.contact_model import ContactModel
+from evat import parameter_sets
 from evat.experiment import Experiment
-from evat.experiment_files import read_experiment, write_experiment
+from evat.experiment.read import read_experiment, write_experiment
 from evat.model import EvatError, ParameterError
+from evat.models.contact import ContactModel
 from evat.motions import ACCELERATION, KINDS, PLATEAU
-from evat.orthogonal import HEATED, orthogonal, uncertain
+from evat.native import kernel
 from evat.simulate import simulate
+from evat.studies.orthogonal import HEATED, orthogonal, uncertain
 
 FAMILIES = ("lugre-1995", "regularised/copper", "regularised/al-6061", "regularised/al-7075-t6", "regularised/inconel-718")
 
@@ -233,7 +234,7 @@ def test_tests_that_make_no_sense_are_refused(options: dict[str, object], what: 
 
 
 def evat(*arguments: str, at: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from evat.cli import main; main()", "experiment", *arguments]
+    command = [sys.executable, "-c", "from evat.commands.main import main; main()", "experiment", *arguments]
     environment = {**os.environ, "COLUMNS": "120", "PYTHONIOENCODING": "utf-8"}
     return subprocess.run(command, cwd=at, env=environment, capture_output=True, text=True, encoding="utf-8", timeout=300, check=False)
 

@@ -8,10 +8,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from evat import kernel, paper_tables, parameter_sets
+from evat import parameter_sets
+from evat.files.writing import OutputError
 from evat.model import ParameterError
+from evat.native import kernel
 from evat.parameter_sets import ParameterSet, load, names, save_ssv, softening_limit
-from evat.writing import OutputError
+from evat.studies import paper_tables
 from lxml import etree
 
 M_PER_MIN = 1 / 60

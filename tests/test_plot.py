@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat import plot
 from evat.model import Trace
+from evat.plots import cycles as plot
 from matplotlib.figure import Figure
 
 

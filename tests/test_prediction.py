@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat.contact_model import ContactModel
 from evat.experiment import Experiment, ExperimentError, Means, Nominal, Trial
+from evat.inference.prediction import TOLERANCE, Prediction
 from evat.model import Run
-from evat.prediction import TOLERANCE, Prediction
+from evat.models.contact import ContactModel
 
 TIMES = np.arange(400) * 1e-3
 VALUES: dict[str, float | str] = {"kinematics": "external", "friction_law": "lugre", "F_C": 9.0, "F_S": 11.0, "sigma0": 1e5, "sigma2": 4.0}

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from evat.read_toml import MOST_LEVELS, TomlError, read_toml
+from evat.files.read_toml import MOST_LEVELS, TomlError, read_toml
 
 DEEP = 50_000
 KEY = ".".join(["a"] * DEEP)
@@ -23,7 +23,7 @@ def written(folder: Path, text: str, name: str = "deep.toml") -> Path:
 def test_a_key_50_000_levels_deep_is_refused_at_once(tmp_path: Path, command: tuple[str, ...]) -> None:
     """In a process of its own: on one core the library alone would take hours."""
     written(tmp_path, f"title = 'x'\n{KEY} = 1\n", "experiment.toml")
-    line = [sys.executable, "-c", "from evat.cli import main; main()", *command]
+    line = [sys.executable, "-c", "from evat.commands.main import main; main()", *command]
     done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 2
     assert f"experiment.toml, line 2: a key or its value has more than {MOST_LEVELS} levels; it is not read." in done.stderr

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat.kernel import Contact
-from evat.record import Columns, read_record
+from evat.native.kernel import Contact
+from evat.studies.record import Columns, read_record
 from scipy.io import loadmat
 from scipy.optimize import least_squares
 from scipy.signal import butter, decimate, filtfilt

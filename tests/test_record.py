@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat import kernel, parameter_sets
+from evat import parameter_sets
+from evat.files.table import RecordError
 from evat.model import ParameterError
-from evat.record import Columns, follow_record, read_record, velocity_from_position
-from evat.table import RecordError
+from evat.native import kernel
+from evat.studies.record import Columns, follow_record, read_record, velocity_from_position
 from scipy.optimize import least_squares
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "tribometer_5N_hysteresis" / "test_data_2.txt"

@@ -9,14 +9,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat import kernel, parameter_sets
-from evat.contact_model import ContactModel
+from evat import parameter_sets
 from evat.experiment import Experiment
 from evat.identify import identify
 from evat.model import FloatArray, ParameterError
+from evat.models.contact import ContactModel
 from evat.motions import KINDS
-from evat.orthogonal import orthogonal, uncertain
-from evat.recovery import IDENTIFIED, TOGETHER, WEAK, fitted, recovery, slopes, spread, study_sets, truth_of_set, word
+from evat.native import kernel
+from evat.studies.orthogonal import orthogonal, uncertain
+from evat.studies.recovery import IDENTIFIED, TOGETHER, WEAK, fitted, recovery, slopes, spread, study_sets, truth_of_set, word
 
 NOISE, REPEATS = 0.01, 2
 
@@ -136,7 +137,7 @@ def test_a_real_search_beside_the_forecast() -> None:
 
 
 def test_the_command(tmp_path: Path) -> None:
-    from evat.cli import app
+    from evat.commands.main import app
     from typer.testing import CliRunner
 
     arguments = ["experiment", "recovery", "lugre-1995", "--motion", "presliding", "--rate", "200 Hz", "--noise", "2 %"]

@@ -12,7 +12,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from evat.compile import (
+from evat.native.compile import (
     TARGETS,
     CompileError,
     Target,

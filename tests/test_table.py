@@ -11,9 +11,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 import pytest
+from evat.files.table import RecordError, read_table, write_trace
+from evat.files.writing import OutputError
 from evat.model import Trace
-from evat.table import RecordError, read_table, write_trace
-from evat.writing import OutputError
 
 AWKWARD = np.array([0.1, -0.0, 1 / 3, 5e-324, 1.7976931348623157e308, 2.0**53 + 2])  # nothing but all 17 digits brings them back
 

@@ -6,8 +6,8 @@ import math
 from contextlib import suppress
 
 import pytest
-from evat import kernel
 from evat.model import ParameterError
+from evat.native import kernel
 from evat.units import affine, base_unit, display, to_si
 from hypothesis import given
 from hypothesis import strategies as st

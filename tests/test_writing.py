@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from evat import writing
-from evat.writing import OutputError
+from evat.files import writing
+from evat.files.writing import OutputError
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows limits no file's size")
 FULL = pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
@@ -23,7 +23,7 @@ def evat(*arguments: str, folder: Path, most: int | None = None, **named: object
 
         resource.setrlimit(resource.RLIMIT_FSIZE, (most or 0, most or 0))
 
-    command = [sys.executable, "-c", "from evat.cli import main; main()", *arguments]
+    command = [sys.executable, "-c", "from evat.commands.main import main; main()", *arguments]
     return subprocess.run(
         command, cwd=folder, stderr=subprocess.PIPE, text=True, timeout=120, preexec_fn=limit if most else None,
         **{"stdout": subprocess.PIPE, **named},
@@ -106,7 +106,7 @@ def test_a_disk_that_fills_while_a_search_goes_on(rig: Path, tmp_path: Path) -> 
     ],
 )
 def test_a_place_that_is_none_is_told_before_any_work(rig: Path, tmp_path: Path, arguments: tuple[str, ...]) -> None:
-    from evat.cli import app
+    from evat.commands.main import app
     from typer.testing import CliRunner
 
     (tmp_path / "file").write_text("a file, no folder", encoding="utf-8")

@@ -10,11 +10,12 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from . import kernel, ssv
-from .model import ParameterError
-from .paper_tables import materials, table_1, table_1_source
-from .read_toml import TomlError, read_toml
-from .units import SPEED_UNITS, display, to_si
+from evat.files import ssv
+from evat.files.read_toml import TomlError, read_toml
+from evat.model import ParameterError
+from evat.native import kernel
+from evat.studies.paper_tables import materials, table_1, table_1_source
+from evat.units import SPEED_UNITS, display, to_si
 
 FOLDER = Path(__file__).resolve().parent / "parameters"
 KEYS = ("title", "source", "base", "effects", "notes", "speed_range", "values")

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from evat import kernel
-from evat.contact_model import ContactModel
 from evat.model import FloatArray, ParameterError, Run, Trace
+from evat.models.contact import ContactModel
+from evat.native import kernel
 
 SHOWN = (
     "principal_force",

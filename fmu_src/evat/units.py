@@ -15,7 +15,7 @@ from typing import Any
 
 import pint
 
-from .model import ParameterError, Variable
+from evat.model import ParameterError, Variable
 
 # pint's name of each base unit, and what FMI and SSP call it.
 BASE_UNITS = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd", "radian": "rad"}

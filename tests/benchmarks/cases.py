@@ -10,9 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from evat import kernel, parameter_sets
-from evat.kernel import Contact
+from evat import parameter_sets
 from evat.model import FloatArray
+from evat.native import kernel
+from evat.native.kernel import Contact
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from evat.compile import compile_library, host_target
+from evat.native.compile import compile_library, host_target
 from opened import OpenFmu, opened
 from report import Row, Summary, as_text
 

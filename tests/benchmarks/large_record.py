@@ -14,10 +14,10 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
-from evat.contact_model import ContactModel
-from evat.experiment_files import read_experiment, scan_experiment
+from evat.experiment.read import read_experiment, scan_experiment
 from evat.gap import diagnose
 from evat.gap.portion import MOST_SAMPLES
+from evat.models.contact import ContactModel
 
 ROWS = 1 << 18  # written at a time
 DOCUMENT = """format = 1

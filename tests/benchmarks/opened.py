@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
-from evat import kernel
-from evat.fmu.simple_types import FIRST_ITEM
+from evat.fmu.description.simple_types import FIRST_ITEM
+from evat.native import kernel
 
 
 @dataclass(frozen=True)

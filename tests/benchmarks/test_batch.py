@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from evat import kernel
-from evat.batch import run_many
-from evat.compile import MANY_LANES
-from evat.kernel import Contact
 from evat.model import FloatArray, Run
+from evat.native import kernel
+from evat.native.batch import run_many
+from evat.native.compile import MANY_LANES
+from evat.native.kernel import Contact
 from report import Summary
 from timing import least
 

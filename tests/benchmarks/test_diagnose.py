@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from evat.contact_model import ContactModel
 from evat.experiment import Experiment, Nominal, Trial
 from evat.gap import diagnose
+from evat.inference.prediction import Prediction
 from evat.model import Run
-from evat.prediction import Prediction
+from evat.models.contact import ContactModel
 from report import Summary
 
 MODEL = ContactModel(threads=1)

@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from evat.contact_model import ContactModel
 from evat.experiment import Experiment, Nominal, Trial
 from evat.identify.objective import Objective
 from evat.identify.polish import polish
 from evat.identify.search import Search, search
 from evat.identify.space import space
+from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Run
-from evat.prediction import Prediction
+from evat.models.contact import ContactModel
 from report import Summary
 from scipy.integrate import solve_ivp
 from scipy.optimize import differential_evolution

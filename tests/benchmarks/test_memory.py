@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 from doors.raw_fmi import Door, Instance
-from evat import kernel
-from evat.kernel import Contact
+from evat.native import kernel
+from evat.native.kernel import Contact
 from fmpy import calloc, free
 from opened import OpenFmu
 from report import Summary

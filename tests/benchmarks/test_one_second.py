@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from cases import FREQUENCY, PERIOD, ellipse
 from evat import parameter_sets
-from evat.kernel import Contact
+from evat.native.kernel import Contact
 from opened import OpenFmu
 from report import Summary
 from timing import least

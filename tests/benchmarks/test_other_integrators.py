@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import pytest
 from cases import CYCLES, PERIOD, Case, ellipse, sinusoid
-from evat.kernel import Contact
 from evat.model import FloatArray
+from evat.native.kernel import Contact
 from report import Summary
 from solvers import CompiledCVode, Solve, loosest, lsoda, odeint_lsoda, radau
 from timing import least

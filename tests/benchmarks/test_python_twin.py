@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 from cases import PERIOD, ellipse
-from evat import kernel, reference
-from evat.kernel import Contact
+from evat.models import reference
+from evat.native import kernel
+from evat.native.kernel import Contact
 from opened import OpenFmu
 from report import Summary
 from timing import least

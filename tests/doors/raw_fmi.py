@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from evat.compile import fmi_headers, host_target
+from evat.native.compile import fmi_headers, host_target
 from fmpy import read_model_description
 
 OK, WARNING, DISCARD, ERROR = 0, 1, 2, 3

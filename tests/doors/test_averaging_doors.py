@@ -10,10 +10,10 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
-from evat import kernel
-from evat.batch import run_many
-from evat.kernel import Contact
 from evat.model import Run
+from evat.native import kernel
+from evat.native.batch import run_many
+from evat.native.kernel import Contact
 from fmpy.fmi2 import FMU2Slave
 from raw_fmi import ERROR, OK, Door, Instance
 

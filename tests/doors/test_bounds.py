@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from evat import kernel, machine
 from evat.model import SimulationError, Variable
+from evat.native import kernel, machine
 from raw_fmi import ERROR, OK, Door, Instance
 
 ffi, library = kernel.library()

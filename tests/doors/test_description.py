@@ -16,13 +16,14 @@ from pathlib import Path, PurePosixPath
 import fmpy
 import numpy as np
 import pytest
-from evat import fmu, kernel
-from evat.compile import compile_library, fmi_headers, host_target
+from evat import fmu
+from evat.files.writing import OutputError
 from evat.fmu import archive
-from evat.fmu.shown import load
-from evat.kernel import Contact
+from evat.fmu.fmu_facts import load
 from evat.model import EvatError, SimulationError, Variable
-from evat.writing import OutputError
+from evat.native import kernel
+from evat.native.compile import compile_library, fmi_headers, host_target
+from evat.native.kernel import Contact
 from fmpy import extract, read_model_description, simulate_fmu
 from fmpy.model_description import ModelDescription, read_build_description
 from fmpy.validation import validate_fmu

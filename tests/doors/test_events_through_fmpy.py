@@ -9,7 +9,7 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
-from evat.kernel import Contact
+from evat.native.kernel import Contact
 from fmpy.simulation import instantiate_fmu
 from scipy.optimize import brentq
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat import kernel
 from evat.model import SimulationError
+from evat.native import kernel
 from raw_fmi import DISCARD, ERROR, OK, REAL, Door, Instance
 
 Make = Callable[..., Instance]

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from evat import kernel
+from evat.native import kernel
 from raw_fmi import ERROR, OK, Door, Instance
 
 SIZE = 1.7e-6  # no divisor of the 50 us vibration: the steps end anywhere in the cycle [s]

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat import kernel
-from evat.compile import TARGETS, compile_library, kernel_sources, source_root
 from evat.model import Effect, Law
+from evat.native import kernel
+from evat.native.compile import TARGETS, compile_library, kernel_sources, source_root
 
 LAWS = kernel.variable("friction_law").choices
 VARIABLES = kernel.variables()

@@ -10,9 +10,9 @@ from typing import Any
 import cffi
 import numpy as np
 import pytest
-from evat import kernel
-from evat.compile import compile_library, host_target, kernel_sources, source_root
-from evat.kernel import Contact
+from evat.native import kernel
+from evat.native.compile import compile_library, host_target, kernel_sources, source_root
+from evat.native.kernel import Contact
 
 Values = Mapping[str, float | str]
 
@@ -22,7 +22,7 @@ VARIABLES = kernel.variables()
 
 @dataclass(frozen=True)
 class Library:
-    """The compiled kernel as it is, without evat.kernel around it."""
+    """The compiled kernel as it is, without evat.native.kernel around it."""
 
     ffi: Any
     c: Any

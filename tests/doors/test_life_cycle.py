@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from evat import kernel
+from evat.native import kernel
 from raw_fmi import DISCARD, ERROR, OK, WARNING, Door, Instance
 
 PERIOD = 5e-5  # of the 20 kHz vibration that the contact starts with [s]

@@ -16,7 +16,7 @@ import lugre_1995 as published
 import numpy as np
 import pytest
 from evat import parameter_sets
-from evat.kernel import by_choice
+from evat.native.kernel import by_choice
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from lugre_1995 import Motion, Plant

@@ -15,11 +15,12 @@ from typing import Any
 
 import fmpy
 import pytest
-from evat import kernel
-from evat.fmu.shown import FmuError
-from evat.fmu.simple_types import FIRST_ITEM
-from evat.python_fmu import HERE, build_python_fmu
-from evat.reference import Contact
+from evat.fmu.description.simple_types import FIRST_ITEM
+from evat.fmu.fmu_facts import FmuError
+from evat.fmu.python_fmu import build_python_fmu
+from evat.models import reference as reference_model
+from evat.models.reference import Contact
+from evat.native import kernel
 from fmpy import fmi2
 from fmpy.validation import validate_fmu
 from lxml import etree
@@ -162,7 +163,7 @@ def test_same_input_gives_the_same_bytes_and_another_law_another_guid(fmu: Path,
     again = build_python_fmu(tmp_path / "again.fmu")
     assert again.read_bytes() == fmu.read_bytes()
     changed = tmp_path / "reference.py"
-    changed.write_text((HERE / "reference.py").read_text() + "\n# my law\n")
+    changed.write_text(Path(reference_model.__file__).read_text() + "\n# my law\n")
     other = fmpy.read_model_description(str(build_python_fmu(tmp_path / "other.fmu", changed)), validate=False)
     assert other.guid != description.get("guid")
 
@@ -252,7 +253,7 @@ def test_tolerance_of_the_experiment_is_taken_unless_one_was_set(one: Instance, 
 def test_two_fmus_with_different_laws_live_in_one_process(fmu: Path, tmp_path: Path) -> None:
     """pythonfmu imports the script once per process; the laws of the second FMU are its own all the same."""
     changed = tmp_path / "reference.py"
-    text = (HERE / "reference.py").read_text()
+    text = Path(reference_model.__file__).read_text()
     assert text.count('return x.direction * float(x.p["F_C"]) if x.v != 0 else 0.0') == 1
     changed.write_text(text.replace('return x.direction * float(x.p["F_C"])', 'return 2 * x.direction * float(x.p["F_C"])', 1))
     doubled = build_python_fmu(tmp_path / "doubled.fmu", changed)

@@ -16,8 +16,9 @@ from typing import Any
 import lugre_1995 as published
 import numpy as np
 import pytest
-from evat import kernel, reference
-from evat.reference import LAWS, Contact, ContactError
+from evat.models import reference
+from evat.models.reference import LAWS, Contact, ContactError
+from evat.native import kernel
 from scipy.optimize import brentq
 
 FREQUENCY, AMPLITUDE = 20e3, 5e-6  # Hz, m: the kernel's starts

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat import kernel
+from evat.native import kernel
 from raw_fmi import OK, WARNING, Door, Instance
 from two_doors import Values, differing, in_fmi, of_fmu, of_kernel
 

@@ -14,7 +14,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from evat.compile import (
+from evat.native.compile import (
     CompileError,
     compile_library,
     fmi_headers,
@@ -36,7 +36,7 @@ import sys
 from pathlib import Path
 import evat.kernel
 import pytest
-evat.kernel.kernel_library_path = lambda lanes=1, instructions=(): Path(sys.argv[1])
+evat.native.kernel.kernel_library_path = lambda lanes=1, instructions=(): Path(sys.argv[1])
 sys.exit(pytest.main(sys.argv[2:]))
 """
 ONE_CALL = """

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat import kernel
+from evat.native import kernel
 from raw_fmi import ERROR, OK, Door, Instance
 
 STATES = len(kernel.states())

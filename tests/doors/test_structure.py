@@ -8,11 +8,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from evat import fmu, kernel
-from evat.compile import host_target
-from evat.fmu import draw, kept, probe, structure
-from evat.fmu.structure import Structure
+from evat import fmu
+from evat.fmu.structure import model_structure as structure
+from evat.fmu.structure import probe
+from evat.fmu.structure import random_values as draw
+from evat.fmu.structure import structure_cache as kept
+from evat.fmu.structure.model_structure import Structure
 from evat.model import Effect
+from evat.native import kernel
+from evat.native.compile import host_target
 
 
 @pytest.fixture(scope="module")

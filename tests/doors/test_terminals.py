@@ -8,7 +8,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from evat.terminals import Terminal, TerminalError, connect, terminals
+from evat.systems.terminals import Terminal, TerminalError, connect, terminals
 from lxml import etree
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"

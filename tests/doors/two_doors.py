@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from evat import kernel
-from evat.fmu.simple_types import FIRST_ITEM
+from evat.fmu.description.simple_types import FIRST_ITEM
+from evat.native import kernel
 from raw_fmi import BOOLEAN, INTEGER, OK, REAL, Instance
 
 Values = Mapping[str, float | str]

@@ -7,7 +7,7 @@ from math import pi
 
 import numpy as np
 from driving import AMPLITUDE, OMEGA, Values
-from evat.kernel import Contact
+from evat.native.kernel import Contact
 
 FASTEST = OMEGA * AMPLITUDE  # m/s
 OUTSIDE: Values = {"kinematics": "external", "relative_tolerance": 1e-8}

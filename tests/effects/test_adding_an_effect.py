@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from evat.compile import HERE, source_root
+from evat.native.compile import PACKAGE, source_root
 
 CATALOGUE = Path(__file__).with_name("test_catalogue.py")
 PAGE = (source_root() / "kernel" / "effects" / "README.md").read_text(encoding="utf-8")
@@ -21,7 +21,7 @@ PAGE = (source_root() / "kernel" / "effects" / "README.md").read_text(encoding="
 
 def copied(folder: Path, code: str) -> dict[str, str]:
     """A copy of package and kernel with the page's effect in it, compiled; the environment in which Python finds it first."""
-    shutil.copytree(HERE, folder / "evat", ignore=shutil.ignore_patterns("_lib", "_source", "__pycache__"))
+    shutil.copytree(PACKAGE, folder / "evat", ignore=shutil.ignore_patterns("_lib", "_source", "__pycache__"))
     shutil.copytree(source_root() / "kernel", folder / "kernel")
     (folder / PLACE).write_text(code, encoding="utf-8")
     registry = folder / "kernel" / "registry.h"
@@ -31,7 +31,7 @@ def copied(folder: Path, code: str) -> dict[str, str]:
     assert text.count(before) == 1, f"registry.h has no place for the page's line:\n{before}"
     registry.write_text(text.replace(before, after), encoding="utf-8")
     there = {**os.environ, "PYTHONPATH": str(folder)}
-    done = python(there, "-m", "evat.compile")
+    done = python(there, "-m", "evat.native.compile")
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith(str(folder))
     return there
@@ -59,7 +59,7 @@ def test_the_pages_effect_passes_the_conformance_test(added: dict[str, str]) -> 
 
 
 def test_the_command_line_knows_it_by_asking(added: dict[str, str], tmp_path: Path) -> None:
-    done = python(added, "-c", "from evat.cli import main; main()", "effects", NAME, folder=tmp_path)
+    done = python(added, "-c", "from evat.commands.main import main; main()", "effects", NAME, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "share |v|/(|v| + v_w)" in " ".join(done.stdout.split())
     assert (tmp_path / f"{NAME}.png").stat().st_size > 10_000

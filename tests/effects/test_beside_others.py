@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from asking import OUTSIDE, VISCOUS, begun, course, follow
 from driving import PERIOD, Values, read
-from evat import kernel
+from evat.native import kernel
 
 FORCES = ("friction_force", "principal_force", "feed_force")
 MEASURED = tuple(f"measured_{name}" for name in FORCES)

@@ -10,10 +10,11 @@ import math
 
 import numpy as np
 import pytest
-from evat import kernel, units
-from evat.compile import source_root
-from evat.kernel import Contact
+from evat import units
 from evat.model import Effect, SimulationError
+from evat.native import kernel
+from evat.native.compile import source_root
+from evat.native.kernel import Contact
 
 PERIOD = 5e-5  # [s], of the vibration at its start value
 EFFECTS = {effect.name: effect for effect in kernel.effects()}

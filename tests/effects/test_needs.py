@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from evat import kernel
-from evat.kernel import Component
 from evat.model import ParameterError
-from evat.needs import TAKEN_WITH, check_needs, missing_inputs
+from evat.models.required_inputs import TAKEN_WITH, check_needs, missing_inputs
+from evat.native import kernel
+from evat.native.kernel import Component
 from evat.simulate import simulate
 
 MODEL = Component()

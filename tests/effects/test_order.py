@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from asking import begun
 from driving import AMPLITUDE, ELLIPSE, OMEGA, PERIOD, Values, read
-from evat import kernel
+from evat.native import kernel
 from exchange import put
 from scipy.integrate import solve_ivp
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from asking import CONSTANT, FASTEST, OUTSIDE, VISCOUS, begun, course, follow, line
 from driving import AMPLITUDE, FREQUENCY, PERIOD, Values, events, read
-from evat.kernel import Contact
+from evat.native.kernel import Contact
 
 HOLDER = ["holder_compliance"]
 MOVED = tuple(f"holder_compliance.{name}" for name in ("displacement_x", "velocity_x", "displacement_y", "velocity_y"))

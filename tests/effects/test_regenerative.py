@@ -6,7 +6,7 @@ from math import atan2, pi, sqrt
 
 import numpy as np
 import pytest
-from evat.kernel import Contact
+from evat.native.kernel import Contact
 
 FEED, TURN = 1e-4, 0.02  # [m], [s]
 

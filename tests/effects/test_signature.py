@@ -9,14 +9,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat import kernel, units
-from evat.compile import HERE
+from evat import units
 from evat.model import Effect, ParameterError
-from evat.plot_signature import plot_signature
+from evat.native import kernel
+from evat.native.compile import PACKAGE
+from evat.plots.signature import plot_signature
 from evat.signature import Panel, Signature, effect_named, signature
 
 EFFECTS = {effect.name: effect for effect in kernel.effects()}
-FILES = ("signature.py", "signature_runs.py", "signature_conditions.py", "plot_signature.py", "cli_effects.py", "needs.py")
+FILES = (
+    "signature/__init__.py",
+    "signature/runs.py",
+    "signature/conditions.py",
+    "plots/signature.py",
+    "commands/effects.py",
+    "models/required_inputs.py",
+)
 
 
 def over(found: Signature, across: str, title: str = "") -> Panel:
@@ -52,7 +60,7 @@ def test_a_neutral_effect_shows_nowhere(effect: Effect) -> None:
 
 
 def test_no_effect_is_named_in_the_code() -> None:
-    text = "".join((HERE / name).read_text(encoding="utf-8") for name in FILES).replace("evat effects run_out -v run_out.amplitude", "")
+    text = "".join((PACKAGE / name).read_text(encoding="utf-8") for name in FILES).replace("evat effects run_out -v run_out.amplitude", "")
     text = text.replace("-o run-out.png", "")
     assert [name for name in EFFECTS if name in text] == []
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from asking import FASTEST, begun
 from driving import PERIOD, Values, read
-from evat import kernel
+from evat.native import kernel
 from exchange import exchange
 
 CUT: Values = {"cutting_speed": 0.3 * FASTEST, "sigma1": 5.0, "release_time": 1e-5}

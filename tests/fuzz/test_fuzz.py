@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pytest
-from evat.compile import (
+from evat.native.compile import (
     CONTACT,
     SANITIZE,
     CompileError,

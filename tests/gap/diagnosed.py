@@ -6,12 +6,12 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from evat.contact_model import ContactModel
 from evat.experiment import Experiment, Nominal, Signal, Trial
 from evat.gap import diagnose_with
 from evat.gap.answer import Diagnosis
 from evat.gap.compare import Comparison
 from evat.model import FloatArray, Run
+from evat.models.contact import ContactModel
 
 MODEL = ContactModel(threads=1)
 NOMINAL: dict[str, float | str] = {

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from evat.cli import app
+from evat.commands.main import app
 from typer.testing import CliRunner
 
 BLIND = Path(__file__).resolve().parent / "blind"

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat import campaign as campaigns
-from evat.campaign import KINDS, REPEATS, campaign, draw_case, numbers
-from evat.cli import app
+from evat.commands.main import app
 from evat.gap.calibrate import Case, fit_constants, probability, with_unknown
-from evat.gap.judge import MISTUNED, NO_GAP, UNKNOWN, Constants, Features, judge, store, stored
+from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Constants, Features, judge, store, stored
 from evat.model import EvatError
+from evat.studies import campaign as campaigns
+from evat.studies.campaign import KINDS, REPEATS, campaign, draw_case, numbers
 from typer.testing import CliRunner
 
 
@@ -175,7 +175,9 @@ def test_an_effect_that_is_taken_out_is_unknown() -> None:
 
 
 def test_constants_are_kept_with_how_they_were_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.modules["evat.gap.judge"], "STORED", tmp_path / "calibration.json")  # the package has a function of that name
+    monkeypatch.setattr(
+        sys.modules["evat.gap.judgement"], "STORED", tmp_path / "calibration.json"
+    )  # the package has a function of that name
     assert stored() == (Constants(), "reasoned")
     store(Constants(temperature=7.0), {"cases": {"single": 60}}, tmp_path / "calibration.json")
     constants, origin = stored()
@@ -187,7 +189,7 @@ def test_constants_are_kept_with_how_they_were_found(tmp_path: Path, monkeypatch
 def test_constants_that_are_damaged_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damage: str) -> None:
     """A disk that was full while they were kept, a bit that fell over: not half of them, and none that nobody has found."""
     path = tmp_path / "calibration.json"
-    monkeypatch.setattr(sys.modules["evat.gap.judge"], "STORED", path)
+    monkeypatch.setattr(sys.modules["evat.gap.judgement"], "STORED", path)
     store(Constants(temperature=7.0), {"cases": {"single": 60}}, path)
     text = path.read_text()
     held = json.loads(text)

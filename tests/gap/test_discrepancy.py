@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from evat.gap.discrepancy import known, likelihood
-from evat.gap.noise import estimate_noise
-from evat.gap.whitening import BETWEEN, Whitening
-from evat.prediction import Prediction
+from evat.inference.discrepancy import known, likelihood
+from evat.inference.noise import estimate_noise
+from evat.inference.prediction import Prediction
+from evat.inference.whitening import BETWEEN, Whitening
 from toy import Toy, measured
 
 

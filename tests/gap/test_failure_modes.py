@@ -10,7 +10,7 @@ import pytest
 import toy
 from evat.experiment import Experiment
 from evat.gap import Diagnosis, diagnose, diagnose_with
-from evat.gap_report.explanation import smallest_amplitudes
+from evat.gap.report.explanation import smallest_amplitudes
 from evat.model import FloatArray, Run, Variable
 from rig import MODEL, SAMPLES, STEP, VALUES, measured
 

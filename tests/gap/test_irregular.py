@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from evat.gap.irregular import bursts, irregular, lines
-from evat.gap.noise import without_jumps
+from evat.inference.bursts_and_lines import bursts, irregular, lines
+from evat.inference.noise import without_jumps
 from scipy.signal import lfilter
 
 COUNT = 3000

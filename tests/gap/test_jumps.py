@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from evat.gap.jumps import SHARPNESS, Jumps
+from evat.inference.discontinuities import SHARPNESS, Jumps
 
 FILTER = np.array([1.0, -0.6, 0.2])
 SQUARE_WAVE = np.where(np.arange(400) % 40 < 20, 1.0, -1.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from evat.gap.whitening import _without_outliers
+from evat.inference.whitening import _without_outliers
 
 LUCK = np.random.default_rng(3)
 TRUE = 5 + np.sin(np.linspace(0, 20, 400))

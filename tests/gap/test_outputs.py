@@ -11,19 +11,20 @@ from typing import Any
 import numpy as np
 import pytest
 from diagnosed import EFFECT, MODEL, NOMINAL, SIZE, diagnosed, experiment
-from evat import kernel, parameter_sets
-from evat.contact_model import ContactModel
-from evat.drive import drive
+from evat import parameter_sets
 from evat.experiment import Experiment, Means
-from evat.experiment_writer import write_experiment
+from evat.experiment.write import write_experiment
 from evat.gap.answer import Diagnosis
 from evat.gap.compare import Comparison
-from evat.gap.noise import estimate_noise
-from evat.gap.whitening import Whitening
-from evat.gap_report import OutputError, corrected, explain, fmu_run, output, sentence, write_diagnosis
-from evat.identify.fmu_model import FmuModel
+from evat.gap.report import OutputError, corrected, explain, fmu_run, output, sentence, write_diagnosis
+from evat.inference.noise import estimate_noise
+from evat.inference.prediction import Prediction
+from evat.inference.whitening import Whitening
 from evat.model import ParameterError, Run
-from evat.prediction import Prediction
+from evat.models.contact import ContactModel
+from evat.models.drive import drive
+from evat.models.fmu import FmuModel
+from evat.native import kernel
 from typer.testing import CliRunner
 
 FILES = {"diagnosis.json", "report.html", "corrected.ssv"}
@@ -333,7 +334,7 @@ def test_why_an_effect_was_not_chosen(found: tuple[Diagnosis, Comparison]) -> No
 def test_the_smallest_amplitude_that_would_show(found: tuple[Diagnosis, Comparison]) -> None:
     """Three of the standard deviations that the fit with the effect has, but for what the gap that is there adds to the doubt without it:
     not less than half of it, nor more than the effect that was found so clearly."""
-    from evat.gap_report.explanation import smallest_amplitudes
+    from evat.gap.report.explanation import smallest_amplitudes
 
     _, comparison = found
     effect = next(each for each in ContactModel().effects if each.name == EFFECT)
@@ -366,7 +367,7 @@ def test_each_verdict_is_a_sentence(found: tuple[Diagnosis, Comparison]) -> None
 def test_the_command(found: tuple[Diagnosis, Comparison], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """From a folder to the three files; a place, an effect or an FMU that cannot be is refused before any work."""
     import evat.gap
-    from evat.cli import app
+    from evat.commands.main import app
 
     asked = list[str]()
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import evat.gap
 import numpy as np
 import pytest
-from evat import kernel
 from evat.gap import diagnose
 from evat.gap.portion import MOST_SAMPLES
+from evat.native import kernel
 from toy import Toy, measured
 
 FOLDER = Path(evat.gap.__file__).parent
@@ -95,8 +95,16 @@ def test_the_diagnosis_names_no_effect_and_imports_no_kernel() -> None:
                     seen.add(name)
                     base = FOLDER.parent.joinpath(*name.split(".")[1:])
                     waiting.append(base / "__init__.py" if base.is_dir() else base.with_suffix(".py"))
-    assert {"evat.prediction", "evat.experiment", "evat.model"} <= seen
-    assert not seen & {"evat.kernel", "evat.batch", "evat.contact_model", "evat.fmu", "evat.ssv", "evat.compile", "cffi"}
+    assert {"evat.inference.prediction", "evat.experiment", "evat.model"} <= seen
+    assert not seen & {
+        "evat.native.kernel",
+        "evat.native.batch",
+        "evat.models.contact",
+        "evat.fmu",
+        "evat.files.ssv",
+        "evat.native.compile",
+        "cffi",
+    }
 
 
 def test_a_long_record_is_cut_and_said_to_be() -> None:

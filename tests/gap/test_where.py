@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from evat.gap.place import smallest_place, within
-from evat.gap.where import locate
-from evat.prediction import Prediction
+from evat.gap.location import locate
+from evat.gap.smallest_region import smallest_place, within
+from evat.inference.prediction import Prediction
 from toy import Toy, measured
 
 PERIOD = 0.37  # s

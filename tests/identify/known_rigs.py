@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from evat.contact_model import ContactModel
 from evat.experiment import Experiment, Nominal, Signal, Trial
 from evat.model import FloatArray, Run
+from evat.models.contact import ContactModel
 
 MODEL = ContactModel(threads=2)
 TRUTH: dict[str, float | str] = {

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat import kernel, motions, parameter_sets
-from evat.contact_model import ContactModel
+from evat import motions, parameter_sets
 from evat.experiment import Experiment, Nominal, Signal, Trial
 from evat.identify import identify
 from evat.model import FloatArray, Run
+from evat.models.contact import ContactModel
+from evat.native import kernel
 
 MODEL = ContactModel(threads=1)
 SHIPPED = parameter_sets.load("regularised/al-6061")

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from evat.contact_model import ContactModel
 from evat.identify import identify
 from evat.identify.cluster import Cluster, ClusterError
 from evat.identify.objective import Objective
+from evat.models.contact import ContactModel
 from known_rigs import FREE, TO_AND_FRO, experiment, trial
 
 distributed = pytest.importorskip("distributed")

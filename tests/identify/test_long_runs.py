@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat.contact_model import ContactModel
 from evat.identify import Identification, identify
 from evat.identify.journal import Journal, JournalError
 from evat.identify.search import Search, search
+from evat.models.contact import ContactModel
 from known_rigs import FREE, MODEL, TO_AND_FRO, experiment, trial
 
 RIG = experiment(trial(TO_AND_FRO[:300]))

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat import kernel, parameter_sets
-from evat.contact_model import ContactModel
+from evat import parameter_sets
 from evat.experiment import Experiment, Means, Nominal
-from evat.experiment_files import read_experiment
-from evat.experiment_writer import write_experiment
+from evat.experiment.read import read_experiment
+from evat.experiment.write import write_experiment
 from evat.identify import identify
+from evat.models.contact import ContactModel
+from evat.native import kernel
 
 MODEL = ContactModel(threads=1)
 SPEEDS = np.array([10, 14, 18, 22, 26, 30]) / 60
@@ -100,7 +101,7 @@ def test_intervals_cover_the_truth(sets: int, stated: float | None, least: float
 
 def test_a_condition_can_be_kept_back_and_the_command_reads_the_file(tmp_path: Path) -> None:
     """Through means.csv: the same data give the same answer; the condition that was kept back is predicted as well as the others."""
-    from evat.cli import app
+    from evat.commands.main import app
     from typer.testing import CliRunner
 
     folder = write_experiment(averages(), tmp_path / "rig")

@@ -14,13 +14,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat import kernel, parameter_sets
-from evat.drive import drive
-from evat.experiment_files import read_experiment
-from evat.experiment_writer import write_experiment
+from evat import parameter_sets
+from evat.experiment.read import read_experiment
+from evat.experiment.write import write_experiment
+from evat.files.writing import OutputError
 from evat.identify import Identification, identify, output
 from evat.model import Run
-from evat.writing import OutputError
+from evat.models.drive import drive
+from evat.native import kernel
 from known_rigs import FREE, GUESS, MODEL, TIMES, TO_AND_FRO, experiment, trial
 from lxml import html
 from typer.testing import CliRunner
@@ -95,7 +96,7 @@ def test_nothing_half_written_is_left(found: Identification, tmp_path: Path, mon
 
 def test_the_command(tmp_path: Path) -> None:
     """From the folder of an experiment to the three files; a second run with --resume gives the same bytes but for the seconds."""
-    from evat.cli import app
+    from evat.commands.main import app
 
     folder = write_experiment(experiment(trial(TO_AND_FRO[:400]), nominal=GUESS), tmp_path / "rig")
     assert read_experiment(folder, MODEL).samples == 400
@@ -122,7 +123,10 @@ def test_ctrl_c_stops_with_the_best_so_far(tmp_path: Path) -> None:
     free = [text for name in FREE for text in ("-f", name)]
     arguments = ["identify", str(folder), *free, "--search", "ga", "--generations", "3000", "-o", str(tmp_path / "out")]
     process = subprocess.Popen(
-        [sys.executable, "-c", "from evat.cli import main; main()", *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        [sys.executable, "-c", "from evat.commands.main import main; main()", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
     )
     journal, begin = tmp_path / "out" / "search.journal", time.monotonic()
     while time.monotonic() - begin < 60 and not (journal.is_file() and journal.read_bytes().count(b"\n") > 3):
@@ -139,7 +143,7 @@ def test_ctrl_c_stops_with_the_best_so_far(tmp_path: Path) -> None:
 
 def test_a_record_with_holes(tmp_path: Path) -> None:
     """Five per cent of the force are not numbers: refused, with file, column and row."""
-    from evat.cli import app
+    from evat.commands.main import app
 
     folder = write_experiment(experiment(trial(TO_AND_FRO[:200])), tmp_path / "rig")
     (path,) = folder.rglob("*.csv")
@@ -154,7 +158,7 @@ def test_a_record_with_holes(tmp_path: Path) -> None:
 
 
 def test_a_bound_that_is_none(tmp_path: Path) -> None:
-    from evat.cli import app
+    from evat.commands.main import app
 
     folder = write_experiment(experiment(trial(TO_AND_FRO[:50])), tmp_path / "rig")
     result = CliRunner().invoke(app, ["identify", str(folder), "-f", "F_C", "-b", "F_C=3 N"])

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat.contact_model import ContactModel
 from evat.experiment import Experiment, Nominal, Signal, Trial
 from evat.identify import Identification, identify
-from evat.identify.axis import AxisModel
-from evat.identify.fmu_model import FmuModel
 from evat.model import Model
-from evat.record import Columns, read_record
+from evat.models.axis import AxisModel
+from evat.models.contact import ContactModel
+from evat.models.fmu import FmuModel
+from evat.studies.record import Columns, read_record
 from scipy.io import loadmat
 from scipy.signal import butter, decimate, filtfilt
 

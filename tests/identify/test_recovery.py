@@ -143,7 +143,7 @@ def test_held_out_conditions_are_not_seen() -> None:
 def test_the_cost_of_a_set_does_not_depend_on_its_neighbours() -> None:
     from evat.identify.objective import Objective
     from evat.identify.space import space
-    from evat.prediction import Prediction
+    from evat.inference.prediction import Prediction
 
     rig = experiment(trial(TO_AND_FRO))
     aim = Objective(Prediction(MODEL, rig), space(MODEL, GUESS, (), FREE, {}), (), "least_squares", {})

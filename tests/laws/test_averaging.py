@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from evat import kernel
-from evat.kernel import Contact
 from evat.model import FloatArray, SimulationError
+from evat.native import kernel
+from evat.native.kernel import Contact
 
 FREQUENCY = 20e3
 PERIOD = 1 / FREQUENCY

@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from evat.coupling import Bond, advise
-from evat.coupling_study import Coupled, couple
-from evat.kernel import Contact
 from evat.model import ParameterError
+from evat.native.kernel import Contact
+from evat.studies.coupling import Coupled, couple
+from evat.systems.coupling import Bond, advise
 
 # A mass on bristles that never yield: elasto-plastic friction far below its break-away is a spring, and nothing takes energy away.
 MASS, STIFFNESS = 1.0, 1e6  # kg, N/m

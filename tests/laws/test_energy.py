@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from drawing import between
 from driving import AMPLITUDE, OMEGA, PERIOD, at_speed_ratio, slide, started
-from evat import kernel
+from evat.native import kernel
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as some
 from scipy.integrate import quad

@@ -7,7 +7,7 @@ from math import exp, pi, sqrt
 import numpy as np
 import pytest
 from driving import OMEGA, OUTSIDE, at_speed_ratio, read, slide, started
-from evat import kernel
+from evat.native import kernel
 
 LAWS = kernel.variable("friction_law").choices
 SET = {"sigma0": 1e6, "sigma1": 10.0, "sigma2": 0.5, "F_C": 9.0, "F_S": 12.0, "v_s": 1e-2}

@@ -6,7 +6,7 @@ import lugre_1995 as published
 import numpy as np
 import pytest
 from evat import parameter_sets
-from evat.kernel import Contact
+from evat.native.kernel import Contact
 
 SET = parameter_sets.load("lugre-1995").values
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from asking import CONSTANT, OUTSIDE, begun, course
-from evat import kernel
+from evat.native import kernel
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 

@@ -7,7 +7,7 @@ from math import acos, cos, pi, sin
 import numpy as np
 import pytest
 from driving import AMPLITUDE, ELLIPSE, OMEGA, PERIOD, Values, at_angle, at_speed_ratio, events, read, started
-from evat import kernel
+from evat.native import kernel
 from scipy.optimize import brentq
 
 STATES = {effect.name: tuple(state.name for state in effect.states) for effect in kernel.effects() if effect.states}

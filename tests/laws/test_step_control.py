@@ -6,8 +6,8 @@ import time
 
 import numpy as np
 import pytest
-from evat.kernel import Contact
 from evat.model import ParameterError, SimulationError
+from evat.native.kernel import Contact
 
 EXTERNAL = {"kinematics": "external"}
 

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import tomlkit
-from evat import compile as compiling
-from evat.compile import (
+from evat.native import compile as compiling
+from evat.native.compile import (
     CONTACT,
     MANY_LANES,
     CompileError,
@@ -33,7 +33,7 @@ from evat.compile import (
     model_sources,
     shell_sources,
 )
-from evat.processor import instructions
+from evat.native.processor import instructions
 from mistakes import Mistake, in_c, in_python, places_in_python
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -72,7 +72,7 @@ PARTS = {
         3.0,
     ),
     "python": Part(  # the quick ones; whole fits take minutes
-        ("evat/identify/*.py", "evat/gap/*.py"),
+        ("evat/identify/*.py", "evat/inference/*.py", "evat/gap/*.py"),
         (
             "tests/gap/test_toy_model.py",
             "tests/gap/test_jumps.py",

@@ -8,7 +8,8 @@ import lugre_1995 as published
 import numpy as np
 import pytest
 from coupled import motion, order, run
-from evat import kernel, parameter_sets
+from evat import parameter_sets
+from evat.native import kernel
 from evat.systems.couple import Given
 from scipy.interpolate import CubicSpline
 from scipy.io import loadmat

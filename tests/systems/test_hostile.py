@@ -13,16 +13,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from coupled import run
-from evat import unpack
-from evat.drive import Driver, FmuError
+from evat.files import unpack
+from evat.files.table import read_table
 from evat.model import ParameterError
+from evat.models.drive import Driver, FmuError
 from evat.systems import write_full
 from evat.systems.couple import Coupled, Given, plan
 from evat.systems.model import SspError, SystemStopped
 from evat.systems.read import read
 from evat.systems.sweep import axis
 from evat.systems.values import from_set, typed
-from evat.table import read_table
 from typer.testing import CliRunner
 
 SSD = "SystemStructure.ssd"
@@ -180,7 +180,7 @@ read(path, Path({str(tmp_path / "unpacked")!r})) if {what == "a system"} else Dr
     (tmp_path / "small").mkdir()
     here = {**os.environ, "TMPDIR": str(tmp_path / "small")}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=here, timeout=120, check=False)
-    assert "evat.writing.OutputError: " in done.stderr
+    assert "evat.files.writing.OutputError: " in done.stderr
     assert "cannot be written: File too large" in done.stderr
     assert "corrupt" not in done.stderr
     assert ("TMPDIR" in done.stderr) == (what == "an FMU")
@@ -339,7 +339,7 @@ def test_a_component_that_fails_in_mid_run_is_named_and_the_results_are_kept(sys
 
 def test_a_component_that_fails_at_the_start_leaves_no_row(systems: dict[str, Path], tmp_path: Path) -> None:
     """A row of zeros would be taken for a result."""
-    from evat.cli import app
+    from evat.commands.main import app
 
     with pytest.raises(SystemStopped, match=r"component guideway failed in the start at t = 0 s, after 0 of 1000 steps") as stopped:
         run(systems["stick_slip"], {"guideway": {"averaging": "cycle"}}, step=1e-3, stop=1.0)
@@ -352,7 +352,7 @@ def test_a_component_that_fails_at_the_start_leaves_no_row(systems: dict[str, Pa
 
 
 def test_the_command_keeps_what_came_before_the_stop(systems: dict[str, Path], tmp_path: Path) -> None:
-    from evat.cli import app
+    from evat.commands.main import app
 
     pushed, to = tmp_path / "pushed.csv", tmp_path / "kept.parquet"
     pushed.write_text("time [s],drive.load_force [kN]\n0,0\n0.1,0\n0.2,5000\n")
@@ -404,7 +404,7 @@ def test_typed_values_are_checked(systems: dict[str, Path], tmp_path: Path) -> N
 
 
 def test_the_command_says_it_in_one_line(systems: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from evat.cli import app
+    from evat.commands.main import app
 
     result = CliRunner().invoke(app, ["system", "run", str(systems["stick_slip"]), "--stop", "0.2", "-o", str(tmp_path / "out.csv")])
     assert result.exit_code == 0

@@ -7,10 +7,11 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from evat import fmu, machine
-from evat.compile import host_target
-from evat.machine import Machine
+from evat import fmu
 from evat.model import ParameterError
+from evat.native import machine
+from evat.native.compile import host_target
+from evat.native.machine import Machine
 from fmpy.validation import validate_fmu
 from scipy.integrate import solve_ivp
 

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from evat.fmu.told import told
+from evat.fmu.part_model import told
 from evat.systems.declared import folder
 
 PACKAGE = folder() / "modelica" / "EvatSystems"

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from coupled import run
-from evat.cli import app
+from evat.commands.main import app
+from evat.files.table import read_table, read_texts
 from evat.model import ParameterError
 from evat.systems.model import SspError
 from evat.systems.read import read
 from evat.systems.sweep import Row, axis, sweep
-from evat.table import read_table, read_texts
 from typer.testing import CliRunner
 
 WISHES = {"stop": 0.05, "step": 1e-3}

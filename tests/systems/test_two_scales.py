@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from coupled import run
-from evat.cli import app
+from evat.commands.main import app
+from evat.files.table import read_table
 from evat.model import ParameterError
+from evat.studies.two_scales_system import SystemScales, compare
 from evat.systems.model import System, SystemStopped
 from evat.systems.read import read
-from evat.table import read_table
-from evat.two_scales_system import SystemScales, compare
 from typer.testing import CliRunner
 
 FASTER = {"spindle": {"speed_set": 25.0}}  # from 10 towards 30 m/min

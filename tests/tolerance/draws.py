@@ -16,8 +16,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from evat import kernel, parameter_sets
+from evat import parameter_sets
 from evat.model import Effect, FloatArray, Variable
+from evat.native import kernel
 from judged import Case, Motion
 
 GIVEN = ("ramp", "stop", "stop_and_go", "reversal", "plateau", "held", "triangle", "sine")

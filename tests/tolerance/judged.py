@@ -24,9 +24,9 @@ from typing import Any
 
 import cffi
 import numpy as np
-from evat import kernel
-from evat.compile import compile_library, host_target, kernel_sources, source_root
 from evat.model import BoolArray, FloatArray
+from evat.native import kernel
+from evat.native.compile import compile_library, host_target, kernel_sources, source_root
 
 HERE = Path(__file__).resolve().parent
 BUILT = HERE.parent.parent / "build" / "out" / "tolerance"

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 from draws import draw
-from evat import kernel
 from evat.model import FloatArray
+from evat.native import kernel
 from judged import FORCES, MEASURED, Care, Case, Jump, Motion, Reference, answer, errors, library, outputs, reference
 from scipy.integrate import solve_ivp
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from campaign import Line, is_judged, report, run
 from draws import LAWS
-from evat import kernel
+from evat.native import kernel
 
 SEED = 12
 

@@ -7,16 +7,17 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from ..compile import CONTACT, TARGETS, host_target
-from ..writing import temporary, usable
-from . import archive, fmi2, fmi3
-from .description import Facts
-from .documentation import copyright_line
-from .reference_results import reference_files
-from .shown import TOLERANCE, FmuError, Shown, Version
-from .sources import binary_name, compile_binary, source_files, source_names
-from .terminals import terminal_files
-from .told import parts, shown_by, told
+from evat.files.writing import temporary, usable
+from evat.fmu import archive
+from evat.fmu.description import fmi2, fmi3
+from evat.fmu.description.model_description import Facts
+from evat.fmu.description.terminals import terminal_files
+from evat.fmu.documentation.contact import copyright_line
+from evat.fmu.fmu_facts import TOLERANCE, FmuError, Shown, Version
+from evat.fmu.part_model import parts, shown_by, told
+from evat.fmu.reference_results import reference_files
+from evat.fmu.sources import binary_name, compile_binary, source_files, source_names
+from evat.native.compile import CONTACT, TARGETS, host_target
 
 __all__ = ["FmuError", "Version", "build_all", "build_fmu", "facts", "file_name", "parts", "shown"]
 

@@ -8,8 +8,8 @@ import zipfile
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
-from ..writing import whole
-from .shown import FmuError
+from evat.files.writing import whole
+from evat.fmu.fmu_facts import FmuError
 
 _EARLIEST = 315532800  # 1980-01-01T00:00:00Z, the first moment that ZIP can write
 

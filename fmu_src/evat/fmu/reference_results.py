@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ..model import FloatArray
-from .shown import Shown
-from .xml import add, serialised, text, top
+from evat.fmu.description.xml import add, serialised, text, top
+from evat.fmu.fmu_facts import Shown
+from evat.model import FloatArray
 
 Follow = Callable[[FloatArray, Sequence[str]], FloatArray]
 

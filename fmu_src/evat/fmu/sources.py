@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .. import kernel, machine
-from ..compile import (
+from evat.files.writing import put
+from evat.fmu.description.xml import add, serialised, top
+from evat.fmu.fmu_facts import Shown, Version
+from evat.native import kernel, machine
+from evat.native.compile import (
     CONTACT,
     FLAGS,
     Target,
@@ -17,9 +20,6 @@ from ..compile import (
     shell_sources,
     source_root,
 )
-from ..writing import put
-from .shown import Shown, Version
-from .xml import add, serialised, top
 
 
 def compiled_sources(version: Version, shown: Shown) -> list[Path]:

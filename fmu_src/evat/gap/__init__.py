@@ -17,11 +17,11 @@ from evat.gap.answer import Diagnosis, Named, Recalibrated
 from evat.gap.budget import structural
 from evat.gap.closure import close
 from evat.gap.compare import Comparison, compare
-from evat.gap.judge import MISTUNED, NO_GAP, UNKNOWN, Constants, Judgement, features, fitted, judge, stored
+from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Constants, Judgement, features, fitted, judge, stored
+from evat.gap.location import Where, locate
 from evat.gap.portion import portion
-from evat.gap.where import Where, locate
+from evat.inference.prediction import Prediction
 from evat.model import Model
-from evat.prediction import Prediction
 
 CANNOT_TELL = "cannot_tell"
 WORTH_TELLING = 0.1  # of what repeats do not share: bursts and lines

@@ -11,9 +11,9 @@ import numpy as np
 
 from evat.experiment import Experiment, Means, Trial
 from evat.gap.compare import Comparison
-from evat.gap.fit import Fit
+from evat.inference.fit import Fit
+from evat.inference.prediction import Prediction
 from evat.model import EvatError, FloatArray
-from evat.prediction import Prediction
 
 FACTORS = (0.25, 0.5, 2.0, 4.0)  # of what has been measured: inputs as a whole, or a value of the condition
 OUTPUT_SAMPLES = 1500

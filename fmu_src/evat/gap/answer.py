@@ -10,8 +10,8 @@ from typing import Any
 
 from evat.gap.advise import Advice
 from evat.gap.closure import Closure
-from evat.gap.judge import Judgement
-from evat.gap.where import Where
+from evat.gap.judgement import Judgement
+from evat.gap.location import Where
 
 FORMAT = 1
 

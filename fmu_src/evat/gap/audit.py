@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evat.inference.prediction import Prediction
 from evat.model import Effect, FloatArray
-from evat.prediction import Prediction
 
 FEWEST = 30  # recorded samples, and FEWEST_MEANS means, below which nothing is claimed
 FEWEST_MEANS = 4

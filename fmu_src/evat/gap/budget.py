@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evat.gap.noise import differing, impulse_response
-from evat.gap.whitening import Whitening
+from evat.inference.noise import differing, impulse_response
+from evat.inference.whitening import Whitening
 from evat.model import FloatArray
 
 UNSURE = 0.02  # of the noise floor: no structural square is known better

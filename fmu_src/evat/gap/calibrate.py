@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 from scipy.optimize import minimize
 
-from evat.gap.judge import MISTUNED, NO_GAP, UNKNOWN, Constants, Features, judge
+from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Constants, Features, judge
 from evat.model import FloatArray
 
 LEAST = 1e-3  # probability, below which a case counts no worse

@@ -9,7 +9,7 @@ import numpy as np
 
 from evat.gap.budget import squares
 from evat.gap.compare import Comparison
-from evat.gap.fit import Fit, fit
+from evat.inference.fit import Fit, fit
 from evat.model import BoolArray, FloatArray
 
 FEWEST = 3  # conditions, below which none can be held out

@@ -9,14 +9,14 @@ import numpy as np
 from scipy.stats import qmc
 
 from evat.gap.audit import Audit, audit
-from evat.gap.discrepancy import likelihood
-from evat.gap.fit import Fit, Look, climb, fit
-from evat.gap.noise import Noise, estimate_noise
-from evat.gap.parameters import Parameter, Scales, form_parameters, law_parameters, nominal_parameters
 from evat.gap.screen import Screen, Start, linear
-from evat.gap.whitening import Whitening
+from evat.inference.discrepancy import likelihood
+from evat.inference.fit import Fit, Look, climb, fit
+from evat.inference.noise import Noise, estimate_noise
+from evat.inference.parameters import Parameter, Scales, form_parameters, law_parameters, nominal_parameters
+from evat.inference.prediction import Prediction
+from evat.inference.whitening import Whitening
 from evat.model import Effect, FloatArray, Model, SimulationError
-from evat.prediction import Prediction
 
 FROZEN_STEPS = 5  # of a first fit of an effect alone, slopes of the nominal parameters held
 FULL_FITS = 6  # singles that are fitted with all parameters

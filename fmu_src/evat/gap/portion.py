@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from evat.experiment import Experiment
+from evat.inference.prediction import Prediction
 from evat.model import Model
-from evat.prediction import Prediction
 
 MOST_SAMPLES = 16_000  # that have to be simulated in one run of all trials; repeats of a run count once
 

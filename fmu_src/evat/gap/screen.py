@@ -15,12 +15,12 @@ import numpy.typing as npt
 from scipy.stats import qmc
 
 from evat.experiment import Experiment
-from evat.gap.discrepancy import Likelihood, likelihood
-from evat.gap.fit import Fit
-from evat.gap.parameters import Parameter, Scales, amplitude_parameter, amplitudes, shape_parameter, shapes
-from evat.gap.whitening import BETWEEN, Sums, Whitening
+from evat.inference.discrepancy import Likelihood, likelihood
+from evat.inference.fit import Fit
+from evat.inference.parameters import Parameter, Scales, amplitude_parameter, amplitudes, shape_parameter, shapes
+from evat.inference.prediction import Prediction
+from evat.inference.whitening import BETWEEN, Sums, Whitening
 from evat.model import Effect, FloatArray, Variable
-from evat.prediction import Prediction
 
 PLAUSIBLE = 0.1  # of the rms of a channel: what an effect does, a priori (one standard deviation)
 SMALLEST = 1e-4  # of the first guess of an amplitude: where probing begins

@@ -16,9 +16,9 @@ from evat import motions
 from evat.experiment import Experiment, Trial
 from evat.identify.covariance import Optimum
 from evat.identify.objective import Objective, slopes
+from evat.inference.prediction import Prediction
 from evat.model import EvatError, FloatArray
 from evat.motions import Motion
-from evat.prediction import Prediction
 
 RATE = 1000.0  # 1/s
 FASTEST = 20e3  # Hz: an ultrasonic rig

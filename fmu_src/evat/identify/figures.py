@@ -15,7 +15,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from evat.identify.result import Curve, Identification
 from evat.model import FloatArray, ParameterError
-from evat.plot import COLOURS, STYLE, as_it_stands, clock_unit, label, new_figure, save_figure
+from evat.plots.cycles import COLOURS, STYLE, as_it_stands, clock_unit, label, new_figure, save_figure
 from evat.units import affine
 
 POINTS = 2000  # of a line; longer ones are drawn as the envelope of their pieces

@@ -11,8 +11,8 @@ from evat.experiment import Experiment
 from evat.identify import noise
 from evat.identify.objective import Objective, noise_floor, relative_error
 from evat.identify.result import Fit
+from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Model
-from evat.prediction import Prediction
 
 POOR = 0.5  # of eq. 9: a model that misses half of the force
 ABOVE_NOISE = 1.5  # times the repeats' noise: the residual is no longer only noise

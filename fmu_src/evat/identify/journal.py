@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
+from evat.files.writing import put, told
 from evat.model import EvatError, FloatArray
-from evat.writing import put, told
 
 
 class JournalError(EvatError):

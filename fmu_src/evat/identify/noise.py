@@ -8,8 +8,8 @@ import numpy as np
 from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
+from evat.inference.prediction import Prediction
 from evat.model import FloatArray
-from evat.prediction import Prediction
 
 MOST = 6  # order
 SHORTEST = 20  # samples per coefficient; a shorter segment is left as it is

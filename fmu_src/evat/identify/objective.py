@@ -16,8 +16,8 @@ import numpy.typing as npt
 
 from evat.experiment import ExperimentError
 from evat.identify.space import Space
+from evat.inference.prediction import Prediction
 from evat.model import FloatArray, ParameterError
-from evat.prediction import Prediction
 
 Kind = Literal["least_squares", "huber", "relative"]
 HUBER = 1.345  # scales: 95 % efficient on Gaussian noise

@@ -9,11 +9,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from evat import kernel, parameter_sets
+from evat import parameter_sets
+from evat.files.html import render
+from evat.files.writing import scratch, told
 from evat.identify.figures import figures
 from evat.identify.result import Estimate, Identification
-from evat.page import render
-from evat.writing import scratch, told
+from evat.native import kernel
 
 SSV, JSON, REPORT = "identified.ssv", "identification.json", "report.html"
 

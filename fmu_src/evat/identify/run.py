@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from evat import kernel
 from evat.experiment import Experiment, ExperimentError
 from evat.identify.check import check_clocks, check_influence, check_signs, suspicious_scales
 from evat.identify.covariance import Optimum
@@ -22,8 +21,9 @@ from evat.identify.result import Identification
 from evat.identify.search import Found, Search, check_size, search
 from evat.identify.space import space
 from evat.identify.verdict import correlation, estimates
+from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Model, ParameterError
-from evat.prediction import Prediction
+from evat.native import kernel
 
 Spread = Callable[[Objective, FloatArray], FloatArray]
 RESTARTS = 4  # of the polish, from better points that profiles came across

@@ -15,10 +15,10 @@ from typing import Literal
 
 import numpy as np
 
-from ..drive import Driver, FmuError
-from ..model import FloatArray, ParameterError, SimulationError, Trace
-from .model import Component, Port, SspError, System, SystemStopped
-from .power import Power
+from evat.model import FloatArray, ParameterError, SimulationError, Trace
+from evat.models.drive import Driver, FmuError
+from evat.systems.model import Component, Port, SspError, System, SystemStopped
+from evat.systems.power import Power
 
 Order = Literal["gauss-seidel", "jacobi"]
 Inputs = Literal["linear", "constant"]
@@ -285,7 +285,7 @@ def run_file(
     **wishes: object,
 ) -> tuple[Trace, Power]:
     """Read an .ssp into `folder` and run it; `wishes` as `plan` takes them."""
-    from .read import read
+    from evat.systems.read import read
 
     system = read(path, folder)
     with Coupled(system, values, given) as coupled:

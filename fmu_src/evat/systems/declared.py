@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .. import parameter_sets
-from ..compile import CONTACT, HERE
-from ..fmu.told import parts, shown_by, told
-from ..model import Variable
-from ..read_toml import read_toml
-from .model import Bond, Port, SspError, port
+from evat import parameter_sets
+from evat.files.read_toml import read_toml
+from evat.fmu.part_model import parts, shown_by, told
+from evat.model import Variable
+from evat.native.compile import CONTACT, PACKAGE
+from evat.systems.model import Bond, Port, SspError, port
 
 KEYS = {"title", "stop_time", "step", "every", "show", "components", "connections", "bonds"}
 PART_KEYS = {"part", "set", "values"}
@@ -60,7 +60,7 @@ class Declared:
 
 def folder() -> Path:
     """Where the declarations lie: beside the sources in a checkout, in the package once installed."""
-    places = (HERE / "_source" / "ssp", HERE.parent.parent / "ssp")
+    places = (PACKAGE / "_source" / "ssp", PACKAGE.parent.parent / "ssp")
     for place in places:
         if place.is_dir():
             return place

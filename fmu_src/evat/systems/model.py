@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..model import EvatError, SimulationError, Trace
+from evat.model import EvatError, SimulationError, Trace
 
 
 class SspError(EvatError):

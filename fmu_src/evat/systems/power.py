@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..model import FloatArray
-from .model import Port, System
+from evat.model import FloatArray
+from evat.systems.model import Port, System
 
 ALLOWED = 0.01  # share of the energy that passes
 

@@ -11,12 +11,12 @@ from typing import Any
 import fmpy
 from lxml import etree
 
-from .. import ssv
-from ..model import ParameterError
-from ..read_xml import XmlError, check_valid, number, read_xml
-from ..units import BaseUnit, affine, base_unit, convert
-from ..unpack import Allowance, ArchiveError, opened, unpack
-from .model import Bond, Component, Connector, Port, SspError, System, port
+from evat.files import ssv
+from evat.files.read_xml import XmlError, check_valid, number, read_xml
+from evat.files.unpack import Allowance, ArchiveError, opened, unpack
+from evat.model import ParameterError
+from evat.systems.model import Bond, Component, Connector, Port, SspError, System, port
+from evat.units import BaseUnit, affine, base_unit, convert
 
 _NS = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",

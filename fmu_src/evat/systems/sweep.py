@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from ..model import EvatError, FloatArray, ParameterError
-from ..writing import put, temporary
-from .couple import Values, run_file
-from .model import System, SystemStopped, port
-from .values import Value, from_set, merged, unit, value, variable
+from evat.files.writing import put, temporary
+from evat.model import EvatError, FloatArray, ParameterError
+from evat.systems.couple import Values, run_file
+from evat.systems.model import System, SystemStopped, port
+from evat.systems.values import Value, from_set, merged, unit, value, variable
 
 MOST_RUNS = 100_000
 

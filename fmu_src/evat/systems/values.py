@@ -10,13 +10,14 @@ from typing import Any
 import fmpy
 import numpy as np
 
-from .. import kernel, parameter_sets
-from ..model import ParameterError
-from ..table import RecordError, read_table
-from ..units import to_si
-from .couple import Given
-from .model import Port, SspError, System, port
-from .read import values_of
+from evat import parameter_sets
+from evat.files.table import RecordError, read_table
+from evat.model import ParameterError
+from evat.native import kernel
+from evat.systems.couple import Given
+from evat.systems.model import Port, SspError, System, port
+from evat.systems.read import values_of
+from evat.units import to_si
 
 Value = float | str | bool
 

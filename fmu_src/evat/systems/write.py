@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
-from .. import __version__, fmu, ssv
-from ..fmu import archive
-from ..fmu.xml import Element, add, serialised, top
-from ..model import Variable
-from ..units import base_unit
-from .declared import Declared, Part, load, materials, names, portable, set_values
+from evat import __version__, fmu
+from evat.files import ssv
+from evat.fmu import archive
+from evat.fmu.description.xml import Element, add, serialised, top
+from evat.model import Variable
+from evat.systems.declared import Declared, Part, load, materials, names, portable, set_values
+from evat.units import base_unit
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"

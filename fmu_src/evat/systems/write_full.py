@@ -10,12 +10,13 @@ from pathlib import Path
 
 from lxml import etree
 
-from .. import fmu, ssv
-from ..fmu import archive
-from ..fmu.xml import Element, add, serialised, top
-from ..model import Variable
-from .declared import Declared, load, names
-from .write import SSC, SSD, Progress, add_annotations, add_connector, add_units, fmu_entry, root
+from evat import fmu
+from evat.files import ssv
+from evat.fmu import archive
+from evat.fmu.description.xml import Element, add, serialised, top
+from evat.model import Variable
+from evat.systems.declared import Declared, load, names
+from evat.systems.write import SSC, SSD, Progress, add_annotations, add_connector, add_units, fmu_entry, root
 
 SSM = "http://ssp-standard.org/SSP1/SystemStructureParameterMapping"
 SSB = "http://ssp-standard.org/SSP1/SystemStructureSignalDictionary"

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from evat.experiment import Experiment, Trial
+from evat.inference.prediction import Prediction
 from evat.model import EvatError, Model
-from evat.prediction import Prediction
 from radau import Array
 from scene import Flags
 

@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 from baseline_fits import Bench, Fit
-from evat.contact_model import ContactModel
-from evat.experiment_files import read_experiment
+from evat.experiment.read import read_experiment
+from evat.models.contact import ContactModel
 from radau import Array
 from scipy import stats
 

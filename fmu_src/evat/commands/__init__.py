@@ -1,0 +1,1 @@
+"""What can be typed? The command line: each command in a file of its own."""

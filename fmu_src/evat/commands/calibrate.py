@@ -1,0 +1,103 @@
+"""`evat calibrate` and `evat benchmark`: how true are the diagnosis's probabilities, and what does it say to a folder of cases?"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import os
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import track
+from rich.table import Table
+
+from evat.console import err, out
+from evat.files.writing import put, usable
+from evat.model import EvatError, ParameterError
+
+PROCESSORS = os.cpu_count() or 1
+Workers = Annotated[int, typer.Option(help="Processes that run at a time; the answer does not depend on it.", min=1)]
+
+
+def calibrate(
+    cases: Annotated[int, typer.Option(help="Simulated cases; two cores do about 500 in an hour.", min=20)] = 420,
+    state: Annotated[Path, typer.Option(help="Where cases are kept as they are done; a campaign goes on from there.")] = Path(
+        "calibration.jsonl"
+    ),
+    store: Annotated[bool, typer.Option("--store", help="Keep the constants in the package; without it they are only shown.")] = False,
+    workers: Workers = PROCESSORS,
+) -> None:
+    """Fit the constants of the diagnosis's judgement to simulated cases whose truth is known.
+
+    Run it again when an effect has been added. Half of the cases are of a slightly other form than what is fitted; each case of one effect
+    counts once more as an unknown, with that effect taken out of the library.
+
+    Example: evat calibrate --cases 420 --store
+    """
+    from evat.gap.calibrate import fit_constants, with_unknown
+    from evat.gap.judgement import store as keep
+    from evat.studies.campaign import campaign, numbers
+
+    done = list(track(campaign(state, cases, workers), description="cases", total=cases, console=err, transient=True))
+    if len(done) < 20:
+        raise ParameterError(f"{state}: {len(done)} usable cases; at least 20 are needed, ask for more.")
+    constants, loss = fit_constants(with_unknown(done))
+    table = Table("constant", "value")
+    for name, value in vars(constants).items():
+        table.add_row(name, f"{value:.4g}")
+    out.print(table)
+    out.print(f"mean log loss {loss:.3f} over {len(done)} cases: {numbers(done)}", highlight=False)
+    if store:
+        made = {"by": "evat calibrate", "version": importlib.metadata.version("evat"), "cases": numbers(done), "log_loss": round(loss, 4)}
+        keep(constants, made)
+        out.print("kept in the package")
+
+
+def benchmark(
+    cases: Annotated[Path, typer.Argument(help="Folder of experiment folders.")],
+    to: Annotated[Path, typer.Option("--out", "-o", help="Folder for NAME/diagnosis.json of each.")] = Path("benchmark"),
+    workers: Workers = PROCESSORS,
+) -> None:
+    """Diagnose every experiment in a folder; tests/gap/blind/score.py compares the answers with sealed labels.
+
+    Answers that are there already are kept, so that a benchmark goes on where it was stopped.
+    """
+    folders = sorted(path for path in cases.iterdir() if (path / "experiment.toml").is_file()) if cases.is_dir() else []
+    if not folders:
+        raise ParameterError(f"{cases}: there is no experiment in it; a folder of folders with experiment.toml is needed.")
+    usable(to)
+    missing = [folder for folder in folders if _verdict(to / folder.name / "diagnosis.json") is None]
+    with ProcessPoolExecutor(workers) as pool:
+        answers = pool.map(_diagnosed, missing)
+        for folder, text in track(zip(missing, answers, strict=True), description="cases", total=len(missing), console=err, transient=True):
+            put(to / folder.name / "diagnosis.json", text)
+    verdicts: dict[str, int] = {}
+    for folder in folders:
+        verdict = _verdict(to / folder.name / "diagnosis.json")
+        verdicts[str(verdict)] = verdicts.get(str(verdict), 0) + 1
+    out.print(", ".join(f"{count} {verdict}" for verdict, count in sorted(verdicts.items())), highlight=False)
+
+
+def _verdict(path: Path) -> str | None:
+    """Of an answer that is there; None where there is none, or it is damaged."""
+    try:
+        return str(json.loads(path.read_text(encoding="utf-8"))["verdict"])
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+
+
+def _diagnosed(folder: Path) -> str:
+    from evat.experiment.read import read_experiment
+    from evat.gap import diagnose
+    from evat.models.contact import ContactModel
+
+    began, model = time.monotonic(), ContactModel(1)
+    try:
+        answer = diagnose(read_experiment(folder, model), model, version=importlib.metadata.version("evat"))
+    except EvatError as error:
+        return json.dumps({"format": 1, "verdict": "error", "error": str(error)})
+    return replace(answer, made_by={**answer.made_by, "seconds": round(time.monotonic() - began, 1)}).json()

@@ -1,0 +1,128 @@
+"""`evat diagnose`: why do measurement and model disagree?"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from evat.console import err, marked, out
+
+if TYPE_CHECKING:
+    from evat.gap.answer import Diagnosis
+
+SHOWN = 0.005  # of probability: less is not worth a line
+READING = 0.1  # of the time, usually
+
+
+def diagnose(
+    experiment: Annotated[Path, typer.Argument(help="Folder with experiment.toml and its data files (CSV or Parquet).")],
+    to: Annotated[
+        Path,
+        typer.Option("--out", "-o", help="Folder for diagnosis.json, report.html, corrected.ssv; an earlier diagnosis is replaced."),
+    ] = Path("diagnosis"),
+    why: Annotated[str, typer.Option("--explain", help="An effect: say why it was chosen or not.", metavar="EFFECT")] = "",
+    threads: Annotated[int, typer.Option(help="Threads; the answer does not depend on it.", min=1)] = 1,
+    fmu: Annotated[
+        Path | None, typer.Option(help="The component's FMU that the report runs; without it one is built on first use and kept.")
+    ] = None,
+    no_fmu: Annotated[bool, typer.Option("--no-fmu", help="Do not run the FMU; the report says so.")] = False,
+) -> None:
+    """Say where measurement and model disagree, which unmodelled effect causes it, and how far the gap shrinks with it.
+
+    Reads an experiment, fits the nominal model and every effect that the component offers, and answers with probabilities. "None of these",
+    "only mis-tuned" and "this data can't tell" are answers, too.
+
+    Example: evat diagnose rig-copper --out rig-copper-diagnosed
+    """
+    from evat.experiment.read import read_experiment
+    from evat.gap import diagnose_with
+    from evat.gap.portion import MOST_SAMPLES
+    from evat.gap.report import check_place, explain, sentence, write_diagnosis
+    from evat.models.contact import ContactModel
+
+    check_place(to)
+    began, model = time.monotonic(), ContactModel(threads)
+    _known(why, [effect.name for effect in model.effects])
+    _there(fmu)
+    with _told() as tell:
+        found = read_experiment(experiment, model, progress=lambda share: tell("reading", READING * share), most=MOST_SAMPLES + 1)
+        answer, comparison = diagnose_with(
+            found,
+            model,
+            version=importlib.metadata.version("evat"),
+            report=lambda doing, share: tell(doing, READING + (1 - READING) * share),
+        )
+        answer = replace(answer, made_by={**answer.made_by, "seconds": round(time.monotonic() - began, 1)})
+        tell("writing the report", 0.97)
+        path, without = (None, "the command was called with --no-fmu") if no_fmu else _fmu(fmu)
+        written = write_diagnosis(answer, comparison, to, fmu=path, without=without)
+    out.print(Text(sentence(answer), "bold"))
+    out.print(_table(answer))
+    if path is None and not no_fmu:
+        err.print(marked("the FMU was not run:", "bold yellow", without))
+    if why:
+        out.print(explain(comparison, answer, why), highlight=False)
+    for each in written:
+        out.print(f"wrote {each}", highlight=False)
+
+
+def _known(effect: str, effects: list[str]) -> None:
+    """Asked before minutes of work; another law, such as friction_law=dahl, shows only then."""
+    from evat.model import ParameterError
+
+    if effect and "=" not in effect and effect not in effects:
+        raise ParameterError(f"there is no effect {effect!r} to explain; there are {', '.join(effects)}.")
+
+
+def _there(fmu: Path | None) -> None:
+    from evat.model import ParameterError
+    from evat.models.drive import Driver
+
+    if fmu is not None and not fmu.is_file():
+        raise ParameterError(f"--fmu {fmu}: there is no such file; leave the option out to have one built, or see --no-fmu.")
+    if fmu is not None:
+        Driver(fmu, {})  # asked before minutes of work: it reads the description
+
+
+def _fmu(given: Path | None) -> tuple[Path | None, str]:
+    """The FMU, or why there is none: a machine without a compiler, or without a place to keep an FMU, can diagnose, too."""
+    from evat.files.writing import OutputError
+    from evat.gap.report import host_fmu
+    from evat.native.compile import CompileError
+
+    if given is not None:
+        return given, ""
+    try:
+        return host_fmu(), ""
+    except (CompileError, OutputError) as error:
+        return None, str(error)
+
+
+@contextmanager
+def _told() -> Iterator[Callable[[str, float], None]]:
+    """A bar with time left, whose description follows what is done."""
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=err, transient=True) as bar:
+        task = bar.add_task("reading", total=1.0)
+        yield lambda doing, share: bar.update(task, description=doing, completed=share)
+
+
+def _table(answer: Diagnosis) -> Table:
+    from evat.gap.report.words import percent, said
+
+    table = Table("effects", "probability")
+    for on, probability in sorted(answer.judgement.probabilities.items(), key=lambda item: (-item[1], item[0]))[:6]:
+        if probability > SHOWN:
+            table.add_row(said(on), percent(probability))
+    table.add_row("something else", percent(answer.judgement.unknown))
+    return table

@@ -1,0 +1,162 @@
+"""`evat experiment`: is a folder of measurements fit to be used, and what would tests of a known contact measure?"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.table import Table
+
+from evat import parameter_sets
+from evat.commands.recovery import recovery
+from evat.commands.shared import SpeedUnit, Values, share_done, typed_values
+from evat.console import out
+from evat.model import ParameterError
+from evat.motions import KINDS
+from evat.native import kernel
+from evat.units import display, to_si
+
+if TYPE_CHECKING:
+    from evat.experiment import Nominal, Signal
+    from evat.experiment.read import TrialFacts
+
+EVEN = 1.01  # longest over shortest step up to which a clock is called even
+
+experiment = typer.Typer(
+    name="experiment",
+    no_args_is_help=True,
+    help="Measured experiments: check one, or simulate orthogonal cutting tests of a contact whose parameters are known.",
+)
+experiment.command()(recovery)
+Folder = Annotated[Path, typer.Argument(help="A folder with an experiment.toml, or such a file.")]
+
+
+@experiment.command()
+def check(folder: Folder) -> None:
+    """Read an experiment of any size, check every number, and list its trials and averages; or say what is wrong with it.
+
+    Example: evat experiment check tests/copper
+    """
+    from evat.experiment.read import scan_experiment
+    from evat.models.contact import ContactModel
+
+    with share_done(f"checking {folder.name}") as progress:
+        found = scan_experiment(folder, ContactModel(), progress=progress)
+    document, means = found.document, found.means
+    channels = [signal.name for signal in document.recorded if signal.role is not None]
+    if found.trials:
+        out.print(_trials(document.title, found.trials, channels))
+        out.print(_channels(document.signals, found.trials, channels))
+    if means is not None:
+        columns = {**means.values, **means.outputs}
+        table = Table("condition", *columns, title=f"averages: {means.file}", title_justify="left")
+        for row, condition in enumerate(means.conditions):
+            table.add_row(condition, *(_shown(float(column[row]), name) for name, column in columns.items()))
+        out.print(table)
+    conditions = dict.fromkeys([*(trial.condition for trial in found.trials), *(means.conditions if means is not None else ())])
+    rows = sum(trial.rows for trial in found.trials)
+    averages = f", {len(means.conditions)} rows of averages" if means is not None else ""
+    out.print(f"{len(found.trials)} trials of {rows} rows in all{averages}; {len(conditions)} conditions")
+    out.print(_nominal(document.nominal))
+    out.print(f"data {found.data_hash}", highlight=False, soft_wrap=True)
+
+
+def _trials(title: str, trials: Sequence[TrialFacts], channels: Sequence[str]) -> Table:
+    heads = (f"rms {name}" for name in channels)
+    table = Table("file", "condition", "rows", "from, to [s]", "rate [Hz]", *heads, title=title, title_justify="left")
+    for trial in trials:
+        rate = f"{(trial.rows - 1) / (trial.end - trial.begin):.6g}"
+        if trial.longest > EVEN * trial.shortest:
+            rate += f" (steps {trial.shortest:.3g} to {trial.longest:.3g} s)"
+        facts = (trial.file, trial.condition, str(trial.rows), f"{trial.begin:g}, {trial.end:g}", rate)
+        table.add_row(*facts, *(_shown(trial.rms[name], name) for name in channels))
+    return table
+
+
+def _channels(signals: Mapping[str, Signal], trials: Sequence[TrialFacts], channels: Sequence[str]) -> Table:
+    table = Table("signal", "role", "column", "unit in the file", "least", "most")
+    for name in channels:
+        least, most = min(trial.least[name] for trial in trials), max(trial.most[name] for trial in trials)
+        signal = signals[name]
+        table.add_row(name, signal.role, signal.column, signal.unit, _shown(least, name), _shown(most, name))
+    return table
+
+
+def _nominal(nominal: Nominal) -> str:
+    values = ", ".join(f"{name} = {value if isinstance(value, str) else _shown(value, name)}" for name, value in nominal.values.items())
+    source = f" (with the set {nominal.parameters})" if nominal.parameters else ""
+    return f"nominal model{source}: {values}; effects on: {', '.join(nominal.effects) or 'none'}; all else as the component starts"
+
+
+@experiment.command()
+def orthogonal(
+    to: Annotated[Path, typer.Option("--out", "-o", help="A new folder for the experiment.")],
+    parameters: Annotated[str | None, typer.Option("--set", "-s", help="The truth: a shipped set or an .ssv file.")] = None,
+    value: Values = None,
+    effect: Annotated[
+        list[str] | None, typer.Option("--effect", "-e", help="An effect that is on beside those of the set; repeat it.")
+    ] = None,
+    motion: Annotated[str, typer.Option(help=f"How the contact is moved: {', '.join(KINDS)}.")] = "ramp",
+    repeats: Annotated[int, typer.Option(help="Trials of each condition.")] = 3,
+    noise: Annotated[str, typer.Option(help="Standard deviation over the force's root mean square.")] = "1 %",
+    seed: Annotated[int, typer.Option(help="Of the noise and of the nominal values.", min=0)] = 0,
+    rate: Annotated[str, typer.Option(help="Sampling rate.")] = "1 kHz",
+    speed: Annotated[
+        list[str] | None, typer.Option(help="A test speed, such as '20 m/min'; repeat it. Without it five are chosen.")
+    ] = None,
+    proxy: Annotated[
+        str, typer.Option(help="What the heated motions heat by: contact_temperature or proxy_speed.")
+    ] = "contact_temperature",
+    output: Annotated[list[str] | None, typer.Option(help="What is measured; repeat it. Without it friction_force.")] = None,
+    nominal_off: Annotated[str, typer.Option(help="How far the nominal model's coefficients are off at most.")] = "30 %",
+    truth_in_nominal: Annotated[bool, typer.Option("--truth-in-nominal", help="The nominal model is the truth.")] = False,
+    truth: Annotated[Path | None, typer.Option(help="Write the truth to this .ssv file, outside the folder.")] = None,
+    speed_unit: SpeedUnit = "m/min",
+    suffix: Annotated[str, typer.Option(help="Of the data files: .csv or .parquet.")] = ".csv",
+) -> None:
+    """Simulate tests of a contact whose parameters are known; write an experiment with noise, and a picture of it.
+
+    The folder does not tell the truth: its nominal values are off, and --truth writes the true ones elsewhere.
+
+    Example: evat experiment orthogonal -s published/copper --noise '1 %' --seed 1 --out copper --truth copper.ssv
+    """
+    from evat.experiment.read import write_experiment
+    from evat.plots.experiment import plot_experiment
+    from evat.studies import orthogonal as tests
+
+    if truth is not None and (truth.suffix != ".ssv" or Path(os.path.abspath(truth)).is_relative_to(os.path.abspath(to))):
+        raise ParameterError(f"--truth {truth}: an .ssv file outside {to} is needed, so that the experiment does not tell.")
+    found = (
+        parameter_sets.load(parameters, speed_unit=speed_unit)
+        if parameters is not None
+        else parameter_sets.ParameterSet("values", "values", {})
+    )
+    values = {**kernel.by_choice(found.values), **typed_values(value)}
+    effects = (*found.effects, *(name for name in effect or () if name not in found.effects))
+    made = tests.orthogonal(
+        values,
+        effects,
+        motion=motion,
+        repeats=repeats,
+        noise=to_si(noise, "1", name="noise"),
+        seed=seed,
+        rate=to_si(rate, "Hz", name="rate"),
+        speeds=[to_si(each, "m/s", name="speed") for each in speed] if speed else None,
+        proxy=proxy,
+        outputs=tuple(output or ("friction_force",)),
+        nominal_off=0.0 if truth_in_nominal else to_si(nominal_off, "1", name="nominal_off"),
+    )
+    out.print(f"wrote {write_experiment(made, to, suffix=suffix)}: {len(made.trials)} trials, {len(made.conditions)} conditions")
+    out.print(f"wrote {plot_experiment(made, to / 'experiment.png')}")
+    if truth is not None:
+        whole = {name: number for name, number in kernel.check_values(tests.truth_of(values, motion, proxy)).items()}
+        notes = (f"truth of simulated tests: {motion}, seed {seed}",)
+        kept = parameter_sets.ParameterSet(found.name, found.title, whole, effects, found.sources, notes, found.speed_range)
+        out.print(f"wrote {parameter_sets.save_ssv(kept, truth)}")
+
+
+def _shown(value: float, name: str) -> str:
+    return display(value, kernel.variable(name), digits=4)

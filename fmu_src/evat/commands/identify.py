@@ -1,0 +1,185 @@
+"""`evat identify`: which parameters does a measured experiment tell, and what are they?"""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from evat.commands.shared import Values, share_done, typed_values
+from evat.console import err, marked, out
+from evat.model import ParameterError, Variable
+from evat.native import kernel
+from evat.units import display, to_si
+
+if TYPE_CHECKING:
+    from evat.identify import Identification
+
+STOPPED = 130  # exit status, as of a process that Ctrl-C ends
+COLOURS = {"identified": "green", "weak": "yellow", "not identifiable": "red"}
+
+
+def identify(
+    experiment: Annotated[Path, typer.Argument(help="Folder of the experiment, or its experiment.toml.")],
+    free: Annotated[list[str], typer.Option("--free", "-f", help="A parameter to find; repeat it for more.")],
+    bound: Annotated[
+        list[str] | None,
+        typer.Option("--bound", "-b", help="NAME=LOW..HIGH, units allowed; without it a 20th to 20 times the nominal value."),
+    ] = None,
+    value: Values = None,
+    law: Annotated[str | None, typer.Option(help="Friction law; otherwise the experiment's.")] = None,
+    effect: Annotated[list[str] | None, typer.Option("--on", "-e", help="Switch on an effect, beside the experiment's; repeat it.")] = None,
+    objective: Annotated[str, typer.Option(help="least_squares, huber, or relative (eq. 9 of the paper).")] = "least_squares",
+    search: Annotated[
+        str, typer.Option(help="ga (genetic algorithm), de (differential evolution), none (start from the nominal model).")
+    ] = "ga",
+    population: Annotated[int, typer.Option(help="Members of a generation.")] = 64,
+    generations: Annotated[int, typer.Option(help="Generations at most; the search ends earlier where nothing more is gained.")] = 100,
+    seed: Annotated[int, typer.Option(help="Of the search; the same seed gives the same result, whatever the number of threads.")] = 0,
+    hold_out: Annotated[list[str] | None, typer.Option(help="A condition that is kept from the fit, to judge it; repeat it.")] = None,
+    whiten: Annotated[bool, typer.Option(help="least_squares: take in how noise goes on from sample to sample.")] = True,
+    threads: Annotated[int | None, typer.Option(help="Threads; without it one per processor.", min=1)] = None,
+    dask: Annotated[str | None, typer.Option(help="Address of a dask scheduler on whose workers the search runs.")] = None,
+    resume: Annotated[bool, typer.Option(help="Go on with the search that OUT holds, to the result it would have had.")] = False,
+    to: Annotated[Path, typer.Option("--out", "-o", help="Folder for parameters (.ssv), JSON, report and the state of the search.")] = Path(
+        "identified"
+    ),
+) -> None:
+    """Identify parameters from an experiment: estimates with intervals, and a verdict on what the data can tell.
+
+    Ctrl-C stops with the best so far. Example: evat identify rig -f F_C -f sigma0 -b 'F_C=1..30 N' --search de -o found
+    """
+    from evat.experiment.read import read_experiment
+    from evat.identify import identify as run
+    from evat.identify import output
+    from evat.identify.cluster import Cluster
+    from evat.models.contact import ContactModel
+
+    model = ContactModel(threads)
+    bounds = dict(_bound(text) for text in bound or [])
+    values = typed_values(value) | ({"friction_law": law} if law is not None else {})
+    with share_done(f"reading {experiment}") as progress:
+        read = read_experiment(experiment, model, progress=progress)
+    with nullcontext() if dask is None else Cluster(dask) as cluster, _told() as tell, _stoppable() as cancelled:
+        found = run(
+            read,
+            free,
+            model=model,
+            on=effect or (),
+            values=values,
+            bounds=bounds,
+            objective=objective,  # type: ignore[arg-type]  # checked there, with what is allowed
+            search_by=search,  # type: ignore[arg-type]
+            population=population,
+            generations=generations,
+            seed=seed,
+            whiten=whiten,
+            hold_out=hold_out or (),
+            journal=to / "search.journal",
+            resume=resume,
+            spread=None if cluster is None else cluster.costs,
+            progress=tell,
+            cancelled=cancelled,
+        )
+    _show(found)
+    for path in output.write(found, to):
+        out.print(f"wrote {path}")
+    if found.stopped:
+        err.print(f"stopped: the best so far was written; go on with --resume --out {to}")
+        raise typer.Exit(STOPPED)
+
+
+def _bound(text: str) -> tuple[str, tuple[float, float]]:
+    """NAME=LOW..HIGH in SI; a unit after HIGH alone counts for both."""
+    name, equals, rest = text.partition("=")
+    low, dots, high = rest.partition("..")
+    name, low, high = name.strip(), low.strip(), high.strip()
+    if not (equals and dots and low and high):
+        raise ParameterError(f"{text!r}: write NAME=LOW..HIGH, for example 'F_C=1 N..30 N'.")
+    unit = kernel.variable(name).unit
+    try:
+        float(low)
+        low = f"{low} {high.lstrip('+-.0123456789eE').strip()}".strip()
+    except ValueError:
+        pass
+    return name, (to_si(low, unit, name=name), to_si(high, unit, name=name))
+
+
+@contextmanager
+def _told() -> Iterator[Callable[[str, float], None]]:
+    """A bar with time left, whose description follows what is done."""
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TextColumn("{task.percentage:3.0f} %"),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=err, transient=True) as bar:
+        task = bar.add_task("checks", total=1.0)
+        last = ["checks"]
+
+        def tell(what: str, share: float) -> None:
+            stage = what.partition(",")[0].partition(" ")[0]
+            if stage != last[0]:
+                bar.reset(task)
+                last[0] = stage
+            bar.update(task, description=what, completed=share)
+
+        yield tell
+
+
+@contextmanager
+def _stoppable() -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C was pressed; pressed again it ends the process as usual."""
+    asked, before = list[bool](), signal.getsignal(signal.SIGINT)
+
+    def stop(number: int, frame: object) -> None:
+        asked.append(True)
+        signal.signal(signal.SIGINT, before)
+
+    signal.signal(signal.SIGINT, stop)
+    try:
+        yield lambda: bool(asked)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _show(found: Identification) -> None:
+    table = Table("parameter", "estimate", "standard error", "90 % interval", "verdict", title=found.experiment.title, title_justify="left")
+    for estimate in found.estimates:
+        interval = (
+            f"{_end(estimate.low, estimate.open_below, estimate.variable)} .. {_end(estimate.high, estimate.open_above, estimate.variable)}"
+        )
+        word = Text(estimate.verdict, COLOURS[estimate.verdict])
+        sd = "unbounded" if estimate.sd > 1e300 else _shown(estimate.sd, estimate.variable, 2)
+        table.add_row(estimate.name, _shown(estimate.value, estimate.variable, 5), sd, interval, word)
+    out.print(table)
+    for estimate in found.estimates:
+        if estimate.why:
+            out.print(f"{estimate.name}: {estimate.verdict}: {estimate.why}", highlight=False)
+        if estimate.advice:
+            out.print(f"    to measure: {estimate.advice}", highlight=False)
+    for title, fits in (("fitted", found.fits), ("held out", found.held_out)):
+        for channel, fit in fits.items():
+            noise = "" if fit.noise != fit.noise else f", noise of the repeats {fit.noise:.3g}"
+            out.print(
+                f"{title}, {channel}: error {100 * fit.relative_error:.2f} % (eq. 9), residual {fit.rms:.3g} rms{noise}", highlight=False
+            )
+    for doubt in found.doubts:
+        err.print(marked("doubt:", "bold yellow", doubt))
+
+
+def _shown(value: float, variable: Variable, digits: int) -> str:
+    return display(value, variable, digits=digits)
+
+
+def _end(value: float, is_open: bool, variable: Variable) -> str:
+    return "?" if value != value else "bound" if is_open else _shown(value, variable, 6)

@@ -1,0 +1,304 @@
+"""Which commands are there? Wiring only: each command reads what was typed, calls the package, shows what came out."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated, Literal, NoReturn
+
+import typer
+from rich.table import Table
+
+from evat import parameter_sets
+from evat.commands.calibrate import benchmark, calibrate
+from evat.commands.diagnose import diagnose
+from evat.commands.effects import effects
+from evat.commands.experiment import experiment
+from evat.commands.identify import identify
+from evat.commands.shared import SpeedUnit, Values, lines_done, picture_beside, share_done, typed_values
+from evat.commands.system import system
+from evat.console import err, marked, out, show_warnings
+from evat.files.writing import usable
+from evat.model import Effect, EvatError, Law, Variable
+from evat.native import kernel
+from evat.studies.record import Columns
+from evat.units import display
+
+app = typer.Typer(
+    name="evat",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="markdown",
+    help="Chip-tool friction and elliptical vibration assisted turning as a component.\n\n"
+    "`evat build` makes the FMUs, `evat run` shows what they do, `evat simulate` answers a question of your own, "
+    "`evat effects` shows what can be switched on, `evat experiment` checks measurements, `evat system` runs the contact in a machine. "
+    "Numbers take units: `--value 'cutting_speed=30 m/min'`; a bare number is SI.",
+)
+Effects = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--effect", "-e", help="Switch on an effect (`evat effects` lists them); repeat it for more. A set's own effects stay on."
+    ),
+]
+
+app.command()(effects)
+app.add_typer(experiment)
+app.command()(identify)
+app.command()(diagnose)
+app.command()(calibrate)
+app.command()(benchmark)
+app.add_typer(system)
+
+
+def _row(variable: Variable) -> list[str]:
+    start = "" if variable.causality in ("output", "local", "independent") else display(variable.start, variable)
+    bounds = "" if variable.type in ("choice", "boolean") else f"{variable.min:g} .. {variable.max:g} {variable.unit}"
+    allowed = ", ".join(variable.choices) or bounds
+    return [variable.name, start, allowed, f"{variable.meaning}. [{variable.source}]"]
+
+
+@app.command()
+def info(
+    name: Annotated[str | None, typer.Argument(help="A variable, friction law or effect; without it everything is listed.")] = None,
+) -> None:
+    """List variables, friction laws and effects: unit, start, bounds, meaning, source."""
+    laws, effects = kernel.laws(), kernel.effects()
+    groups: dict[str, tuple[Law | Effect, ...]] = {"friction laws (friction_law)": laws, "effects": effects}
+    for title, entries in groups.items():
+        table = Table("name", "equation", "what it is", title=title, title_justify="left")
+        for entry in entries:
+            if name is None or entry.name == name:
+                table.add_row(entry.name, entry.equation, f"{entry.meaning}. [{entry.source}]")
+        if table.row_count:
+            out.print(table)
+    entries_of_all: tuple[Law | Effect, ...] = (*laws, *effects)
+    own = {v.name for entry in entries_of_all if entry.name == name for v in entry.variables}
+    shown = [v for v in kernel.variables() if name is None or v.name == name or v.name in own]
+    if not shown:
+        kernel.variable(name or "")
+    for causality in ("input", "parameter", "output", "local"):
+        rows = [v for v in shown if v.causality == causality]
+        if rows:
+            table = Table("name", "start", "allowed", "meaning [source]", title=f"{causality}s", title_justify="left")
+            for variable in rows:
+                table.add_row(*_row(variable))
+            out.print(table)
+
+
+@app.command()
+def sets(
+    name: Annotated[str | None, typer.Argument(help="A shipped set or an .ssv file; without it the shipped sets are listed.")] = None,
+    speed_unit: SpeedUnit = "m/min",
+    strict: Annotated[bool, typer.Option(help="Refuse a set that violates the paper's eq. 7 within its speed range.")] = False,
+    save: Annotated[Path | None, typer.Option(help="Write the set as an SSP parameter file (.ssv).")] = None,
+) -> None:
+    """List the shipped parameter sets, or show one: every value with unit and source."""
+    if name is None:
+        table = Table("set", "what it is")
+        for each in parameter_sets.names():
+            table.add_row(each, parameter_sets.load(each, speed_unit=speed_unit).title)
+        out.print(table)
+        return
+    found = parameter_sets.load(name, speed_unit=speed_unit, strict=strict)
+    table = Table("variable", "value", "SI", "source", title=f"{found.name}: {found.title}", title_justify="left")
+    for key, value in found.values.items():
+        known = kernel.variable(key)
+        si = "" if known.type in ("choice", "boolean") else f"{value:g} {known.unit}"
+        table.add_row(key, display(value, known), si, found.sources.get(key, ""))
+    out.print(table)
+    out.print(f"effects on: {', '.join(found.effects) or 'none'}")
+    for note in found.notes:
+        out.print(f"note: {note}")
+    if save is not None:
+        out.print(f"wrote {parameter_sets.save_ssv(found, save)}")
+
+
+@app.command()
+def build(
+    to: Annotated[Path, typer.Option("--out", help="Folder for the FMUs.")] = Path("build/out/fmus"),
+    host_only: Annotated[bool, typer.Option(help="Binaries for this machine's platform only.")] = False,
+) -> None:
+    """Build the FMUs (contact and partners, native, FMI 2.0 and 3.0, for five platforms), the pythonfmu twin, and the systems (.ssp)."""
+    from evat import fmu
+    from evat.fmu import python_fmu
+    from evat.native.compile import TARGETS, host_target
+    from evat.systems import write, write_full
+    from evat.systems.declared import names
+
+    targets = [host_target().fmi3_folder] if host_only else list(TARGETS)
+    usable(to)
+    with lines_done(2 * len(fmu.parts()) * (2 + len(targets)) + 2 * len(names()) + 1) as progress:
+        paths = [*fmu.build_all(to, targets, progress)]
+        paths += [*write.write_all(to, to, progress), *write_full.write_all(to, to, progress)]
+        progress("pythonfmu twin")
+        paths.append(python_fmu.build_python_fmu(to / "EvatContactPython.fmu"))
+    for path in paths:
+        out.print(f"wrote {path} ({path.stat().st_size / 1e6:.2f} MB)")
+
+
+@app.command()
+def simulate(
+    parameters: Annotated[str | None, typer.Option("--set", "-s", help="A shipped set or an .ssv file.")] = None,
+    value: Values = None,
+    effect: Effects = None,
+    law: Annotated[str | None, typer.Option(help="Friction law; the same as --value friction_law=...")] = None,
+    principle: Annotated[str | None, typer.Option(help="Shear-angle principle.")] = None,
+    motion: Annotated[
+        Path | None,
+        typer.Option(
+            "--input", "-i", help="CSV or Parquet with a column 'time' and columns named after inputs, e.g. 'slip_velocity [mm/s]'."
+        ),
+    ] = None,
+    cycles: Annotated[float, typer.Option(help="Without --input: how many vibration cycles.")] = 5,
+    samples: Annotated[int, typer.Option(help="Without --input: samples per cycle.")] = 200,
+    speed_unit: SpeedUnit = "m/min",
+    to: Annotated[Path, typer.Option("--out", "-o", help="Result, .csv or .parquet; the plot is written beside it as .png.")] = Path(
+        "evat.csv"
+    ),
+) -> None:
+    """Run the contact with a parameter set, a friction law and a motion; write a table and a plot.
+
+    Example: evat simulate -s regularised/al-7075-t6 --law lugre -v 'cutting_speed=20 m/min' -v feed=50um -o cut.csv
+    """
+    from evat.files.table import RecordError, read_table, write_trace
+    from evat.plots.cycles import plot_trace
+    from evat.simulate import SHOWN
+    from evat.simulate import simulate as run_contact
+
+    values: dict[str, float | str] = {}
+    effects: list[str] = []
+    beside = picture_beside(to)
+    if parameters is not None:
+        found = parameter_sets.load(parameters, speed_unit=speed_unit)
+        values, effects = dict(found.values), list(found.effects)
+    values |= typed_values(value)
+    effects += [name for name in effect or [] if name not in effects]
+    values |= {name: choice for name, choice in (("friction_law", law), ("shear_angle_principle", principle)) if choice is not None}
+    times, inputs = None, {}
+    if motion is not None:
+        table = read_table(motion)
+        headers = {header.partition("[")[0].strip(): header for header in table.columns}
+        unknown = set(headers) - set(kernel.inputs()) - {"time"}
+        if "time" not in headers or unknown:
+            raise RecordError(
+                f"{motion.name}: columns {', '.join(map(repr, table.columns))}; needed are 'time' and inputs of the component "
+                f"({', '.join(kernel.inputs())}), with a unit in brackets where it is not SI."
+            )
+        times = table.clock(headers.pop("time"))
+        inputs = {name: table.column(header, kernel.variable(name).unit) for name, header in headers.items()}
+        if "slip_velocity" in inputs:
+            values.setdefault("kinematics", "external")
+    trace = run_contact(values, effects, times=times, inputs=inputs, cycles=cycles, samples_per_cycle=samples)
+    out.print(f"wrote {write_trace(trace, to)}")
+    picture = plot_trace(trace, beside, ("principal_force", "feed_force", "friction_force", "slip_velocity_used"), to.stem)
+    out.print(f"wrote {picture}")
+    summary = Table("mean over the last window", "value")
+    for name in SHOWN:
+        if name.startswith("mean_"):
+            summary.add_row(name, display(float(trace[name][-1]), kernel.variable(name)))
+    out.print(summary)
+    if trace.made_by["warnings"]:
+        err.print(f"warning: {trace.made_by['warnings']}")
+
+
+@app.command()
+def run(
+    record: Annotated[Path | None, typer.Option(help="A measured motion to drive the FMU with, instead of the paper's materials.")] = None,
+    parameters: Annotated[str, typer.Option("--set", "-s", help="With --record: parameter set.")] = "tribometer-5n",
+    value: Values = None,
+    time: Annotated[str, typer.Option("--time", help="With --record: header of the clock.")] = "time",
+    velocity: Annotated[str | None, typer.Option(help="With --record: header of the slip velocity.")] = None,
+    position: Annotated[str | None, typer.Option(help="With --record: header of the position, where no velocity was measured.")] = None,
+    force: Annotated[str, typer.Option(help="With --record: header of the friction force.")] = "friction_force",
+    force_sign: Annotated[float, typer.Option(help="With --record: -1 where the force counts against the motion.")] = 1.0,
+    begin: Annotated[float, typer.Option(help="With --record: first time used [s].")] = float("-inf"),
+    end: Annotated[float, typer.Option(help="With --record: last time used [s].")] = float("inf"),
+    family: Annotated[str, typer.Option(help="Without --record: regularised or published sets.")] = "regularised",
+    speed_unit: SpeedUnit = "m/min",
+    to: Annotated[Path, typer.Option("--out", "-o", help="Folder for figures, tables and report.")] = Path("runs"),
+) -> None:
+    """The main job: build the FMU and drive it through fmpy for the paper's four materials, or along a measured record.
+
+    Example: evat run --record test.txt --time 'Time [s]' --position 'Position [mm]' --force 'Friction [uN]' --force-sign -1
+    """
+    usable(to)
+    if record is None:
+        _run_materials(family, speed_unit, to)
+        return
+    found = parameter_sets.load(parameters, speed_unit=speed_unit)
+    values = kernel.check_values({**found.values, **typed_values(value)})
+    _run_record(record, Columns(time, force, velocity, position, force_sign), found, values, (begin, end), to)
+
+
+def _host_fmu(version: Literal[2, 3], to: Path) -> Path:
+    from evat import fmu
+    from evat.native.compile import host_target
+
+    with lines_done(3) as progress:
+        return fmu.build_fmu(version, to / fmu.file_name(version), [host_target().fmi3_folder], progress)
+
+
+def _run_record(
+    record: Path, columns: Columns, found: parameter_sets.ParameterSet, values: dict[str, float], between: tuple[float, float], to: Path
+) -> None:
+    from evat.plots.cycles import plot_record
+    from evat.studies.record import follow_record
+
+    built = _host_fmu(2, to)
+    with share_done(f"following {record.name}") as progress:
+        result = follow_record(built, record, columns, kernel.by_choice(values), found.effects, between=between, progress=progress)
+    residual = f"residual {result.residual_rms:.3g} N RMS, {100 * result.residual_share:.1f} % of the measured force"
+    title = f"{record.name}, {found.name}: {residual}"
+    picture = plot_record(result.times, result.velocity, result.measured, result.trace["friction_force"], to / "record.png", title)
+    out.print(title)
+    out.print(f"wrote {picture}")
+
+
+def _run_materials(family: str, speed_unit: str, to: Path) -> None:
+    from evat.studies import main_job
+
+    built, total = _host_fmu(3, to), main_job.case_count()
+    with share_done("driving the FMU") as progress:
+        cases = main_job.run_cases(built, family, speed_unit, lambda n: progress(n / total))
+    figures = main_job.plot_cases(cases, to)
+    main_job.write_means(cases, to / "means.csv")
+    page = main_job.write_report(cases, figures, family, speed_unit, to)
+    table = Table("material", "force", "measured (paper)", *(model.title for model in main_job.MODELS.values()))
+    for line in main_job.means_table(cases):
+        table.add_row(*line)
+    table.title = "cycle means [N], maximum shear stress / minimum energy; process conditions are our own (see the report)"
+    out.print(table)
+    for path in (*figures, to / "means.csv", page):
+        out.print(f"wrote {path}")
+
+
+@app.callback(invoke_without_command=True)
+def _version(version: Annotated[bool, typer.Option("--version", help="Show the version and stop.")] = False) -> None:
+    if version:
+        out.print(f"evat {importlib.metadata.version('evat')}, model {kernel.token()}")
+        raise typer.Exit
+
+
+def main() -> None:
+    """The command `evat`: errors of ours, and what the system refuses, as one line on stderr and exit status 2."""
+    show_warnings()
+    try:
+        app()
+    except EvatError as error:
+        _refused(str(error))
+    except OSError as error:  # of what is read, or of standard output; what is written says more (evat.files.writing)
+        what = f"{error.filename}: " if error.filename is not None else ""
+        _refused(f"{what}{error.strerror or error}. It is the system that refuses; see to that file, disk or pipe, and try again.")
+
+
+def _refused(text: str) -> NoReturn:
+    with suppress(OSError):
+        err.print(marked("evat:", "bold red", text), soft_wrap=True)
+    try:
+        sys.stdout.flush()
+    except OSError:  # it would be tried again, and complained of, at the very end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(2)

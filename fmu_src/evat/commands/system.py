@@ -1,0 +1,211 @@
+"""`evat system`: run a system of FMUs, sweep over its parameters, ask what averaging saves in it."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+from rich.table import Table
+
+from evat.commands.shared import picture_beside, share_done
+from evat.console import err, out
+from evat.files.writing import temporary
+
+if TYPE_CHECKING:
+    from evat.systems.model import System
+    from evat.systems.values import Value
+
+system = typer.Typer(
+    name="system",
+    no_args_is_help=True,
+    help="Systems of FMUs (.ssp): the contact in a machine. `evat build` writes ours; any flat one of FMI 2 or 3 co-simulation FMUs runs.",
+)
+Ssp = Annotated[Path, typer.Argument(help="An .ssp file.")]
+Step = Annotated[float | None, typer.Option(help="Communication step [s]; without it the system's own.")]
+Stop = Annotated[float | None, typer.Option(help="Stop time [s]; without it the system's own.")]
+Order = Annotated[Literal["gauss-seidel", "jacobi"], typer.Option(help="One component after the other, or all from the same values.")]
+Inputs = Annotated[Literal["linear", "constant"], typer.Option(help="How inputs go on within a step whose end is not known yet.")]
+SystemValues = Annotated[
+    list[str] | None, typer.Option("--value", "-v", help="COMPONENT.VARIABLE=VALUE, units allowed; repeat it for more.")
+]
+Sets = Annotated[
+    list[str] | None, typer.Option("--set", "-s", help="COMPONENT=SET: an .ssv file or a shipped set of the contact; repeat it for more.")
+]
+
+
+def _values(found: System, value: list[str] | None, sets: list[str] | None) -> dict[str, dict[str, Value]]:
+    from evat.model import ParameterError
+    from evat.systems.values import from_set, merged, typed
+
+    of_sets: dict[str, dict[str, Value]] = {}
+    for text in sets or []:
+        name, equals, which = text.partition("=")
+        if not equals or name not in found.components:
+            raise ParameterError(f"--set {text!r}: write COMPONENT=SET; components are {', '.join(found.components)}.")
+        of_sets = merged(of_sets, {name: from_set(found, name, which)})
+    return merged(of_sets, typed(found, value or []))
+
+
+@system.command()
+def run(
+    ssp: Ssp,
+    step: Step = None,
+    stop: Stop = None,
+    value: SystemValues = None,
+    sets: Sets = None,
+    record: Annotated[
+        Path | None, typer.Option("--input", "-i", help="CSV or Parquet with 'time' and inputs as COMPONENT.VARIABLE [unit].")
+    ] = None,
+    every: Annotated[int | None, typer.Option(help="Keep every n-th step; without it as the system says.")] = None,
+    order: Order = "gauss-seidel",
+    inputs: Inputs = "linear",
+    to: Annotated[Path, typer.Option("--out", "-o", help="Result, .csv or .parquet; the plot is written beside it as .png.")] = Path(
+        "system.csv"
+    ),
+) -> None:
+    """Run a system; write a table and a plot, and say how the power balance at its bonds came out.
+
+    Example: evat system run build/out/fmus/stick_slip.ssp -o stick-slip.parquet
+    """
+    from evat.files.table import write_trace
+    from evat.plots.system import plot_run
+    from evat.systems.couple import NOTHING, Coupled, plan
+    from evat.systems.model import SystemStopped
+    from evat.systems.read import read
+    from evat.systems.values import record as read_record
+
+    beside = picture_beside(to)
+    with temporary() as folder:
+        found = read(ssp, folder)
+        wanted = plan(found, step, stop, every, order, inputs)
+        given = NOTHING if record is None else read_record(found, record)
+        with Coupled(found, _values(found, value, sets), given) as coupled, share_done(f"running {found.name}") as progress:
+            try:
+                trace, power = coupled.run(wanted, progress)
+            except SystemStopped as stopped:
+                if stopped.trace.times.size:
+                    out.print(f"wrote {write_trace(stopped.trace, to)}, the results until the stop")
+                raise
+    out.print(f"wrote {write_trace(trace, to)}")
+    out.print(f"wrote {plot_run(trace, beside, list(trace.columns), found.title)}")
+    for line in power.advice(wanted.step, 2 if inputs == "linear" else 1):
+        out.print(line, soft_wrap=True)
+
+
+@system.command()
+def sweep(
+    ssp: Ssp,
+    over: Annotated[
+        list[str],
+        typer.Option(help="NAME=FIRST:LAST:COUNT, NAME=VALUE,VALUE or COMPONENT=SET,SET; several NAMEs joined by commas get the same."),
+    ],
+    beside: Annotated[
+        list[str] | None,
+        typer.Option(help="COMPONENT.VARIABLE=VALUE: the grid once more with this value, dashed in the map; repeat it for more values."),
+    ] = None,
+    step: Step = None,
+    stop: Stop = None,
+    value: SystemValues = None,
+    sets: Sets = None,
+    order: Order = "gauss-seidel",
+    inputs: Inputs = "linear",
+    dask: Annotated[str | None, typer.Option(help="Address of a dask scheduler on whose workers the runs go.")] = None,
+    to: Annotated[Path, typer.Option("--out", "-o", help="Table, .csv or .parquet; the map is written beside it as .png.")] = Path(
+        "sweep.csv"
+    ),
+) -> None:
+    """Run a system over a grid of its parameters: a table of means over the last half of each run, and a map. Ends with status 1 where a
+    run has failed.
+
+    Example: evat system sweep build/out/fmus/evat_turning.ssp --over contact.amplitude_x=3e-6:9e-6:4 --stop 0.005
+
+    Beside it conventional turning: --beside contact.amplitude_x=0 --beside contact.amplitude_y=0
+
+    On other machines: `dask scheduler` on one, `dask worker tcp://HOST:8786` on each (evat installed there), --dask tcp://HOST:8786
+    """
+    from evat.files.table import write_columns
+    from evat.identify.cluster import Cluster
+    from evat.plots.system import plot_sweep
+    from evat.systems import sweep as sweeping
+    from evat.systems.couple import plan
+    from evat.systems.read import read
+    from evat.systems.values import typed
+
+    picture = picture_beside(to)
+    with temporary() as folder:
+        found = read(ssp, folder)
+        axes = [sweeping.axis(found, text) for text in over]
+        values = _values(found, value, sets)
+        grids = [{}, typed(found, beside)] if beside else [{}]
+        plan(found, step, stop, None, order, inputs)
+        units = {f"{name}.{c.name}": c.unit for name, component in found.components.items() for c in component.connectors.values()}
+        with nullcontext() if dask is None else Cluster(dask) as cluster, share_done(f"sweeping {found.name}") as progress:
+            wishes = {"step": step, "stop": stop, "order": order, "inputs": inputs}
+            rows, *again = [
+                sweeping.sweep(ssp, axes, values, wishes, lambda done, n=n: progress((n + done) / len(grids)), cluster, grid)  # type: ignore[misc]
+                for n, grid in enumerate(grids)
+            ]
+            others = again[0] if again else []
+    out.print(f"wrote {write_columns(sweeping.columns(axes, rows, units, others), to)}")
+    failed = [row for row in (*rows, *others) if row.failure]
+    if any(row.means for row in rows):
+        out.print(f"wrote {plot_sweep(axes, rows, units, picture, others)}")
+    table = Table("run", "why it failed")
+    for row in failed:
+        table.add_row(", ".join(each.texts[place] for each, place in zip(axes, row.place, strict=True)), row.failure)
+    if failed:
+        err.print(table)
+        err.print(f"{len(failed)} of {len(rows) + len(others)} runs failed; the table holds the others.")
+        raise typer.Exit(1)
+
+
+@system.command()
+def averaging(
+    ssp: Ssp,
+    step: Annotated[float, typer.Option(help="Step of the averaged run [s]; a whole multiple of the fine one.")] = 1e-3,
+    fine: Annotated[float | None, typer.Option(help="Step of the run that follows every cycle [s]; without it the system's own.")] = None,
+    stop: Stop = None,
+    value: SystemValues = None,
+    sets: Sets = None,
+    to: Annotated[Path, typer.Option("--out", "-o", help="Table, .csv or .parquet; the plot is written beside it as .png.")] = Path(
+        "averaging.csv"
+    ),
+) -> None:
+    """Run a system with averaging = cycle in long steps, and again with every cycle: cost and error of both.
+
+    Example: evat system averaging build/out/fmus/evat_turning.ssp --stop 0.1 -v spindle.speed_set=25
+    """
+    from evat.files.table import write_columns
+    from evat.plots.two_scales import plot_cut
+    from evat.studies.two_scales_system import compare
+    from evat.systems.read import read
+
+    beside = picture_beside(to)
+    with temporary() as folder:
+        system = read(ssp, folder)
+        with share_done("following every cycle") as progress:
+            found = compare(
+                system,
+                _values(system, value, sets),
+                step=step,
+                fine=fine,
+                stop=stop,
+                progress=lambda mode, share: progress(share if mode == "resolved" else 0.0),
+            )
+    cut = found.cut
+    out.print(f"wrote {write_columns(found.columns(), to)}")
+    out.print(f"wrote {plot_cut(cut, beside, f'{system.title}, averaged in steps of {1e3 * step:g} ms')}")
+    for mode, name in (("resolved", "every cycle"), ("cycle", "averaged")):
+        out.print(f"{name}: {cut.seconds[mode]:.3g} s for {cut.times[-1] - cut.times[0]:g} s, in steps of {found.steps[mode]:g} s")
+    worst = cut.times[int(cut.error.argmax())]
+    out.print(
+        f"{cut.cheaper:.0f} times cheaper; mean forces to {100 * cut.relative_error:.2g} % of the largest, worst from t = {worst:g} s on, "
+        f"to {100 * cut.typical_error:.2g} % in half of the steps",
+        soft_wrap=True,
+    )
+    table = Table("output of the machine", "largest value", "largest difference", title="at the ends of the steps, 20 kHz of it and all")
+    for name, (largest, apart) in found.machine().items():
+        table.add_row(name, f"{largest:.3g}", f"{apart:.2g}")
+    out.print(table)

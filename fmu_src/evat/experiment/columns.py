@@ -1,0 +1,123 @@
+"""Is every number of a recording fit to be used? Its columns in SI, batch by batch, within bounds, along a clock that runs on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from evat.experiment import ExperimentError, Signal
+from evat.experiment.document import CLOCK, Document, TrialEntry
+from evat.files.stream import Bytes, headers, open_batches
+from evat.files.table import RecordError, unit_in
+from evat.model import FloatArray, Model, ParameterError, Variable
+from evat.units import affine, base_unit
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column of a file: the variable `name` in `si` = factor * value in the file + offset, between `low` and `high`."""
+
+    header: str
+    name: str
+    unit: str
+    factor: float
+    offset: float
+    si: str
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, header: str, name: str, unit: str, known: Variable | None) -> Column:
+        """The column of a variable, or of the clock where there is none; ParameterError where the unit does not fit."""
+        si, low, high = (known.unit, known.min, known.max) if known else ("s", -np.inf, np.inf)
+        return cls(header, name, unit, *affine(unit, si), si, low, high)
+
+    def checked(self, file: str, first_row: int, found: FloatArray) -> FloatArray:
+        """The column in SI; an error names the row (from 1) of what is no number or lies outside the variable's bounds."""
+        column = found if (self.factor, self.offset) == (1, 0) else found * self.factor + self.offset
+        low, high = float(column.min()), float(column.max())
+        if not (np.isfinite(low) and np.isfinite(high)):
+            row = first_row + int(np.argmin(np.isfinite(column))) + 1
+            raise ExperimentError(
+                f"{file}, column {self.header!r}, data row {row}: no finite number. Nothing is filled in; mend or cut it."
+            )
+        if low < self.low or high > self.high:
+            place = int(np.argmax((column < self.low) | (column > self.high)))
+            raise ExperimentError(
+                f"{file}, column {self.header!r}, data row {first_row + place + 1}: {self.name} = {column[place]:g} {self.si}; allowed is "
+                f"{self.low:g} to {self.high:g} {self.si}. Its unit is given as {self.unit}: is that right?"
+            )
+        return column
+
+
+def trial_columns(document: Document, entry: TrialEntry, model: Model) -> list[Column]:
+    """The columns that a trial's file must have, the clock first."""
+    by_name = {variable.name: variable for variable in model.variables}
+    try:
+        found = headers(entry.path)
+    except RecordError as error:
+        raise ExperimentError(f"{entry.file}: {error}") from error
+    columns = []
+    for signal in sorted(document.recorded, key=lambda signal: signal.name != CLOCK):
+        if signal.column not in found:
+            raise ExperimentError(
+                f"{entry.file}: there is no column {signal.column!r} for {signal.name}; it has {', '.join(map(repr, found[:40]))}. "
+                f"Name the right one as signals.{signal.name}.column."
+            )
+        if signal.name in entry.values:
+            raise ExperimentError(f"{entry.file}: {signal.name} is a signal and among the trial's values too; keep one.")
+        check_header(signal, entry.file)
+        columns.append(Column.of(signal.column, signal.name, signal.unit, None if signal.name == CLOCK else by_name[signal.name]))
+    return columns
+
+
+def check_header(signal: Signal, file: str) -> None:
+    """ExperimentError where the brackets at the end of a header state another unit than the document.
+
+    They may hold text that is no unit; round ones may also hold a unit of another kind, which is then text too: "T (C)" is no charge.
+    """
+    stated = unit_in(signal.column)
+    try:
+        base_unit(stated or "")
+    except ParameterError:
+        return
+    try:
+        fits = affine(stated or "", signal.unit) == (1, 0)
+    except ParameterError:
+        fits = signal.column.rstrip().endswith(")")
+    if not fits:
+        raise ExperimentError(
+            f"{file}, column {signal.column!r}: its header states {stated}, the document says {signal.unit} (signals.{signal.name}.unit); "
+            "correct the one that is wrong."
+        )
+
+
+def trial_batches(entry: TrialEntry, columns: list[Column], done: Bytes, rows: Callable[[int], None]) -> Iterator[list[FloatArray]]:
+    """A trial's file in batches, in SI and checked. `rows` is told how many there will be where the file says so."""
+    at, last = 0, -np.inf
+    try:
+        with open_batches(entry.path, [column.header for column in columns], done) as found:
+            if found.rows is not None:
+                rows(found.rows)
+            for raw in found.each:
+                batch = [column.checked(entry.file, at, values) for column, values in zip(columns, raw, strict=True)]
+                _check_clock(entry.file, columns[0].header, at, last, batch[0])
+                at, last = at + batch[0].size, float(batch[0][-1])
+                yield batch
+    except RecordError as error:
+        raise ExperimentError(f"{entry.file}: {error}") from error
+    if at < 2:
+        raise ExperimentError(f"{entry.file}: it has {at} row{'s' * (at != 1)} of data; a recording has at least 2.")
+
+
+def _check_clock(file: str, header: str, first_row: int, last: float, times: FloatArray) -> None:
+    if times[0] > last and np.all(times[1:] > times[:-1]):
+        return
+    before = np.concatenate(([last], times[:-1]))
+    place = int(np.argmax(times <= before))
+    raise ExperimentError(
+        f"{file}, column {header!r}, data row {first_row + place + 1}: the clock must increase from row to row; it goes from "
+        f"{before[place]:.9g} to {times[place]:.9g} s. Mend it, or cut the recording there."
+    )

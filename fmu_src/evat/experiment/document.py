@@ -1,0 +1,190 @@
+"""What does an experiment.toml say? Its keys checked against the format and the model; no data file is opened here."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from evat.experiment import ExperimentError, Nominal, Role, Signal
+from evat.experiment.nominal import read_nominal
+from evat.files.document_checks import SETTABLE, Checks, is_number
+from evat.files.read_toml import TomlError, read_toml
+from evat.model import Model, ParameterError, Variable
+from evat.models.required_inputs import KINEMATICS
+from evat.units import affine
+
+FILE = "experiment.toml"
+FORMAT = 1
+CLOCK = "time"
+MOTION, EXTERNAL = "slip_velocity", "external"  # the input without which these kinematics say nothing
+MEAN = "mean_"  # how the names of averages begin
+
+KEYS = ("format", "title", "intended_use", "nominal", "signals", "trials", "means")
+SIGNAL_KEYS = ("column", "unit", "role", "full_scale")
+TRIAL_KEYS = ("file", "condition", "values")
+
+
+@dataclass(frozen=True, slots=True)
+class TrialEntry:
+    """One of [[trials]]: where its data lie; nothing of them is read."""
+
+    file: str
+    path: Path
+    condition: str
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """All that stands in the file. `files` are the document, the parameter file if there is one, and every data file, in that order."""
+
+    folder: Path
+    title: str
+    intended_use: str
+    nominal: Nominal
+    signals: Mapping[str, Signal]
+    trials: tuple[TrialEntry, ...]
+    means: tuple[str, Path] | None
+    files: tuple[Path, ...]
+
+    @property
+    def recorded(self) -> tuple[Signal, ...]:
+        """The signals that each trial's file has a column of: all, but for averages where there is a file of them."""
+        found = (signal for name, signal in self.signals.items() if self.means is None or not name.startswith(MEAN))
+        return tuple(found) if self.trials else ()
+
+    @property
+    def averaged(self) -> tuple[Signal, ...]:
+        """The signals that the file of averages must have a column of."""
+        found = (signal for name, signal in self.signals.items() if name.startswith(MEAN) or (not self.trials and name != CLOCK))
+        return tuple(found) if self.means is not None else ()
+
+
+def read_document(folder_or_toml: Path, model: Model) -> Document:
+    """The experiment.toml of a folder, or such a file itself; ExperimentError names key or entry, what was found and what is allowed."""
+    path = folder_or_toml / FILE if folder_or_toml.is_dir() else folder_or_toml
+    if not path.is_file():
+        raise ExperimentError(f"{path}: there is no such file; an experiment is a folder with a file {FILE} in it.")
+    return _Reader(path, model).document()
+
+
+class _Reader(Checks):
+    """One reading of one document."""
+
+    def document(self) -> Document:
+        try:
+            found = read_toml(self.path)
+        except TomlError as error:
+            raise ExperimentError(str(error)) from error
+        self.keys("", found, KEYS, ("format", "title", "nominal"))
+        if found["format"] != FORMAT or isinstance(found["format"], bool):
+            raise self.error("format", f"{found['format']!r}; this version reads format {FORMAT}.")
+        signals = self.signals(self.table("signals", found.get("signals", {})))
+        entries = found.get("trials", [])
+        if not isinstance(entries, list):
+            raise self.error("trials", "write each recording as a table [[trials]], with two brackets.")
+        trials = tuple(self.trial(f"trials {place + 1}", entry) for place, entry in enumerate(entries))
+        means = None
+        if "means" in found:
+            self.keys("means", self.table("means", found["means"]), ("file",), ("file",))
+            means = (file := self.text("means.file", found["means"]["file"]), self.inside("means.file", file))
+        self.contents(signals, trials, means)
+        nominal, files = read_nominal(self, self.table("nominal", found["nominal"]))
+        title, intended_use = (self.text(key, found.get(key, "")) for key in ("title", "intended_use"))
+        self.motion(nominal, signals, trials)
+        data = [entry.path for entry in trials] + ([means[1]] if means else [])
+        if twice := [path for path, count in Counter(data).items() if count > 1]:
+            raise self.error(
+                "", f"{twice[0].relative_to(self.root)} is named twice; each recording counts once, and repeats have files of their own."
+            )
+        return Document(self.path.parent, title, intended_use, nominal, signals, trials, means, (self.path, *files, *data))
+
+    def contents(self, signals: Mapping[str, Signal], trials: Collection[TrialEntry], means: tuple[str, Path] | None) -> None:
+        """Whether there is anything measured at all."""
+        if not trials and means is None:
+            raise self.error("", "there are neither [[trials]] nor [means]; name at least one recording or a file of averages.")
+        if trials and CLOCK not in signals:
+            raise self.error("signals", f"the clock is missing; add [signals.{CLOCK}] with column and unit.")
+        for name in signals:
+            if trials and name != CLOCK and self.variables[name].causality == "parameter":
+                raise self.error(f"signals.{name}", "a parameter does not vary within a recording; give it among the values of each trial.")
+        outputs = [name for name, signal in signals.items() if signal.role == "output" and (means is None or not name.startswith(MEAN))]
+        if trials and not outputs:
+            raise self.error("signals", 'there is no output, so nothing was measured; give at least one signal role = "output".')
+
+    def motion(self, nominal: Nominal, signals: Mapping[str, Signal], trials: Iterable[TrialEntry]) -> None:
+        """Whether each trial has the inputs that its kinematics and effects need."""
+        for trial in trials:
+            given = {name for name, signal in signals.items() if signal.role == "input"}
+            check_inputs(self.model, nominal, given | set(trial.values), f"{self.path.name}, {trial.file}")
+
+    def signals(self, found: Mapping[str, Any]) -> dict[str, Signal]:
+        signals = {name: self.signal(name, self.table(f"signals.{name}", entry)) for name, entry in found.items()}
+        first: dict[str, str] = {}
+        for name, signal in signals.items():
+            if signal.column in first:
+                raise self.error(
+                    f"signals.{name}", f"column {signal.column!r} already is {first[signal.column]}; each signal has a column of its own."
+                )
+            first[signal.column] = name
+        return signals
+
+    def signal(self, name: str, found: Mapping[str, Any]) -> Signal:
+        where = f"signals.{name}"
+        self.keys(where, found, SIGNAL_KEYS, ("unit",))
+        known = self.variable(where, name) if name != CLOCK else None
+        unit, role = self.text(f"{where}.unit", found["unit"]), found.get("role")
+        self.check_role(where, known, role)
+        try:
+            factor, offset = affine(unit, known.unit if known else "s")
+        except ParameterError as error:
+            raise self.error(f"{where}.unit", str(error)) from error
+        full_scale = found.get("full_scale")
+        if full_scale is not None:
+            if not is_number(full_scale) or not 0 < full_scale < math.inf or role != "output":
+                raise self.error(f"{where}.full_scale", f"{full_scale!r}; a number above 0 in {unit} is needed, and only outputs have one.")
+            full_scale = full_scale * factor + offset
+        return Signal(name, self.text(f"{where}.column", found.get("column", name)), unit, role, full_scale)
+
+    def check_role(self, where: str, known: Variable | None, role: Role | None) -> None:
+        if known is None:
+            if role is not None:
+                raise self.error(f"{where}.role", f"{role!r}; the clock has no role, remove it.")
+            return
+        if known.causality not in (*SETTABLE, "output") or known.type != "real":
+            raise self.error(
+                where, f"this is a {known.causality} ({known.type}) of the component; inputs and outputs that are numbers can be measured."
+            )
+        right = "output" if known.causality == "output" else "input"
+        if role != right:
+            found = "the role is missing" if role is None else f"role = {role!r}"
+            raise self.error(f"{where}.role", f'{found}; {known.name} is an {right} of the component: role = "{right}".')
+
+    def trial(self, where: str, found: Any) -> TrialEntry:
+        self.keys(where, self.table(where, found), TRIAL_KEYS, ("file", "condition"))
+        file, condition = self.text(f"{where}.file", found["file"]), self.text(f"{where}.condition", found["condition"])
+        if not condition.strip():
+            raise self.error(f"{where}.condition", "it is empty; trials of one condition are repeats of each other, so name it.")
+        values = {}
+        for key, number in self.numbers(f"{where}.values", found.get("values", {})):
+            if self.settable(f"{where}.values.{key}", key).type != "real":
+                raise self.error(f"{where}.values.{key}", "only numbers vary from trial to trial; choices stand in [nominal].")
+            values[key] = float(self.value(f"{where} ({file}), values.{key}", key, number))
+        return TrialEntry(file, self.inside(f"{where}.file", file), condition, values)
+
+
+def check_inputs(model: Model, nominal: Nominal, given: Collection[str], where: str) -> None:
+    """ExperimentError where the nominal model needs an input that is neither a signal nor has a value."""
+    if nominal.values.get(KINEMATICS) == EXTERNAL and MOTION not in given and MOTION not in nominal.values:
+        raise ExperimentError(
+            f"{where}: kinematics = {EXTERNAL} takes the motion from {MOTION}, which is neither a signal nor has a value."
+        )
+    for name, effects in model.missing_inputs(nominal.effects, nominal.values, given).items():
+        raise ExperimentError(
+            f"{where}: the nominal model's {', '.join(effects)} cannot act without {name}, which is neither a signal nor has a value. "
+            "Give it, or take the effect out of nominal.effects."
+        )

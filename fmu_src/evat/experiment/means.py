@@ -1,0 +1,121 @@
+"""What does a file of averages hold? One row per condition: what varied, the means, and where known their standard deviations."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from evat.experiment import ExperimentError, Means
+from evat.experiment.columns import Column, check_header
+from evat.experiment.document import MEAN, Document, TrialEntry, check_inputs
+from evat.files.document_checks import SETTABLE
+from evat.files.table import HEADER, RecordError, Table, read_table, read_texts, unit_in
+from evat.model import Model, ParameterError, Variable
+
+CONDITION = "condition"  # header of the names of the conditions; without it they are named after what varied
+SD = "_sd"  # a standard deviation is headed like its mean, with this at the end of the name
+SAME = 1e-9  # relative: a trial and a row whose values agree like this were run at one condition
+
+
+def read_means(document: Document, file: str, path: Path, model: Model) -> Means:
+    """The averages of an experiment; ExperimentError where a column or a row cannot be used."""
+    try:
+        table = read_table(path)
+        names = read_texts(path, CONDITION) if CONDITION in (*table.columns, *table.without_numbers) else None
+    except RecordError as error:
+        raise ExperimentError(f"{file}: {error}") from error
+    by_name = {variable.name: variable for variable in model.variables}
+    columns = _columns(document, file, table, by_name)
+    found = {column.name: column.checked(file, 0, table.columns[column.header]) for column in columns}
+    outputs = {name: column for name, column in found.items() if name in by_name and by_name[name].causality == "output"}
+    sd = {name.removesuffix(SD): column for name, column in found.items() if name not in by_name}
+    values = {name: column for name, column in found.items() if name in by_name and name not in outputs}
+    if not outputs:
+        raise ExperimentError(f"{file}: there is no column of averages; head at least one like {', '.join(_means(by_name)[:3])}.")
+    for name in sd:
+        if name not in outputs:
+            raise ExperimentError(f"{file}: there is {name + SD} and no {name}; add the mean or remove its standard deviation.")
+    check_inputs(model, document.nominal, values, file)
+    count = next(iter(outputs.values())).size
+    rows = [{name: float(column[row]) for name, column in values.items()} for row in range(count)]
+    conditions = tuple(names) if names is not None else tuple(_condition(row, document.trials) for row in rows)
+    for row, condition in enumerate(conditions):
+        if not condition.strip():
+            raise ExperimentError(f"{file}, data row {row + 1}: the condition has no name; give it one, or leave out the column.")
+        if condition in conditions[:row]:
+            first = conditions.index(condition) + 1
+            raise ExperimentError(
+                f"{file}, data row {row + 1}: the condition {condition!r} is in row {first} already; one row per condition: average "
+                "them, or write repeats as [[trials]]."
+            )
+    return Means(file, conditions, values, outputs, sd)
+
+
+def _columns(document: Document, file: str, table: Table, by_name: Mapping[str, Variable]) -> list[Column]:
+    """Which column is which variable: by a signal that names it, else by its header."""
+    signals = {signal.column: signal for signal in document.signals.values()}
+    columns: list[Column] = []
+    for header in (*table.columns, *table.without_numbers):
+        if header == CONDITION:
+            continue
+        if header in table.without_numbers:
+            raise ExperimentError(
+                f"{file}, column {header!r}: not all of it is numbers. Numbers have a decimal point; nothing is filled in."
+            )
+        if header in signals:
+            check_header(signals[header], file)
+            name, unit = signals[header].name, signals[header].unit
+        else:
+            name, unit = _name(header), unit_in(header) or ""
+        known = _known(file, header, name, by_name)
+        try:
+            column = Column.of(header, name, unit or known.unit, known)
+        except ParameterError as error:
+            raise ExperimentError(f"{file}, column {header!r}: {error}") from error
+        if any(name == other.name for other in columns):
+            raise ExperimentError(f"{file}, column {header!r}: there is another column of {name}; keep one.")
+        columns.append(replace(column, low=0.0, offset=0.0) if name not in by_name else column)
+    missing = [signal for signal in document.averaged if signal.column not in table.columns]
+    for signal in missing:
+        raise ExperimentError(
+            f"{file}: there is no column {signal.column!r} for {signal.name}; it has {', '.join(map(repr, table.columns))}. "
+            f"Name the right one as signals.{signal.name}.column."
+        )
+    return columns
+
+
+def _known(file: str, header: str, name: str, by_name: Mapping[str, Variable]) -> Variable:
+    """The variable of a column: something that can be set, a mean, or the mean that a standard deviation belongs to."""
+    mean = name.removesuffix(SD) if name not in by_name else name
+    known = by_name.get(mean)
+    if known is not None and known.type == "real" and (mean in _means(by_name) or (mean == name and known.causality in SETTABLE)):
+        return known
+    settable = [other for other, variable in by_name.items() if variable.causality in SETTABLE]
+    near = difflib.get_close_matches(name, [CONDITION, *settable, *_means(by_name)], n=3)
+    hint = f"did you mean {', '.join(near)}? " if near else ""
+    raise ExperimentError(
+        f"{file}, column {header!r}: {name!r} is no number that can be set and no mean; {hint}Columns are {CONDITION}, values "
+        f"set, means ({', '.join(_means(by_name))}) and means with {SD} at the end. Remove or rename the column."
+    )
+
+
+def _name(header: str) -> str:
+    match = HEADER.fullmatch(header)
+    return header[: match.start("square" if match["square"] is not None else "round") - 1].strip() if match else header.strip()
+
+
+def _means(by_name: Iterable[str]) -> list[str]:
+    return [name for name in by_name if name.startswith(MEAN)]
+
+
+def _condition(row: Mapping[str, float], trials: Iterable[TrialEntry]) -> str:
+    """The name of the trials that were run at a row's values, else what varied."""
+    same = {trial.condition for trial in trials if row and all(_close(trial.values.get(name), value) for name, value in row.items())}
+    return same.pop() if len(same) == 1 else ", ".join(f"{name}={value!r}" for name, value in row.items()) or "all"
+
+
+def _close(found: float | None, value: float) -> bool:
+    return found is not None and math.isclose(found, value, rel_tol=SAME)

@@ -1,0 +1,147 @@
+"""How does an experiment get from its folder into memory, and how large may it be? Nothing is resampled or filled.
+
+Files are read in batches: checking a record takes hardly any memory, holding it no more than its own numbers.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from evat.experiment import Experiment, Means, Trial
+from evat.experiment.columns import Column, trial_batches, trial_columns
+from evat.experiment.document import Document, TrialEntry, read_document
+from evat.experiment.means import read_means
+from evat.experiment.write import write_experiment
+from evat.model import FloatArray, Model
+
+__all__ = ["Scan", "TrialFacts", "read_experiment", "scan_experiment", "write_experiment"]
+
+HASHED = 1 << 20  # bytes at a time
+GROWTH = 1.125  # of a column whose length its file does not tell
+
+Progress = Callable[[float], None]
+
+
+@dataclass(slots=True)
+class TrialFacts:
+    """What a recording holds, without its samples: first and last time and the shortest and longest step [s], and for each signal
+    the least, the most and the root mean square (SI)."""
+
+    file: str
+    condition: str
+    rows: int = 0
+    begin: float = math.nan
+    end: float = math.nan
+    shortest: float = math.inf
+    longest: float = 0.0
+    least: dict[str, float] = field(default_factory=dict)
+    most: dict[str, float] = field(default_factory=dict)
+    rms: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Scan:
+    """What an experiment holds, without its samples; `data_hash` is the one it has when it is read."""
+
+    document: Document
+    trials: tuple[TrialFacts, ...]
+    means: Means | None
+    data_hash: str
+
+
+def read_experiment(folder_or_toml: Path, model: Model, *, progress: Progress | None = None, most: int | None = None) -> Experiment:
+    """The experiment of a folder, or of its experiment.toml, in SI and checked throughout.
+
+    most : samples of a trial to keep, its first; None: all. Those beyond are checked, too.
+
+    Raises
+    ------
+    ExperimentError, which names the file and the key, column or row, what is allowed, and what to do.
+    """
+    document = read_document(Path(folder_or_toml), model)
+    done = _ShareDone(document, progress)
+    data_hash = _hash(document, done)
+    trials = tuple(_read_trial(entry, trial_columns(document, entry, model), document, done, most) for entry in document.trials)
+    means = None if document.means is None else read_means(document, *document.means, model)
+    return Experiment(document.folder, document.title, document.intended_use, document.nominal, document.signals, trials, means, data_hash)
+
+
+def scan_experiment(folder_or_toml: Path, model: Model, *, progress: Progress | None = None) -> Scan:
+    """The same checks as read_experiment, keeping no samples: for records of any size."""
+    document = read_document(Path(folder_or_toml), model)
+    done = _ShareDone(document, progress)
+    data_hash = _hash(document, done)
+    trials = tuple(_scan_trial(entry, trial_columns(document, entry, model), done) for entry in document.trials)
+    return Scan(document, trials, None if document.means is None else read_means(document, *document.means, model), data_hash)
+
+
+class _ShareDone:
+    """Turns bytes into the share that is done: every file is gone through for its hash, recordings once more for their numbers."""
+
+    def __init__(self, document: Document, progress: Progress | None) -> None:
+        self._total = sum(path.stat().st_size for path in (*document.files, *(entry.path for entry in document.trials)))
+        self._bytes, self._progress = 0, progress
+
+    def __call__(self, more: int) -> None:
+        self._bytes += more
+        if self._progress is not None:
+            self._progress(min(1.0, self._bytes / self._total))
+
+
+def _hash(document: Document, done: Callable[[int], None]) -> str:
+    """sha256 over the bytes of all files, each with its length in front."""
+    digest = hashlib.sha256()
+    for path in document.files:
+        digest.update(path.stat().st_size.to_bytes(8, "little"))
+        with path.open("rb") as file:
+            while block := file.read(HASHED):
+                digest.update(block)
+                done(len(block))
+    return digest.hexdigest()
+
+
+def _read_trial(entry: TrialEntry, columns: list[Column], document: Document, done: Callable[[int], None], most: int | None) -> Trial:
+    held = [np.empty(0) for _ in columns]
+    at = 0
+
+    def room(rows: int) -> None:  # in place: no second copy
+        for column in held:
+            column.resize(rows if most is None else min(rows, most), refcheck=False)
+
+    for batch in trial_batches(entry, columns, done, room):
+        end = at + batch[0].size if most is None else min(at + batch[0].size, most)
+        if end > held[0].size:
+            room(max(end, int(GROWTH * held[0].size)))
+        for column, values in zip(held, batch, strict=True):
+            column[at:end] = values[: end - at]
+        at = end
+    room(at)
+    for column in held:
+        column.flags.writeable = False
+    by_role: dict[str | None, dict[str, FloatArray]] = {None: {}, "input": {}, "output": {}}
+    for known, column in zip(columns, held, strict=True):
+        by_role[document.signals[known.name].role][known.name] = column
+    return Trial(entry.file, entry.condition, entry.values, held[0], by_role["input"], by_role["output"])
+
+
+def _scan_trial(entry: TrialEntry, columns: list[Column], done: Callable[[int], None]) -> TrialFacts:
+    facts, squares = TrialFacts(entry.file, entry.condition), np.zeros(len(columns))
+    for batch in trial_batches(entry, columns, done, lambda rows: None):
+        times = batch[0]
+        steps = np.diff(times, prepend=facts.end) if facts.rows else np.diff(times)
+        facts.begin, facts.end = (facts.begin if facts.rows else float(times[0])), float(times[-1])
+        facts.rows += times.size
+        if steps.size:
+            facts.shortest, facts.longest = min(facts.shortest, float(steps.min())), max(facts.longest, float(steps.max()))
+        for known, column in zip(columns, batch, strict=True):
+            facts.least[known.name] = min(facts.least.get(known.name, math.inf), float(column.min()))
+            facts.most[known.name] = max(facts.most.get(known.name, -math.inf), float(column.max()))
+        squares += [float(np.square(column).sum()) for column in batch]
+    facts.rms = {known.name: math.sqrt(total / facts.rows) for known, total in zip(columns[1:], squares[1:], strict=True)}
+    return facts

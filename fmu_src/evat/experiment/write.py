@@ -1,0 +1,139 @@
+"""How is an experiment written, so that reading it gives the same again? A folder that appears whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+import tomlkit
+
+from evat import parameter_sets
+from evat.experiment import Experiment, ExperimentError, Means, Nominal, Signal
+from evat.experiment.document import CLOCK, FILE, FORMAT
+from evat.experiment.means import CONDITION, SD
+from evat.experiment.nominal import CHOICES
+from evat.files.table import write_columns
+from evat.files.writing import scratch, told
+from evat.model import FloatArray
+from evat.native import kernel
+from evat.units import affine
+
+SUFFIXES = (".csv", ".parquet")
+USUAL_SD = Nominal({}, (), {}).default_relative_sd  # what a value has that the document gives none
+
+
+def write_experiment(experiment: Experiment, folder: Path, *, suffix: str = ".csv") -> Path:
+    """Write a folder that read_experiment reads back; data files get `suffix`, values are written in full beside the name of a shipped set.
+
+    Raises
+    ------
+    ExperimentError, where something recorded has no signal or the folder holds something already; OutputError, where it cannot be written.
+    Nothing is left behind then.
+    """
+    folder = Path(folder)
+    if suffix not in SUFFIXES:
+        raise ExperimentError(f"suffix {suffix!r}: data files are written as {' or '.join(SUFFIXES)}.")
+    recorded = {key for trial in experiment.trials for key in (CLOCK, *trial.inputs, *trial.outputs)}
+    if unsigned := sorted(recorded - set(experiment.signals)):
+        raise ExperimentError(f"{', '.join(unsigned)}: recorded, but no signal gives its column and unit; add a Signal for each.")
+    with told(folder):
+        if folder.is_symlink() or (folder.exists() and (not folder.is_dir() or any(folder.iterdir()))):
+            raise ExperimentError(f"{folder}: there is something already, and measurements are not overwritten; name a new folder.")
+        with scratch(folder.parent) as beside:
+            made = beside / "experiment"
+            made.mkdir()
+            _write(experiment, made, suffix)
+            if folder.exists():
+                folder.rmdir()
+            os.replace(made, folder)
+    return folder
+
+
+def _write(experiment: Experiment, folder: Path, suffix: str) -> None:
+    document = tomlkit.document()
+    document["format"] = FORMAT
+    document["title"] = experiment.title
+    if experiment.intended_use:
+        document["intended_use"] = experiment.intended_use
+    document["nominal"] = _nominal(experiment.nominal)
+    if experiment.signals:
+        document["signals"] = {name: _signal(signal) for name, signal in experiment.signals.items()}
+    names: set[str] = set()
+    document.add(tomlkit.nl())
+    if experiment.trials:
+        document["trials"] = trials = tomlkit.aot()
+    for trial in experiment.trials:
+        name = _file(trial.file, suffix, names)
+        columns = {CLOCK: trial.times, **trial.inputs, **trial.outputs}
+        write_columns(
+            {experiment.signals[key].column: _typed(experiment.signals[key], column) for key, column in columns.items()}, folder / name
+        )
+        entry = tomlkit.table()
+        entry.update({"file": name, "condition": trial.condition})
+        if trial.values:
+            entry["values"] = tomlkit.inline_table()
+            entry["values"].update(_numbers(trial.values))
+        trials.append(entry)
+    if experiment.means is not None:
+        name = _file(experiment.means.file, suffix, names)
+        write_columns(_means(experiment.means, experiment.signals), folder / name)
+        document["means"] = {"file": name}
+    (folder / FILE).write_text(tomlkit.dumps(document), encoding="utf-8", newline="\n")
+
+
+def _nominal(nominal: Nominal) -> dict[str, Any]:
+    keys = {variable: key for key, variable in CHOICES.items()}
+    found: dict[str, Any] = {keys[name]: value for name, value in nominal.values.items() if name in keys}
+    if nominal.parameters in parameter_sets.names():
+        found["parameters"] = nominal.parameters
+    values = {name: value for name, value in nominal.values.items() if name not in keys}
+    relative_sd = dict(nominal.relative_sd)
+    if nominal.default_relative_sd != USUAL_SD:
+        relative_sd = {name: nominal.default_relative_sd for name, value in values.items() if not isinstance(value, str)} | relative_sd
+    found["effects"] = list(nominal.effects)
+    found |= {"values": _numbers(values)} if values else {}
+    return found | ({"relative_sd": _numbers(relative_sd)} if relative_sd else {})
+
+
+def _signal(signal: Signal) -> dict[str, Any]:
+    found: dict[str, Any] = {"column": signal.column, "unit": signal.unit}
+    if signal.role is not None:
+        found["role"] = signal.role
+    if signal.full_scale is not None:
+        found["full_scale"] = float(_typed(signal, np.array(signal.full_scale)))
+    return found
+
+
+def _typed(signal: Signal, column: FloatArray) -> FloatArray:
+    """The column in the unit that its document states."""
+    factor, offset = affine("s" if signal.name == CLOCK else kernel.variable(signal.name).unit, signal.unit)
+    return column if (factor, offset) == (1, 0) else column * factor + offset
+
+
+def _means(means: Means, signals: Mapping[str, Signal]) -> dict[str, FloatArray | Sequence[str]]:
+    found: dict[str, FloatArray | Sequence[str]] = {CONDITION: list(means.conditions)}
+    for name, column in {**means.values, **means.outputs}.items():
+        if name in signals:
+            found[signals[name].column] = _typed(signals[name], column)
+        else:
+            found[f"{name} [{kernel.variable(name).unit}]"] = column
+    return found | {f"{name}{SD} [{kernel.variable(name).unit}]": column for name, column in means.sd.items()}
+
+
+def _numbers(values: Mapping[str, float | str]) -> dict[str, float | str]:
+    """Plain numbers and texts, without the types of other libraries."""
+    return {name: value if isinstance(value, str) else float(value) for name, value in values.items()}
+
+
+def _file(file: str, suffix: str, names: set[str]) -> str:
+    """The name of a data file in the folder; it is kept, but for the suffix."""
+    path = PurePosixPath(file).with_suffix(suffix)
+    if path.is_absolute() or ".." in path.parts or "\\" in file:
+        raise ExperimentError(f"file {file!r}: data files lie inside the experiment's folder.")
+    if str(path) in names or str(path) == FILE:
+        raise ExperimentError(f"file {file!r}: there are two files of the name {path}; name them apart.")
+    names.add(str(path))
+    return str(path)

@@ -1,0 +1,112 @@
+"""How is a data file of any size read? In batches of the columns that are needed: CSV block by block, Parquet page by page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+
+from evat.files.table import RecordError, delimiter_of, is_parquet
+from evat.model import FloatArray
+
+CSV_BLOCK = 1 << 22  # bytes; a row must fit into one
+PARQUET_ROWS = 1 << 17
+PARQUET_BUFFER = 1 << 20  # bytes of a column that are read at a time; without it, and with reading ahead, whole row groups are
+
+Bytes = Callable[[int], None]  # told how many more bytes of the file are done
+
+
+@dataclass(frozen=True, slots=True)
+class Batches:
+    """An open file: `rows` where the file says how many it has, and its columns, batch by batch, in the order asked for; nan for holes."""
+
+    rows: int | None
+    each: Iterator[list[FloatArray]]
+
+
+def headers(path: Path) -> tuple[str, ...]:
+    """The headers of a file, as they stand in it; RecordError where there are none that can be read."""
+    with _explained(path):
+        if is_parquet(path):
+            with pa.parquet.ParquetFile(path) as file:
+                found = tuple(file.schema_arrow.names)
+        else:
+            options = pa.csv.ParseOptions(delimiter=delimiter_of(path))
+            with pa.csv.open_csv(path, read_options=pa.csv.ReadOptions(block_size=CSV_BLOCK), parse_options=options) as reader:
+                found = tuple(reader.schema.names)
+    for name in found:
+        if found.count(name) > 1:
+            raise RecordError(f"{path.name}: two columns have the header {name!r}; give each its own.")
+    return found
+
+
+def open_batches(path: Path, wanted: Sequence[str], done: Bytes) -> AbstractContextManager[Batches]:
+    """Some columns of a file as numbers. RecordError, when it is opened or on the way, where it holds something else."""
+    return _parquet(path, wanted, done) if is_parquet(path) else _csv(path, wanted, done)
+
+
+@contextmanager
+def _csv(path: Path, wanted: Sequence[str], done: Bytes) -> Iterator[Batches]:
+    types = dict.fromkeys(wanted, pa.float64())  # by the whole column, not by what its first block looks like
+    with (
+        _explained(path),
+        pa.csv.open_csv(  # by its name: a file of Python's may be closed, or the interpreter gone, while Arrow still reads ahead
+            path,
+            read_options=pa.csv.ReadOptions(block_size=CSV_BLOCK),
+            parse_options=pa.csv.ParseOptions(delimiter=delimiter_of(path)),
+            convert_options=pa.csv.ConvertOptions(include_columns=list(wanted), column_types=types),
+        ) as reader,
+    ):
+        yield Batches(None, _told(_columns(reader), path.stat().st_size, None, done))
+
+
+@contextmanager
+def _parquet(path: Path, wanted: Sequence[str], done: Bytes) -> Iterator[Batches]:
+    with _explained(path), pa.parquet.ParquetFile(path, buffer_size=PARQUET_BUFFER, pre_buffer=False) as file:
+        for name in wanted:
+            kind = file.schema_arrow.field(name).type
+            if not (pa.types.is_floating(kind) or pa.types.is_integer(kind)):
+                raise RecordError(f"{path.name}, column {name!r}: it holds {kind}; numbers are needed.")
+        rows = file.metadata.num_rows
+        batches = file.iter_batches(PARQUET_ROWS, columns=list(wanted))
+        yield Batches(rows, _told(_columns(batches), path.stat().st_size, rows, done))
+
+
+def _columns(batches: Iterator[pa.RecordBatch]) -> Iterator[list[FloatArray]]:
+    for batch in batches:
+        if batch.num_rows:
+            yield [column.to_numpy(zero_copy_only=False).astype(np.float64, copy=False) for column in batch.columns]
+
+
+def _told(batches: Iterator[list[FloatArray]], size: int, rows: int | None, done: Bytes) -> Iterator[list[FloatArray]]:
+    """Tells how many of the file's `size` bytes each batch was, by its rows; where `rows` is None, all by those of the first block."""
+    told = 0.0
+    for columns in batches:
+        count = columns[0].size
+        rows = rows or count * max(1, size // CSV_BLOCK)
+        yield columns
+        before, told = told, min(float(size), told + size * count / rows)
+        done(int(told) - int(before))
+    done(size - int(told))
+
+
+@contextmanager
+def _explained(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise RecordError(f"{path.name}: {error.strerror or error}.") from error
+    except pa.ArrowException as error:
+        raise RecordError(
+            f"{path.name}: this is no table of numbers ({error}). Numbers have a decimal point; missing ones are left empty."
+        ) from error
+    except UnicodeEncodeError as error:
+        raise RecordError(f"{path.name}: the file's name is no text (UTF-8); rename it.") from error
+    except UnicodeDecodeError as error:
+        raise RecordError(f"{path.name}: the headers are not written in UTF-8; save the file anew in that encoding.") from error

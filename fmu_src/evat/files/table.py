@@ -1,0 +1,160 @@
+"""How do columns with units get from a file to SI numbers and back? CSV and Parquet, through pyarrow."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+
+from evat.files.writing import whole
+from evat.model import EvatError, FloatArray, Trace
+from evat.units import affine
+
+# A name, and its unit in brackets at the end: "F [N]", "F (N)", "c [N/(m/min)]".
+HEADER = re.compile(r".*?(?:\[(?P<square>[^][]*)\]|\((?P<round>(?:[^()]|\([^()]*\))*)\))\s*", re.DOTALL)
+
+PARQUET = (".parquet", ".pq")
+
+
+def unit_in(header: str) -> str | None:
+    """What stands in the brackets at the end of a header, None where there are none."""
+    match = HEADER.fullmatch(header)
+    return None if match is None else (match["round"] if match["square"] is None else match["square"]).strip()
+
+
+class RecordError(EvatError):
+    """A data file that does not hold what is needed; names file, column and row."""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """The columns of a file as they stand in it: `columns[header]` and the unit that a header such as "v [mm/s]" states."""
+
+    path: Path
+    columns: Mapping[str, FloatArray]
+    without_numbers: tuple[str, ...] = ()  # headers of columns that hold something else
+
+    def column(self, header: str, unit: str) -> FloatArray:
+        """The column in `unit`; its header's unit is converted, a header without one is taken to be in `unit`.
+
+        Raises
+        ------
+        RecordError, where there is no such column, its unit does not fit, or a value is missing or not finite.
+        """
+        if header in self.without_numbers:
+            raise RecordError(
+                f"{self.path.name}, column {header!r}: not all of it is numbers. Numbers have a decimal point; missing ones are left empty."
+            )
+        if header not in self.columns:
+            raise RecordError(f"{self.path.name}: there is no column {header!r}; it has {', '.join(map(repr, self.columns))}.")
+        values = self.columns[header]
+        if not np.all(np.isfinite(values)):
+            row = int(np.argmin(np.isfinite(values)))
+            raise RecordError(
+                f"{self.path.name}, column {header!r}, data row {row + 1}: no finite number. Nothing is filled in; mend or cut it."
+            )
+        stated = unit_in(header)
+        if stated is None and header.rstrip().endswith(("]", ")")):
+            raise RecordError(f"{self.path.name}, column {header!r}: the brackets at its end hold no unit; write it like 'v [mm/s]'.")
+        if stated is None:
+            return values
+        try:
+            factor, offset = affine(stated, unit)
+        except EvatError as error:
+            raise RecordError(f"{self.path.name}, column {header!r}: {error}") from error
+        return values if (factor, offset) == (1, 0) else values * factor + offset  # adding 0 would lose the sign of -0
+
+    def clock(self, header: str) -> FloatArray:
+        """The column as an increasing clock in s; RecordError where it stands still or runs backwards."""
+        times = self.column(header, "s")
+        steps = np.diff(times)
+        if times.size < 2 or not np.all(steps > 0):
+            row = int(np.argmax(steps <= 0)) + 1 if times.size > 1 else 0
+            raise RecordError(f"{self.path.name}, column {header!r}, data row {row + 1}: the clock must increase from row to row.")
+        return times
+
+
+def is_parquet(path: Path) -> bool:
+    """Whether a file is taken as Parquet; any other is taken as CSV."""
+    return path.suffix.lower() in PARQUET
+
+
+def delimiter_of(path: Path) -> str:
+    """What stands between the columns of a CSV file: a tab, semicolon or comma."""
+    with path.open(encoding="utf-8", errors="replace") as file:
+        first = file.readline(1 << 20)
+    return max("\t;,", key=first.count)
+
+
+def read_table(path: Path) -> Table:
+    """All numeric columns of a CSV (comma, semicolon or tab) or Parquet file; RecordError where it cannot be read."""
+    try:
+        if is_parquet(path):
+            table = pa.parquet.read_table(path)
+        else:
+            table = pa.csv.read_csv(path, parse_options=pa.csv.ParseOptions(delimiter=delimiter_of(path)))
+    except OSError as error:
+        raise RecordError(f"{path}: {error.strerror or error}.") from error
+    except UnicodeEncodeError as error:
+        raise RecordError(f"{path.name}: the file's name is no text (UTF-8); rename it.") from error
+    except pa.ArrowException as error:
+        raise RecordError(f"{path.name}: this is no table of numbers ({error}).") from error
+    try:
+        names = table.column_names
+    except UnicodeDecodeError as error:
+        raise RecordError(f"{path.name}: the headers are not written in UTF-8; save the file anew in that encoding.") from error
+    columns = {}
+    for field, column in zip(table.schema, table.columns, strict=True):
+        if field.name in columns:
+            raise RecordError(f"{path.name}: two columns have the header {field.name!r}; give each its own.")
+        if pa.types.is_floating(field.type) or pa.types.is_integer(field.type) or pa.types.is_null(field.type):
+            columns[field.name] = column.to_numpy().astype(np.float64)
+    if not columns:
+        raise RecordError(f"{path.name}: no column of numbers was found; the first line is taken as the header.")
+    return Table(path, columns, tuple(name for name in names if name not in columns))
+
+
+def read_texts(path: Path, header: str) -> tuple[str, ...]:
+    """One column as the texts that stand in it, such as names; RecordError where a row has none."""
+    try:
+        if is_parquet(path):
+            column = pa.parquet.read_table(path, columns=[header])[header].cast(pa.string())
+        else:
+            convert = pa.csv.ConvertOptions(
+                include_columns=[header], column_types={header: pa.string()}, strings_can_be_null=True, null_values=[""]
+            )  # "NA" is a name
+            options = pa.csv.ParseOptions(delimiter=delimiter_of(path))
+            column = pa.csv.read_csv(path, parse_options=options, convert_options=convert)[header]
+    except (OSError, pa.ArrowException) as error:
+        raise RecordError(f"{path.name}, column {header!r}: it cannot be read as text ({error}).") from error
+    texts = column.to_pylist()
+    if None in texts:
+        raise RecordError(f"{path.name}, column {header!r}, data row {texts.index(None) + 1}: it is empty. Nothing is filled in; mend it.")
+    return tuple(texts)
+
+
+def write_columns(columns: Mapping[str, FloatArray | Sequence[str]], path: Path, about: Mapping[str, str] | None = None) -> Path:
+    """Write columns by their headers as Parquet or, by any other suffix, CSV; `about` is kept in Parquet.
+
+    The file appears whole or not at all; OutputError where it cannot be written.
+    """
+    table = pa.table(dict(columns)).replace_schema_metadata(dict(about or {}))
+    with whole(path) as made:
+        if is_parquet(path):
+            pa.parquet.write_table(table, made)
+        else:
+            pa.csv.write_csv(table, made)
+    return path
+
+
+def write_trace(trace: Trace, path: Path) -> Path:
+    """Write a trace, its headers with units; Parquet also keeps how it was made. See `write_columns`."""
+    columns = {"time [s]": trace.times} | {f"{name} [{trace.units[name]}]": column for name, column in trace.columns.items()}
+    return write_columns(columns, path, {"made_by": json.dumps(trace.made_by, sort_keys=True, default=str)})

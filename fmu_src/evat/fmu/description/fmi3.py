@@ -1,0 +1,83 @@
+"""How does FMI 3.0 write the description of a model? Variables and unknowns go by their value reference."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from evat.fmu.description.model_description import (
+    CAUSALITIES,
+    Facts,
+    add_experiment,
+    add_items,
+    add_units,
+    bounds,
+    described,
+    initial,
+    real_attributes,
+    real_type,
+    root,
+    start,
+)
+from evat.fmu.description.xml import Element, Scalar, add, serialised
+from evat.fmu.structure.model_structure import Unknown
+from evat.model import Variable
+
+_ELEMENTS = {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "choice": "Enumeration"}
+
+
+def _add_types(parent: Element, facts: Facts) -> None:
+    element = add(parent, "TypeDefinitions")
+    for kind in facts.types.reals:
+        add(element, "Float64Type", {"name": kind.name, **real_type(kind)})
+    for choices in facts.types.enumerations:
+        child = add(element, "EnumerationType", {"name": choices.name, "description": choices.description})
+        add_items(child, choices)
+
+
+def _add_variable(parent: Element, variable: Variable, facts: Facts, references: dict[str, int]) -> None:
+    head: dict[str, Scalar | None] = {
+        "name": variable.name,
+        "valueReference": variable.index,
+        "description": described(variable),
+        "causality": CAUSALITIES[variable.causality],
+        "variability": variable.variability,
+        "initial": initial(variable, facts.states),
+    }
+    if variable.causality in ("input", "output") and variable.variability == "continuous":
+        head["intermediateUpdate"] = True
+    if variable.type == "real":
+        state = references[variable.derivative_of] if variable.derivative_of else None
+        body = real_attributes(variable, facts, state)
+    else:
+        body = {**bounds(variable), "start": start(variable, facts.states), "declaredType": facts.types.of.get(variable.name)}
+    add(parent, _ELEMENTS[variable.type], {**head, **body})
+
+
+def _add_unknowns(parent: Element, tag: str, unknowns: Sequence[Unknown]) -> None:
+    for unknown in unknowns:
+        pairs: dict[str, Scalar | None] = {
+            "valueReference": unknown.variable.index,
+            "dependencies": " ".join(str(known.index) for known in unknown.knowns),
+            "dependenciesKind": " ".join(unknown.kinds),
+        }
+        add(parent, tag, pairs)
+
+
+def model_description(facts: Facts) -> bytes:
+    """modelDescription.xml of FMI 3.0."""
+    document = root("3.0", "instantiationToken", facts)
+    for name, flags in facts.shown.fmi3.items():
+        add(document, name, {"modelIdentifier": facts.shown.model_name, **flags})
+    add_units(document, facts)
+    _add_types(document, facts)
+    add_experiment(document, facts)
+    variables = add(document, "ModelVariables")
+    references = {variable.name: variable.index for variable in facts.variables}
+    for variable in facts.variables:
+        _add_variable(variables, variable, facts, references)
+    structure = add(document, "ModelStructure")
+    _add_unknowns(structure, "Output", facts.structure.outputs)
+    _add_unknowns(structure, "ContinuousStateDerivative", facts.structure.derivatives)
+    _add_unknowns(structure, "InitialUnknown", facts.structure.initial_unknowns)
+    _add_unknowns(structure, "EventIndicator", facts.structure.indicators)
+    return serialised(document)

@@ -1,0 +1,144 @@
+"""What does a person read who opens the FMU? documentation/index.html, licences, dependencies: all from the kernel's tables."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from importlib import metadata
+
+from markupsafe import Markup
+
+from evat import __version__, parameter_sets
+from evat.files.html import render
+from evat.fmu.documentation import picture
+from evat.fmu.fmu_facts import FmuError, Shown
+from evat.model import Variable
+from evat.native import kernel
+
+_TITLES = {
+    "input": "Inputs",
+    "output": "Outputs",
+    "choice": "Choices (fixed)",
+    "fixed": "Parameters, fixed",
+    "tunable": "Parameters, tunable",
+    "local": "Local variables",
+}
+
+
+def license_text() -> str:
+    """The licence that the package was installed with."""
+    for file in metadata.files("evat") or ():
+        if file.name == "LICENSE":
+            return file.read_text()
+    raise FmuError("the licence text is not among the installed files of evat; install evat again.")
+
+
+def copyright_line() -> str | None:
+    """The copyright line of the licence."""
+    found = re.search(r"^Copyright .*$", license_text(), re.MULTILINE)
+    return found[0].strip() if found else None
+
+
+def _group(variable: Variable) -> str:
+    if variable.causality == "parameter":
+        return "choice" if variable.type in ("choice", "boolean") else variable.variability
+    return {"independent": "local", "calculated": "local"}.get(variable.causality, variable.causality)
+
+
+@dataclass(frozen=True, slots=True)
+class Own:
+    """The variables of one law or effect, the switch first; the law has none."""
+
+    name: str
+    title: str
+    switch: Variable | None
+    variables: tuple[Variable, ...]
+
+
+def _own(variables: tuple[Variable, ...]) -> tuple[Own, ...]:
+    """What belongs to laws and effects, each with its parameters, states and rates in the order of the table."""
+    found = [Own(law.name, f"friction law {law.name}", None, law.variables) for law in kernel.laws() if law.variables]
+    for effect in kernel.effects():
+        switch = kernel.variable(effect.name)
+        own = {v.name for v in (*effect.variables, *effect.states)}
+        every = tuple(v for v in variables if v.name in own or v.derivative_of in own)
+        found.append(Own(effect.name, f"effect {effect.name}", switch, every))
+    return tuple(found)
+
+
+def _number(value: float) -> str:
+    return f"{value:.6g}"
+
+
+def _start(variable: Variable) -> str:
+    if variable.causality in ("output", "local", "independent") and variable.name not in kernel.states():
+        return ""
+    if variable.choices:
+        return variable.choices[int(variable.start)]
+    return ("true" if variable.start else "false") if variable.type == "boolean" else _number(variable.start)
+
+
+def _bound(variable: Variable, limit: float) -> str:
+    return "" if variable.type in ("choice", "boolean") or math.isinf(limit) else _number(limit)
+
+
+def _neutral(variable: Variable) -> str:
+    return "" if math.isnan(variable.neutral) else _number(variable.neutral)
+
+
+def _link(name: str) -> Markup:
+    """A link to the row of a variable; an unknown name is an error of the template."""
+    return Markup('<a href="#{0}">{1}</a>').format(kernel.variable(name).name, _code(name))
+
+
+def _code(name: str) -> Markup:
+    """A name that may break after a dot or an underscore."""
+    return Markup("<code>{}</code>").format(Markup("<wbr>").join(re.findall(r"[^._]*[._]|[^._]+", name)))
+
+
+def inline(svg: bytes) -> Markup:
+    """An SVG drawing without its XML prologue, for the inside of a page."""
+    drawing = svg.decode()
+    return Markup(drawing[drawing.index("<svg") :])  # our own drawing: nothing in it comes from outside
+
+
+def page(shown: Shown, drawing: picture.Picture, variables: tuple[Variable, ...]) -> bytes:
+    """documentation/index.html."""
+    own = _own(variables)
+    owned = {v.name for each in own for v in each.variables} | {each.switch.name for each in own if each.switch}
+    parameters = [variable for variable in variables if variable.causality == "parameter"]
+    text = render(
+        "documentation.html.j2",
+        shown=shown,
+        version=__version__,
+        token=kernel.token(),
+        diagram=inline(drawing.svg),
+        v=_link,
+        code=_code,
+        laws=kernel.laws(),
+        effects=kernel.effects(),
+        parameters=parameters,
+        guesses=sum(variable.source.startswith("guess") for variable in parameters),
+        indicator_count=len(kernel.indicators()),
+        sets=[parameter_sets.load(name) for name in parameter_sets.names()],
+        groups=[(key, title, [v for v in variables if _group(v) == key and v.name not in owned]) for key, title in _TITLES.items()],
+        own=own,
+        neutral=_neutral,
+        shown_start=_start,
+        bound=_bound,
+    )
+    return text.encode()
+
+
+def documentation_files(shown: Shown, variables: tuple[Variable, ...]) -> dict[str, bytes]:
+    """The folder documentation and the picture of the model."""
+    drawing = picture.diagram()
+    return {
+        "documentation/index.html": page(shown, drawing, variables),
+        "documentation/diagram.png": drawing.png,
+        "documentation/diagram.svg": drawing.svg,
+        "documentation/externalDependencies.txt": b"none\n",
+        "documentation/licenses/license.txt": license_text().encode(),
+        "model.png": drawing.png,
+    }

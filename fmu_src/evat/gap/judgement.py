@@ -1,0 +1,214 @@
+"""What is to be believed? From what each model explains to probabilities, a verdict, and which effects cannot be told apart.
+
+Evidence alone is far too sure of itself: it takes the form of every effect for exact. So a model is judged by the share of the structural
+gap that it leaves, by its evidence at a temperature, and by how many effects it takes. The constants below are reasoned; where a campaign
+of simulated cases has been run (`evat calibrate`) those that it found stand in their place, and the answer says which.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from evat.files.writing import put
+from evat.gap.budget import squares, structural_share
+from evat.gap.compare import Comparison
+from evat.inference.fit import Fit
+from evat.model import EvatError
+
+NO_GAP, MISTUNED, UNKNOWN = "no_gap", "mistuned", "unknown"
+STORED = Path(__file__).with_name("calibration.json")
+SURE = 0.9  # of the probability: what the listed sets hold
+EVIDENT, CHANCE = 5.0, 2.0  # of log evidence: less is chance, and over how much more that becomes certain
+LEAST = 0.2  # of what nobody would look at: a structural rms below that is no smaller
+GLIMPSED = 0.3  # of what nobody would look at: of a structural rms that is larger, what an effect leaves of it says something
+DOUBTFUL = 9.0  # times more evidence is asked of an effect that leaves all of what can be seen
+WORSE = 1.03  # times the gap that recalibration leaves: a model that leaves more makes it worse, whatever its evidence
+FEW = 2.0  # standard deviations of a structural square by noise alone: so much few numbers may leave
+UNSEEN = 0.2  # share that a model with much evidence is held to leave of a gap that is too small to look at
+SUDDEN = 20.0  # log-odds per share of irregularity: noise has next to none
+AMBIGUOUS = 0.55  # of what is not unknown: a set with less is one of several
+
+
+@dataclass(frozen=True)
+class Constants:
+    """Of the judgement; each is a weight of one of the features below in a log-odds."""
+
+    temperature: float = 20.0  # of the evidence
+    sharpness: float = 6.0  # per factor e^-2 in the share of the gap that is left
+    form: float = 0.05  # share of the gap that may be left by an effect of a slightly other form
+    effect_cost: float = 4.0  # of each further effect
+    gap_offset: float = 0.0
+    gap_slope: float = 2.0  # nominal gap over what nobody would look at
+    structure_offset: float = 0.0
+    structure_slope: float = 2.0  # the same of what recalibration leaves
+    unknown_offset: float = -0.5
+    unknown_slope: float = 3.0  # share that the best model leaves
+    evident: float = 15.0  # log evidence that makes an effect as likely as not where the gap itself is too small to look at
+    small_noise: float = 0.5  # of the noise's rms: a structural gap of this size is nothing to look at
+    small_form: float = 0.01  # of the rms of a channel: the same
+    irregular: float = 0.3  # share of what repeats do not share, in bursts and lines: makes something foreign as likely as not
+
+
+def stored() -> tuple[Constants, str]:
+    """The constants that a campaign has found, or the reasoned ones where none has been kept; and which they are."""
+    if not STORED.is_file():
+        return Constants(), "reasoned"
+    try:
+        held: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
+        whole = held.pop("digest") == _digest(held)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        whole = False
+    if not whole:
+        raise EvatError(
+            f"{STORED}: the constants of the diagnosis are damaged, or were changed by hand. Install evat again, or find them anew with "
+            "`evat calibrate --store`."
+        )
+    known = {field.name for field in fields(Constants)}
+    constants = Constants(**{name: float(value) for name, value in held["constants"].items() if name in known})
+    return constants, f"found on {sum(held['made']['cases'].values())} simulated cases"
+
+
+def _digest(held: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(held, sort_keys=True).encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Features:
+    """What is judged. By channel, in its mean square: structural squares of the nominal and of the recalibrated model, the noise floor,
+    and `unsure`, the standard deviation of a structural square by noise alone; `irregular`, what repeats do not share beside noise (in the
+    same mean square), and `irregular_share` of all that they do not share; `exact`, log evidence of the nominal over the recalibrated
+    model; `gain[set]`, the same of a set of effects; `left[set]`, its share of the recalibrated model's structural squares."""
+
+    nominal: Mapping[str, float]
+    recalibrated: Mapping[str, float]
+    floor: Mapping[str, float]
+    unsure: Mapping[str, float]
+    irregular: Mapping[str, float]
+    irregular_share: Mapping[str, float]
+    exact: float
+    gain: Mapping[tuple[str, ...], float]
+    left: Mapping[tuple[str, ...], float]
+
+    def without(self, effect: str) -> Features:
+        """As if the model did not have that effect: its sets are gone."""
+        kept = [on for on in self.gain if effect not in on]
+        return replace(self, gain={on: self.gain[on] for on in kept}, left={on: self.left[on] for on in kept})
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """`probabilities` of every set of effects, () standing for none, and of `unknown`; the verdict; the sets that hold 90 %."""
+
+    verdict: str
+    chosen: tuple[str, ...]
+    probabilities: Mapping[tuple[str, ...], float]
+    unknown: float
+    no_gap: float
+    likely: tuple[tuple[str, ...], ...]
+    features: Features
+
+
+def _size(structural: Mapping[str, float], found: Features, constants: Constants) -> float:
+    """Log of the largest structural rms of a channel over what nobody would look at: little beside the noise, or what few numbers of noise
+    may leave."""
+    small = {c: constants.small_noise**2 * found.floor[c] + constants.small_form**2 + FEW * found.unsure[c] for c in structural}
+    ratios = [square / small[c] for c, square in structural.items()]
+    return 0.5 * math.log(max([*ratios, LEAST**2]))
+
+
+def features(comparison: Comparison) -> Features:
+    whitening, reference = comparison.whitening, comparison.recalibrated.predicted
+    base, levels = comparison.recalibrated.found.evidence, whitening.levels
+    before, after = squares(whitening, comparison.nominal.predicted), squares(whitening, reference)
+    return Features(
+        nominal={c: before[c].structural / levels[c] ** 2 for c in levels},
+        recalibrated={c: after[c].structural / levels[c] ** 2 for c in levels},
+        floor={c: after[c].floor / levels[c] ** 2 for c in levels},
+        unsure={c: after[c].unsure / levels[c] ** 2 for c in levels},
+        irregular={c: found.square * found.share / levels[c] ** 2 for c, found in comparison.noise.irregular.items()},
+        irregular_share={c: found.share for c, found in comparison.noise.irregular.items()},
+        exact=comparison.nominal.found.evidence - base,
+        gain={on: found.found.evidence - base for on, found in comparison.models.items()},
+        left={on: structural_share(whitening, found.predicted, reference) for on, found in comparison.models.items()},
+    )
+
+
+def judge(found: Features, constants: Constants) -> Judgement:
+    """Three questions, one after the other: is there a gap beyond mis-tuning, does the library know it, and which effects are it."""
+    size = _size(found.recalibrated, found, constants)
+    lefts = {on: share * _seen(size) if share < WORSE else share for on, share in found.left.items()}
+    scores = {on: _score(on, gain, lefts[on], constants) for on, gain in found.gain.items()}
+    # What may be chance explains nothing.
+    left = min([1 - max(1 - lefts[on], 0.0) * _sigmoid((gain - EVIDENT) / CHANCE) for on, gain in found.gain.items()], default=1.0)
+    structural = _sigmoid(constants.structure_offset + constants.structure_slope * size)
+    if scores:
+        # A gap that is too small to look at is one where an effect has much evidence; the more, the more it leaves of what can be seen.
+        best = max(scores, key=lambda on: scores[on])
+        seen = math.exp(2 * size) / (math.exp(2 * size) + GLIMPSED**2)
+        needed = constants.evident * (1 + DOUBTFUL * seen * found.left[best])
+        evident = _sigmoid((found.gain[best] - needed) * 3 / needed)
+        structural = max(structural, evident * max(1 - lefts[best], 0.0))
+    odds = math.log(max(left, 1e-3) / max(1 - left, 1e-3))
+    unknown = structural * _sigmoid(constants.unknown_offset + constants.unknown_slope * odds) if scores else structural
+    unknown, structural = _foreign(found, max(1 - left, 0.0), unknown, structural, constants)
+
+    total = np.logaddexp.reduce(list(scores.values())) if scores else 0.0
+    probabilities = {on: (structural - unknown) * math.exp(score - total) for on, score in scores.items()}
+    probabilities[()] = 1 - structural
+    ranked = sorted(probabilities, key=lambda on: -probabilities[on])
+    likely, held = list[tuple[str, ...]](), 0.0
+    for on in ranked:
+        if held < SURE * (1 - unknown):
+            likely.append(on)
+            held += probabilities[on]
+
+    nominal = _size(found.nominal, found, constants)
+    no_gap = 1 - _sigmoid(constants.gap_offset + constants.gap_slope * nominal - (found.exact + EVIDENT) / constants.evident)
+    if unknown > max(structural - unknown, 1 - structural):
+        return Judgement(UNKNOWN, (), probabilities, unknown, no_gap, tuple(likely), found)
+    if 1 - structural >= structural - unknown:
+        return Judgement(NO_GAP if no_gap > 0.5 else MISTUNED, (), probabilities, unknown, no_gap, tuple(likely), found)
+    chosen = next(on for on in ranked if on)
+    sure = probabilities[chosen] > AMBIGUOUS * (1 - unknown) or len(likely) == 1
+    return Judgement("effect" if sure else "ambiguous", chosen, probabilities, unknown, no_gap, tuple(likely), found)
+
+
+def _foreign(found: Features, explained: float, unknown: float, structural: float, constants: Constants) -> tuple[float, float]:
+    """Probabilities of something unknown and of any gap, where more comes and goes by itself than the effects explain."""
+    for channel, share in found.irregular_share.items():
+        if found.irregular[channel] > explained * found.recalibrated[channel]:
+            foreign = _sigmoid((share - constants.irregular) * SUDDEN)
+            unknown, structural = max(unknown, foreign), max(structural, foreign)
+    return unknown, structural
+
+
+def _seen(size: float) -> float:
+    """Which part of what a model leaves says anything; where the gap is too small to look at (log size < 0) evidence alone decides."""
+    square = math.exp(2 * size)
+    return (square + UNSEEN) / (square + 1)
+
+
+def _score(on: tuple[str, ...], gain: float, left: float, constants: Constants) -> float:
+    return gain / constants.temperature - 0.5 * constants.sharpness * math.log(left + constants.form) - constants.effect_cost * len(on)
+
+
+def _sigmoid(x: float) -> float:
+    return 1 / (1 + math.exp(-min(max(x, -40.0), 40.0)))
+
+
+def store(constants: Constants, made: Mapping[str, Any], path: Path = STORED) -> None:
+    """Keep constants with how they were found."""
+    held = {"constants": asdict(constants), "made": dict(made)}
+    put(path, json.dumps({**held, "digest": _digest(held)}, indent=1, sort_keys=True) + "\n", "the calibration")
+
+
+def fitted(comparison: Comparison, on: tuple[str, ...]) -> Fit:
+    return comparison.models[on] if on else comparison.recalibrated

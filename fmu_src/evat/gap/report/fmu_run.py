@@ -1,0 +1,113 @@
+"""Does the FMU itself do what the diagnosis promises? Held-out recordings through fmpy, with the values of corrected.ssv."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from platformdirs import user_cache_path
+
+from evat import fmu, parameter_sets
+from evat.experiment import Experiment
+from evat.fmu.sources import source_files
+from evat.gap.budget import squares
+from evat.gap.compare import Comparison
+from evat.inference.fit import Fit
+from evat.inference.prediction import Prediction
+from evat.model import FloatArray
+from evat.models.fmu import FmuModel
+from evat.native import kernel
+from evat.native.compile import PACKAGE, host_target, is_whole, seal
+
+MOST_SAMPLES = 60_000  # communication steps, some 2 s of them
+
+
+@dataclass(frozen=True)
+class FmuRun:
+    """What the corrected FMU gave. `predicted` (N,) is the chosen model's prediction with the FMU's numbers where it was run.
+
+    `rms[channel]` over `conditions`, of measured less each: nominal, corrected (by the FMU), library (the same by the diagnosis), and the
+    noise_floor [unit of the channel]. `difference` is the largest between FMU and library, in rms of its channel; `runs` of `samples` in
+    all, `left_out` conditions were not run.
+    """
+
+    fmu: str
+    predicted: FloatArray
+    rms: dict[str, dict[str, float]]
+    difference: float
+    runs: int
+    samples: int
+    conditions: tuple[str, ...]
+    left_out: tuple[str, ...]
+
+
+def host_fmu() -> Path:
+    """The FMU for this machine, built on first use and kept among the user's caches until anything that it is made from changes."""
+    digest = hashlib.sha256(kernel.token().encode())
+    for name, data in sorted(source_files(2, fmu.shown()).items()):
+        digest.update(f"{name}\0".encode() + data + b"\0")
+    makers = [PACKAGE / "native" / "compile.py", *(PACKAGE / "fmu").rglob("*.py"), *(PACKAGE / "templates").glob("documentation*")]
+    for path in sorted(makers):
+        digest.update(path.read_bytes() + b"\0")
+    for package in ("evat", "fmpy", "ziglang"):
+        with suppress(importlib.metadata.PackageNotFoundError):
+            digest.update(importlib.metadata.version(package).encode())
+    path = Path(user_cache_path("evat", appauthor=False)) / digest.hexdigest()[:20] / fmu.file_name(2)
+    if not is_whole(path):
+        seal(fmu.build_fmu(2, path, [host_target().fmi3_folder]))
+    return path
+
+
+def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditions: tuple[str, ...]) -> FmuRun:
+    """Run what was measured at `conditions` (all where there are none), as far as MOST_SAMPLES reach.
+
+    Raises what drive does where the FMU does not run.
+    """
+    whole = comparison.prediction
+    part, left_out, runs, samples = _some(whole, conditions or whole.experiment.conditions)
+    found = parameter_sets.load(ssv)
+    through = Prediction(FmuModel(path), part)
+    rows = through.one(kernel.by_choice(found.values), found.effects)
+    predicted, wanted, worst = chosen.predicted.copy(), set(part.conditions), 0.0
+    for segment, own in zip((s for s in whole.segments if s.condition in wanted), through.segments, strict=True):
+        here = slice(segment.at.start, segment.at.start + own.at.stop - own.at.start)
+        predicted[here] = rows[own.at]
+        away = float(np.max(np.abs(predicted[here] - chosen.predicted[here])))
+        worst = max(worst, away / comparison.whitening.levels[segment.channel])
+    tables = {
+        name: squares(comparison.whitening, row, wanted)
+        for name, row in (("nominal", comparison.nominal.predicted), ("corrected", predicted), ("library", chosen.predicted))
+    }
+    rms = {
+        channel: {
+            **{name: table[channel].left ** 0.5 for name, table in tables.items()},
+            "noise_floor": tables["library"][channel].floor ** 0.5,
+        }
+        for channel in tables["nominal"]
+    }
+    return FmuRun(path.name, predicted, rms, worst, runs, samples, part.conditions, left_out)
+
+
+def _some(whole: Prediction, conditions: tuple[str, ...]) -> tuple[Experiment, tuple[str, ...], int, int]:
+    """Conditions in their order while their runs are not too long in all, the first in any case; repeats of one run cost nothing. Of a
+    recording that is too long, the head."""
+    experiment = whole.experiment
+    kept, seen, samples = list[str](), set[bytes](), 0
+    for condition in conditions:
+        own = {
+            whole.alike[n]: min(trial.times.size, MOST_SAMPLES) for n, trial in enumerate(experiment.trials) if trial.condition == condition
+        }
+        more = sum(size for key, size in own.items() if key not in seen)
+        if kept and samples + more > MOST_SAMPLES:
+            continue
+        kept.append(condition)
+        seen.update(own)
+        samples += more
+    part = experiment.only(kept)
+    means = len(part.means.conditions) if part.means is not None else 0
+    left_out = tuple(condition for condition in conditions if condition not in kept)
+    return replace(part, trials=tuple(trial.head(MOST_SAMPLES) for trial in part.trials)), left_out, len(seen) + means, samples

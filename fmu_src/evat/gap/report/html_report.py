@@ -1,0 +1,154 @@
+"""What does the report say? All that report.html shows, gathered for its template; its numbers are those of diagnosis.json."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+
+from evat.files import html as pages
+from evat.gap.answer import Diagnosis
+from evat.gap.budget import structural_share
+from evat.gap.compare import Comparison
+from evat.gap.judgement import UNKNOWN, fitted
+from evat.gap.report import interactive, printed
+from evat.gap.report.chart import BLUE, GREY, ORANGE, RED, YELLOW, Chart
+from evat.gap.report.fmu_run import FmuRun
+from evat.gap.report.parts import TITLES, parts
+from evat.gap.report.pictures import charts
+from evat.gap.report.series import Series, unlike
+from evat.gap.report.words import number, percent, said, sentence, with_unit
+from evat.inference.fit import Fit
+from evat.inference.noise import impulse_response
+from evat.inference.whitening import CORRELATION_SAMPLES
+from evat.plots.cycles import clock_unit
+from evat.units import display
+
+RELATIVES = 5  # sets that are listed at least, likely or not
+COLOURS = dict(zip(TITLES, ("#c8c8c8", "#8c8c8c", YELLOW, ORANGE, BLUE, RED), strict=True))
+
+
+def page(answer: Diagnosis, comparison: Comparison, run: FmuRun | None, without: str) -> str:
+    """report.html. run : what the FMU gave, None where it was not run, and then `without` says why."""
+    document, chosen = answer.document(), fitted(comparison, answer.judgement.chosen)
+    prediction = comparison.prediction
+    some = bool(answer.judgement.chosen)
+    corrected = (chosen.predicted if run is None else run.predicted) if some else None
+    series = Series(comparison, corrected)
+    reference = comparison.recalibrated.predicted if answer.verdict == UNKNOWN else comparison.nominal.predicted
+    placed = unlike(comparison, chosen.predicted if some else None, reference)
+    drawn = charts(series, answer.where.regions, placed, answer.closure.held_out)
+    units = {"time": "s", "phase": "1", **{v.name: v.unit for v in prediction.model.variables}}
+    return pages.render(
+        "diagnosis.html.j2",
+        answer=answer,
+        document=document,
+        experiment=prediction.experiment,
+        sentence=sentence(answer),
+        parts=parts(comparison, chosen),
+        titles=TITLES,
+        colours=COLOURS,
+        line_colours={"measured": GREY, "nominal": RED, "recalibrated": ORANGE, "corrected": BLUE},
+        pictures={where: [_picture(chart) for chart in some] for where, some in drawn.items()},
+        candidates=_candidates(answer, comparison),
+        recalibrated=_recalibrated(answer, comparison.recalibrated),
+        cannot_tell=_by_reason(document["cannot_tell"]),
+        place=lambda name, x: _place(comparison, name, x),
+        noise=_noise(comparison),
+        discrepancies={"recalibrated": _discrepancy(comparison.recalibrated), **({"corrected": _discrepancy(chosen)} if some else {})},
+        tried={"models": len(comparison.models), "rough": len(comparison.rough), "silent": comparison.silent, "unfed": comparison.unfed},
+        run=run,
+        without=without,
+        units=units,
+        number=number,
+        percent=percent,
+        with_unit=with_unit,
+        said=said,
+        script=interactive.script(),
+    )
+
+
+def _picture(chart: Chart) -> dict[str, Any]:
+    choice = f" Shown: {chart.choices[0]}." if len(chart.choices) > 1 else ""
+    return {"screen": interactive.drawn(chart), "paper": Markup(printed.drawn(chart)), "caption": chart.caption, "choice": choice}
+
+
+def _candidates(answer: Diagnosis, comparison: Comparison) -> list[dict[str, Any]]:
+    """The sets of diagnosis.json with what speaks for them; where they are few, the nearest of the others."""
+    found, base = [], comparison.recalibrated
+    entries = [{**entry, "said": True} for entry in answer.document()["candidates"]]
+    named = [tuple(entry["set"]) for entry in entries]
+    others = sorted((on for on in comparison.models if on not in named), key=lambda on: -answer.judgement.probabilities.get(on, 0.0))
+    entries += [
+        {"set": on, "probability": answer.judgement.probabilities.get(on, 0.0), "said": False} for on in others[: RELATIVES - len(named)]
+    ]
+    for entry in entries:
+        fit = fitted(comparison, tuple(entry["set"]))
+        found.append(
+            {
+                **entry,
+                "gain": fit.found.evidence - base.found.evidence,
+                "left": structural_share(comparison.whitening, fit.predicted, base.predicted),
+                "parameters": len(fit.parameters),
+            }
+        )
+    return found
+
+
+def _by_reason(lines: Sequence[str]) -> dict[str, list[str]]:
+    """Reason -> what could not be told for it."""
+    found: dict[str, list[str]] = {}
+    for line in lines:
+        name, colon, reason = line.partition(": ")
+        found.setdefault(reason if colon else line, []).append(name if colon else "")
+    return found
+
+
+def _place(comparison: Comparison, name: str, x: float) -> str:
+    """A bound of a region as a person reads it."""
+    known = {variable.name: variable for variable in comparison.prediction.model.variables}
+    if name == "time":
+        factor, unit = clock_unit(max(float(np.ptp(trial.times)) for trial in comparison.prediction.experiment.trials))
+        return f"{number(factor * x)} {unit}"
+    return display(x, known[name], digits=4) if name in known else number(x)
+
+
+def _recalibrated(answer: Diagnosis, fit: Fit) -> list[dict[str, Any]]:
+    point = {p.name: u for p, u in zip(fit.parameters, fit.point, strict=True)}
+    rows: Mapping[str, Any] = answer.document()["recalibration"]["parameters"]
+    return [
+        {
+            "name": name,
+            **row,
+            "shift": float(point[name]),
+            "relative": row["value"] / row["nominal"] - 1 if row["nominal"] else None,
+        }
+        for name, row in rows.items()
+    ]
+
+
+def _noise(comparison: Comparison) -> list[dict[str, Any]]:
+    """Of each channel: the autoregression, the noise it makes, and how trials differ."""
+    noise, rows = comparison.noise, []
+    for channel in comparison.prediction.channels:
+        own = [place for place, segment in enumerate(comparison.prediction.segments) if segment.channel == channel]
+        filter_ = noise.filters.get(channel, np.array([1.0]))
+        gain = float(np.sqrt(np.sum(impulse_response(filter_) ** 2)))
+        sizes = gain * noise.sizes[own]
+        rows.append(
+            {
+                "channel": channel,
+                "order": filter_.size - 1,
+                "coefficients": [float(-weight) for weight in filter_[1:]],
+                "low": float(sizes.min()),
+                "high": float(sizes.max()),
+                "spread": [float(x) for x in noise.spread[channel]] if channel in noise.spread else None,
+            }
+        )
+    return rows
+
+
+def _discrepancy(fit: Fit) -> dict[str, float]:
+    return {"size": fit.found.size, "samples": CORRELATION_SAMPLES[fit.found.length]}

@@ -1,0 +1,92 @@
+"""How large is what a model leaves unexplained, and how likely are the data then? The likelihood with a smooth discrepancy of unknown size.
+
+Kennedy and O'Hagan 2001: measured = model + discrepancy + noise. Size and correlation length of the discrepancy are found for each model;
+one whose form is a little wrong is not punished beyond what it leaves, and one that explains more leaves less.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from evat.inference.whitening import BETWEEN, Sums, Whitening
+from evat.model import BoolArray, FloatArray
+
+SIZES = np.concatenate([[0.0], np.geomspace(5e-4, 1.0, 23)])  # of the rms of a channel
+USUAL = 0.02  # a discrepancy of this size is nothing special
+
+
+@dataclass(frozen=True)
+class Likelihood:
+    """`size` (of the rms) and `length` (place in CORRELATION_SAMPLES) of the discrepancy; `log` the penalised log likelihood, `evidence`
+    its integral over the parameters (Laplace); `step` (p,) to the best parameters from here; `covariance` (p, p) of the parameters;
+    `weights` (groups, bands): what a whitened square counts."""
+
+    size: float
+    length: int
+    log: float
+    evidence: float
+    step: FloatArray
+    covariance: FloatArray
+    weights: FloatArray
+
+
+def likelihood(
+    whitening: Whitening,
+    sums: Sums,
+    point: FloatArray,
+    *,
+    damping: float = 0.0,
+    held_out: BoolArray | None = None,
+    like: Likelihood | None = None,
+) -> Likelihood:
+    """The best discrepancy for a residual.
+
+    point : (p,), parameters in prior standard deviations from their prior mean; held_out : (groups,), true where not to look; like : take
+    its discrepancy.
+    """
+    kept = np.ones(len(whitening.groups), dtype=bool) if held_out is None else np.logical_not(held_out)
+    trust = whitening.trust[kept]
+    counts, grams = whitening.counts[kept] * trust, sums.grams[kept] * trust[..., None, None]
+    tail = grams[..., point.size :, point.size :].reshape(*trust.shape, -1)  # of the residual, and of what differs between trials
+    log, size, length = -np.inf, 0.0, 0
+    squares = float(point @ point)
+    # Size and length from the residual as it stands; slopes do not enter, which keeps the search cheap.
+    for place in range(whitening.unexplained.shape[0]) if like is None else (like.length,):
+        sizes = SIZES if like is None else np.array([like.size])
+        variance = whitening.least[kept][:, None] + sizes[:, None] ** 2 * whitening.unexplained[place][kept][:, None]  # (g, sizes, bands)
+        chi, spread = _between_trials((1 / variance) @ tail)
+        logs = -0.5 * ((np.log(variance) @ counts[..., None])[..., 0] + chi + spread).sum(axis=0) - 0.5 * squares
+        logs -= np.log1p((sizes / USUAL) ** 2)
+        if logs.max() > log:
+            log, size, length = float(logs.max()), float(sizes[int(np.argmax(logs))]), place
+    weights = 1 / (whitening.least + size**2 * whitening.unexplained[length])
+    total = known(grams, weights[kept])
+    normal = total[:-1, :-1] + np.eye(point.size)
+    step = np.asarray(np.linalg.solve(normal + damping * np.diag(np.diag(normal)), total[:-1, -1] - point), dtype=np.float64)
+    covariance = np.asarray(np.linalg.inv(normal), dtype=np.float64)
+    evidence = log - 0.5 * float(np.linalg.slogdet(normal)[1])
+    return Likelihood(size, length, log, evidence, step, covariance, weights)
+
+
+def _between_trials(tail: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Of weighted products (..., (1 + BETWEEN)^2): the residual's square where what differs between trials is integrated out, and the log
+    determinant of that (Woodbury). By elimination, all matrices at once; they are positive definite."""
+    products = tail.reshape(*tail.shape[:-1], 1 + BETWEEN, 1 + BETWEEN).copy()
+    log_determinant = np.zeros(tail.shape[:-1])
+    for way in range(BETWEEN, 0, -1):
+        pivot = 1 + products[..., way, way]
+        row = products[..., way, :way]
+        products[..., :way, :way] -= row[..., :, None] * (row / pivot[..., None])[..., None, :]
+        log_determinant += np.log(pivot)
+    return products[..., 0, 0], log_determinant
+
+
+def known(grams: FloatArray, weights: FloatArray) -> FloatArray:
+    """Information on [slopes, residual] (p + 1, p + 1), from grams (groups, bands, w, w) and what their squares count (groups, bands)."""
+    products = np.einsum("sb,sbij->sij", weights, grams, optimize=True)
+    first = products.shape[-1] - BETWEEN
+    inner, across = np.eye(BETWEEN) + products[:, first:, first:], products[:, first:, :first]
+    found: FloatArray = (products[:, :first, :first] - across.transpose(0, 2, 1) @ np.linalg.solve(inner, across)).sum(axis=0)
+    return found

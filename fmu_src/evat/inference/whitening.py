@@ -1,0 +1,240 @@
+"""How much does each number of a residual weigh? Residuals and slopes, whitened by the noise, then summed up band by band of frequency.
+
+All that later steps ask (fits, evidence, held-out conditions, how much is left unexplained) follows from these sums: no step looks at
+samples again. In bands, since what a model lacks is smooth in time where noise, once whitened, is not; and apart for the harmonics of a
+periodic motion, since what a model lacks comes back in every cycle where noise does not. Repeats of one run count as their mean, for the
+same reason.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from evat.inference.cycles import cycle_samples
+from evat.inference.discontinuities import Jumps
+from evat.inference.noise import WHITE, Noise, differing
+from evat.inference.prediction import Prediction
+from evat.model import FloatArray
+
+BETWEEN = 3  # ways in which trials differ: gain, zero, clock
+BANDS = 20  # of the harmonics, and again as many of all between them; those that no record has are left out
+CORRELATION_SAMPLES = (0.3, 2.0, 8.0, 32.0, 128.0)  # over which a discrepancy may be correlated
+OUTLYING = 5.0  # robust standard deviations of the repeats from each other
+EVER = 0.002  # of the rms, from sample to sample: no model of a contact is better, whatever repeats say
+INDEPENDENT = 2.0  # numbers of a band, as which the discrepancy in it counts: it is wrong in a few ways, not in each sample on its own
+APERIODIC = 0.1  # of the discrepancy of a periodic motion, in variance, may not repeat
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Segments that one run predicts: repeats. `at` is where the first of them stands in the long vector."""
+
+    condition: str
+    channel: str
+    members: tuple[int, ...]
+    at: slice
+    cycles: float  # of a periodic motion within it, 1 where it is not
+
+
+@dataclass(frozen=True)
+class Sums:
+    """`grams` (groups, bands, w, w): inner products of the whitened [slopes (p), residual, what differs between trials (BETWEEN)]."""
+
+    grams: FloatArray
+
+
+class Whitening:
+    """The covariance of an experiment as a way to sum up residuals.
+
+    `jumps[group]` tells what its samples count, less beside jumps; `counts` (groups, bands) is how many numbers a band has; `unexplained`
+    (lengths, groups, bands) what a discrepancy of unit size (rms of its channel) and given correlation length would add to the variance 1
+    that noise has there; `least` (groups, bands) the variance that every model is granted; `trust` (groups, bands) the share of its
+    numbers that a band counts.
+    """
+
+    def __init__(self, prediction: Prediction, noise: Noise, predicted: FloatArray, numerical: FloatArray | None = None) -> None:
+        """predicted : (N,), near the truth: how gain, zero and clock of a trial show; numerical : (N,), the solver's error in it."""
+        self.prediction, self.noise = prediction, noise
+        self.groups = self._grouped()
+        self.levels = self._levels()
+        self.means = self._means(predicted)
+        self.jumps = [self._jumps_of(group, predicted) for group in self.groups]
+        self._own = [_spectrum(self._between(place, predicted)) for place in range(len(self.groups))]
+        bands_of = [self._edges(group) for group in self.groups]
+        there = sorted(set().union(*bands_of))  # bands of which any group has numbers
+        self._bands = [{there.index(band): own for band, own in bands.items()} for bands in bands_of]
+        self._harmonic = np.array([band < BANDS for band in there])
+        self.counts = np.zeros((len(self.groups), len(there)))
+        for place, bands in enumerate(self._bands):
+            for band, (_, weight) in bands.items():
+                self.counts[place, band] = weight.sum() * self.jumps[place].share
+        wrong = np.zeros(predicted.size) if numerical is None else np.nan_to_num(numerical)
+        own = np.array([np.mean(wrong[group.at] ** 2) / self.levels[group.channel] ** 2 for group in self.groups])
+        self.least: FloatArray = 1 + (EVER**2 + own[:, None]) * self.unexplained[0]
+        self.trust: FloatArray = np.ones_like(self.counts)
+
+    def doubt(self, size: float, length: int) -> None:
+        """Count what is known of a band no higher than as if the discrepancy in it were INDEPENDENT numbers, not one for each sample.
+
+        size and length (a place in CORRELATION_SAMPLES) are those of the discrepancy. The mean square of a band is known as well as its
+        noise, which is independent, and its discrepancy, which is not, allow.
+        """
+        ratio = size**2 * self.unexplained[length] / self.least
+        known = (1 + ratio) ** 2 / ((1 + 2 * ratio) / np.maximum(self.counts, 1.0) + ratio**2 / INDEPENDENT)
+        self.trust = np.minimum(known / np.maximum(self.counts, 1.0), 1.0)
+
+    def forgive(self, size: float, length: int) -> None:
+        """From now on count a discrepancy of at least this size and length in every model."""
+        self.least = self.least + size**2 * self.unexplained[length]
+
+    def _grouped(self) -> tuple[Group, ...]:
+        found: dict[tuple[object, str], list[int]] = {}
+        for place, segment in enumerate(self.prediction.segments):
+            key = self.prediction.alike[segment.trial] if segment.trial >= 0 else place
+            found.setdefault((key, segment.channel), []).append(place)
+        groups = []
+        for (_, channel), members in found.items():
+            first = self.prediction.segments[members[0]]
+            cycles = 1.0
+            if first.trial >= 0:
+                period = cycle_samples(self.prediction, first.trial)
+                cycles = max((first.at.stop - first.at.start) / period, 1.0) if period else 1.0
+            groups.append(Group(first.condition, channel, tuple(members), first.at, cycles))
+        return tuple(groups)
+
+    def _levels(self) -> dict[str, float]:
+        """Root mean square of each channel."""
+        found = {}
+        for channel in dict.fromkeys(group.channel for group in self.groups):
+            whole = np.concatenate([self.prediction.measured[s.at] for s in self.prediction.segments if s.channel == channel])
+            found[channel] = float(np.sqrt(np.mean(whole**2))) + 1e-12  # of a dead channel, too, something can be divided by it
+        return found
+
+    def _means(self, predicted: FloatArray) -> list[FloatArray]:
+        """Mean of the repeats of each group; a sample that is far off where the others are not counts no more than a far one."""
+        found = []
+        for group in self.groups:
+            rows = np.array([self.prediction.measured[self.prediction.segments[place].at] for place in group.members])
+            if len(rows) > 1 and group.at.stop - group.at.start > 1:
+                rows = _without_outliers(rows, predicted[group.at])
+            found.append(np.asarray(rows.mean(axis=0), dtype=np.float64))
+        return found
+
+    def _jumps_of(self, group: Group, predicted: FloatArray) -> Jumps:
+        """The mean of repeats is as wrong beside a jump as each of them."""
+        size = self.noise.sizes[group.members[0]] / math.sqrt(len(group.members))
+        return Jumps(predicted[group.at], self._filter_of(group), float(size))
+
+    def _filter_of(self, group: Group) -> FloatArray:
+        return self.noise.filters[group.channel] if group.at.stop - group.at.start > 1 else WHITE
+
+    def _between(self, place: int, predicted: FloatArray) -> FloatArray:
+        """What differs from trial to trial, by its standard deviation, white where the noise is: (numbers, BETWEEN)."""
+        group = self.groups[place]
+        if group.at.stop - group.at.start == 1:
+            return np.zeros((1, BETWEEN))
+        times = self.prediction.experiment.trials[self.prediction.segments[group.members[0]].trial].times
+        return self._filter(differing(predicted[group.at], times) * self.noise.spread[group.channel], place)
+
+    def _filter(self, columns: FloatArray, place: int) -> FloatArray:
+        """Innovations of the columns of one segment, by their sd."""
+        group = self.groups[place]
+        size = self.noise.sizes[group.members[0]]
+        filter_ = self._filter_of(group)
+        lost = filter_.size - 1
+        white: FloatArray = columns[lost:] * (filter_[0] / size)
+        for lag in range(1, filter_.size):
+            white = white + columns[lost - lag : -lag] * (filter_[lag] / size)
+        return self.jumps[place].whiten(white)
+
+    def _edges(self, group: Group) -> dict[int, tuple[npt.NDArray[np.intp], FloatArray]]:
+        """Of each band that a group has: the coefficients of the real Fourier transform in it, and how many numbers each is."""
+        length = group.at.stop - group.at.start - self._filter_of(group).size + 1
+        last = length // 2 + 1
+        weight = np.full(last, 2.0)
+        weight[0] = 1.0
+        if length % 2 == 0 and last > 1:
+            weight[-1] = 1.0
+        edges = np.unique(np.concatenate([[0, 1], np.round(np.geomspace(1, max(last, 2), BANDS)).astype(int)]))
+        band = np.searchsorted(edges, np.arange(last), side="right") - 1
+        if group.cycles > 1.5:
+            order = np.arange(last) / group.cycles
+            between = np.abs(order - np.round(order)) * group.cycles > 0.75
+            between[0] = False
+            band = band + BANDS * between
+        return {int(b): (np.flatnonzero(band == b), weight[band == b]) for b in np.unique(band)}
+
+    def residual(self, predicted: FloatArray, place: int) -> FloatArray:
+        """Mean measured minus predicted (N,) of a group."""
+        found: FloatArray = self.means[place] - predicted[self.groups[place].at]
+        return found
+
+    def residuals(self, predicted: FloatArray) -> FloatArray:
+        """The same of all groups, (N,), at each of their repeats."""
+        found = np.zeros_like(predicted)
+        for place, group in enumerate(self.groups):
+            for member in group.members:
+                found[self.prediction.segments[member].at] = self.residual(predicted, place)
+        return found
+
+    def sums(self, predicted: FloatArray, slopes: FloatArray) -> Sums:
+        """predicted (N,), slopes (N, p)."""
+        width = slopes.shape[1] + 1 + BETWEEN
+        grams = np.zeros((*self.counts.shape, width, width))
+        for place, group in enumerate(self.groups):
+            columns = np.column_stack([slopes[group.at], self.residual(predicted, place)])
+            white = self._filter(columns, place) * math.sqrt(len(group.members))
+            spectrum = np.concatenate([_spectrum(white), self._own[place]], axis=1)
+            for band, (rows, _) in self._bands[place].items():
+                part = spectrum[rows]
+                part = np.concatenate([part.real, part.imag])
+                grams[place, band] = part.T @ part
+        return Sums(grams)
+
+    @cached_property
+    def unexplained(self) -> FloatArray:
+        found = np.zeros((len(CORRELATION_SAMPLES), *self.counts.shape))
+        for place, group in enumerate(self.groups):
+            ratio = (self.levels[group.channel] / self.noise.sizes[group.members[0]]) ** 2 * len(group.members) * self.jumps[place].share
+            length = group.at.stop - group.at.start
+            if length == 1:
+                found[:, place, 0] = ratio
+                continue
+            filter_ = self._filter_of(group)
+            length -= filter_.size - 1
+            omega = 2 * np.pi * np.arange(length // 2 + 1) / length
+            gain = np.abs(np.exp(-1j * np.outer(omega, np.arange(filter_.size))) @ filter_) ** 2
+            periodic = group.cycles > 1.5
+            share = self.counts[place, self._harmonic].sum() / self.counts[place].sum()
+            for row, samples in enumerate(CORRELATION_SAMPLES):
+                rho = np.exp(-1 / samples)
+                spectrum = (1 - rho**2) / (1 - 2 * rho * np.cos(omega) + rho**2) * gain * ratio
+                for band, (rows, _) in self._bands[place].items():
+                    factor = 1.0 if not periodic else (1 - APERIODIC) / share if self._harmonic[band] else APERIODIC / (1 - share)
+                    found[row, place, band] = spectrum[rows].mean() * factor
+        return np.asarray(np.cumsum(found, axis=0) / np.arange(1, len(found) + 1)[:, None, None], dtype=np.float64)
+
+
+def _spectrum(white: FloatArray) -> npt.NDArray[np.complex128]:
+    """Fourier coefficients of columns (L, p), with the numbers that the negative frequencies repeat counted in."""
+    found = np.fft.rfft(np.ascontiguousarray(white.T), norm="ortho").T
+    found[1 : (white.shape[0] + 1) // 2] *= np.sqrt(2)
+    return np.asarray(found)
+
+
+def _without_outliers(rows: FloatArray, predicted: FloatArray) -> FloatArray:
+    """Repeats (n, L); a sample far from the others is taken from the middle one, of two from the one that is nearer to the prediction."""
+    level = rows - np.median(rows, axis=1, keepdims=True) + np.median(rows)
+    apart = level[1:] - level[:-1]
+    sd = 1.4826 * float(np.median(np.abs(apart - np.median(apart)))) / np.sqrt(2)
+    if len(rows) == 2:
+        middle = np.where(np.abs(level[0] - predicted) < np.abs(level[1] - predicted), level[0], level[1])
+        far = np.abs(apart) > OUTLYING * np.sqrt(2) * sd
+        return np.where(far, middle + (rows - level), rows)
+    middle = np.median(level, axis=0)
+    return np.where(np.abs(level - middle) > OUTLYING * sd, middle + (rows - level), rows)

@@ -1,0 +1,105 @@
+"""How is the component run as a Model? What identification and diagnosis talk to; they know no more of it than model.py says."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import math
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+
+from evat.model import FloatArray, Rival, Run, Trace
+from evat.models.required_inputs import check_needs, missing_inputs
+from evat.native import kernel
+from evat.native.batch import run_many
+
+# Internal steps, far beyond what a sound set takes; a holder that chatters against a rigid law takes thousands.
+MOST_STEPS, STEPS_PER_SAMPLE, STEPS_PER_CYCLE = 2_000, 15, 120
+LAW = "friction_law"
+RIVALS = ("coulomb", "dahl", "lugre")  # karnopp needs an applied force, bristle draws random places, reset_integrator jumps
+FRICTION = ("sigma0", "sigma1", "sigma2", "F_C", "F_S", "v_s")
+SETTLING_TIME = 1.0  # s of steady slip, far beyond any presliding; means are taken over the second half
+
+
+class ContactModel(kernel.Component):
+    """The contact with its laws and effects."""
+
+    def __init__(self, threads: int | None = None) -> None:
+        """threads : how many run_many may use; the answer does not depend on it."""
+        super().__init__()
+        self.threads = threads
+
+    def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
+        """Drive the contact through `run`; see evat.model.Model."""
+        first = {name: float(column[0]) for name, column in run.inputs.items() if np.size(column) and math.isfinite(column[0])}
+        contact = kernel.Contact({**values, **first}, on)
+        check_needs(self, on, values, run.inputs)
+        contact.start(float(run.times[0]))
+        names = list(run.outputs) or list(kernel.outputs())
+        table = contact.run(run.times, run.inputs, names)
+        return Trace(
+            times=np.asarray(run.times, dtype=np.float64),
+            columns={name: table[:, place].copy() for place, name in enumerate(names)},
+            units={name: kernel.variable(name).unit for name in names},
+            made_by={
+                "evat": importlib.metadata.version("evat"),
+                "model": kernel.token(),
+                "values": dict(values),
+                "effects": ", ".join(on),
+                "internal_steps": int(contact.get("step_count")),
+                "warnings": "; ".join(contact.warnings()),
+            },
+        )
+
+    def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
+        """K value sets through one run; see evat.model.Model."""
+        cycles = float(run.times[-1] - run.times[0]) / self.cycle_time(
+            {k: v for k, v in values.items() if isinstance(v, (int, float, str))}
+        )
+        most = MOST_STEPS + STEPS_PER_SAMPLE * run.times.size + (STEPS_PER_CYCLE * cycles if cycles > 0 else 0.0)
+        return run_many(run, values, on, threads=self.threads, most_steps=most).rows
+
+    def settled(self, names: Sequence[str], on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
+        """Cycle means of the periodic motion, or of steady slip; see evat.model.Model."""
+        if self._moves_by_itself(values):
+            periods = 1 / np.atleast_1d(np.asarray(values.get("vibration_frequency", kernel.variable("vibration_frequency").start), float))
+            still: dict[str, float | str] = {"initial_state": "periodic"}
+        else:
+            periods = np.array([SETTLING_TIME])
+            still = {"averaging_window": SETTLING_TIME / 2}
+        count = max([np.size(value) for value in values.values() if np.ndim(value) == 1], default=1)
+        found = {name: np.full(count, np.nan) for name in names}
+        periods = np.broadcast_to(periods, count)
+        for period in np.unique(periods):  # sets share a clock where they share a period
+            places = np.flatnonzero(periods == period)
+            chosen = {name: np.asarray(value, dtype=np.float64)[places] if np.ndim(value) == 1 else value for name, value in values.items()}
+            run = Run(np.array([0.0, period]), {}, tuple(names))
+            rows = self.simulate_many(run, on, {**chosen, **still})  # a subclass may run it elsewhere
+            for name in names:
+                found[name][places] = rows[name][:, -1]
+        return found
+
+    def cycle_time(self, values: Mapping[str, float | str]) -> float:
+        """The vibration's period; nan where the motion is given from outside."""
+        if not self._moves_by_itself(values):
+            return math.nan
+        return 1 / float(values.get("vibration_frequency", kernel.variable("vibration_frequency").start))
+
+    def rival_laws(self, values: Mapping[str, float | str]) -> Sequence[Rival]:
+        """The other friction laws for which a slip velocity is enough, that draw no random numbers."""
+        known = kernel.variable(LAW)
+        own = known.choices[int(known.check(values.get(LAW, known.start)))]
+        read = tuple(kernel.variable(name) for name in FRICTION)
+        return tuple(
+            Rival(f"{LAW}={law.name}", {LAW: law.name}, (*read, *law.variables))
+            for law in kernel.laws()
+            if law.name in RIVALS and law.name != own
+        )
+
+    def missing_inputs(self, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str]) -> Mapping[str, Sequence[str]]:
+        return missing_inputs(self, on, values, given)
+
+    @staticmethod
+    def _moves_by_itself(values: Mapping[str, float | str | FloatArray]) -> bool:
+        known = kernel.variable("kinematics")
+        return known.choices[int(known.check(values.get("kinematics", known.start)))] != "external"  # type: ignore[arg-type]

@@ -1,0 +1,312 @@
+"""How do many value sets run at once? Blocks of lanes that run side by side in the kernel, threads over the blocks.
+
+A set's answer does not depend on its neighbours, on the number of threads or on their order: to the last bit.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from evat.model import FloatArray, ParameterError, Run, SimulationError
+from evat.models.required_inputs import check_needs
+from evat.native import kernel
+from evat.native.compile import MANY_LANES
+
+Give = Literal["rows", "sums"]
+LINE = 64  # bytes
+FEWEST = 4  # sets that are worth a block; fewer run one by one
+MOST_BYTES = 8e9  # of rows in one answer; sums fit any number of sets
+
+
+class Cancelled(SimulationError):
+    """The caller asked to stop; what was done is thrown away."""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What came out of K sets: `rows[name]` of shape (K, n), or `sums` and `squares` [name] of shape (K,); nan where a set has failed.
+
+    `squares` are sums of squared distances from the data, `counts[name]` the number of data in each. `failed[k]` says what ended set k.
+    """
+
+    times: FloatArray
+    count: int
+    rows: Mapping[str, FloatArray] = field(default_factory=dict)
+    sums: Mapping[str, FloatArray] = field(default_factory=dict)
+    squares: Mapping[str, FloatArray] = field(default_factory=dict)
+    counts: Mapping[str, int] = field(default_factory=dict)
+    failed: Mapping[int, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """What all blocks have in common: the clock with the samples that are kept, columns, outputs, data, and values by index."""
+
+    times: FloatArray
+    keep: np.ndarray[Any, np.dtype[np.uint8]]
+    inputs: tuple[int, ...]
+    shared: FloatArray
+    each: FloatArray | None
+    outputs: tuple[int, ...]
+    data: FloatArray | None
+    constants: Mapping[int, float]
+    columns: Mapping[int, FloatArray]
+    give: Give
+    most_steps: float
+
+
+def _sets(
+    values: Mapping[str, float | str | FloatArray], on: Sequence[str], run: Run
+) -> tuple[int, dict[int, float], dict[int, FloatArray]]:
+    """How many sets there are, what they share, and what each has of its own; checked."""
+    single = {name: value for name, value in values.items() if np.ndim(value) == 0}
+    constants = {kernel.variable(name).index: number for name, number in kernel.check_values(single, on).items()}  # type: ignore[arg-type]
+    columns, lengths = {}, {name: np.shape(column)[0] for name, column in run.inputs.items() if np.ndim(column) == 2}
+    for name, value in values.items():
+        if np.ndim(value) == 0:
+            continue
+        known, column = kernel.variable(name), np.asarray(value, dtype=np.float64)
+        if column.ndim != 1:
+            raise ParameterError(f"{name}: one number for each set is needed, this has the shape {column.shape}.")
+        for bad in column[~((column >= known.min) & (column <= known.max))][:1]:
+            known.check(float(bad))
+        if known.type != "real":
+            for some in np.unique(column):
+                known.check(float(some))
+        columns[known.index], lengths[name] = column, column.size
+    if len(set(lengths.values())) > 1:
+        raise ParameterError(f"the sets are not equally many: {', '.join(f'{name} has {n}' for name, n in lengths.items())}.")
+    return next(iter(lengths.values()), 1), constants, columns
+
+
+def _clock(run: Run, at: FloatArray | None) -> tuple[FloatArray, np.ndarray[Any, np.dtype[np.uint8]]]:
+    """The samples to pass through, and which of them are kept."""
+    times = np.ascontiguousarray(run.times, dtype=np.float64)
+    wanted = times if at is None else np.ascontiguousarray(at, dtype=np.float64)
+    for clock, what in ((times, "sample times"), (wanted, "times at which outputs are wanted")):
+        if clock.ndim != 1 or clock.size == 0 or not np.all(np.isfinite(clock)) or not np.all(np.diff(clock) > 0):
+            raise ParameterError(f"{what} must be a row of finite, increasing numbers in s.")
+    if wanted[0] < times[0] or wanted[-1] > times[-1]:
+        raise ParameterError(
+            f"outputs are wanted from {wanted[0]:g} to {wanted[-1]:g} s, the run goes from {times[0]:g} to {times[-1]:g} s; cut the first."
+        )
+    both = np.union1d(times, wanted)
+    return both, np.isin(both, wanted).astype(np.uint8)
+
+
+def _columns(run: Run, clock: FloatArray, count: int) -> tuple[tuple[int, ...], FloatArray, FloatArray | None]:
+    """Inputs on the clock: (n, inputs) where all sets share them, (K, n, inputs) where some have their own."""
+    indices, found = [], []
+    for name, column in run.inputs.items():
+        known, given = kernel.variable(name), np.asarray(column, dtype=np.float64)
+        if known.causality != "input":
+            raise ParameterError(f"{name} is not an input; inputs are {', '.join(kernel.inputs())}.")
+        if given.shape not in (run.times.shape, (count, run.times.size)):
+            raise ParameterError(f"{name} has the shape {given.shape}; {run.times.shape} or {(count, run.times.size)} is needed.")
+        for one in np.atleast_2d(given):
+            kernel.check_column(known, one)
+        on_clock = [np.interp(clock, run.times, one) for one in np.atleast_2d(given)]
+        indices.append(known.index)
+        found.append(np.array(on_clock) if given.ndim == 2 else on_clock[0])
+    if all(column.ndim == 1 for column in found):
+        return tuple(indices), np.ascontiguousarray(np.column_stack(found)) if found else np.empty((clock.size, 0)), None
+    return tuple(indices), np.empty((clock.size, 0)), np.stack([np.broadcast_to(column, (count, clock.size)) for column in found], axis=-1)
+
+
+def _blocks(count: int, columns: Mapping[int, FloatArray], lanes: int) -> Iterator[np.ndarray[Any, np.dtype[np.intp]]]:
+    """Places of the sets that run side by side: those that agree in what is fixed."""
+    variables = kernel.variables()
+    fixed = [column for index, column in columns.items() if variables[index].variability == "fixed"]
+    groups = np.unique(np.column_stack(fixed), axis=0, return_inverse=True)[1].ravel() if fixed else np.zeros(count, dtype=np.intp)
+    for group in np.unique(groups):
+        places = np.flatnonzero(groups == group)
+        for first in range(0, places.size, lanes):
+            yield places[first : first + lanes]
+
+
+class _Room(threading.local):
+    """One thread's contacts, used again for block after block: fresh memory costs as much as a hundred samples.
+
+    They begin on a line of the cache: wide vectors that lie across two cost twice.
+    """
+
+    def __init__(self) -> None:
+        self.blocks: dict[int, Any] = {}
+        self.bytes: list[Any] = []
+
+    def block(self, ffi: Any, lanes: int) -> Any:
+        if lanes not in self.blocks:
+            self.bytes.append(ffi.new("char[]", ffi.sizeof("struct Contact") + LINE))
+            begin = int(ffi.cast("uintptr_t", self.bytes[-1]))
+            self.blocks[lanes] = ffi.cast("struct Contact *", begin + -begin % LINE)
+        return self.blocks[lanes]
+
+
+def _follow(
+    plan: _Plan, places: np.ndarray[Any, np.dtype[np.intp]], lanes: int, room: _Room, stop: Any
+) -> tuple[int, dict[str, FloatArray]]:
+    """One block through the kernel: its status, and what it gives for each set of the block."""
+    ffi, loaded = kernel.library(lanes)
+    block, record, answer = room.block(ffi, lanes), ffi.new("struct Record *"), ffi.new("struct Yield *")
+    filled = np.resize(places, lanes)  # idle lanes repeat a set
+    loaded.kernel_reset(block)
+    held = np.frombuffer(ffi.buffer(block.value), dtype=np.float64).reshape(-1, lanes)
+    for index, value in plan.constants.items():
+        held[index] = value
+    for index, column in plan.columns.items():
+        held[index] = column[filled]
+    table = plan.shared if plan.each is None else np.ascontiguousarray(np.moveaxis(plan.each[filled], 0, -1))
+    for place, index in enumerate(plan.inputs):
+        held[index] = table[0, place]
+    status = loaded.kernel_start(block, plan.times[0])
+    if status != loaded.KERNEL_OK:
+        return status, {}
+    rows_count, width = int(plan.keep.sum()), len(plan.outputs)
+    found = {"rows": np.empty((rows_count, width, lanes))} if plan.give == "rows" else {"sums": np.zeros((width, lanes))}
+    record.count, record.times, record.keep = (
+        plan.times.size,
+        *map(ffi.from_buffer, ("double[]", "unsigned char[]"), (plan.times, plan.keep)),
+    )
+    inputs, outputs = ffi.new("int[]", list(plan.inputs)), ffi.new("int[]", list(plan.outputs))
+    record.input_count, record.input_index, record.inputs = len(plan.inputs), inputs, ffi.from_buffer("double[]", table)
+    record.per_lane, record.most_steps = plan.each is not None, plan.most_steps
+    answer.output_count, answer.output_index = width, outputs
+    for name, array in found.items():
+        setattr(answer, name, ffi.from_buffer("double[]", array))
+    if plan.data is not None:
+        found["squares"] = np.zeros((width, lanes))
+        answer.squares, answer.data = ffi.from_buffer("double[]", found["squares"]), ffi.from_buffer("double[]", plan.data)
+    status = loaded.kernel_follow(block, record, answer, stop)
+    return status, {name: np.moveaxis(array, -1, 0)[: places.size] for name, array in found.items()}
+
+
+def run_many(
+    run: Run,
+    values: Mapping[str, float | str | FloatArray],
+    on: Sequence[str] = (),
+    *,
+    at: FloatArray | None = None,
+    give: Give = "rows",
+    data: Mapping[str, FloatArray] | None = None,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+    most_steps: float = 0.0,
+) -> Batch:
+    """Run K value sets over one input, or one set over K inputs, or both.
+
+    Parameters
+    ----------
+    run : sample times [s], shape (n,); inputs of shape (n,) for all sets or (K, n), linear between the samples; the outputs wanted.
+    values : SI; a number or a choice's name for all sets, an array of shape (K,) for a value of each.
+    on : effects that are on in all sets.
+    at : times [s] at which outputs are wanted, such as the clock of a slow sensor; without it the sample times.
+    give : "rows" for whole traces, "sums" for the sum of each output over the kept samples: then any number of sets fits into memory.
+    data : output name -> measured values at the kept times, nan where there is none: also gives squares of the distance.
+    threads : how many; without it as many as there are processors. The answer does not depend on it.
+    most_steps : internal steps of a set over the whole run, beyond which it fails; 0 for as many as it takes.
+    progress : told the share that is done; cancelled : asked about ten times a second whether to stop.
+
+    Returns
+    -------
+    Batch; a set that fails is nan there, and `failed` says why. Others are not touched by it.
+
+    Raises
+    ------
+    ParameterError for names, shapes or values that are not allowed; Cancelled.
+    """
+    names = tuple(run.outputs)
+    if not names:
+        raise ParameterError("no outputs were asked for; name at least one, for example friction_force.")
+    single: dict[str, float | str] = {name: value for name, value in values.items() if isinstance(value, (int, float, str))}
+    check_needs(kernel.Component(), on, single, {*run.inputs, *values})
+    count, constants, columns = _sets(values, on, run)
+    clock, keep = _clock(run, at)
+    inputs, shared, each = _columns(run, clock, count)
+    kept = clock[keep != 0]
+    if give == "rows" and 8 * count * kept.size * len(names) > MOST_BYTES:
+        raise ParameterError(f"{count} sets of {kept.size} rows and {len(names)} outputs do not fit into memory; give sums, or run fewer.")
+    table = None
+    if data is not None:
+        unknown = sorted(set(data) - set(names))
+        shapes = {name: np.shape(column) for name, column in data.items()}
+        if unknown or any(shape != kept.shape for shape in shapes.values()):
+            raise ParameterError(f"data need {kept.size} values for outputs that are asked for; found {unknown or shapes}.")
+        table = np.column_stack([np.asarray(data.get(name, np.full(kept.size, np.nan)), dtype=np.float64) for name in names])
+    indices = tuple(kernel.variable(name).index for name in names)
+    plan = _Plan(clock, keep, inputs, shared, each, indices, table, constants, columns, give, most_steps)
+    return _gathered(plan, names, count, threads, progress, cancelled)
+
+
+def _gathered(
+    plan: _Plan,
+    names: tuple[str, ...],
+    count: int,
+    threads: int | None,
+    progress: Callable[[float], None] | None,
+    cancelled: Callable[[], bool] | None,
+) -> Batch:
+    ffi, loaded = kernel.library()
+    kernel.library(MANY_LANES)  # before the threads, each of which would load its own
+    shapes: dict[str, tuple[int, ...]] = (
+        {"rows": (count, int(plan.keep.sum()), len(names))} if plan.give == "rows" else {"sums": (count, len(names))}
+    )
+    if plan.data is not None:
+        shapes["squares"] = (count, len(names))
+    whole = {name: np.full(shape, np.nan) for name, shape in shapes.items()}
+    failed: dict[int, str] = {}
+    stop, room = ffi.new("int *"), _Room()
+
+    def follow(places: np.ndarray[Any, np.dtype[np.intp]], lanes: int) -> int:
+        status, found = _follow(plan, places, lanes, room, stop)
+        if status == loaded.KERNEL_OK:
+            for name, array in found.items():
+                whole[name][places] = array
+        return status
+
+    def work(places: np.ndarray[Any, np.dtype[np.intp]]) -> int:
+        if places.size >= FEWEST and follow(places, MANY_LANES) in (loaded.KERNEL_OK, loaded.KERNEL_STOPPED):
+            return places.size
+        for place in places:  # too few, or one of them spoils the block: each alone
+            status = follow(np.array([place]), 1)
+            if status not in (loaded.KERNEL_OK, loaded.KERNEL_STOPPED):
+                failed[int(place)] = kernel.status_text(status)
+        return places.size
+
+    blocks = _blocks(count, plan.columns, MANY_LANES)
+    done, waiting = 0, set[Future[int]]()
+    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
+        try:
+            for places in blocks:
+                waiting.add(pool.submit(work, places))
+                while len(waiting) >= 64:
+                    done += _reap(waiting, cancelled)
+                    if progress:
+                        progress(done / count)
+            while waiting:
+                done += _reap(waiting, cancelled)
+                if progress:
+                    progress(done / count)
+        except BaseException:
+            stop[0] = 1
+            pool.shutdown(cancel_futures=True)
+            raise
+    by_name = {kind: {name: array[..., place] for place, name in enumerate(names)} for kind, array in whole.items()}
+    counts = {} if plan.data is None else {name: int(np.isfinite(plan.data[:, place]).sum()) for place, name in enumerate(names)}
+    return Batch(times=plan.times[plan.keep != 0], count=count, counts=counts, failed=dict(sorted(failed.items())), **by_name)
+
+
+def _reap(waiting: set[Future[int]], cancelled: Callable[[], bool] | None) -> int:
+    """Takes what is done out of `waiting`; how many sets that is."""
+    finished, _ = wait(waiting, timeout=0.1, return_when=FIRST_COMPLETED)
+    waiting -= finished
+    if cancelled and cancelled():
+        raise Cancelled("the batch was stopped on request; nothing of it is kept.")
+    return sum(future.result() for future in finished)

@@ -1,0 +1,372 @@
+"""What does the compiled kernel know, and how is it run from Python? The only file that knows C."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import cffi
+import numpy as np
+
+from evat.model import Causality, Effect, EvatError, FloatArray, Law, ParameterError, SimulationError, Type, Variability, Variable
+from evat.native.compile import kernel_library_path, source_root
+from evat.native.processor import instructions
+
+TYPES: tuple[Type, ...] = ("real", "integer", "boolean", "choice")
+CAUSALITIES: tuple[Causality, ...] = ("independent", "parameter", "calculated", "input", "output", "local")
+VARIABILITIES: tuple[Variability, ...] = ("fixed", "tunable", "discrete", "continuous")
+
+
+def library(lanes: int = 1) -> tuple[Any, Any]:
+    """The compiled kernel with that many contacts in a block (1 or MANY_LANES): cffi's view of kernel.h, and the library itself."""
+    return _loaded(lanes)
+
+
+@functools.cache
+def _loaded(lanes: int) -> tuple[Any, Any]:
+    ffi = cffi.FFI()
+    ffi.cdef(declarations(source_root() / "kernel" / name for name in ("tables.h", "kernel.h")).replace("[LANES]", f"[{lanes}]"))
+    loaded = open_library(ffi, kernel_library_path(lanes, instructions()))
+    if loaded.kernel_size() != ffi.sizeof("struct Contact"):
+        raise EvatError(
+            f"the compiled kernel does not fit its header: a contact has {loaded.kernel_size()} bytes there, "
+            f"{ffi.sizeof('struct Contact')} here. Install evat again, which compiles the kernel."
+        )
+    return ffi, loaded
+
+
+def open_library(ffi: Any, path: Path) -> Any:
+    """A compiled library; EvatError where the system does not load it."""
+    try:
+        return ffi.dlopen(str(path))
+    except OSError as error:
+        raise EvatError(
+            f"{path}: the compiled library cannot be loaded here ({error}). Install evat again, on a disk from which programs may run."
+        ) from error
+
+
+def declarations(headers: Iterable[Path]) -> str:
+    """C headers as cffi reads them: without comments and preprocessor lines."""
+    text = "".join(path.read_text(encoding="utf-8") for path in headers)
+    return re.sub(r"^\s*#.*$", "", re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL), flags=re.MULTILINE)
+
+
+def _text(pointer: Any) -> str:
+    return cffi_text(library()[0], pointer)
+
+
+def cffi_text(ffi: Any, pointer: Any) -> str:
+    return ffi.string(pointer).decode() if pointer != ffi.NULL else ""
+
+
+def _names(pointer: Any) -> tuple[str, ...]:
+    return tuple(filter(None, re.split(r",\s*", _text(pointer))))
+
+
+@functools.lru_cache(maxsize=1)
+def variables() -> tuple[Variable, ...]:
+    """Every quantity of the component, in the order of its value references."""
+    return read_table(*library())
+
+
+def read_table(ffi: Any, loaded: Any) -> tuple[Variable, ...]:
+    """Every quantity of a compiled model, in the order of its value references."""
+    rows = [loaded.kernel_variable(index) for index in range(loaded.kernel_variable_count())]
+    found = []
+    for index, row in enumerate(rows):
+        choices: list[str] = []
+        while row.choices != ffi.NULL and row.choices[len(choices)] != ffi.NULL:
+            choices.append(cffi_text(ffi, row.choices[len(choices)]))
+        found.append(
+            Variable(
+                name=cffi_text(ffi, row.name),
+                unit=cffi_text(ffi, row.unit),
+                display_unit=cffi_text(ffi, row.display_unit) or None,
+                start=row.start,
+                min=row.min,
+                max=row.max,
+                nominal=row.nominal or 1.0,
+                meaning=cffi_text(ffi, row.meaning),
+                source=cffi_text(ffi, row.source),
+                type=TYPES[row.type],
+                causality=CAUSALITIES[row.causality],
+                variability=VARIABILITIES[row.variability],
+                choices=tuple(choices),
+                derivative_of=cffi_text(ffi, rows[of].name) if (of := loaded.kernel_derivative_of(index)) else None,
+                neutral=row.neutral,
+                index=index,
+            )
+        )
+    return tuple(found)
+
+
+@functools.lru_cache(maxsize=1)
+def by_name() -> Mapping[str, Variable]:
+    return {variable.name: variable for variable in variables()}
+
+
+def variable(name: str) -> Variable:
+    """The variable of that name; ParameterError with the nearest names where there is none."""
+    try:
+        return by_name()[name]
+    except KeyError:
+        import difflib
+
+        near = difflib.get_close_matches(name, by_name(), n=3)
+        hint = f"did you mean {', '.join(near)}?" if near else "`evat info` lists all variables."
+        raise ParameterError(f"there is no variable {name!r}; {hint}") from None
+
+
+@functools.lru_cache(maxsize=1)
+def laws() -> tuple[Law, ...]:
+    """The friction laws, in the order of the choice friction_law."""
+    _, loaded = library()
+    found, at = [], loaded.BASE_COUNT
+    for place, name in enumerate(variable("friction_law").choices):
+        row = loaded.kernel_law(place)
+        found.append(Law(name, _text(row.meaning), _text(row.equation), _text(row.source), variables()[at : at + row.count]))
+        at += row.count
+    return tuple(found)
+
+
+@functools.lru_cache(maxsize=1)
+def effects() -> tuple[Effect, ...]:
+    """The switchable effects; each one's name is also its Boolean variable."""
+    _, loaded = library()
+    found = []
+    for place in range(loaded.kernel_effect_count()):
+        row, at = loaded.kernel_effect(place), loaded.kernel_effect_switch(place)
+        own = variables()[at : at + row.count]
+        found.append(
+            Effect(
+                name=own[0].name,
+                meaning=own[0].meaning,
+                equation=_text(row.equation),
+                source=own[0].source,
+                variables=own[1 : row.count - 2 * row.states],
+                rivals=_names(row.rivals),
+                signature=_text(row.signature),
+                stage=_text(loaded.kernel_stage_name(row.stage)),
+                needs=_names(row.needs),
+                states=own[row.count - 2 * row.states : row.count - row.states],
+            )
+        )
+    return tuple(found)
+
+
+def states() -> tuple[str, ...]:
+    """Names of the continuous states."""
+    _, loaded = library()
+    return tuple(variables()[loaded.kernel_state(place)].name for place in range(loaded.kernel_state_count()))
+
+
+def indicators() -> tuple[str, ...]:
+    """Names of the event indicators."""
+    _, loaded = library()
+    return tuple(variables()[loaded.kernel_indicator(place)].name for place in range(loaded.INDICATORS))
+
+
+def inputs() -> tuple[str, ...]:
+    return tuple(v.name for v in variables() if v.causality == "input")
+
+
+def outputs() -> tuple[str, ...]:
+    return tuple(v.name for v in variables() if v.causality == "output")
+
+
+def token() -> str:
+    """Hash over all tables: the GUID / instantiation token of the FMUs."""
+    ffi, loaded = library()
+    text = ffi.new("char[39]")
+    loaded.kernel_token(text)
+    return _text(text)
+
+
+def status_text(status: int) -> str:
+    return _text(library()[1].kernel_status_text(status))
+
+
+def check_values(values: Mapping[str, float | int | bool | str], on: Sequence[str] = ()) -> dict[str, float]:
+    """Names and values as numbers that the component holds (SI), the switches of the effects `on` among them."""
+    switches = {effect.name for effect in effects()}
+    for name in on:
+        if name not in switches:
+            raise ParameterError(f"there is no effect {name!r}; the component has {', '.join(sorted(switches))}.")
+    return {name: variable(name).check(value) for name, value in {**values, **dict.fromkeys(on, 1.0)}.items()}
+
+
+def by_choice(values: Mapping[str, float]) -> dict[str, float | str | bool]:
+    """Values with choices by their names and switches as yes or no: what FMUs and people take."""
+    found: dict[str, float | str | bool] = {}
+    for name, number in values.items():
+        known = variable(name)
+        found[name] = known.choices[int(number)] if known.type == "choice" else bool(number) if known.type == "boolean" else number
+    return found
+
+
+class Contact:
+    """One contact: set values, start, advance, read. Values in SI, choices by name or place.
+
+    Parameters
+    ----------
+    values : name -> value of parameters and inputs; what is not named has its start value.
+    on : names of the effects that are on.
+    """
+
+    def __init__(self, values: Mapping[str, float | int | bool | str] | None = None, on: Sequence[str] = ()) -> None:
+        ffi, self._library = library()
+        self._ffi = ffi
+        self._contact = ffi.new("struct Contact *")
+        self._taken = ffi.new("double *")
+        self._library.kernel_reset(self._contact)
+        for name, number in check_values(values or {}, on).items():
+            self._contact.value[variable(name).index][0] = number
+
+    def _done(self, status: int, doing: str) -> None:
+        if status != self._library.KERNEL_OK:
+            text = self._ffi.new("char[512]")
+            self._library.kernel_explain(self._contact, status, text, 512)
+            raise SimulationError(f"{doing} at t = {self.time:.9g} s: {_text(text)}.")
+
+    @property
+    def time(self) -> float:
+        return float(self._contact.value[0][0])
+
+    @time.setter
+    def time(self, value: float) -> None:
+        self._contact.value[0][0] = value
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the contact [bytes]."""
+        return int(self._ffi.sizeof("struct Contact"))
+
+    def set(self, name: str, value: float | int | bool | str) -> None:
+        """Set one parameter, input or state; ParameterError outside its bounds."""
+        found = variable(name)
+        self._done(self._library.kernel_set(self._contact, found.index, 0, found.check(value)), f"setting {name}")
+
+    def get(self, name: str) -> float:
+        return float(self._contact.value[variable(name).index][0])
+
+    def values(self) -> FloatArray:
+        """All values in the order of `variables()`, a copy."""
+        count = len(variables())
+        return np.frombuffer(self._ffi.buffer(self._contact.value), dtype=np.float64)[:count].copy()
+
+    def start(self, time: float = 0.0) -> None:
+        """Initialise at `time` [s]."""
+        self._done(self._library.kernel_start(self._contact, time), "initialisation")
+
+    def evaluate(self) -> None:
+        """Outputs and derivatives from the time, states and inputs as they stand."""
+        self._done(self._library.kernel_evaluate(self._contact), "evaluation")
+
+    def advance(self, step: float, *, stop_at_events: bool = False) -> float:
+        """Advance by `step` [s] with inputs held, outputs then fresh; returns how far it went (less only with stop_at_events)."""
+        self._done(self._library.kernel_advance(self._contact, step, stop_at_events, self._taken), f"step of {step:g} s")
+        self.evaluate()
+        return float(self._taken[0])
+
+    def event(self) -> None:
+        """Act on an event at the present time (model exchange, or after a stop at an event)."""
+        self._done(self._library.kernel_event(self._contact), "event")
+
+    def indicators(self) -> FloatArray:
+        """Event indicators at the present time, in the order of kernel.indicators()."""
+        found = self._ffi.new("double[][1]", len(indicators()))
+        self._library.kernel_indicators(self._contact, found)
+        return np.array([row[0] for row in found])
+
+    def next_event(self) -> float:
+        """Time of the next averaging-window end [s], inf where there is none."""
+        return float(self._library.kernel_next_event(self._contact))
+
+    def derivative(self, unknown: str, known: str) -> float:
+        """d unknown / d known (an input or a state) at the present point, SI."""
+        found = self._ffi.new("double *")
+        status = self._library.kernel_derivative(self._contact, variable(unknown).index, variable(known).index, found)
+        self._done(status, f"derivative of {unknown}")
+        return float(found[0])
+
+    def copy(self) -> Contact:
+        """An independent copy, in mid-cycle too."""
+        twin = Contact()
+        twin.restore(self.state())
+        return twin
+
+    def state(self) -> bytes:
+        """Everything there is to this contact, as bytes."""
+        return bytes(self._ffi.buffer(self._contact))
+
+    def restore(self, state: bytes) -> None:
+        if len(state) != self.nbytes:
+            raise ParameterError(f"a contact's state has {self.nbytes} bytes, this has {len(state)}.")
+        self._ffi.buffer(self._contact)[:] = state
+
+    def warnings(self) -> tuple[str, ...]:
+        """What was legal but noteworthy since the start, a line each."""
+        count = self._library.WARNING_COUNT
+        return tuple(_text(self._library.kernel_warning_text(bit)) for bit in range(count) if self._contact.warnings >> bit & 1)
+
+    def run(self, times: FloatArray, columns: Mapping[str, FloatArray], names: Sequence[str]) -> FloatArray:
+        """Follow a record: inputs linear between the samples.
+
+        Parameters
+        ----------
+        times : sample times [s], shape (n,), increasing; the contact must have been started at times[0].
+        columns : input name -> values at the times, shape (n,).
+        names : the variables to record.
+
+        Returns
+        -------
+        shape (n, len(names)).
+
+        Raises
+        ------
+        ParameterError, where a sample is not finite or out of bounds or a column is no input; SimulationError, where the run breaks off.
+        """
+        ffi = self._ffi
+        times = np.ascontiguousarray(times, dtype=np.float64)
+        if times.ndim != 1 or times.size == 0 or not np.all(np.diff(times) > 0) or not np.all(np.isfinite(times)):
+            raise ParameterError("sample times must be a row of finite, increasing numbers in s.")
+        for name, column in columns.items():
+            if variable(name).causality != "input":
+                raise ParameterError(f"{name} is not an input; inputs are {', '.join(inputs())}.")
+            if np.shape(column) != times.shape:
+                raise ParameterError(f"{name} has {np.size(column)} samples, the clock has {times.size}.")
+            check_column(variable(name), np.asarray(column, dtype=np.float64))
+        table = np.ascontiguousarray(np.column_stack(list(columns.values())) if columns else np.empty((times.size, 0)), dtype=np.float64)
+        found = np.empty((times.size, len(names)))
+        places, wanted = (ffi.new("int[]", [variable(name).index for name in some]) for some in (columns, names))
+        record, answer = ffi.new("struct Record *"), ffi.new("struct Yield *")
+        record.count, record.times = times.size, ffi.from_buffer("double[]", times)
+        record.input_count, record.input_index, record.inputs = len(columns), places, ffi.from_buffer("double[]", table)
+        answer.output_count, answer.output_index, answer.rows = len(names), wanted, ffi.from_buffer("double[]", found)
+        status = self._library.kernel_follow(self._contact, record, answer, ffi.NULL)
+        self._done(status, f"sample {answer.samples_done} of {times.size}")
+        return found
+
+
+def check_column(found: Variable, column: FloatArray) -> None:
+    bad = ~np.isfinite(column) | (column < found.min) | (column > found.max)
+    if np.any(bad):
+        row = int(np.argmax(bad))
+        raise ParameterError(
+            f"{found.name}, sample {row}: {column[row]:g} {found.unit}; allowed are finite values from {found.min:g} to {found.max:g}. "
+            "Mend or cut the record; nothing is filled in."
+        )
+
+
+class Component:
+    """The component's tables: what it consists of."""
+
+    variables: tuple[Variable, ...]
+    effects: tuple[Effect, ...]
+
+    def __init__(self) -> None:
+        self.variables = variables()
+        self.effects = effects()

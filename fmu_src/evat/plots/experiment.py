@@ -1,0 +1,46 @@
+"""What does an experiment look like? Its inputs and outputs over time, and its outputs over its first input, condition by condition."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib as mpl
+
+from evat.experiment import Experiment, ExperimentError
+from evat.plots.cycles import COLOURS, STYLE, clock_unit, label, new_figure, save_figure, shown
+
+MOST_POINTS = 20_000  # of a line; beyond that every so many are drawn
+
+
+def plot_experiment(experiment: Experiment, path: Path) -> Path:
+    """One row for each input and output over time, beside it the outputs over the first input; a colour for each condition."""
+    if not experiment.trials:
+        raise ExperimentError(f"{experiment.title!r}: it has no recordings that could be drawn.")
+    first = experiment.trials[0]
+    inputs, outputs = list(first.inputs), list(first.outputs)
+    colours = dict(zip(experiment.conditions, COLOURS * (1 + len(experiment.conditions) // len(COLOURS)), strict=False))
+    factor, unit = clock_unit(max(float(trial.times[-1] - trial.times[0]) for trial in experiment.trials))
+    over = outputs if inputs else []
+    with mpl.rc_context(STYLE):
+        figure, axes = new_figure(
+            len(inputs) + len(outputs), 1 + bool(over), (12 if over else 8, 1.2 + 2.4 * (len(inputs) + len(outputs))), False
+        )
+        for trial in experiment.trials:
+            every = slice(None, None, 1 + trial.times.size // MOST_POINTS)
+            times = (trial.times[every] - trial.times[0]) * factor
+            line = {"color": colours[trial.condition], "lw": 0.8, "alpha": 0.8}
+            for row, (name, column) in enumerate({**trial.inputs, **trial.outputs}.items()):
+                values, text = shown(name, column[every])
+                axes[row, 0].plot(times, values, label=trial.condition, **line)
+                axes[row, 0].set(xlabel=label("time", unit), ylabel=text)
+            for row, name in enumerate(over):
+                against, along = shown(inputs[0], trial.inputs[inputs[0]][every])
+                values, text = shown(name, trial.outputs[name][every])
+                axes[row, 1].plot(against, values, **line)
+                axes[row, 1].set(xlabel=along.replace("\n", " "), ylabel=text)
+        for row in range(len(over), len(axes)) if over else ():
+            axes[row, 1].remove()
+        handles = dict(zip(*reversed(axes[0, 0].get_legend_handles_labels()), strict=True))
+        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=min(6, len(handles)))
+        figure.suptitle(experiment.title.replace("$", r"\$"))
+        return save_figure(figure, path)

@@ -1,0 +1,167 @@
+"""Which parameters of a known contact come back from tests of it, and which motion makes them come back?
+
+A forecast, linear: a parameter's standard deviation from the slopes of the simulated force at the truth, all others of the paper's table 1
+free with it, for white noise. It knows no bounds and no curvature: where it is small fits do as it says, where it is large they may do
+better. `fitted` does the whole thing on one motion's tests, to set beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from evat.experiment import Experiment
+from evat.inference.prediction import Prediction
+from evat.model import FloatArray, ParameterError, Run
+from evat.models.contact import ContactModel
+from evat.motions import KINDS
+from evat.native import kernel
+from evat.parameter_sets import ParameterSet
+from evat.studies.orthogonal import orthogonal, uncertain
+from evat.studies.paper_tables import materials
+from evat.studies.sensitivity import sensitivities
+
+if TYPE_CHECKING:
+    from evat.identify import Identification
+
+Word = Literal["identified", "weak", "cannot come back"]
+IDENTIFIED, WEAK = 0.05, 0.5  # sd over the truth, below which a parameter is called so
+LOOSE = 100.0  # sd over the truth that a parameter gets on which nothing depends; slopes are too inexact to tell beyond it
+ALIKE = 3.0  # times the least sd: motions that are told apart by no more are alike, and the simpler one is named
+TOGETHER = "all together"
+OUTPUT = "friction_force"
+FIRST, THEN = "lugre-1995", "regularised"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recovery:
+    """One set: `sd[motion, parameter]` over the truth; the last row is that of all motions together."""
+
+    name: str
+    title: str
+    truth: Mapping[str, float]
+    motions: tuple[str, ...]
+    sd: FloatArray
+
+    def best(self, parameter: str) -> str:
+        """The first motion that tells a parameter about as well as any; TOGETHER where none tells it by itself; "" where nothing does."""
+        column = self.sd[:, list(self.truth).index(parameter)]
+        alone = column[: len(self.motions)]
+        if alone.min() >= WEAK:
+            return TOGETHER if column[-1] < WEAK else ""
+        return self.motions[int(np.argmax(alone <= ALIKE * alone.min()))]
+
+
+def word(sd: float) -> Word:
+    """What a standard deviation over the truth is called."""
+    return "identified" if sd < IDENTIFIED else "weak" if sd < WEAK else "cannot come back"
+
+
+def study_sets() -> tuple[str, ...]:
+    """What is studied where nothing is asked for: the plain law, and the four materials as far as they are dissipative."""
+    return (FIRST, *(f"{THEN}/{name}" for name in materials()))
+
+
+def truth_of_set(found: ParameterSet) -> dict[str, float]:
+    """The coefficients of table 1 that a set has, that its effects use, and that are not 0, of which no share could be told."""
+    truth = {}
+    for name in uncertain():
+        owner, dot, _ = name.partition(".")
+        if found.values.get(name) and (not dot or owner in found.effects):
+            truth[name] = float(found.values[name])
+    if not truth:
+        raise ParameterError(f"{found.name}: it names none of the coefficients that are looked for ({', '.join(uncertain())}).")
+    return truth
+
+
+def recovery(
+    found: ParameterSet,
+    motions: Sequence[str] = KINDS,
+    *,
+    noise: float = 0.01,
+    repeats: int = 3,
+    rate: float = 1000.0,
+    progress: Callable[[str], None] | None = None,
+) -> Recovery:
+    """The forecast for one set; noise, repeats and rate as in evat.studies.orthogonal; progress : told the motion that comes next."""
+    if not noise > 0:
+        raise ParameterError(f"noise = {noise:g}: without noise everything comes back; more than 0 is needed.")
+    truth = truth_of_set(found)
+    tables = []
+    for motion in motions:
+        if progress is not None:
+            progress(f"{found.name}: {motion}")
+        clean = orthogonal(
+            kernel.by_choice(found.values),
+            found.effects,
+            motion=motion,
+            repeats=1,
+            noise=0.0,
+            rate=rate,
+            nominal_off=0.0,
+            outputs=(OUTPUT,),
+        )
+        tables.append(slopes(clean, tuple(truth), noise=noise, repeats=repeats))
+    sd = np.array([spread(table) for table in (*tables, np.concatenate(tables))])
+    return Recovery(found.name, found.title, truth, tuple(motions), sd)
+
+
+def slopes(clean: Experiment, names: Sequence[str], *, noise: float, repeats: int) -> FloatArray:
+    """(N, p): by how many sd of the noise each sample moves when a parameter grows by its own size; `clean` holds the truth."""
+    values, effects = clean.nominal.values, clean.nominal.effects
+    shown = Prediction(ContactModel(), clean).shown(OUTPUT)
+    measured = np.concatenate([trial.outputs[OUTPUT] for trial in clean.trials])
+    sd = noise * float(np.sqrt(np.mean(measured**2))) / np.sqrt(repeats)
+    rows = []
+    for trial in clean.trials:
+        found = sensitivities(Run(trial.times, trial.inputs, (shown,)), {**values, **trial.values}, names, effects)[shown]
+        rows.append(np.column_stack([found[name] * float(values[name]) for name in names]) / sd)
+    return np.concatenate(rows)
+
+
+def spread(table: FloatArray, kept: npt.NDArray[np.bool_] | None = None) -> FloatArray:
+    """Standard deviation of each parameter over its truth, all others being free; from some of the samples only where `kept` is given."""
+    rows = table if kept is None else table[kept]
+    _, size, turn = np.linalg.svd(np.concatenate([rows, np.eye(rows.shape[1]) / LOOSE]), full_matrices=False)
+    sd: FloatArray = np.sqrt(np.sum((turn.T / size) ** 2, axis=1))
+    return sd
+
+
+def fitted(
+    found: ParameterSet,
+    motion: str,
+    *,
+    noise: float = 0.01,
+    repeats: int = 3,
+    rate: float = 1000.0,
+    seed: int = 0,
+    population: int = 64,
+    generations: int = 100,
+    progress: Callable[[str, float], None] | None = None,
+) -> Identification:
+    """Tests with noise, whose nominal model is off, identified: every parameter that the forecast speaks of is free."""
+    from evat.identify import identify
+
+    tests = orthogonal(
+        kernel.by_choice(found.values),
+        found.effects,
+        motion=motion,
+        repeats=repeats,
+        noise=noise,
+        seed=seed,
+        rate=rate,
+        outputs=(OUTPUT,),
+    )
+    return identify(
+        tests,
+        tuple(truth_of_set(found)),
+        model=ContactModel(),
+        seed=seed,
+        population=population,
+        generations=generations,
+        progress=progress,
+    )
