@@ -19,7 +19,7 @@ from evat.native import kernel
 from evat.native.compile import is_whole, kernel_library_path, seal, seal_of, source_root
 
 PACKAGE = compile_c.PACKAGE
-ASK = "from evat import kernel; kernel.Contact().start(); print(kernel.token())"
+ASK = "from evat.native import kernel; kernel.Contact().start(); print(kernel.token())"
 
 
 @pytest.fixture(scope="module")

@@ -50,7 +50,7 @@ def stopped_half_way(code: str, *arguments: str) -> Iterator[subprocess.Popen[st
 
 def write(folder: Path) -> None:
     """In a process of its own, as any later run is."""
-    code = "import sys; from pathlib import Path; from evat import writing; writing.put(Path(sys.argv[1]) / 'other.csv', 'whole')"
+    code = "import sys; from pathlib import Path; from evat.files import writing; writing.put(Path(sys.argv[1]) / 'other.csv', 'whole')"
     subprocess.run([sys.executable, "-c", code, str(folder)], check=True)
 
 

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-void act(const struct Wiring *w, enum Stage stage, struct Point *x)
+void act(const struct Configuration *w, enum Stage stage, struct Point *x)
 {
     if (!(w->stages >> stage & 1))
         return;
@@ -12,13 +12,13 @@ void act(const struct Wiring *w, enum Stage stage, struct Point *x)
             w->on[n]->act(w->on_p[n], x->state + w->on_state[n], x);
 }
 
-static void move_one(const struct Wiring *w, int n, const lanes h, const struct Point *start, struct Point *middle, struct Point *end)
+static void move_one(const struct Configuration *w, int n, const lanes h, const struct Point *start, struct Point *middle, struct Point *end)
 {
     const int at = w->on_state[n];
     w->on[n]->move(w->on_p[n], h, start, middle, end, start->state + at, middle->state + at, end->state + at);
 }
 
-void move_states(const struct Wiring *w, enum Driver driver, const lanes h, const struct Point *start, struct Point *middle,
+void move_states(const struct Configuration *w, enum Driver driver, const lanes h, const struct Point *start, struct Point *middle,
                  struct Point *end)
 {
     for (int n = 0; n < w->on_count && w->drivers >> driver & 1; ++n)
@@ -35,7 +35,7 @@ static void open_measured(struct Point *x)
     }
 }
 
-void measure(const struct Contact *contact, const struct Wiring *w, struct Point *x)
+void measure(const struct Contact *contact, const struct Configuration *w, struct Point *x)
 {
     const struct Past past = {.contact = contact};
     open_measured(x);
@@ -45,7 +45,7 @@ void measure(const struct Contact *contact, const struct Wiring *w, struct Point
 }
 
 /* The states of one driver, straight on at the rates of x, by `ahead`. */
-void lead_states(const struct Wiring *w, enum Driver driver, double ahead, struct Point *x)
+void lead_states(const struct Configuration *w, enum Driver driver, double ahead, struct Point *x)
 {
     for (int n = 0; n < w->on_count; ++n) {
         const struct Effect *effect = w->on[n];
@@ -59,7 +59,7 @@ void lead_states(const struct Wiring *w, enum Driver driver, double ahead, struc
 }
 
 /* Each effect of the chain hears what the one before it shows, over the whole step. */
-void measure_step(const struct Contact *contact, const struct Wiring *w, const lanes h, const struct Point *start, struct Point *middle,
+void measure_step(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *start, struct Point *middle,
                   struct Point *end)
 {
     open_measured(middle);
@@ -83,28 +83,28 @@ void measure_step(const struct Contact *contact, const struct Wiring *w, const l
     middle->past = end->past = NULL;
 }
 
-void load_states(const struct Contact *contact, const struct Wiring *w, struct Point *x)
+void load_states(const struct Contact *contact, const struct Configuration *w, struct Point *x)
 {
     for (int n = 0; n < w->on_count; ++n)
         for (int k = 0; k < w->on[n]->states; ++k)
             EACH_LANE x->state[w->on_state[n] + k][i] = contact->value[w->on_value[n] + k][i];
 }
 
-void store_state_of(struct Contact *contact, const struct Wiring *w, const struct Point *x, int lane)
+void store_state_of(struct Contact *contact, const struct Configuration *w, const struct Point *x, int lane)
 {
     for (int n = 0; n < w->on_count; ++n)
         for (int k = 0; k < w->on[n]->states; ++k)
             contact->value[w->on_value[n] + k][lane] = x->state[w->on_state[n] + k][lane];
 }
 
-void store_states(struct Contact *contact, const struct Wiring *w, const struct Point *x)
+void store_states(struct Contact *contact, const struct Configuration *w, const struct Point *x)
 {
     for (int i = 0; i < LANES; ++i)
         store_state_of(contact, w, x, i);
 }
 
 /* The drive of a sensor's state is what the chain shows before it, so the chain is run once more. */
-void show_rates(struct Contact *contact, const struct Wiring *w, const struct Point *x)
+void show_rates(struct Contact *contact, const struct Configuration *w, const struct Point *x)
 {
     const struct Past past = {.contact = contact};
     struct Point heard = *x;
@@ -119,21 +119,21 @@ void show_rates(struct Contact *contact, const struct Wiring *w, const struct Po
     }
 }
 
-void forget_states(struct Contact *contact, const struct Wiring *w, int lane)
+void forget_states(struct Contact *contact, const struct Configuration *w, int lane)
 {
     for (int n = 0; n < w->on_count; ++n)
         for (int k = 0; w->on[n]->forgets && k < w->on[n]->states; ++k)
             contact->value[w->on_value[n] + k][lane] = 0;
 }
 
-void resolving_step(const struct Wiring *w, lanes longest)
+void resolving_step(const struct Configuration *w, lanes longest)
 {
     for (int n = 0; n < w->on_count; ++n)
         for (int i = 0; i < LANES && w->on[n]->longest_step; ++i)
             longest[i] = smaller(longest[i], w->on[n]->longest_step(w->on_p[n], i));
 }
 
-double look_back(const struct Wiring *w, int lane)
+double look_back(const struct Configuration *w, int lane)
 {
     double furthest = 0;
     for (int n = 0; n < w->on_count; ++n)
@@ -142,7 +142,7 @@ double look_back(const struct Wiring *w, int lane)
     return furthest;
 }
 
-int sensors_that_remember(const struct Wiring *w, int lane)
+int sensors_that_remember(const struct Configuration *w, int lane)
 {
     int count = 0;
     for (int n = 0; n < w->on_count; ++n)
@@ -150,7 +150,7 @@ int sensors_that_remember(const struct Wiring *w, int lane)
     return count;
 }
 
-double meeting_time(const struct Wiring *w, int lane)
+double meeting_time(const struct Configuration *w, int lane)
 {
     for (int n = 0; n < w->on_count; ++n)
         if (w->on[n]->meets_again)
@@ -159,7 +159,7 @@ double meeting_time(const struct Wiring *w, int lane)
 }
 
 /* What is recalled jumps where the forces did: the step ends just before, and a next one, too short to matter, leads across. */
-double until_late_jump(const struct Contact *contact, const struct Wiring *w, int lane, double t, double h, const struct Point *start)
+double until_late_jump(const struct Contact *contact, const struct Configuration *w, int lane, double t, double h, const struct Point *start)
 {
     for (int n = 0; n < w->on_count; ++n) {
         if (!w->on[n]->looks_back)
@@ -172,7 +172,7 @@ double until_late_jump(const struct Contact *contact, const struct Wiring *w, in
 }
 
 /* How much what is recalled bends over the step; but for a step that leads across a jump. */
-double late_bend(const struct Contact *contact, const struct Wiring *w, int lane, const struct Point *a, const struct Point *m,
+double late_bend(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *a, const struct Point *m,
                  const struct Point *b)
 {
     const struct Past past = {contact, a, m, b};
@@ -210,7 +210,7 @@ static int names(const char *list, const char *name)
     return 0;
 }
 
-int rivals_on(const struct Wiring *w)
+int rivals_on(const struct Configuration *w)
 {
     for (int n = 0; n < w->on_count; ++n)
         for (int m = 0; m < w->on_count; ++m)

@@ -6,7 +6,7 @@
 static const lanes here; /* tau = 0 */
 static const int none[LANES] = {0};
 
-static void watched_indicators(const struct Contact *contact, const struct Wiring *w, const struct Point *x, lanes indicator[INDICATORS])
+static void watched_indicators(const struct Contact *contact, const struct Configuration *w, const struct Point *x, lanes indicator[INDICATORS])
 {
     indicators(w, x, indicator);
     for (int k = 0; k < INDICATORS; ++k)
@@ -69,7 +69,7 @@ static void show_means(struct Contact *contact, const struct Point *x)
         EACH_LANE contact->value[mean_of[n]][i] = forms[i] ? contact->value[mean_of[n]][i] : (*now[n])[i];
 }
 
-void show_outputs(struct Contact *contact, const struct Wiring *w, const struct Point *x, int angles)
+void show_outputs(struct Contact *contact, const struct Configuration *w, const struct Point *x, int angles)
 {
     lanes *value = contact->value;
     watched_indicators(contact, w, x, value + CONTACT_INDICATOR);
@@ -106,7 +106,7 @@ static int rows_lost(const lanes *row, int count)
     return lost;
 }
 
-enum Status shows_finite(const struct Contact *contact, const struct Wiring *w)
+enum Status shows_finite(const struct Contact *contact, const struct Configuration *w)
 {
     int lost = rows_lost(contact->value + FRICTION_FORCE, BASE_COUNT - FRICTION_FORCE);
     for (int n = 0; n < w->on_count; ++n)
@@ -114,7 +114,7 @@ enum Status shows_finite(const struct Contact *contact, const struct Wiring *w)
     return lost ? KERNEL_DIVERGED : KERNEL_OK;
 }
 
-enum Status show_here(struct Contact *contact, const struct Wiring *w, const struct Point *passed, const int whole[LANES], int angles)
+enum Status show_here(struct Contact *contact, const struct Configuration *w, const struct Point *passed, const int whole[LANES], int angles)
 {
     struct Point x;
     lanes held[INDICATORS]; /* looking must not touch */
@@ -139,13 +139,13 @@ enum Status kernel_evaluate(struct Contact *contact)
 {
     if (!ordered_temperatures(contact))
         return KERNEL_TEMPERATURES;
-    const struct Wiring w = wire(contact);
+    const struct Configuration w = wire(contact);
     return kernel_averages(contact) ? shows_finite(contact, &w) : show_here(contact, &w, NULL, NULL, 1);
 }
 
 void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS])
 {
-    const struct Wiring w = wire(contact);
+    const struct Configuration w = wire(contact);
     struct Point x;
     point_at(contact, &w, here, &x);
     watched_indicators(contact, &w, &x, indicator);
@@ -155,7 +155,7 @@ enum Status kernel_event(struct Contact *contact)
 {
     if (kernel_averages(contact))
         return KERNEL_OK;
-    const struct Wiring w = wire(contact);
+    const struct Configuration w = wire(contact);
     struct Point x;
     /* hosts find events to some roundings of the time, and stop on either side */
     act_on_event(contact, &w, here, 1e-9 / w.p[VIBRATION_FREQUENCY][0] + 1e-12 * fabs(w.p[TIME][0]), none, &x);
@@ -167,7 +167,7 @@ enum Status kernel_event(struct Contact *contact)
 
 enum Status kernel_step_completed(struct Contact *contact)
 {
-    const struct Wiring w = wire(contact);
+    const struct Configuration w = wire(contact);
     struct Point x;
     if (!w.looks_back && !w.meets_again)
         return KERNEL_OK;

@@ -41,7 +41,7 @@ static const char *flaw_of_start(const struct Contact *contact)
         return contact->effects_on >> EFFECT_COUNT ? "an effect is on that is not there" : NULL;
     if (contact->effects_on != effects_switched_on(contact))
         return "the effects that are on are not those that are switched on";
-    const struct Wiring w = wire(contact);
+    const struct Configuration w = wire(contact);
     if (rivals_on(&w))
         return kernel_status_text(KERNEL_RIVALS);
     if (kernel_averages(contact) && w.kinematics == KINEMATICS_EXTERNAL)
@@ -66,7 +66,7 @@ static const char *flaw_of_course(const struct Contact *contact)
                 return "an earlier time is no number";
     }
     return FINITE(contact->slope) && FINITE(contact->memory) && FINITE(contact->window_start) && isfinite(contact->window_origin) &&
-                   FINITE(contact->striven) && FINITE(contact->earlier_force) && FINITE(contact->outlives) && FINITE(contact->changes)
+                   FINITE(contact->steady_state) && FINITE(contact->earlier_force) && FINITE(contact->outlives) && FINITE(contact->changes)
                ? NULL
                : "a memory is no finite number";
 }

@@ -22,12 +22,12 @@ static double normal_by_energy(double F, double k, double cos_rake, double sin_r
     return (2 * sqrt(larger(k * (k + F * cos_rake), 0)) - load * sin_rake) / (cos_rake * cos_rake);
 }
 
-static double normal_force(const struct Wiring *w, double F, double k, int i)
+static double normal_force(const struct Configuration *w, double F, double k, int i)
 {
     return w->by_energy ? normal_by_energy(F, k, w->cos_rake[i], w->sin_rake[i]) : normal_by_shear_stress(F, k, w->cos_rake[i], w->sin_rake[i]);
 }
 
-void load_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+void load_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
     act(w, STAGE_TEMPERATURE, x);
@@ -47,7 +47,7 @@ void load_at(const struct Contact *contact, const struct Wiring *w, const lanes 
     }
 }
 
-void forces_at(const struct Wiring *w, struct Point *x)
+void forces_at(const struct Configuration *w, struct Point *x)
 {
     if (w->by_energy)
         EACH_LANE {
@@ -68,7 +68,7 @@ void forces_at(const struct Wiring *w, struct Point *x)
     act(w, STAGE_FORCES, x);
 }
 
-double shear_angle(const struct Wiring *w, const struct Point *x, int lane)
+double shear_angle(const struct Configuration *w, const struct Point *x, int lane)
 {
     const double beta = x->F[lane] == 0 ? 0 : atan2(x->F[lane], x->N[lane]);
     return PI / 4 - (w->by_energy ? 0.5 : 1) * (beta - w->p[RAKE_ANGLE][lane]);

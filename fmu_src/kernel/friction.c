@@ -1,11 +1,11 @@
 /* What does the friction law get to see, and what does it answer? Opens its fields, lets effects act on them, closes their limits. */
-#include "root.h"
+#include "solver/root.h"
 #include "stages.h"
 
 #include <math.h>
 
 /* The paper, eq. 3, turned round. */
-static double of_temperature(const struct Contact *contact, const struct Wiring *w, int i, double tau, struct Point *x)
+static double of_temperature(const struct Contact *contact, const struct Configuration *w, int i, double tau, struct Point *x)
 {
     const lanes *p = w->p;
     const double rise = input_at(contact, CONTACT_TEMPERATURE, i, tau) - p[AMBIENT_TEMPERATURE][i];
@@ -15,7 +15,7 @@ static double of_temperature(const struct Contact *contact, const struct Wiring 
     return p[THETA_REF][i] * pow(larger(share, 0), 1 / p[ALPHA_T][i]);
 }
 
-void proxy_open(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+void proxy_open(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const int given = w->proxy_source == PROXY_IS_CUTTING_SPEED ? CUTTING_SPEED : PROXY_SPEED;
     x->warnings = 0;
@@ -33,7 +33,7 @@ void proxy_open(const struct Contact *contact, const struct Wiring *w, const lan
     }
 }
 
-void friction_open(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+void friction_open(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
     EACH_LANE {
@@ -63,7 +63,7 @@ void friction_open(const struct Contact *contact, const struct Wiring *w, const 
 }
 
 /* Out of contact nothing drives the bristles: they relax, or (release_time 0) were let go at separation. */
-void friction_rates(const struct Wiring *w, struct Point *x)
+void friction_rates(const struct Configuration *w, struct Point *x)
 {
     w->law->rates(w->law_p, x);
     act(w, STAGE_BRISTLE, x);
@@ -79,7 +79,7 @@ void friction_rates(const struct Wiring *w, struct Point *x)
     }
 }
 
-void friction_force(const struct Wiring *w, struct Point *x)
+void friction_force(const struct Configuration *w, struct Point *x)
 {
     EACH_LANE x->dz[i] = x->drive[i] - x->rate[i] * x->z[i];
     w->law->force(w->law_p, x);
@@ -88,7 +88,7 @@ void friction_force(const struct Wiring *w, struct Point *x)
     EACH_LANE x->F[i] *= x->cutting[i];
 }
 
-static void answer(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+static void answer(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     EACH_LANE x->direction[i] = x->v[i] < 0 ? -1 : 1;
     proxy_open(contact, w, tau, x);
@@ -104,20 +104,20 @@ static void answer(const struct Contact *contact, const struct Wiring *w, const 
 }
 
 /* Slip that the present shear angle of x gives. */
-static double slip_of_angle(const struct Wiring *w, const struct Point *x, int i, double angle)
+static double slip_of_angle(const struct Configuration *w, const struct Point *x, int i, double angle)
 {
     const double flattest = 0.02, steepest = 1.5; /* planes beyond them are no chip formation; they bound the search */
     return slip_along_rake(w, x, i, tan(smaller(larger(angle, flattest) - w->p[RAKE_ANGLE][i], steepest)));
 }
 
-static double excess(const struct Wiring *w, const struct Point *x, int i)
+static double excess(const struct Configuration *w, const struct Point *x, int i)
 {
     return slip_of_angle(w, x, i, shear_angle(w, x, i)) - x->v[i];
 }
 
 /* Where the law jumps at the slip that the search has closed in on, the force lies within the jump such that its shear angle gives this
  * slip. */
-static void stick(const struct Contact *contact, const struct Wiring *w, const lanes tau, const struct Bracket *b, const int closed[LANES],
+static void stick(const struct Contact *contact, const struct Configuration *w, const lanes tau, const struct Bracket *b, const int closed[LANES],
                   struct Point *x)
 {
     lanes F_low;
@@ -165,7 +165,7 @@ static double slip_to_try(struct Bracket *b, double close, double at, double the
 /* chip_flow_angle = current_shear_angle: v = V(phi(F(v))). More slip means more friction, a flatter shear plane and so less slip:
  * V(phi(F(v))) - v falls with v, and has one zero between the slips of the flattest and the steepest plane, also where the law jumps.
  * The search begins at the slip that was solved for last (solved_slip), where there is one. */
-static void solve_slip(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+static void solve_slip(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     struct Bracket b[LANES];
     lanes close, before, excess_before, steepest;
@@ -214,7 +214,7 @@ static void solve_slip(const struct Contact *contact, const struct Wiring *w, co
 
 /* The slip then depends on z, steeply where the chip is thin. The rate equation is therefore linearised at this z, so that the
  * exponential takes the steep part with it: dz/dt = f + (df/dz) (z' - z). */
-void friction_solved(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+void friction_solved(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     solve_slip(contact, w, tau, x);
     struct Point beside = *x;

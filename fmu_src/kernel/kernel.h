@@ -114,7 +114,7 @@ struct Contact {
     uint32_t started;
     uint64_t effects_on;                     /* bit n: effect n, since the start */
     /* averaging = cycle: where the effects' slow states strive to, and the mean forces of the two steps before, at their middles [s] */
-    lanes striven[EFFECT_STATES];
+    lanes steady_state[EFFECT_STATES];
     lanes earlier_time[2], earlier_force[2][CHANNELS];
     /* and what a bristle does that is bent otherwise at the start of a cycle: share that outlives it, change of each integral over the
      * change of the bristle; for how many steps that has served */

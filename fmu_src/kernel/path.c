@@ -16,7 +16,7 @@ static inline double whole(double x)
 
 /* The chip leaves along the rake as one rigid body that shears on one plane: V_s = approach / cos(phi - alpha) along that plane.
  * Merchant 1945, with the tool's own velocity u in place of the cutting speed. */
-double slip_along_rake(const struct Wiring *w, const struct Point *x, int lane, double tan_flow)
+double slip_along_rake(const struct Configuration *w, const struct Point *x, int lane, double tan_flow)
 {
     return x->approach[lane] * tan_flow + x->u_x[lane] * w->sin_rake[lane] - x->u_y[lane] * w->cos_rake[lane];
 }
@@ -66,7 +66,7 @@ static void angle_at(const lanes X, const struct Turn *t, lanes sought, lanes ch
 }
 
 /* The fields that the stage opens. The ellipse of a tool that nothing disturbs; its centre moves as a machine model says. */
-static void open_path(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+static void open_path(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const int carried = w->kinematics == KINEMATICS_COMBINED;
     EACH_LANE {
@@ -88,7 +88,7 @@ static void open_path(const struct Contact *contact, const struct Wiring *w, con
 
 /* Where the tool passes a place again: thickness over the surface that the previous cycle left there. It reaches up to where that cycle
  * turned, and past it its last height stands. psi: vibration angle, 0 where the tool is fastest; X: its place in units of a. */
-static void on_what_is_left(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+static void on_what_is_left(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
     lanes X, there, on_left, sought;
@@ -132,7 +132,7 @@ static void on_what_is_left(const struct Contact *contact, const struct Wiring *
     }
 }
 
-static void ellipse_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+static void ellipse_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
     EACH_LANE {
@@ -164,7 +164,7 @@ static void ellipse_at(const struct Contact *contact, const struct Wiring *w, co
 }
 
 /* Slip and thickness are given; what effects do to the path comes on top. */
-static void given_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+static void given_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     EACH_LANE {
         x->u_x[i] = x->centre_u_x[i];
@@ -197,7 +197,7 @@ static void engage_given(struct Point *x)
     }
 }
 
-static void engage_ellipse(const struct Wiring *w, struct Point *x)
+static void engage_ellipse(const struct Configuration *w, struct Point *x)
 {
     EACH_LANE {
         x->v[i] = slip_along_rake(w, x, i, w->tan_flow[i]);
@@ -206,7 +206,7 @@ static void engage_ellipse(const struct Wiring *w, struct Point *x)
     }
 }
 
-void path_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+void path_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const int given = w->kinematics == KINEMATICS_EXTERNAL;
     if (given && w->on_count == 0) {

@@ -15,7 +15,7 @@ static int anywhere(const lanes flag)
 }
 
 /* All that a point out of contact needs while nobody looks: no force, bristles that relax. */
-static void coast(const struct Wiring *w, struct Point *x)
+static void coast(const struct Configuration *w, struct Point *x)
 {
     EACH_LANE {
         x->k[i] = x->F[i] = x->N[i] = x->F_p[i] = x->F_f[i] = x->drive[i] = x->target[i] = x->clamped[i] = x->outside[i] = x->edge_p[i] = x->edge_f[i] = 0;
@@ -28,7 +28,7 @@ static void coast(const struct Wiring *w, struct Point *x)
 }
 
 /* Motion and temperature: all that does not wait for the bristle. */
-void engage_point(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+void engage_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     path_at(contact, w, tau, x);
     EACH_LANE {
@@ -43,7 +43,7 @@ void engage_point(const struct Contact *contact, const struct Wiring *w, const l
 }
 
 /* Stages up to the rates, z given in x. passing: a point within a step, whose outputs nobody looks at. */
-void open_point(const struct Contact *contact, const struct Wiring *w, const lanes tau, int passing, struct Point *x)
+void open_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, int passing, struct Point *x)
 {
     if (passing && !anywhere(x->cutting)) {
         coast(w, x);
@@ -59,7 +59,7 @@ void open_point(const struct Contact *contact, const struct Wiring *w, const lan
 }
 
 /* The rest of the stages, once z is known. */
-void close_point(const struct Contact *contact, const struct Wiring *w, int passing, struct Point *x)
+void close_point(const struct Contact *contact, const struct Configuration *w, int passing, struct Point *x)
 {
     if (passing && !anywhere(x->cutting))
         return;
@@ -71,7 +71,7 @@ void close_point(const struct Contact *contact, const struct Wiring *w, int pass
 
 /* Where the slip is solved for, its reversal and the law's event lie inside the solution and are not searched for; the law's side changes
  * at the end of steps (act_at_step_end). */
-void indicators(const struct Wiring *w, const struct Point *x, lanes indicator[INDICATORS])
+void indicators(const struct Configuration *w, const struct Point *x, lanes indicator[INDICATORS])
 {
     EACH_LANE {
         indicator[AT_CONTACT][i] = x->contact[i];
@@ -88,7 +88,7 @@ int watched(const struct Contact *contact, int k, int i)
 }
 
 /* Bristles that are out of contact slide no longer, and those that have no release time are let go; doing it again changes nothing. */
-void let_go(struct Contact *contact, const struct Wiring *w, const struct Point *x)
+void let_go(struct Contact *contact, const struct Configuration *w, const struct Point *x)
 {
     lanes fresh[MEMORY] = {{0}};
     if (w->law->rest)
@@ -107,7 +107,7 @@ void let_go(struct Contact *contact, const struct Wiring *w, const struct Point 
 }
 
 /* Take the side of every event from the indicators at x. Returns whether any changed. */
-static int take_sides(struct Contact *contact, const struct Wiring *w, const struct Point *x)
+static int take_sides(struct Contact *contact, const struct Configuration *w, const struct Point *x)
 {
     lanes now[INDICATORS];
     int changed = 0;
@@ -120,7 +120,7 @@ static int take_sides(struct Contact *contact, const struct Wiring *w, const str
     return changed;
 }
 
-void point_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x)
+void point_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     EACH_LANE x->z[i] = contact->value[BRISTLE_DEFLECTION][i];
     load_states(contact, w, x);
@@ -133,7 +133,7 @@ void point_at(const struct Contact *contact, const struct Wiring *w, const lanes
 
 /* The point a little after tau. Where forces move the path, what they move is led on with it: the tool may come near by that alone. Not so
  * in lanes that are chased: where contact pushes the tool away and its path back, there is no side to take, and the path decides. */
-static void point_ahead(const struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, const int chased[LANES],
+static void point_ahead(const struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead, const int chased[LANES],
                         struct Point *x)
 {
     lanes after;
@@ -156,7 +156,7 @@ static void point_ahead(const struct Contact *contact, const struct Wiring *w, c
 
 /* Sides as the indicators shortly after tau say, until none changes: entry decides which surface and which way of slip count. Shortly
  * after, because an event that was searched for may lie a rounding error off; bristles with an event of their own are led on with it. */
-void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x)
+void settle_sides(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x)
 {
     lanes after;
     EACH_LANE after[i] = tau[i] + ahead;
@@ -173,7 +173,7 @@ void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes t
 }
 
 /* Act on an event at tau: sides anew, bristles that lost contact let go, the law's own event. Leaves the point at tau in x. */
-void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x)
+void act_on_event(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x)
 {
     settle_sides(contact, w, tau, ahead, chased, x);
     let_go(contact, w, x);

@@ -26,7 +26,7 @@ struct Turn {
 };
 
 /* What a run of points has in common: which law and effects are on, found once per call. */
-struct Wiring {
+struct Configuration {
     const lanes *p;                 /* the base table's values */
     const struct FrictionLaw *law;
     const lanes *law_p;
@@ -54,35 +54,35 @@ struct Wiring {
     lanes tan_flow;                 /* of chip_flow_shear_angle - rake_angle */
 };
 
-/* wiring.c */
+/* configuration.c */
 /* Effects whose switch is on: bit n for effect n. They are fixed at the start. */
 uint64_t effects_switched_on(const struct Contact *contact);
-struct Wiring wire(const struct Contact *contact);
-void wire_time(const struct Contact *contact, struct Wiring *w);
+struct Configuration wire(const struct Contact *contact);
+void wire_time(const struct Contact *contact, struct Configuration *w);
 
 /* effects.c: let the effects of a stage act; move the states of one driver over a step; show states and their rates; the longest step
  * that resolves what is on. */
-void act(const struct Wiring *w, enum Stage stage, struct Point *x);
-void move_states(const struct Wiring *w, enum Driver driver, const lanes h, const struct Point *start, struct Point *middle,
+void act(const struct Configuration *w, enum Stage stage, struct Point *x);
+void move_states(const struct Configuration *w, enum Driver driver, const lanes h, const struct Point *start, struct Point *middle,
                  struct Point *end);
-void measure(const struct Contact *contact, const struct Wiring *w, struct Point *x);
-void measure_step(const struct Contact *contact, const struct Wiring *w, const lanes h, const struct Point *start, struct Point *middle,
+void measure(const struct Contact *contact, const struct Configuration *w, struct Point *x);
+void measure_step(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *start, struct Point *middle,
                   struct Point *end);
-void load_states(const struct Contact *contact, const struct Wiring *w, struct Point *x);
-void store_states(struct Contact *contact, const struct Wiring *w, const struct Point *x);
-void store_state_of(struct Contact *contact, const struct Wiring *w, const struct Point *x, int lane);
-void show_rates(struct Contact *contact, const struct Wiring *w, const struct Point *x);
-void forget_states(struct Contact *contact, const struct Wiring *w, int lane);
-void lead_states(const struct Wiring *w, enum Driver driver, double ahead, struct Point *x);
-void resolving_step(const struct Wiring *w, lanes longest);
-double look_back(const struct Wiring *w, int lane);
-int sensors_that_remember(const struct Wiring *w, int lane);
-double meeting_time(const struct Wiring *w, int lane);
+void load_states(const struct Contact *contact, const struct Configuration *w, struct Point *x);
+void store_states(struct Contact *contact, const struct Configuration *w, const struct Point *x);
+void store_state_of(struct Contact *contact, const struct Configuration *w, const struct Point *x, int lane);
+void show_rates(struct Contact *contact, const struct Configuration *w, const struct Point *x);
+void forget_states(struct Contact *contact, const struct Configuration *w, int lane);
+void lead_states(const struct Configuration *w, enum Driver driver, double ahead, struct Point *x);
+void resolving_step(const struct Configuration *w, lanes longest);
+double look_back(const struct Configuration *w, int lane);
+int sensors_that_remember(const struct Configuration *w, int lane);
+double meeting_time(const struct Configuration *w, int lane);
 /* A step of h from t, shortened to where a jump of the past is recalled; and how much a step's recalled forces bend. */
-double until_late_jump(const struct Contact *contact, const struct Wiring *w, int lane, double t, double h, const struct Point *start);
-double late_bend(const struct Contact *contact, const struct Wiring *w, int lane, const struct Point *a, const struct Point *m,
+double until_late_jump(const struct Contact *contact, const struct Configuration *w, int lane, double t, double h, const struct Point *start);
+double late_bend(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *a, const struct Point *m,
                  const struct Point *b);
-int rivals_on(const struct Wiring *w);
+int rivals_on(const struct Configuration *w);
 
 /* history.c: where the forces before a point are found: in the contact's ring, and in the step that is being taken (NULL: none). */
 struct Past {
@@ -101,7 +101,7 @@ double surface_left(const struct Contact *contact, int lane, double t);
 void remember_host_step(struct Contact *contact, int lane, const struct Point *x);
 int recall_reaches(const struct Contact *contact, int lane, double t);
 
-/* respond.c: exact answers of linear states to a drive that is a parabola over the step, through u at start, middle and end.
+/* linear_response.c: exact answers of linear states to a drive that is a parabola over the step, through u at start, middle and end.
  * relax: dy/dt = (u - y)/T after half and whole of h; swing: d2y/dt2 = w^2 (u - y) - 2 zeta w dy/dt for y and its rate. */
 void relax(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole);
 void swing(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2], double whole[2]);
@@ -112,78 +112,78 @@ void swing_in_mean(double h, double w, double zeta, double u_0, double u_m, doub
 /* path.c: r = v_c / (a w). */
 void turn_at(double r, struct Turn *turn, int lane);
 /* path.c: u, h, approach, slip, the path's indicators, at `tau` [s] after value[TIME]; uses the states in x. */
-void path_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
+void path_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 /* path.c: chip slip along the rake; tan_flow: of the shear angle less the rake angle. */
-double slip_along_rake(const struct Wiring *w, const struct Point *x, int lane, double tan_flow);
+double slip_along_rake(const struct Configuration *w, const struct Point *x, int lane, double tan_flow);
 
 /* friction.c: theta as its source gives it. */
-void proxy_open(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
+void proxy_open(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 
 /* forces.c: the shear load, once theta is known. */
-void load_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
+void load_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 
 /* friction.c: open the law's fields (theta, F_C, ...), and what follows from z. */
-void friction_open(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
-void friction_rates(const struct Wiring *w, struct Point *x);
-void friction_force(const struct Wiring *w, struct Point *x);
+void friction_open(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
+void friction_rates(const struct Configuration *w, struct Point *x);
+void friction_force(const struct Configuration *w, struct Point *x);
 /* friction.c: open and rates together, with the slip solved from its own shear angle; the search begins anew after forget_slip. */
 void forget_slip(struct Point *x);
-void friction_solved(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
+void friction_solved(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 
 /* forces.c: normal, principal and feed force from F and k; and the shear angle that goes with them. */
-void forces_at(const struct Wiring *w, struct Point *x);
-double shear_angle(const struct Wiring *w, const struct Point *x, int lane);
+void forces_at(const struct Configuration *w, struct Point *x);
+double shear_angle(const struct Configuration *w, const struct Point *x, int lane);
 
 /* point.c: all stages at tau; z and states given in x for the first three, taken from the contact by point_at. engage: motion and theta;
  * open: up to the rates; close: the rest. passing: a point within a step, whose outputs nobody looks at. */
-void engage_point(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
-void open_point(const struct Contact *contact, const struct Wiring *w, const lanes tau, int passing, struct Point *x);
-void close_point(const struct Contact *contact, const struct Wiring *w, int passing, struct Point *x);
-void point_at(const struct Contact *contact, const struct Wiring *w, const lanes tau, struct Point *x);
+void engage_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
+void open_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, int passing, struct Point *x);
+void close_point(const struct Contact *contact, const struct Configuration *w, int passing, struct Point *x);
+void point_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 /* point.c: sides of the events. */
-void indicators(const struct Wiring *w, const struct Point *x, lanes indicator[INDICATORS]);
+void indicators(const struct Configuration *w, const struct Point *x, lanes indicator[INDICATORS]);
 int watched(const struct Contact *contact, int k, int i);
-void let_go(struct Contact *contact, const struct Wiring *w, const struct Point *x);
-void settle_sides(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x);
-void act_on_event(struct Contact *contact, const struct Wiring *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x);
+void let_go(struct Contact *contact, const struct Configuration *w, const struct Point *x);
+void settle_sides(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x);
+void act_on_event(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x);
 
 /* step.c: one trial step of h[i] from s[i]: fills middle and end from start; `difference` is what a lower order would have changed. */
-void try_step(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
+void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h, const struct Point *start,
               struct Point *middle, struct Point *end, lanes difference);
 
 /* tolerance.c: is the step within the tolerance? Chooses each lane's next step; where it is not, fits says in which lanes it is, and the
  * others' next step is the shorter one to try again with; a step of `shortest` is taken as it is. */
-int accurate(const struct Contact *contact, const struct Wiring *w, double shortest, const lanes h, const struct Point *start,
+int accurate(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes h, const struct Point *start,
              const struct Point *middle, const struct Point *end, const lanes difference, lanes next, int fits[LANES]);
 
 /* step_doubling.c: in which lanes may start, middle and end not show what lies between them? And there, how far the end of the step is from
  * that of its two halves, in units of the tolerance; 0 elsewhere. tolerance.c: are these steps, too, within the tolerance? As accurate(). */
-int in_doubt(const struct Wiring *w, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, int doubtful[LANES]);
-void step_doubling_error(const struct Contact *contact, const struct Wiring *w, const int doubtful[LANES], const lanes s, const lanes h,
+int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, int doubtful[LANES]);
+void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES], const lanes s, const lanes h,
                          const struct Point *a, const struct Point *m, const struct Point *b, lanes error);
-int accurate_in_halves(const struct Contact *contact, const struct Wiring *w, double shortest, const lanes s, const lanes h,
+int accurate_in_halves(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes s, const lanes h,
                        const struct Point *start, const struct Point *middle, const struct Point *end, lanes next, int fits[LANES]);
 
-/* cut.c: does a lane see an event, by the signs at middle and end? And does any, or may it have touched the work in between? Most steps
+/* event_search.c: does a lane see an event, by the signs at middle and end? And does any, or may it have touched the work in between? Most steps
  * see none, and need not ask each lane. */
-int sees_event(const struct Contact *contact, const struct Wiring *w, int lane, const struct Point *middle, const struct Point *end);
-int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *start, const struct Point *middle,
+int sees_event(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *middle, const struct Point *end);
+int any_event(const struct Contact *contact, const struct Configuration *w, const struct Point *start, const struct Point *middle,
               const struct Point *end);
-/* cut.c: does an event fall into the step? In the lanes that are asked, and say NO_EVENT before: if so h is shortened to it and `cut` says
+/* event_search.c: does an event fall into the step? In the lanes that are asked, and say NO_EVENT before: if so h is shortened to it and `cut` says
  * which; JUMP: it has happened already, before the start. The event `known` to lie at the end is passed over. cut_at_touch: the same of one
  * lane for a contact that start, middle and end do not show. */
 enum Cut { NO_EVENT = -1, JUMP = -2 };
-void cut_at_events(const struct Contact *contact, const struct Wiring *w, const int asked[LANES], const int known[LANES], const lanes s, lanes h,
+void cut_at_events(const struct Contact *contact, const struct Configuration *w, const int asked[LANES], const int known[LANES], const lanes s, lanes h,
                    const struct Point *start, const struct Point *middle, const struct Point *end, int cut[LANES]);
-void cut_at_touch(const struct Contact *contact, const struct Wiring *w, int lane, const lanes s, lanes h, const struct Point *start,
+void cut_at_touch(const struct Contact *contact, const struct Configuration *w, int lane, const lanes s, lanes h, const struct Point *start,
                   const struct Point *middle, const struct Point *end, int cut[LANES]);
 
 /* events.c: act_on_event in the lanes where `event` is set. act_at_step_end: with a slip that is solved for, the law's own events are
  * acted upon at the end of each step, in the lanes that have stepped and have no event of their own. */
-void act_in_lanes(struct Contact *contact, const struct Wiring *w, const lanes s, double ahead, const int chased[LANES], const int event[LANES],
+void act_in_lanes(struct Contact *contact, const struct Configuration *w, const lanes s, double ahead, const int chased[LANES], const int event[LANES],
                   struct Point *x);
-void act_at_step_end(struct Contact *contact, const struct Wiring *w, const lanes h, const int event[LANES], const struct Point *end);
-void take_law_side(struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const int event[LANES], struct Point *x);
+void act_at_step_end(struct Contact *contact, const struct Configuration *w, const lanes h, const int event[LANES], const struct Point *end);
+void take_law_side(struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h, const int event[LANES], struct Point *x);
 
 /* advance.c: from value[TIME] on by `step`, s telling how far it went; the point reached is room[now], where known. */
 struct Course {
@@ -194,42 +194,42 @@ struct Course {
     int now, known;
     double most_steps; /* internal steps that may still be taken, 0: as many as it takes */
 };
-enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s, struct Course *course);
+enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events, lanes s, struct Course *course);
 void move_on(struct Contact *contact, const lanes s);
-/* cut.c: the motion at tau, and where the forces move the path or `forces` asks for them all of the point, reached from s by a step
+/* event_search.c: the motion at tau, and where the forces move the path or `forces` asks for them all of the point, reached from s by a step
  * on the held sides. */
-void point_within(const struct Contact *contact, const struct Wiring *w, int forces, const lanes s, const lanes tau,
+void point_within(const struct Contact *contact, const struct Configuration *w, int forces, const lanes s, const lanes tau,
                   const struct Point *start, struct Point *x);
 
-/* touch.c: does a lane that is out of contact touch the work within its step of h from s, where start, middle and end do not show it? If
+/* contact_search.c: does a lane that is out of contact touch the work within its step of h from s, where start, middle and end do not show it? If
  * so then not yet at tau[0] but at tau[1], as the indicators there say. A contact may be missed below 1e-4 of a cycle. */
-int touches_within(const struct Contact *contact, const struct Wiring *w, int lane, double s, double h, const struct Point *start,
+int touches_within(const struct Contact *contact, const struct Configuration *w, int lane, double s, double h, const struct Point *start,
                    const struct Point *middle, const struct Point *end, double tau[2], double indicator[2]);
 
 /* evaluate.c: the point x as outputs, derivatives and indicators; the shear angle, which is dear, only with `angles`. */
-void show_outputs(struct Contact *contact, const struct Wiring *w, const struct Point *x, int angles);
+void show_outputs(struct Contact *contact, const struct Configuration *w, const struct Point *x, int angles);
 /* evaluate.c: are these outputs fields of a point? show_some: then only these of them, and warnings. */
 int shows_plainly(int count, const int *index);
 void show_some(struct Contact *contact, const struct Point *x, int count, const int *index);
 /* evaluate.c: is every output and every rate that the contact shows a finite number? Else it has diverged. */
-enum Status shows_finite(const struct Contact *contact, const struct Wiring *w);
+enum Status shows_finite(const struct Contact *contact, const struct Configuration *w);
 /* evaluate.c: the contact's warnings at x. */
 void warn(struct Contact *contact, const struct Point *x);
 /* evaluate.c: show the point at value[TIME], with sides as the inputs say; but the point `passed`, where not NULL, in the lanes in which
  * it is whole. */
-enum Status show_here(struct Contact *contact, const struct Wiring *w, const struct Point *passed, const int whole[LANES], int angles);
+enum Status show_here(struct Contact *contact, const struct Configuration *w, const struct Point *passed, const int whole[LANES], int angles);
 
-/* window.c: length and end [s] of the present averaging window, 0 and infinity where no means are formed. */
+/* mean_window.c: length and end [s] of the present averaging window, 0 and infinity where no means are formed. */
 extern const int mean_of[MEANS];
 double window_length(const struct Contact *contact, int i);
-/* window.c: the windows that end while all means stand at the rates `mean` from `begin` to value[TIME]. */
+/* mean_window.c: the windows that end while all means stand at the rates `mean` from `begin` to value[TIME]. */
 void pass_windows(struct Contact *contact, int i, double begin, const double mean[MEANS]);
 double window_end(const struct Contact *contact, int i);
 void forms_means(const struct Contact *contact, int forms[LANES]); /* is there a window? */
 void open_window(struct Contact *contact, int i);
 void close_window(struct Contact *contact, int i);
 
-/* run.c: what relative_tolerance allows a lower order to change in one step. */
+/* lifecycle.c: what relative_tolerance allows a lower order to change in one step. */
 double largest_difference(const struct Contact *contact, int lane);
 
 /* evaluate.c: reference above ambient, where the proxy is a temperature. */
@@ -239,14 +239,14 @@ int ordered_temperatures(const struct Contact *contact);
 enum Status average_start(struct Contact *contact);
 enum Status average_step(struct Contact *contact, double step);
 enum Status average_here(struct Contact *contact);
-/* slow.c: states of effects that outlive a cycle, by place as in struct Point. Where they strive to (contact->striven), from what a cycle
+/* slow_states.c: states of effects that outlive a cycle, by place as in struct Point. Where they strive to (contact->steady_state), from what a cycle
  * makes of them; what they are after h, striving there; get_slow_states says how many there are. The sensors are left out: they hear mean forces, over a step or since ever, and
  * show means. */
 uint64_t sensors_on(const struct Contact *contact);
-int get_slow_states(const struct Contact *contact, const struct Wiring *w, lanes *state);
-void set_slow_states(struct Contact *contact, const struct Wiring *w, const lanes *state);
-void find_striven(struct Contact *contact, const struct Wiring *w, double period, const lanes *from, const lanes *after);
-void slow_states_after(const struct Contact *contact, const struct Wiring *w, double h, const lanes *from, lanes *to);
+int get_slow_states(const struct Contact *contact, const struct Configuration *w, lanes *state);
+void set_slow_states(struct Contact *contact, const struct Configuration *w, const lanes *state);
+void find_steady_states(struct Contact *contact, const struct Configuration *w, double period, const lanes *from, const lanes *after);
+void slow_states_after(const struct Contact *contact, const struct Configuration *w, double h, const lanes *from, lanes *to);
 void settle_sensors(struct Contact *contact, double period, const lanes *force);
 void measured_now(struct Contact *contact, const lanes *force, lanes *measured);
 enum Status measure_means(struct Contact *contact, double step, const lanes *force, lanes *measured);

@@ -10,7 +10,7 @@ from evat.native import kernel
 from exchange import put
 from scipy.integrate import solve_ivp
 
-ORDER = 4  # kernel/tolerance.c: the error of a step is of h^5
+ORDER = 4  # kernel/solver/tolerance.c: the error of a step is of h^5
 STATES = {effect.name: tuple(state.name for state in effect.states) for effect in kernel.effects() if effect.states}
 BEGIN, LENGTH, COUNTS = 0.05 * PERIOD, 0.4 * PERIOD, np.array([16, 32, 64, 128])
 # A cut without separation or reversal, whose forces are smooth: all that happens is the integration.

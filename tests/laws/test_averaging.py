@@ -15,7 +15,7 @@ PERIOD = 1 / FREQUENCY
 FORCES = ("friction", "principal", "feed")
 IMPULSES = tuple(f"{name}_impulse" for name in FORCES)
 INTEGRALS = (*IMPULSES, "normal_impulse", "contact_time", "dissipated_energy", "sliding_distance")
-FACTOR = 3  # averaging_error may be too small by this, as kernel/average.c estimates and does not prove
+FACTOR = 3  # averaging_error may be too small by this, as kernel/averaging/average.c estimates and does not prove
 Values = Mapping[str, float | str]
 
 

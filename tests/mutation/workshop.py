@@ -53,7 +53,7 @@ class Part:
 
 PARTS = {
     "kernel": Part(
-        ("kernel/*.c", "kernel/effects/*.c", "kernel/friction/*.c", "kernel/elementary.h", "kernel/root.h"),
+        ("kernel/**/*.c", "kernel/elementary.h", "kernel/solver/root.h"),
         ("tests/laws", "tests/effects", "tests/doors/test_reference.py", "tests/doors/test_lanes.py", "tests/test_batch.py"),
         2.0,
     ),

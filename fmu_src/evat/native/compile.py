@@ -138,8 +138,7 @@ def source_root() -> Path:
 
 def kernel_sources(root: Path) -> list[Path]:
     """The C files of the kernel, sorted."""
-    kernel = root / "kernel"
-    return [*sorted(kernel.glob("*.c")), *sorted(kernel.glob("friction/*.c")), *sorted(kernel.glob("effects/*.c"))]
+    return sorted((root / "kernel").rglob("*.c"))
 
 
 def machine_names(root: Path) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ struct Aside {
     struct Point point;
 };
 
-void act_in_lanes(struct Contact *contact, const struct Wiring *w, const lanes s, double ahead, const int chased[LANES], const int event[LANES],
+void act_in_lanes(struct Contact *contact, const struct Configuration *w, const lanes s, double ahead, const int chased[LANES], const int event[LANES],
                   struct Point *x)
 {
     struct Aside aside;
@@ -34,7 +34,7 @@ void act_in_lanes(struct Contact *contact, const struct Wiring *w, const lanes s
     }
 }
 
-void act_at_step_end(struct Contact *contact, const struct Wiring *w, const lanes h, const int event[LANES],
+void act_at_step_end(struct Contact *contact, const struct Configuration *w, const lanes h, const int event[LANES],
                             const struct Point *end)
 {
     lanes z, memory[MEMORY];
@@ -51,7 +51,7 @@ void act_at_step_end(struct Contact *contact, const struct Wiring *w, const lane
 }
 
 /* Which side of its own event the law is on, at the point x that stands at s: what has begun to slide goes on sliding. */
-void take_law_side(struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const int event[LANES], struct Point *x)
+void take_law_side(struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h, const int event[LANES], struct Point *x)
 {
     int changed = 0;
     for (int i = 0; i < LANES; ++i) {

@@ -51,7 +51,7 @@ static void land(struct Contact *contact, const struct Record *r, int64_t n)
 /* In which lanes does a point that a step has passed through show all there is? Not out of contact, nor where rates wait for the deflection,
  * nor where slip or thickness are given as just 0: the step missed that by a rounding, and it means rest, or no contact. Returns whether in
  * all. */
-static int find_whole(const struct Contact *contact, const struct Wiring *w, const struct Point *x, int whole[LANES])
+static int find_whole(const struct Contact *contact, const struct Configuration *w, const struct Point *x, int whole[LANES])
 {
     int all = 1;
     EACH_LANE {
@@ -99,7 +99,7 @@ static enum Status within(const struct Contact *contact, double most, double *le
 
 enum Status kernel_follow(struct Contact *contact, const struct Record *record, struct Yield *yield, const volatile int *stop)
 {
-    struct Wiring w = wire(contact);
+    struct Configuration w = wire(contact);
     struct Course course;
     course.now = course.known = 0;
     course.most_steps = record->most_steps;
@@ -119,7 +119,7 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
             wire_time(contact, &w);
             /* The last point missed its sample by a rounding, and a rest stands on the sample itself: a thickness of just 0 is none. */
             course.known &= was_held || !w.held;
-            status = !is_step(step) ? KERNEL_BAD_STEP : averages ? average_step(contact, step) : march(contact, &w, step, 0, s, &course);
+            status = !is_step(step) ? KERNEL_BAD_STEP : averages ? average_step(contact, step) : advance_internal(contact, &w, step, 0, s, &course);
             if (status == KERNEL_OK && record->most_steps > 0)
                 status = within(contact, record->most_steps, &course.most_steps);
         }

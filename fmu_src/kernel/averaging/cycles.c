@@ -12,7 +12,7 @@
 enum { MOST_CYCLES = 8 }; /* of one step */
 #define LITTLE 3e-3 /* of a bristle's reach: a departure for which what an earlier step has found will do */
 
-static enum Status run_cycle(struct Contact *contact, struct Wiring *w, double begin, struct Seen *seen)
+static enum Status run_cycle(struct Contact *contact, struct Configuration *w, double begin, struct CycleSums *seen)
 {
     struct Course course;
     lanes s = {0}, start[INTEGRALS], z;
@@ -27,7 +27,7 @@ static enum Status run_cycle(struct Contact *contact, struct Wiring *w, double b
     wire_time(contact, w);
     course.now = course.known = 0;
     course.most_steps = most_steps_of_cycles(contact);
-    const enum Status status = march(contact, w, period_of(contact), 0, s, &course);
+    const enum Status status = advance_internal(contact, w, period_of(contact), 0, s, &course);
     for (int i = 0; i < LANES; ++i) {
         for (int n = 0; n < INTEGRALS && !seen->done[i]; ++n) {
             seen->before[n][i] = seen->last[n][i];
@@ -44,7 +44,7 @@ static enum Status run_cycle(struct Contact *contact, struct Wiring *w, double b
 }
 
 /* What a second cycle would show, from what an earlier step has found. */
-static void foretell(struct Contact *contact, struct Seen *seen, int i)
+static void foretell(struct Contact *contact, struct CycleSums *seen, int i)
 {
     seen->left[i] = contact->outlives[i];
     for (int n = 0; n < INTEGRALS; ++n)
@@ -52,7 +52,7 @@ static void foretell(struct Contact *contact, struct Seen *seen, int i)
     contact->served[i] += 1;
 }
 
-static void keep_for_later(struct Contact *contact, const struct Seen *seen, int i)
+static void keep_for_later(struct Contact *contact, const struct CycleSums *seen, int i)
 {
     contact->outlives[i] = seen->left[i];
     for (int n = 0; n < INTEGRALS; ++n)
@@ -61,7 +61,7 @@ static void keep_for_later(struct Contact *contact, const struct Seen *seen, int
 }
 
 /* Is the last of so many cycles like those that follow, or are they members of a geometric series? A law with events of its own makes none. */
-static int goes_on_alike(struct Contact *contact, const struct Wiring *w, double cycles, struct Seen *seen, int i)
+static int goes_on_alike(struct Contact *contact, const struct Configuration *w, double cycles, struct CycleSums *seen, int i)
 {
     const double reach = larger(contact->value[F_C][i], contact->value[F_S][i]) / contact->value[SIGMA0][i], departure = fabs(seen->departure[i]);
     if (departure * smaller(larger(cycles, 1), 1e3) <= contact->value[RELATIVE_TOLERANCE][i] * reach)
@@ -84,7 +84,7 @@ static int goes_on_alike(struct Contact *contact, const struct Wiring *w, double
     return 1;
 }
 
-enum Status run_cycles(struct Contact *contact, struct Wiring *w, double begin, double cycles, struct Seen *seen)
+enum Status run_cycles(struct Contact *contact, struct Configuration *w, double begin, double cycles, struct CycleSums *seen)
 {
     lanes from[EFFECT_STATES], slid, aside[OWN_ROWS];
     memset(seen, 0, sizeof *seen);
@@ -109,7 +109,7 @@ enum Status run_cycles(struct Contact *contact, struct Wiring *w, double begin, 
         }
     }
     get_slow_states(contact, w, seen->state);
-    find_striven(contact, w, period_of(contact), (const lanes *)from, (const lanes *)seen->state);
+    find_steady_states(contact, w, period_of(contact), (const lanes *)from, (const lanes *)seen->state);
     for (int i = 0; i < LANES; ++i)
         contact->warnings |= seen->periodic[i] ? 0u : WARN_NOT_PERIODIC;
     return KERNEL_OK;
@@ -119,7 +119,7 @@ enum Status run_cycles(struct Contact *contact, struct Wiring *w, double begin, 
 static double series(double q, double m) { return q < 1 ? q * (1 - pow(q, m)) / (1 - q) : m; }
 static double series_of_series(double q, double m) { return q < 1 ? (m - series(q, m)) / (1 - q) : 0.5 * m * (m + 1); }
 
-void go_on(struct Contact *contact, const struct Seen *seen, double cycles, lanes mean[INTEGRALS])
+void go_on(struct Contact *contact, const struct CycleSums *seen, double cycles, lanes mean[INTEGRALS])
 {
     const double period = period_of(contact);
     for (int i = 0; i < LANES; ++i) {

@@ -10,7 +10,7 @@ enum {
 };
 
 /* What the cycles that were run have shown: gains of the integrals, all together and of the last two; departures of the bristle. */
-struct Seen {
+struct CycleSums {
     lanes gain[INTEGRALS], last[INTEGRALS], before[INTEGRALS], departure, departure_before;
     lanes left, next[INTEGRALS]; /* share of a departure that outlives a cycle; what the next cycle will gain beyond the last */
     lanes state[EFFECT_STATES];  /* slow states after the cycle */
@@ -26,8 +26,8 @@ static inline double period_of(const struct Contact *contact) { return 1 / conta
 
 /* Cycles from `begin`, again and again from the same slow states, until each lane knows how so many would go on. A lane that does stays as
  * it is, to the last bit. Effects that are on: all but sensors. */
-enum Status run_cycles(struct Contact *contact, struct Wiring *w, double begin, double cycles, struct Seen *seen);
+enum Status run_cycles(struct Contact *contact, struct Configuration *w, double begin, double cycles, struct CycleSums *seen);
 /* Mean rates over so many cycles, of which those that were run are the first; and the bristle after them. */
-void go_on(struct Contact *contact, const struct Seen *seen, double cycles, lanes mean[INTEGRALS]);
+void go_on(struct Contact *contact, const struct CycleSums *seen, double cycles, lanes mean[INTEGRALS]);
 
 #endif

@@ -16,7 +16,7 @@ struct Look {
 /* One lane's step from s, in which contacts of length `fine` are sought. */
 struct Search {
     const struct Contact *contact;
-    const struct Wiring *w;
+    const struct Configuration *w;
     const struct Point *start;
     double s, fine;
     int lane;
@@ -158,7 +158,7 @@ static int plain(double at_start, double at_middle, double at_end, int moves_awa
     return at_middle > 0 || top <= -2 * bend || (moves_away && (3 * first - last <= -bend || 3 * last - first >= bend));
 }
 
-int touches_within(const struct Contact *contact, const struct Wiring *w, int i, double s, double h, const struct Point *start,
+int touches_within(const struct Contact *contact, const struct Configuration *w, int i, double s, double h, const struct Point *start,
                    const struct Point *middle, const struct Point *end, double tau[2], double indicator[2])
 {
     const int given = w->kinematics == KINEMATICS_EXTERNAL;

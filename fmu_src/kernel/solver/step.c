@@ -4,7 +4,7 @@
 #include <math.h>
 
 /* How far a pass has moved what it repeats for, in units of what is allowed: the deflection, and where forces feed back these. */
-static double moved(const struct Wiring *w, const struct Point *x, const struct Point *before, int i)
+static double moved(const struct Configuration *w, const struct Point *x, const struct Point *before, int i)
 {
     const int bent = w->current_angle || w->bends;
     const double allowed = 1e-3 * w->p[RELATIVE_TOLERANCE][i];
@@ -27,7 +27,7 @@ static void slide(const lanes h, const struct Point *a, struct Point *m, struct 
 }
 
 /* All stages at middle and end, with the z and the states that stand there, and from their rates the bristle's new z. */
-static void pass(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
+static void pass(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h, const struct Point *start,
                  struct Point *middle, struct Point *end, lanes difference)
 {
     if (w->held)
@@ -56,7 +56,7 @@ static void pass(const struct Contact *contact, const struct Wiring *w, const la
 
 /* Where forces move the path or the rates depend on z: the pass is repeated until neither moves. A lane that has settled keeps its bits,
  * whatever the others still do; `difference` is infinite where forces have not. */
-static void settle(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
+static void settle(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h, const struct Point *start,
                    struct Point *middle, struct Point *end, lanes difference)
 {
     int settled[LANES] = {0}, all = 0;
@@ -90,7 +90,7 @@ static void settle(const struct Contact *contact, const struct Wiring *w, const 
     close_point(contact, w, 1, end);
 }
 
-void try_step(const struct Contact *contact, const struct Wiring *w, const lanes s, const lanes h, const struct Point *start,
+void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h, const struct Point *start,
                      struct Point *middle, struct Point *end, lanes difference)
 {
     EACH_LANE {

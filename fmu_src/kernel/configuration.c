@@ -4,7 +4,7 @@
 #include <math.h>
 
 /* What changes with value[TIME] and the slopes of the inputs. */
-void wire_time(const struct Contact *contact, struct Wiring *w)
+void wire_time(const struct Contact *contact, struct Configuration *w)
 {
     w->held = w->kinematics == KINEMATICS_EXTERNAL && w->on_count == 0;
     for (int k = 0; k < INPUT_END - INPUT_FIRST && w->held; ++k) {
@@ -32,7 +32,7 @@ uint64_t effects_switched_on(const struct Contact *contact)
     return on;
 }
 
-static void wire_effects(const struct Contact *contact, struct Wiring *w)
+static void wire_effects(const struct Contact *contact, struct Configuration *w)
 {
     uint64_t left = contact->effects_on;
     for (int n = 0, at = kernel_effect_switch(0), state = 0; n < EFFECT_COUNT && left; ++n, left >>= 1) {
@@ -54,9 +54,9 @@ static void wire_effects(const struct Contact *contact, struct Wiring *w)
     }
 }
 
-struct Wiring wire(const struct Contact *contact)
+struct Configuration wire(const struct Contact *contact)
 {
-    struct Wiring w; /* not zeroed: that would cost a tenth of a step */
+    struct Configuration w; /* not zeroed: that would cost a tenth of a step */
     w.p = contact->value;
     w.kinematics = (enum Kinematics)chosen(contact->value, KINEMATICS, 0);
     const int law = chosen(contact->value, FRICTION_LAW, 0);

@@ -18,12 +18,12 @@ double most_steps_of_cycles(const struct Contact *contact)
 /* Through one vibration cycle, in so many steps at most. */
 static enum Status pass_cycle(struct Contact *contact)
 {
-    const struct Wiring w = wire(contact);
+    const struct Configuration w = wire(contact);
     struct Course course;
     lanes s = {0};
     course.now = course.known = 0;
     course.most_steps = most_steps_of_cycles(contact);
-    const enum Status status = march(contact, &w, 1 / contact->value[VIBRATION_FREQUENCY][0], 0, s, &course);
+    const enum Status status = advance_internal(contact, &w, 1 / contact->value[VIBRATION_FREQUENCY][0], 0, s, &course);
     move_on(contact, s);
     return status;
 }
@@ -73,7 +73,7 @@ static enum Status find_deflection(struct Contact *contact)
 
 /* ---- with effects that have states of their own: Newton's method on all of them ---- */
 
-static int unknown_index(const struct Wiring *w, int n)
+static int unknown_index(const struct Configuration *w, int n)
 {
     if (n == 0)
         return BRISTLE_DEFLECTION;
@@ -90,7 +90,7 @@ static double scale_of(const struct Contact *contact, int index, int i)
 }
 
 /* What one cycle makes of the states `from`. */
-static enum Status cycle(const struct Contact *contact, const struct Wiring *w, int count, const lanes *from, lanes *to, struct Contact *trial)
+static enum Status cycle(const struct Contact *contact, const struct Configuration *w, int count, const lanes *from, lanes *to, struct Contact *trial)
 {
     *trial = *contact;
     EACH_LANE trial->past_count[i] = trial->past_first[i] = 0;
@@ -132,7 +132,7 @@ void solve(int count, double A[UNKNOWNS][UNKNOWNS], double x[UNKNOWNS])
     }
 }
 
-static enum Status find_states(struct Contact *contact, const struct Wiring *w)
+static enum Status find_states(struct Contact *contact, const struct Configuration *w)
 {
     const int count = 1 + kernel_state_count() - BASE_STATES;
     struct Contact trial;
@@ -200,7 +200,7 @@ static enum Status find_states(struct Contact *contact, const struct Wiring *w)
 }
 
 /* Forces of the cycles before, for effects that look back. */
-static enum Status fill_history(struct Contact *contact, const struct Wiring *w)
+static enum Status fill_history(struct Contact *contact, const struct Configuration *w)
 {
     const double period = 1 / contact->value[VIBRATION_FREQUENCY][0];
     double back = 0, taken;
@@ -232,7 +232,7 @@ static enum Status fill_history(struct Contact *contact, const struct Wiring *w)
 
 enum Status find_periodic(struct Contact *contact)
 {
-    const struct Wiring w = wire(contact);
+    const struct Configuration w = wire(contact);
     const enum Status status = w.drivers ? find_states(contact, &w) : find_deflection(contact);
     if (status == KERNEL_TOO_MANY_STEPS) {
         contact->warnings |= WARN_NOT_PERIODIC;

@@ -28,7 +28,7 @@ struct Affine {
 };
 
 /* The n-th effect's move over h with a drive that does not change. */
-static void affine_move(const struct Wiring *w, int n, double h, const struct Point *drive, struct Affine *move)
+static void affine_move(const struct Configuration *w, int n, double h, const struct Point *drive, struct Affine *move)
 {
     const int count = w->on[n]->states;
     lanes length, from[EFFECT_STATES] = {{0}}, half[EFFECT_STATES], whole[EFFECT_STATES];
@@ -55,7 +55,7 @@ static void rest_of(const struct Affine *move, int count, int lane, double x[UNK
     solve(count, A, x);
 }
 
-void slow_states_after(const struct Contact *contact, const struct Wiring *w, double h, const lanes *from, lanes *to)
+void slow_states_after(const struct Contact *contact, const struct Configuration *w, double h, const lanes *from, lanes *to)
 {
     for (int n = 0; n < w->on_count; ++n) {
         const int at = w->on_state[n], count = w->on[n]->states;
@@ -65,14 +65,14 @@ void slow_states_after(const struct Contact *contact, const struct Wiring *w, do
         affine_move(w, n, h, &still, &move);
         for (int r = at; r < at + count; ++r)
             EACH_LANE {
-                to[r][i] = contact->striven[r][i];
+                to[r][i] = contact->steady_state[r][i];
                 for (int k = at; k < at + count; ++k)
-                    to[r][i] += move.M[r - at][k - at][i] * (from[k][i] - contact->striven[k][i]);
+                    to[r][i] += move.M[r - at][k - at][i] * (from[k][i] - contact->steady_state[k][i]);
             }
     }
 }
 
-void find_striven(struct Contact *contact, const struct Wiring *w, double period, const lanes *from, const lanes *after)
+void find_steady_states(struct Contact *contact, const struct Configuration *w, double period, const lanes *from, const lanes *after)
 {
     for (int n = 0; n < w->on_count; ++n) {
         const int at = w->on_state[n], count = w->on[n]->states;
@@ -89,12 +89,12 @@ void find_striven(struct Contact *contact, const struct Wiring *w, double period
             }
             rest_of(&move, count, i, x);
             for (int r = 0; r < count; ++r)
-                contact->striven[at + r][i] = x[r];
+                contact->steady_state[at + r][i] = x[r];
         }
     }
 }
 
-int get_slow_states(const struct Contact *contact, const struct Wiring *w, lanes *state)
+int get_slow_states(const struct Contact *contact, const struct Configuration *w, lanes *state)
 {
     int count = 0;
     for (int n = 0; n < w->on_count; ++n)
@@ -103,7 +103,7 @@ int get_slow_states(const struct Contact *contact, const struct Wiring *w, lanes
     return count;
 }
 
-void set_slow_states(struct Contact *contact, const struct Wiring *w, const lanes *state)
+void set_slow_states(struct Contact *contact, const struct Configuration *w, const lanes *state)
 {
     for (int n = 0; n < w->on_count; ++n)
         for (int k = 0; k < w->on[n]->states && is_slow(w->on[n]); ++k)
@@ -113,17 +113,17 @@ void set_slow_states(struct Contact *contact, const struct Wiring *w, const lane
 /* ---- sensors ---- */
 
 /* The chain of sensors alone. */
-static struct Wiring wire_sensors(struct Contact *contact)
+static struct Configuration wire_sensors(struct Contact *contact)
 {
     const uint64_t all = contact->effects_on;
     contact->effects_on = sensors_on(contact);
-    const struct Wiring w = wire(contact);
+    const struct Configuration w = wire(contact);
     contact->effects_on = all;
     return w;
 }
 
 /* A point whose forces are the means. */
-static void mean_point(const struct Contact *contact, const struct Wiring *w, const lanes *force, struct Point *x)
+static void mean_point(const struct Contact *contact, const struct Configuration *w, const lanes *force, struct Point *x)
 {
     *x = still;
     load_states(contact, w, x);
@@ -138,7 +138,7 @@ static void mean_point(const struct Contact *contact, const struct Wiring *w, co
 
 void settle_sensors(struct Contact *contact, double period, const lanes *force)
 {
-    const struct Wiring w = wire_sensors(contact);
+    const struct Configuration w = wire_sensors(contact);
     const struct Past past = {.contact = contact};
     struct Point x;
     mean_point(contact, &w, force, &x);
@@ -171,7 +171,7 @@ void measured_now(struct Contact *contact, const lanes *force, lanes *measured)
 {
     if (measured_plainly(contact, force, measured))
         return;
-    const struct Wiring w = wire_sensors(contact);
+    const struct Configuration w = wire_sensors(contact);
     struct Point x;
     mean_point(contact, &w, force, &x);
     measure(contact, &w, &x);
@@ -183,7 +183,7 @@ enum Status measure_means(struct Contact *contact, double step, const lanes *for
 {
     if (measured_plainly(contact, force, measured))
         return KERNEL_OK;
-    const struct Wiring w = wire_sensors(contact);
+    const struct Configuration w = wire_sensors(contact);
     const int count = w.drivers || w.looks_back ? SENSOR_STEPS : 1;
     struct Point a, m, b;
     lanes h;

@@ -48,7 +48,7 @@ double largest_difference(const struct Contact *contact, int i)
 /* Bristles unloaded, sides as the point at value[TIME] says. */
 static enum Status begin(struct Contact *contact)
 {
-    const struct Wiring w = wire(contact);
+    const struct Configuration w = wire(contact);
     struct Point x;
     const lanes now = {0};
     EACH_LANE {
@@ -69,7 +69,7 @@ static enum Status begin(struct Contact *contact)
 enum Status kernel_start(struct Contact *contact, double time)
 {
     contact->effects_on = effects_switched_on(contact);
-    const struct Wiring w = wire(contact);
+    const struct Configuration w = wire(contact);
     if (!isfinite(time))
         return KERNEL_NOT_FINITE;
     if (rivals_on(&w))

@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-void point_within(const struct Contact *contact, const struct Wiring *w, int forces, const lanes s, const lanes tau,
+void point_within(const struct Contact *contact, const struct Configuration *w, int forces, const lanes s, const lanes tau,
                   const struct Point *start, struct Point *x)
 {
     if (forces || w->feedback) {
@@ -24,7 +24,7 @@ struct Search {
 
 /* In each lane the first tau in (low, high] at which indicator k is on the other side, to a thousandth of the tolerance; a step on the
  * held sides leads there from s. All lanes take their steps at once. */
-static void locate(const struct Contact *contact, const struct Wiring *w, int k, const lanes s, const struct Search *search,
+static void locate(const struct Contact *contact, const struct Configuration *w, int k, const lanes s, const struct Search *search,
                    const struct Point *start, lanes found)
 {
     struct Bracket b[LANES];
@@ -70,12 +70,12 @@ static inline int slip_event(const struct Contact *contact, int i, const struct 
     return (slip_side * middle->v[i] < 0) | (slip_side * end->v[i] < 0) | (law_side * middle->law[i] < 0) | (law_side * end->law[i] < 0);
 }
 
-int sees_event(const struct Contact *contact, const struct Wiring *w, int i, const struct Point *middle, const struct Point *end)
+int sees_event(const struct Contact *contact, const struct Configuration *w, int i, const struct Point *middle, const struct Point *end)
 {
     return path_event(contact, i, middle, end) || (!w->current_angle && slip_event(contact, i, middle, end));
 }
 
-int any_event(const struct Contact *contact, const struct Wiring *w, const struct Point *start, const struct Point *middle,
+int any_event(const struct Contact *contact, const struct Configuration *w, const struct Point *start, const struct Point *middle,
               const struct Point *end)
 {
     int any = 0;
@@ -87,7 +87,7 @@ int any_event(const struct Contact *contact, const struct Wiring *w, const struc
     return any;
 }
 
-void cut_at_events(const struct Contact *contact, const struct Wiring *w, const int asked[LANES], const int known[LANES], const lanes s, lanes h,
+void cut_at_events(const struct Contact *contact, const struct Configuration *w, const int asked[LANES], const int known[LANES], const lanes s, lanes h,
                    const struct Point *start, const struct Point *middle, const struct Point *end, int cut[LANES])
 {
     lanes at_start[INDICATORS], at_middle[INDICATORS], at_end[INDICATORS], step, found;
@@ -127,7 +127,7 @@ void cut_at_events(const struct Contact *contact, const struct Wiring *w, const 
         h[i] = asked[i] && cut[i] >= 0 ? step[i] : h[i];
 }
 
-void cut_at_touch(const struct Contact *contact, const struct Wiring *w, int i, const lanes s, lanes h, const struct Point *start,
+void cut_at_touch(const struct Contact *contact, const struct Configuration *w, int i, const lanes s, lanes h, const struct Point *start,
                   const struct Point *middle, const struct Point *end, int cut[LANES])
 {
     double tau[2], indicator[2];

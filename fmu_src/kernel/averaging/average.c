@@ -2,7 +2,7 @@
  *
  * Every cycle that is run begins where the tool stands highest: there it is out of the material if it ever is, and has forgotten the
  * cycle before. It runs with the inputs of the step's middle, held, in the middle of the step to within half a cycle. How the others
- * go on: cycles.c; states of effects: slow.c. Averaging: Kryloff and Bogoliuboff 1947; whole steps from one cycle: Petzold 1981.
+ * go on: cycles.c; states of effects: slow_states.c. Averaging: Kryloff and Bogoliuboff 1947; whole steps from one cycle: Petzold 1981.
  */
 #include "cycles.h"
 
@@ -21,7 +21,7 @@ static double cycle_at(const struct Contact *contact, double t)
 }
 
 /* Outputs as they are at the instant that the contact stands at. */
-static void show_instant(struct Contact *contact, const struct Wiring *w)
+static void show_instant(struct Contact *contact, const struct Configuration *w)
 {
     static const lanes here;
     struct Point x;
@@ -45,7 +45,7 @@ static void show_means(struct Contact *contact, lanes mean[INTEGRALS])
 }
 
 /* Run cycles around t with the inputs as they stand; sensors are left out. Leaves the contact at the end of the last one. */
-static enum Status look(struct Contact *contact, double t, double cycles, struct Wiring *w, struct Seen *seen, lanes mean[INTEGRALS])
+static enum Status look(struct Contact *contact, double t, double cycles, struct Configuration *w, struct CycleSums *seen, lanes mean[INTEGRALS])
 {
     const uint64_t all = contact->effects_on;
     lanes closed;
@@ -70,7 +70,7 @@ static double per(double change, double time) { return time > 0 ? change / time 
  * start at rest, which the first cycle begins otherwise; cycles that were not alike; the remainder of the midpoint rule, h^2/24 times the
  * second derivative; a cycle that lies half a cycle beside the middle; slow states that strive to what the step before has shown; and the
  * tolerance of both runs. Differences pass through 0 where what they stand for does not, so the error before is forgotten by halves. */
-static double error_of(const struct Contact *contact, const struct Seen *seen, lanes mean[INTEGRALS], double t, double h, int slow, int i)
+static double error_of(const struct Contact *contact, const struct CycleSums *seen, lanes mean[INTEGRALS], double t, double h, int slow, int i)
 {
     const double period = period_of(contact), whole = larger(h, period), at[2] = {contact->earlier_time[0][i], contact->earlier_time[1][i]};
     const double loaded = larger(contact->value[F_C][i], contact->value[F_S][i]) * mean[DUTY][i];
@@ -115,8 +115,8 @@ static int is_state(int index)
 static enum Status look_here(struct Contact *contact, lanes mean[INTEGRALS])
 {
     struct Contact probe = *contact;
-    struct Wiring w;
-    struct Seen seen;
+    struct Configuration w;
+    struct CycleSums seen;
     const enum Status status = look(&probe, contact->value[TIME][0], 1e9, &w, &seen, mean);
     if (status != KERNEL_OK)
         return status;
@@ -129,7 +129,7 @@ static enum Status look_here(struct Contact *contact, lanes mean[INTEGRALS])
         for (int i = 0; i < LANES && shown && !is_state(index); ++i)
             contact->value[index][i] = probe.value[index][i];
     }
-    memcpy(contact->striven, probe.striven, sizeof contact->striven);
+    memcpy(contact->steady_state, probe.steady_state, sizeof contact->steady_state);
     contact->warnings |= probe.warnings;
     return KERNEL_OK;
 }
@@ -180,8 +180,8 @@ enum Status average_step(struct Contact *contact, double step)
     const double start = contact->value[TIME][0], end = start + step, middle = start + 0.5 * step;
     lanes before[OWN_ROWS], mean[INTEGRALS], from[EFFECT_STATES], halfway[EFFECT_STATES];
     const lanes *const value = (const lanes *)before, *const slope = value + offsetof(struct Contact, slope) / sizeof(lanes);
-    struct Wiring w;
-    struct Seen seen;
+    struct Configuration w;
+    struct CycleSums seen;
     if (step < NO_STEP) {
         lanes s;
         EACH_LANE s[i] = step;

@@ -10,7 +10,7 @@
 /* Integral by Simpson's rule of what start, middle and end show. */
 #define SUM(field) (h[i] / 6 * (a->field[i] + 4 * m->field[i] + b->field[i]))
 
-static void accumulate(struct Contact *contact, const struct Wiring *w, const lanes h, const struct Point *a, const struct Point *m,
+static void accumulate(struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
                        const struct Point *b)
 {
     lanes *value = contact->value;
@@ -40,7 +40,7 @@ static void accumulate(struct Contact *contact, const struct Wiring *w, const la
 
 /* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step and the averaging window.
  * Returns whether any lane is still on its way. */
-static int choose_step(const struct Contact *contact, const struct Wiring *w, double step, const lanes s, const lanes window_ends,
+static int choose_step(const struct Contact *contact, const struct Configuration *w, double step, const lanes s, const lanes window_ends,
                        const struct Point *start, lanes h, lanes to_window)
 {
     int running = 0;
@@ -81,7 +81,7 @@ struct Patience {
     double length, begun, taken, most;
 };
 
-static struct Patience patience_with(const struct Wiring *w)
+static struct Patience patience_with(const struct Configuration *w)
 {
     const double few = 20, tight = larger(1, sqrt(sqrt(1e-4 / w->p[RELATIVE_TOLERANCE][0]))), usual = w->current_angle ? 1000 : 4000;
     const struct Patience p = {few * w->longest[0], 0, 0, usual * tight * (w->law->rest ? 25 : 1)};
@@ -100,7 +100,7 @@ static int worn_out(struct Patience *p, double step, const lanes s)
     return p->taken++ >= p->most;
 }
 
-enum Status march(struct Contact *contact, const struct Wiring *w, double step, int stop_at_events, lanes s, struct Course *course)
+enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events, lanes s, struct Course *course)
 {
     struct Patience patience = patience_with(w);
     const double most_steps = course->most_steps > 0 ? course->most_steps : INFINITY;
@@ -260,12 +260,12 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
         *taken = status == KERNEL_OK ? step : contact->value[TIME][0] - start;
         return status;
     }
-    const struct Wiring w = wire(contact);
+    const struct Configuration w = wire(contact);
     struct Course course;
     course.now = course.known = 0;
     course.most_steps = 0;
     lanes s = {0};
-    const enum Status status = march(contact, &w, step, stop_at_events, s, &course);
+    const enum Status status = advance_internal(contact, &w, step, stop_at_events, s, &course);
     move_on(contact, s);
     *taken = s[0];
     return status;

@@ -43,7 +43,7 @@ static int all_well_within(const struct Contact *contact, const struct Point *a,
     return !beyond;
 }
 
-int accurate(const struct Contact *contact, const struct Wiring *w, double shortest, const lanes h, const struct Point *start,
+int accurate(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes h, const struct Point *start,
              const struct Point *middle, const struct Point *end, const lanes difference, lanes next, int fits[LANES])
 {
     int all = 1, coarse = 0;
@@ -74,7 +74,7 @@ int accurate(const struct Contact *contact, const struct Wiring *w, double short
     return all;
 }
 
-int accurate_in_halves(const struct Contact *contact, const struct Wiring *w, double shortest, const lanes s, const lanes h,
+int accurate_in_halves(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes s, const lanes h,
                        const struct Point *start, const struct Point *middle, const struct Point *end, lanes next, int fits[LANES])
 {
     int doubtful[LANES], all = 1;

@@ -38,14 +38,14 @@ static int dips(const struct Point *a, const struct Point *m, const struct Point
 #define CURVED 200
 #define CURVED_ENOUGH_TO_RECALL 20
 
-static int curved(const struct Wiring *w, double by, const struct Point *a, const struct Point *m, const struct Point *b, int i)
+static int curved(const struct Configuration *w, double by, const struct Point *a, const struct Point *m, const struct Point *b, int i)
 {
     const double force = larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(a->F[i]), fabs(b->F[i])));
     const double bend = larger(fabs(a->F[i] - 2 * m->F[i] + b->F[i]) / force, fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]) / larger(force, fabs(b->F_p[i])));
     return bend > by * w->p[RELATIVE_TOLERANCE][i];
 }
 
-int in_doubt(const struct Wiring *w, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, int doubtful[LANES])
+int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, int doubtful[LANES])
 {
     const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers), of_angle = w->current_angle && w->law->relaxes;
     int any = 0;
@@ -97,7 +97,7 @@ static void force_errors(const struct Forces *forces, const struct Point *b, lan
 }
 
 /* Behind the sensors, after a step and after its halves. */
-static void sensor_error(const struct Contact *contact, const struct Wiring *w, const lanes h, const lanes step, const struct Point *a,
+static void sensor_error(const struct Contact *contact, const struct Configuration *w, const lanes h, const lanes step, const struct Point *a,
                          const struct Point *m, const struct Point *b, struct Point *early, struct Point *half, struct Point *late,
                          struct Point *whole, lanes error)
 {
@@ -113,7 +113,7 @@ static void sensor_error(const struct Contact *contact, const struct Wiring *w, 
         }
 }
 
-void step_doubling_error(const struct Contact *contact, const struct Wiring *w, const int doubtful[LANES], const lanes s, const lanes h,
+void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES], const lanes s, const lanes h,
                          const struct Point *a, const struct Point *m, const struct Point *b, lanes error)
 {
     struct Point early, half, late, whole;
