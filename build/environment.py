@@ -56,6 +56,7 @@ def test(scripts: Path, arguments: Sequence[str]) -> int:
     side_by_side = [] if _runs_alone(arguments) else ["-n", "2", "--dist", "worksteal"]
     steps = {
         "format": [python, "-m", "ruff", "format", "--check", "."],
+        "format of the C": [str(scripts / "clang-format"), "--dry-run", "--Werror", *c_files(ROOT)],
         "lint": [python, "-m", "ruff", "check", "."],
         "types": [python, "-m", "mypy"],
         "build the FMUs": [str(scripts / "evat"), "build"],
@@ -72,6 +73,11 @@ def test(scripts: Path, arguments: Sequence[str]) -> int:
         if status := step(title, command, unless_set):
             failed[title] = status
     return next(iter(failed.values()), 0)
+
+
+def c_files(root: Path) -> list[str]:
+    """Every C file of the project, as the formatter is given them."""
+    return [str(path.relative_to(root)) for folder in ("fmu_src", "tests") for path in sorted((root / folder).rglob("*.[ch]"))]
 
 
 def set_up(root: Path) -> Path:

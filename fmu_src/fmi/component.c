@@ -70,8 +70,8 @@ static void quote(const char *text, char *quoted, size_t size)
     quoted[n] = '\0';
 }
 
-struct Component *component_new(const char *function, const struct Host *host, enum Interface interface, const char *name,
-                                const char *token)
+struct Component *component_new(const char *function, const struct Host *host, enum Interface interface,
+                                const char *name, const char *token)
 {
     char expected[39], found[64];
     kernel_token(expected);
@@ -81,8 +81,10 @@ struct Component *component_new(const char *function, const struct Host *host, e
         return NULL;
     }
     if (token == NULL || strcmp(token, expected) != 0) {
-        refuse_instance(host, "%s: the token of the model description is %s, this binary was built for %s; "
-                  "use the modelDescription.xml that came with it.", function, token ? found : "missing", expected);
+        refuse_instance(host,
+                        "%s: the token of the model description is %s, this binary was built for %s; "
+                        "use the modelDescription.xml that came with it.",
+                        function, token ? found : "missing", expected);
         return NULL;
     }
     struct Component *c = host->allocate(1, sizeof *c);
@@ -117,12 +119,14 @@ void component_free(struct Component *c)
     release(c);
 }
 
-enum Answer component_set_up(struct Component *c, int tolerance_defined, double tolerance, double start, int stop_defined, double stop)
+enum Answer component_set_up(struct Component *c, int tolerance_defined, double tolerance, double start,
+                             int stop_defined, double stop)
 {
     if (!isfinite(start))
         return report(c, ANSWER_ERROR, "the start time is %g s; a finite number is needed.", start);
     if (stop_defined && (!isfinite(stop) || stop < start))
-        return report(c, ANSWER_ERROR, "the stop time is %g s; a finite time at or after the start time %g s is needed.", stop, start);
+        return report(c, ANSWER_ERROR,
+                      "the stop time is %g s; a finite time at or after the start time %g s is needed.", stop, start);
     /* A tolerance that was set as a parameter is the more particular wish. */
     if (tolerance_defined && !c->life.tolerance_set && kernel_variable(TOLERANCE_ARGUMENT)) {
         const struct Variable *v = kernel_variable(TOLERANCE_ARGUMENT);
@@ -150,8 +154,10 @@ enum Answer component_enter(struct Component *c, enum Mode mode)
 enum Answer component_start(struct Component *c)
 {
     if (c->life.interface == MODEL_EXCHANGE && kernel_averages(&c->contact))
-        return report(c, ANSWER_ERROR, "averaging = cycle belongs to the steps of Co-Simulation; a solver of Model Exchange follows every "
-                      "cycle: set averaging = resolved, or instantiate for Co-Simulation.");
+        return report(
+            c, ANSWER_ERROR,
+            "averaging = cycle belongs to the steps of Co-Simulation; a solver of Model Exchange follows every "
+            "cycle: set averaging = resolved, or instantiate for Co-Simulation.");
     const enum Status status = kernel_start(&c->contact, c->life.start);
     if (status != KERNEL_OK)
         return report_kernel(c, ANSWER_ERROR, status);

@@ -1,7 +1,9 @@
-/* What is an FMU instance, whatever version of FMI asks for it? A contact, a place in the life cycle, and a host to report to.
+/* What is an FMU instance, whatever version of FMI asks for it? A contact, a place in the life cycle, and a host to
+ * report to.
  *
- * fmi2.c and fmi3.c are shells over this: they translate names and types, this core decides. Neither knows a variable by name or any
- * physics: all comes from the kernel's tables. No writable static: every instance stands alone, also in its own thread.
+ * fmi2.c and fmi3.c are shells over this: they translate names and types, this core decides. Neither knows a variable
+ * by name or any physics: all comes from the kernel's tables. No writable static: every instance stands alone, also in
+ * its own thread.
  */
 #ifndef COMPONENT_H
 #define COMPONENT_H
@@ -13,8 +15,16 @@ enum Answer { ANSWER_OK, ANSWER_WARNING, ANSWER_DISCARD, ANSWER_ERROR, ANSWER_FA
 
 /* A bit for each state of the standard's state machines. */
 enum Mode {
-    INSTANTIATED = 1, CONFIGURING = 2, INITIALIZING = 4, EVENT = 8, INTEGRATING = 16, STEPPING = 32, STEP_FAILED = 64, TERMINATED = 128,
-    FAILED = 256, INTERMEDIATE = 512,
+    INSTANTIATED = 1,
+    CONFIGURING = 2,
+    INITIALIZING = 4,
+    EVENT = 8,
+    INTEGRATING = 16,
+    STEPPING = 32,
+    STEP_FAILED = 64,
+    TERMINATED = 128,
+    FAILED = 256,
+    INTERMEDIATE = 512,
     ASKING = 1024, /* within a step, too: and the host may give inputs for the rest of it */
     RUNNING = EVENT | INTEGRATING | STEPPING,
     SHOWING = INITIALIZING | RUNNING | STEP_FAILED | TERMINATED | FAILED, /* where values may be read */
@@ -37,8 +47,8 @@ struct Host {
     uint32_t modes;           /* that this version of the standard knows */
     int event_mode;           /* co-simulation: the host handles events */
     int early_return;         /* co-simulation: a step may end before its end */
-    /* Show the host a time within a step, with `asks` nonzero ask for inputs from there on; nonzero: it wants the step to end at *until.
-     * NULL where nobody looks. */
+    /* Show the host a time within a step, with `asks` nonzero ask for inputs from there on; nonzero: it wants the step
+     * to end at *until. NULL where nobody looks. */
     int (*show)(const struct Host *host, double time, int asks, double *until);
     void (*intermediate_update)(void); /* the host's own callback; `show` knows its type */
 };
@@ -46,9 +56,9 @@ struct Host {
 /* What an FMU state holds beside the contact; no padding, so equal states have equal bytes. */
 struct Life {
     double start, stop; /* [s] */
-    double last_time;   /* end of the last step that was carried out [s] */
+    double last_time; /* end of the last step that was carried out [s] */
     uint32_t mode, interface;
-    uint32_t stale;     /* outputs do not belong to the present inputs, states, time */
+    uint32_t stale; /* outputs do not belong to the present inputs, states, time */
     uint32_t set_up, tolerance_set, slope_set, event_pending, reserved;
 };
 
@@ -57,9 +67,9 @@ struct Component {
     struct Contact preview; /* in initialization mode: the contact as it would start now */
     struct Life life;
     struct Host host;
-    const char *function;   /* the FMI function at work */
-    uint32_t told;          /* warnings that this run has logged */
-    int count;              /* of variables */
+    const char *function; /* the FMI function at work */
+    uint32_t told; /* warnings that this run has logged */
+    int count; /* of variables */
     int state_count, state[STATES], rate[STATES]; /* indices of the states and of their rates */
     uint16_t settable[CAPACITY]; /* modes in which each variable may be set */
     uint8_t type[CAPACITY];
@@ -69,15 +79,18 @@ struct Component {
 /* ---- report.c: logging, refusing ---- */
 
 /* One log line, "<function>: <text>", where its category is on; an error ends the run. Returns `answer`. */
-enum Answer report(struct Component *c, enum Answer answer, const char *format, ...) __attribute__((format(printf, 3, 4)));
+enum Answer report(struct Component *c, enum Answer answer, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 /* Why there will be no instance: said whatever the host has switched off. */
 void refuse_instance(const struct Host *host, const char *format, ...) __attribute__((format(printf, 2, 3)));
 enum Answer report_kernel(struct Component *c, enum Answer answer, enum Status status);
 void list_modes(unsigned modes, char *text, size_t size);
 int wrong_mode(struct Component *c, unsigned modes);
 enum Answer set_logging(struct Component *c, int on, size_t count, const char *const categories[]);
-enum { STATUS_CATEGORIES = 1 << ANSWER_WARNING | 1 << ANSWER_DISCARD | 1 << ANSWER_ERROR | 1 << ANSWER_FATAL,
-       ERROR_CATEGORIES = 1 << ANSWER_ERROR | 1 << ANSWER_FATAL };
+enum {
+    STATUS_CATEGORIES = 1 << ANSWER_WARNING | 1 << ANSWER_DISCARD | 1 << ANSWER_ERROR | 1 << ANSWER_FATAL,
+    ERROR_CATEGORIES = 1 << ANSWER_ERROR | 1 << ANSWER_FATAL
+};
 
 /* The first line of every FMI function: nonzero where it must not be called now. */
 static inline int refuses(struct Component *c, const char *function, unsigned modes)
@@ -90,10 +103,11 @@ static inline int refuses(struct Component *c, const char *function, unsigned mo
 
 /* ---- component.c: life cycle ---- */
 
-struct Component *component_new(const char *function, const struct Host *host, enum Interface interface, const char *name,
-                                const char *token);
+struct Component *component_new(const char *function, const struct Host *host, enum Interface interface,
+                                const char *name, const char *token);
 void component_free(struct Component *c);
-enum Answer component_set_up(struct Component *c, int tolerance_defined, double tolerance, double start, int stop_defined, double stop);
+enum Answer component_set_up(struct Component *c, int tolerance_defined, double tolerance, double start,
+                             int stop_defined, double stop);
 enum Answer component_enter(struct Component *c, enum Mode mode);
 enum Answer component_start(struct Component *c);
 enum Answer component_reset(struct Component *c);
@@ -125,17 +139,20 @@ struct Access {
 };
 /* Bring outputs up to date. */
 enum Answer refresh(struct Component *c);
-/* Every number that leaves an instance passes here: one that is not finite is an error, told in one line; while a solver is integrating it
- * is something to discard. */
+/* Every number that leaves an instance passes here: one that is not finite is an error, told in one line; while a
+ * solver is integrating it is something to discard. */
 enum Answer give(struct Component *c, const char *what, const char *name, double x);
 /* The contact whose values are shown. */
 static inline const struct Contact *shown(const struct Component *c)
 {
     return c->life.mode == INITIALIZING ? &c->preview : &c->contact;
 }
-enum Answer get_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count, void *values);
-enum Answer set_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count, const void *values);
-enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t count, const int *orders, const double *slopes);
+enum Answer get_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count,
+                       void *values);
+enum Answer set_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count,
+                       const void *values);
+enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t count, const int *orders,
+                       const double *slopes);
 /* Variables of a type that the kernel does not have: fine as long as none is asked for. */
 enum Answer no_variables(struct Component *c, const char *word, size_t count);
 
@@ -149,8 +166,8 @@ enum Answer get_nominals(struct Component *c, double *nominals, size_t count);
 enum Answer get_indicators(struct Component *c, double *indicators, size_t count);
 enum Answer complete_step(struct Component *c);
 /* result = J seed, or with `adjoint` result = J^T seed; J = d unknowns / d knowns. */
-enum Answer get_derivative(struct Component *c, int adjoint, const uint32_t *unknowns, size_t unknown_count, const uint32_t *knowns,
-                           size_t known_count, const double *seed, double *result);
+enum Answer get_derivative(struct Component *c, int adjoint, const uint32_t *unknowns, size_t unknown_count,
+                           const uint32_t *knowns, size_t known_count, const double *seed, double *result);
 
 /* ---- state.c: copies of the whole ---- */
 

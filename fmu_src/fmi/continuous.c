@@ -7,7 +7,8 @@ static int is_count(struct Component *c, const void *numbers, size_t count, size
 {
     if (count == needed && (numbers || needed == 0))
         return 1;
-    report(c, ANSWER_ERROR, "an array of %zu %s is given%s; the FMU has %zu.", count, what, numbers ? "" : " as NULL", needed);
+    report(c, ANSWER_ERROR, "an array of %zu %s is given%s; the FMU has %zu.", count, what, numbers ? "" : " as NULL",
+           needed);
     return 0;
 }
 
@@ -113,8 +114,8 @@ static int derivable(struct Component *c, const uint32_t *references, size_t cou
         const int fits = there && c->type[index] == REAL &&
                          (known ? role == INPUT || is_state(c, index) : role == OUTPUT || role == LOCAL);
         if (!fits) {
-            report(c, ANSWER_ERROR, "value reference %lu%s%s is no %s; allowed are %s.", (unsigned long)references[i], there ? ", " : "",
-                   there ? kernel_variable(index)->name : "", known ? "known" : "unknown",
+            report(c, ANSWER_ERROR, "value reference %lu%s%s is no %s; allowed are %s.", (unsigned long)references[i],
+                   there ? ", " : "", there ? kernel_variable(index)->name : "", known ? "known" : "unknown",
                    known ? "real inputs and continuous states" : "real outputs and local variables");
             return 0;
         }
@@ -122,10 +123,11 @@ static int derivable(struct Component *c, const uint32_t *references, size_t cou
     return 1;
 }
 
-enum Answer get_derivative(struct Component *c, int adjoint, const uint32_t *unknowns, size_t unknown_count, const uint32_t *knowns,
-                           size_t known_count, const double *seed, double *result)
+enum Answer get_derivative(struct Component *c, int adjoint, const uint32_t *unknowns, size_t unknown_count,
+                           const uint32_t *knowns, size_t known_count, const double *seed, double *result)
 {
-    const size_t seed_count = adjoint ? unknown_count : known_count, result_count = adjoint ? known_count : unknown_count;
+    const size_t seed_count = adjoint ? unknown_count : known_count,
+                 result_count = adjoint ? known_count : unknown_count;
     if ((unknown_count && !unknowns) || (known_count && !knowns) || (seed_count && !seed) || (result_count && !result))
         return report(c, ANSWER_ERROR, "an array for %zu unknowns and %zu knowns is NULL.", unknown_count, known_count);
     if (!derivable(c, unknowns, unknown_count, 0) || !derivable(c, knowns, known_count, 1))
@@ -150,6 +152,7 @@ enum Answer get_derivative(struct Component *c, int adjoint, const uint32_t *unk
             result[adjoint ? k : u] += entry * weight;
         }
     for (size_t i = 0; i < result_count && answer <= ANSWER_WARNING; ++i)
-        answer = give(c, "a derivative by or of ", kernel_variable((int)(adjoint ? knowns : unknowns)[i])->name, result[i]);
+        answer =
+            give(c, "a derivative by or of ", kernel_variable((int)(adjoint ? knowns : unknowns)[i])->name, result[i]);
     return answer;
 }

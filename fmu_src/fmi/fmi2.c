@@ -1,4 +1,5 @@
-/* How does a host of FMI 2.0 reach an instance? Every function of the standard, in the order of its header, over component.h. */
+/* How does a host of FMI 2.0 reach an instance? Every function of the standard, in the order of its header, over
+ * component.h. */
 #include "component.h"
 
 #include <stdlib.h>
@@ -6,10 +7,10 @@
 
 #include "fmi2Functions.h"
 
-#define ENTER(modes)                                                                                                                       \
-    do {                                                                                                                                   \
-        if (refuses(c, __func__, modes))                                                                                                   \
-            return fmi2Error;                                                                                                              \
+#define ENTER(modes)                                                                                                   \
+    do {                                                                                                               \
+        if (refuses(c, __func__, modes))                                                                               \
+            return fmi2Error;                                                                                          \
     } while (0)
 #define ANSWER(answer) return (fmi2Status)(answer)
 
@@ -19,7 +20,8 @@ static const struct Access reals = {"Real", FORM_DOUBLE, 1u << REAL};
 static const struct Access integers = {"Integer or Enumeration", FORM_INT32, 1u << INTEGER | 1u << CHOICE};
 static const struct Access booleans = {"Boolean", FORM_INT, 1u << BOOLEAN};
 
-/* The text stands where printf's format stands, since many hosts read nothing behind it; a '%' must not be taken for a format. */
+/* The text stands where printf's format stands, since many hosts read nothing behind it; a '%' must not be taken for a
+ * format. */
 static void say(const struct Host *host, enum Answer answer, const char *category, const char *text)
 {
     fmi2CallbackLogger logger = (fmi2CallbackLogger)host->logger;
@@ -32,14 +34,16 @@ static void say(const struct Host *host, enum Answer answer, const char *categor
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 const char *fmi2GetVersion(void) { return fmi2Version; }
 
-fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[])
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories,
+                               const fmi2String categories[])
 {
     ENTER(ANY_MODE);
     ANSWER(set_logging(c, loggingOn, nCategories, categories));
 }
 
-fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID, fmi2String fmuResourceLocation,
-                              const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean loggingOn)
+fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
+                              fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
+                              fmi2Boolean visible, fmi2Boolean loggingOn)
 {
     (void)fmuResourceLocation;
     (void)visible;
@@ -47,17 +51,23 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         return NULL;
     const int own_memory = functions->allocateMemory && functions->freeMemory;
     struct Host host = {
-        .say = say, .logger = (void (*)(void))functions->logger, .environment = functions->componentEnvironment,
-        .allocate = own_memory ? functions->allocateMemory : calloc, .release = own_memory ? functions->freeMemory : free,
-        .name = instanceName ? instanceName : "", .categories = loggingOn ? STATUS_CATEGORIES : ERROR_CATEGORIES,
+        .say = say,
+        .logger = (void (*)(void))functions->logger,
+        .environment = functions->componentEnvironment,
+        .allocate = own_memory ? functions->allocateMemory : calloc,
+        .release = own_memory ? functions->freeMemory : free,
+        .name = instanceName ? instanceName : "",
+        .categories = loggingOn ? STATUS_CATEGORIES : ERROR_CATEGORIES,
         .warned = ANSWER_OK, /* a line in the log is enough: some hosts take every other answer for a failure */
-        .partial_step = ANSWER_DISCARD, .modes = ANY_MODE & ~(unsigned)CONFIGURING};
+        .partial_step = ANSWER_DISCARD,
+        .modes = ANY_MODE & ~(unsigned)CONFIGURING};
     if (fmuType != fmi2ModelExchange && fmuType != fmi2CoSimulation) {
-        refuse_instance(&host, "%s: there is no FMU type %d; allowed are 0 (Model Exchange) and 1 (Co-Simulation).", __func__,
-                  (int)fmuType);
+        refuse_instance(&host, "%s: there is no FMU type %d; allowed are 0 (Model Exchange) and 1 (Co-Simulation).",
+                        __func__, (int)fmuType);
         return NULL;
     }
-    return component_new(__func__, &host, fmuType == fmi2ModelExchange ? MODEL_EXCHANGE : CO_SIMULATION, instanceName, fmuGUID);
+    return component_new(__func__, &host, fmuType == fmi2ModelExchange ? MODEL_EXCHANGE : CO_SIMULATION, instanceName,
+                         fmuGUID);
 }
 
 void fmi2FreeInstance(fmi2Component c) { component_free(c); }
@@ -176,7 +186,8 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byt
     ANSWER(state_serialize(c, FMUstate, serializedState, size));
 }
 
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedState[], size_t size, fmi2FMUstate *FMUstate)
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte serializedState[], size_t size,
+                                   fmi2FMUstate *FMUstate)
 {
     ENTER(ANY_MODE);
     ANSWER(state_deserialize(c, serializedState, size, FMUstate));
@@ -218,8 +229,8 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
     ANSWER(component_enter(c, INTEGRATING));
 }
 
-fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint, fmi2Boolean *enterEventMode,
-                                       fmi2Boolean *terminateSimulation)
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
+                                       fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation)
 {
     (void)noSetFMUStatePriorToCurrentPoint;
     ENTER(INTEGRATING);
@@ -275,15 +286,15 @@ static int is_co_simulation(struct Component *c)
     return 0;
 }
 
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
-                                       const fmi2Real value[])
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                       const fmi2Integer order[], const fmi2Real value[])
 {
     ENTER(INSTANTIATED | INITIALIZING | STEPPING);
     ANSWER(is_co_simulation(c) ? set_slopes(c, vr, nvr, order, value) : ANSWER_ERROR);
 }
 
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
-                                        fmi2Real value[])
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                                        const fmi2Integer order[], fmi2Real value[])
 {
     (void)vr;
     (void)order;
@@ -305,18 +316,22 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
 fmi2Status fmi2CancelStep(fmi2Component c)
 {
     ENTER(ANY_MODE);
-    ANSWER(report(c, ANSWER_ERROR, "no step is in progress; allowed only after fmi2DoStep has answered fmi2Pending, which it never does."));
+    ANSWER(
+        report(c, ANSWER_ERROR,
+               "no step is in progress; allowed only after fmi2DoStep has answered fmi2Pending, which it never does."));
 }
 
 static fmi2Status no_status(struct Component *c, int kind)
 {
-    ANSWER(report(c, ANSWER_DISCARD, "status kind %d is not of this type; allowed are fmi2GetRealStatus of fmi2LastSuccessfulTime (2) and "
-                  "fmi2GetBooleanStatus of fmi2Terminated (3): no step is ever pending.", kind));
+    ANSWER(report(c, ANSWER_DISCARD,
+                  "status kind %d is not of this type; allowed are fmi2GetRealStatus of fmi2LastSuccessfulTime (2) and "
+                  "fmi2GetBooleanStatus of fmi2Terminated (3): no step is ever pending.",
+                  kind));
 }
 
-#define NO_STATUS                                                                                                                          \
-    (void)value;                                                                                                                           \
-    ENTER(ANY_MODE);                                                                                                                       \
+#define NO_STATUS                                                                                                      \
+    (void)value;                                                                                                       \
+    ENTER(ANY_MODE);                                                                                                   \
     return no_status(c, (int)s)
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value) { NO_STATUS; }

@@ -1,6 +1,8 @@
-/* How does a host of FMI 3.0 reach an instance? Every function of the standard, in the order of its header, over component.h.
+/* How does a host of FMI 3.0 reach an instance? Every function of the standard, in the order of its header, over
+ * component.h.
  *
- * Long because the standard wants every function to be there, those for types and clocks that this FMU does not have, too.
+ * Long because the standard wants every function to be there, those for types and clocks that this FMU does not have,
+ * too.
  */
 #include "component.h"
 
@@ -8,10 +10,10 @@
 
 #include "fmi3Functions.h"
 
-#define ENTER(modes)                                                                                                                       \
-    do {                                                                                                                                   \
-        if (refuses(instance, __func__, modes))                                                                                            \
-            return fmi3Error;                                                                                                              \
+#define ENTER(modes)                                                                                                   \
+    do {                                                                                                               \
+        if (refuses(instance, __func__, modes))                                                                        \
+            return fmi3Error;                                                                                          \
     } while (0)
 #define ANSWER(answer) return (fmi3Status)(answer)
 
@@ -46,21 +48,31 @@ static int show(const struct Host *host, double time, int asks, double *until)
 
 const char *fmi3GetVersion(void) { return fmi3Version; }
 
-fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories, const fmi3String categories[])
+fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories,
+                               const fmi3String categories[])
 {
     ENTER(ANY_MODE);
     ANSWER(set_logging(instance, loggingOn, nCategories, categories));
 }
 
-static struct Host host_of(fmi3String name, fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger)
+static struct Host host_of(fmi3String name, fmi3Boolean logging, fmi3InstanceEnvironment environment,
+                           fmi3LogMessageCallback logger)
 {
-    return (struct Host){.say = say, .logger = (void (*)(void))logger, .environment = environment, .allocate = calloc, .release = free,
-                         .name = name ? name : "", .categories = logging ? STATUS_CATEGORIES : 0,
-                         .warned = ANSWER_WARNING, .partial_step = ANSWER_ERROR, .modes = ANY_MODE & ~(unsigned)STEP_FAILED};
+    return (struct Host){.say = say,
+                         .logger = (void (*)(void))logger,
+                         .environment = environment,
+                         .allocate = calloc,
+                         .release = free,
+                         .name = name ? name : "",
+                         .categories = logging ? STATUS_CATEGORIES : 0,
+                         .warned = ANSWER_WARNING,
+                         .partial_step = ANSWER_ERROR,
+                         .modes = ANY_MODE & ~(unsigned)STEP_FAILED};
 }
 
-fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath,
-                                          fmi3Boolean visible, fmi3Boolean loggingOn, fmi3InstanceEnvironment instanceEnvironment,
+fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
+                                          fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
+                                          fmi3InstanceEnvironment instanceEnvironment,
                                           fmi3LogMessageCallback logMessage)
 {
     const struct Host host = host_of(instanceName, loggingOn, instanceEnvironment, logMessage);
@@ -69,11 +81,13 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String in
     return component_new(__func__, &host, MODEL_EXCHANGE, instanceName, instantiationToken);
 }
 
-fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath,
-                                         fmi3Boolean visible, fmi3Boolean loggingOn, fmi3Boolean eventModeUsed,
-                                         fmi3Boolean earlyReturnAllowed, const fmi3ValueReference requiredIntermediateVariables[],
-                                         size_t nRequiredIntermediateVariables, fmi3InstanceEnvironment instanceEnvironment,
-                                         fmi3LogMessageCallback logMessage, fmi3IntermediateUpdateCallback intermediateUpdate)
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String instantiationToken,
+                                         fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
+                                         fmi3Boolean eventModeUsed, fmi3Boolean earlyReturnAllowed,
+                                         const fmi3ValueReference requiredIntermediateVariables[],
+                                         size_t nRequiredIntermediateVariables,
+                                         fmi3InstanceEnvironment instanceEnvironment, fmi3LogMessageCallback logMessage,
+                                         fmi3IntermediateUpdateCallback intermediateUpdate)
 {
     struct Host host = host_of(instanceName, loggingOn, instanceEnvironment, logMessage);
     (void)resourcePath;
@@ -88,10 +102,12 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
     return component_new(__func__, &host, CO_SIMULATION, instanceName, instantiationToken);
 }
 
-fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath,
-                                               fmi3Boolean visible, fmi3Boolean loggingOn, fmi3InstanceEnvironment instanceEnvironment,
+fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3String instantiationToken,
+                                               fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
+                                               fmi3InstanceEnvironment instanceEnvironment,
                                                fmi3LogMessageCallback logMessage, fmi3ClockUpdateCallback clockUpdate,
-                                               fmi3LockPreemptionCallback lockPreemption, fmi3UnlockPreemptionCallback unlockPreemption)
+                                               fmi3LockPreemptionCallback lockPreemption,
+                                               fmi3UnlockPreemptionCallback unlockPreemption)
 {
     const struct Host host = host_of(instanceName, loggingOn, instanceEnvironment, logMessage);
     (void)instantiationToken;
@@ -100,17 +116,20 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3Stri
     (void)clockUpdate;
     (void)lockPreemption;
     (void)unlockPreemption;
-    refuse_instance(&host, "%s: this FMU has no Scheduled Execution; instantiate it for Co-Simulation or Model Exchange.", __func__);
+    refuse_instance(&host,
+                    "%s: this FMU has no Scheduled Execution; instantiate it for Co-Simulation or Model Exchange.",
+                    __func__);
     return NULL;
 }
 
 void fmi3FreeInstance(fmi3Instance instance) { component_free(instance); }
 
-fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean toleranceDefined, fmi3Float64 tolerance, fmi3Float64 startTime,
-                                       fmi3Boolean stopTimeDefined, fmi3Float64 stopTime)
+fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean toleranceDefined, fmi3Float64 tolerance,
+                                       fmi3Float64 startTime, fmi3Boolean stopTimeDefined, fmi3Float64 stopTime)
 {
     ENTER(INSTANTIATED);
-    const enum Answer answer = component_set_up(instance, toleranceDefined, tolerance, startTime, stopTimeDefined, stopTime);
+    const enum Answer answer =
+        component_set_up(instance, toleranceDefined, tolerance, startTime, stopTimeDefined, stopTime);
     ANSWER(answer == ANSWER_OK ? component_enter(instance, INITIALIZING) : answer);
 }
 
@@ -125,7 +144,8 @@ fmi3Status fmi3EnterEventMode(fmi3Instance instance)
     ENTER(INTEGRATING | STEPPING);
     struct Component *c = instance;
     if (c->life.interface == CO_SIMULATION && !c->host.event_mode)
-        ANSWER(report(c, ANSWER_ERROR, "the instance was made with eventModeUsed = false; make it with true to use Event Mode."));
+        ANSWER(report(c, ANSWER_ERROR,
+                      "the instance was made with eventModeUsed = false; make it with true to use Event Mode."));
     ANSWER(component_enter(c, EVENT));
 }
 
@@ -147,43 +167,44 @@ static int sizes_agree(struct Component *c, size_t references, size_t values)
 {
     if (references == values)
         return 1;
-    report(c, ANSWER_ERROR, "%zu value references come with %zu values; all variables are scalars, so both counts are the same.",
+    report(c, ANSWER_ERROR,
+           "%zu value references come with %zu values; all variables are scalars, so both counts are the same.",
            references, values);
     return 0;
 }
 
-#define ACCESS(Type, access)                                                                                                               \
-    fmi3Status fmi3Get##Type(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,                   \
-                             fmi3##Type values[], size_t nValues)                                                                          \
-    {                                                                                                                                      \
-        ENTER(READING);                                                                                                                    \
-        ANSWER(sizes_agree(instance, nValueReferences, nValues)                                                                            \
-                   ? get_values(instance, &(access), valueReferences, nValueReferences, values)                                            \
-                   : ANSWER_ERROR);                                                                                                        \
-    }                                                                                                                                      \
-    fmi3Status fmi3Set##Type(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,                   \
-                             const fmi3##Type values[], size_t nValues)                                                                    \
-    {                                                                                                                                      \
-        ENTER(SETTING);                                                                                                                    \
-        ANSWER(sizes_agree(instance, nValueReferences, nValues)                                                                            \
-                   ? set_values(instance, &(access), valueReferences, nValueReferences, values)                                            \
-                   : ANSWER_ERROR);                                                                                                        \
+#define ACCESS(Type, access)                                                                                           \
+    fmi3Status fmi3Get##Type(fmi3Instance instance, const fmi3ValueReference valueReferences[],                        \
+                             size_t nValueReferences, fmi3##Type values[], size_t nValues)                             \
+    {                                                                                                                  \
+        ENTER(READING);                                                                                                \
+        ANSWER(sizes_agree(instance, nValueReferences, nValues)                                                        \
+                   ? get_values(instance, &(access), valueReferences, nValueReferences, values)                        \
+                   : ANSWER_ERROR);                                                                                    \
+    }                                                                                                                  \
+    fmi3Status fmi3Set##Type(fmi3Instance instance, const fmi3ValueReference valueReferences[],                        \
+                             size_t nValueReferences, const fmi3##Type values[], size_t nValues)                       \
+    {                                                                                                                  \
+        ENTER(SETTING);                                                                                                \
+        ANSWER(sizes_agree(instance, nValueReferences, nValues)                                                        \
+                   ? set_values(instance, &(access), valueReferences, nValueReferences, values)                        \
+                   : ANSWER_ERROR);                                                                                    \
     }
 
-#define ABSENT(Type)                                                                                                                       \
-    fmi3Status fmi3Get##Type(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,                   \
-                             fmi3##Type values[], size_t nValues)                                                                          \
-    {                                                                                                                                      \
-        (void)valueReferences, (void)values, (void)nValues;                                                                                \
-        ENTER(READING);                                                                                                                    \
-        ANSWER(no_variables(instance, #Type, nValueReferences));                                                                           \
-    }                                                                                                                                      \
-    fmi3Status fmi3Set##Type(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,                   \
-                             const fmi3##Type values[], size_t nValues)                                                                    \
-    {                                                                                                                                      \
-        (void)valueReferences, (void)values, (void)nValues;                                                                                \
-        ENTER(SETTING);                                                                                                                    \
-        ANSWER(no_variables(instance, #Type, nValueReferences));                                                                           \
+#define ABSENT(Type)                                                                                                   \
+    fmi3Status fmi3Get##Type(fmi3Instance instance, const fmi3ValueReference valueReferences[],                        \
+                             size_t nValueReferences, fmi3##Type values[], size_t nValues)                             \
+    {                                                                                                                  \
+        (void)valueReferences, (void)values, (void)nValues;                                                            \
+        ENTER(READING);                                                                                                \
+        ANSWER(no_variables(instance, #Type, nValueReferences));                                                       \
+    }                                                                                                                  \
+    fmi3Status fmi3Set##Type(fmi3Instance instance, const fmi3ValueReference valueReferences[],                        \
+                             size_t nValueReferences, const fmi3##Type values[], size_t nValues)                       \
+    {                                                                                                                  \
+        (void)valueReferences, (void)values, (void)nValues;                                                            \
+        ENTER(SETTING);                                                                                                \
+        ANSWER(no_variables(instance, #Type, nValueReferences));                                                       \
     }
 
 ABSENT(Float32)
@@ -199,8 +220,8 @@ ABSENT(UInt64)
 ACCESS(Boolean, booleans)
 ABSENT(String)
 
-fmi3Status fmi3GetBinary(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences, size_t valueSizes[],
-                         fmi3Binary values[], size_t nValues)
+fmi3Status fmi3GetBinary(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                         size_t valueSizes[], fmi3Binary values[], size_t nValues)
 {
     (void)valueReferences, (void)valueSizes, (void)values, (void)nValues;
     ENTER(READING);
@@ -215,7 +236,8 @@ fmi3Status fmi3SetBinary(fmi3Instance instance, const fmi3ValueReference valueRe
     ANSWER(no_variables(instance, "Binary", nValueReferences));
 }
 
-fmi3Status fmi3GetClock(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences, fmi3Clock values[])
+fmi3Status fmi3GetClock(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
+                        fmi3Clock values[])
 {
     (void)valueReferences, (void)values;
     ENTER(READING);
@@ -230,22 +252,26 @@ fmi3Status fmi3SetClock(fmi3Instance instance, const fmi3ValueReference valueRef
     ANSWER(no_variables(instance, "Clock", nValueReferences));
 }
 
-/* providesPerElementDependencies = false: the variables are scalars and their dependencies stand in modelDescription.xml. */
+/* providesPerElementDependencies = false: the variables are scalars and their dependencies stand in
+ * modelDescription.xml. */
 static fmi3Status no_dependencies(struct Component *c)
 {
-    ANSWER(report(c, ANSWER_ERROR, "dependencies per element are not provided; those of each variable stand in modelDescription.xml."));
+    ANSWER(report(c, ANSWER_ERROR,
+                  "dependencies per element are not provided; those of each variable stand in modelDescription.xml."));
 }
 
-fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance instance, fmi3ValueReference valueReference, size_t *nDependencies)
+fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance instance, fmi3ValueReference valueReference,
+                                               size_t *nDependencies)
 {
     (void)valueReference, (void)nDependencies;
     ENTER(ANY_MODE);
     return no_dependencies(instance);
 }
 
-fmi3Status fmi3GetVariableDependencies(fmi3Instance instance, fmi3ValueReference dependent, size_t elementIndicesOfDependent[],
-                                       fmi3ValueReference independents[], size_t elementIndicesOfIndependents[],
-                                       fmi3DependencyKind dependencyKinds[], size_t nDependencies)
+fmi3Status fmi3GetVariableDependencies(fmi3Instance instance, fmi3ValueReference dependent,
+                                       size_t elementIndicesOfDependent[], fmi3ValueReference independents[],
+                                       size_t elementIndicesOfIndependents[], fmi3DependencyKind dependencyKinds[],
+                                       size_t nDependencies)
 {
     (void)dependent, (void)elementIndicesOfDependent, (void)independents, (void)elementIndicesOfIndependents;
     (void)dependencyKinds, (void)nDependencies;
@@ -285,7 +311,8 @@ fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, f
     ANSWER(state_serialize(instance, FMUState, serializedState, size));
 }
 
-fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte serializedState[], size_t size, fmi3FMUState *FMUState)
+fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte serializedState[], size_t size,
+                                   fmi3FMUState *FMUState)
 {
     ENTER(ANY_MODE);
     ANSWER(state_deserialize(instance, serializedState, size, FMUState));
@@ -304,16 +331,16 @@ static fmi3Status derivative(struct Component *c, int adjoint, const fmi3ValueRe
 }
 
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
-                                        const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed,
-                                        fmi3Float64 sensitivity[], size_t nSensitivity)
+                                        const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],
+                                        size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity)
 {
     ENTER(SHOWING);
     return derivative(instance, 0, unknowns, nUnknowns, knowns, nKnowns, seed, nSeed, sensitivity, nSensitivity);
 }
 
 fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
-                                    const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed,
-                                    fmi3Float64 sensitivity[], size_t nSensitivity)
+                                    const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],
+                                    size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity)
 {
     ENTER(SHOWING);
     return derivative(instance, 1, unknowns, nUnknowns, knowns, nKnowns, seed, nSeed, sensitivity, nSensitivity);
@@ -335,8 +362,9 @@ fmi3Status fmi3ExitConfigurationMode(fmi3Instance instance)
 
 /* ---- clocks: there are none ---- */
 
-#define CLOCKED(Name, ...)                                                                                                                 \
-    fmi3Status fmi3##Name(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences, __VA_ARGS__)
+#define CLOCKED(Name, ...)                                                                                             \
+    fmi3Status fmi3##Name(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,  \
+                          __VA_ARGS__)
 
 CLOCKED(GetIntervalDecimal, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])
 {
@@ -403,14 +431,15 @@ fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance)
     return fmi3OK;
 }
 
-fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate, fmi3Boolean *terminateSimulation,
-                                    fmi3Boolean *nominalsOfContinuousStatesChanged, fmi3Boolean *valuesOfContinuousStatesChanged,
-                                    fmi3Boolean *nextEventTimeDefined, fmi3Float64 *nextEventTime)
+fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
+                                    fmi3Boolean *terminateSimulation, fmi3Boolean *nominalsOfContinuousStatesChanged,
+                                    fmi3Boolean *valuesOfContinuousStatesChanged, fmi3Boolean *nextEventTimeDefined,
+                                    fmi3Float64 *nextEventTime)
 {
     struct News news;
     ENTER(EVENT);
-    if (!discreteStatesNeedUpdate || !terminateSimulation || !nominalsOfContinuousStatesChanged || !valuesOfContinuousStatesChanged ||
-        !nextEventTimeDefined || !nextEventTime)
+    if (!discreteStatesNeedUpdate || !terminateSimulation || !nominalsOfContinuousStatesChanged ||
+        !valuesOfContinuousStatesChanged || !nextEventTimeDefined || !nextEventTime)
         ANSWER(report(instance, ANSWER_ERROR, "a pointer to a result is NULL."));
     const enum Answer answer = component_event(instance, &news);
     if (answer <= ANSWER_WARNING) {
@@ -433,8 +462,8 @@ fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance)
     ANSWER(component_enter(c, INTEGRATING));
 }
 
-fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *enterEventMode,
-                                       fmi3Boolean *terminateSimulation)
+fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
+                                       fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation)
 {
     (void)noSetFMUStatePriorToCurrentPoint;
     ENTER(INTEGRATING);
@@ -450,7 +479,8 @@ fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time)
     ANSWER(set_time(instance, time));
 }
 
-fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 continuousStates[], size_t nContinuousStates)
+fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 continuousStates[],
+                                   size_t nContinuousStates)
 {
     ENTER(INTEGRATING);
     ANSWER(set_states(instance, continuousStates, nContinuousStates));
@@ -523,8 +553,9 @@ fmi3Status fmi3EnterStepMode(fmi3Instance instance)
     ANSWER(component_enter(c, STEPPING));
 }
 
-fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                                    const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues)
+fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueReference valueReferences[],
+                                    size_t nValueReferences, const fmi3Int32 orders[], fmi3Float64 values[],
+                                    size_t nValues)
 {
     (void)valueReferences, (void)orders, (void)values, (void)nValues;
     ENTER(STEPPING | STEP_FAILED | TERMINATED | FAILED | INTERMEDIATE | ASKING);
@@ -532,8 +563,8 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueRefere
 }
 
 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoint, fmi3Float64 communicationStepSize,
-                      fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded, fmi3Boolean *terminateSimulation,
-                      fmi3Boolean *earlyReturn, fmi3Float64 *lastSuccessfulTime)
+                      fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded,
+                      fmi3Boolean *terminateSimulation, fmi3Boolean *earlyReturn, fmi3Float64 *lastSuccessfulTime)
 {
     struct StepEnd end;
     (void)noSetFMUStatePriorToCurrentPoint;
@@ -550,7 +581,8 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
 
 /* ---- scheduled execution: not provided ---- */
 
-fmi3Status fmi3ActivateModelPartition(fmi3Instance instance, fmi3ValueReference clockReference, fmi3Float64 activationTime)
+fmi3Status fmi3ActivateModelPartition(fmi3Instance instance, fmi3ValueReference clockReference,
+                                      fmi3Float64 activationTime)
 {
     (void)clockReference, (void)activationTime;
     ENTER(ANY_MODE);

@@ -1,4 +1,5 @@
-/* How does an instance tell its host what went wrong? One log line per matter: what was asked, what was found, what is allowed. */
+/* How does an instance tell its host what went wrong? One log line per matter: what was asked, what was found, what is
+ * allowed. */
 #include "component.h"
 
 #include <stdarg.h>
@@ -45,9 +46,16 @@ enum Answer report_kernel(struct Component *c, enum Answer answer, enum Status s
     return report(c, answer, "at time %.17g s: %s.", c->contact.value[TIME][0], why);
 }
 
-static const char *const mode_names[] = {"Instantiated",         "Configuration Mode", "Initialization Mode", "Event Mode",
-                                         "Continuous-Time Mode", "Step Mode",          "Step Failed",         "Terminated",
-                                         "Error",                "Intermediate Update Mode",
+static const char *const mode_names[] = {"Instantiated",
+                                         "Configuration Mode",
+                                         "Initialization Mode",
+                                         "Event Mode",
+                                         "Continuous-Time Mode",
+                                         "Step Mode",
+                                         "Step Failed",
+                                         "Terminated",
+                                         "Error",
+                                         "Intermediate Update Mode",
                                          "Intermediate Update Mode before the end of a step"};
 enum { MODE_COUNT = sizeof mode_names / sizeof *mode_names };
 

@@ -1,8 +1,10 @@
-/* What is a saved FMU state, and which one may come back? The bytes of a contact and of its place in the life cycle, sealed.
+/* What is a saved FMU state, and which one may come back? The bytes of a contact and of its place in the life cycle,
+ * sealed.
  *
- * The seal names format, size, byte order and the kernel's tables, and in serialised form carries a checksum: what is cut short,
- * corrupt or of another binary is refused. Bytes may be forged and sealed anew, so that what they say is looked at, too: a state is taken
- * only where an instance could have come to it by itself. A serialised state is good in any process and on any platform of the same byte order.
+ * The seal names format, size, byte order and the kernel's tables, and in serialised form carries a checksum: what is
+ * cut short, corrupt or of another binary is refused. Bytes may be forged and sealed anew, so that what they say is
+ * looked at, too: a state is taken only where an instance could have come to it by itself. A serialised state is good
+ * in any process and on any platform of the same byte order.
  */
 #include "component.h"
 
@@ -42,11 +44,12 @@ static uint64_t checksum(const struct Sealed *record)
 static int is_ours(struct Component *c, const struct Sealed *record)
 {
     const char *what = memcmp(record->magic, magic, sizeof magic) != 0 ? "it is not a state of this FMU"
-                       : record->byte_order != BYTE_ORDER_MARK         ? "it was written on a machine of another byte order"
-                       : record->version != STATE_VERSION              ? "it is of another format version"
-                       : record->size != sizeof *record                ? "it is of another size"
-                       : memcmp(record->token, c->token, sizeof record->token) != 0 ? "its token is that of another build of this FMU"
-                                                                                    : NULL;
+                       : record->byte_order != BYTE_ORDER_MARK ? "it was written on a machine of another byte order"
+                       : record->version != STATE_VERSION      ? "it is of another format version"
+                       : record->size != sizeof *record        ? "it is of another size"
+                       : memcmp(record->token, c->token, sizeof record->token) != 0
+                           ? "its token is that of another build of this FMU"
+                           : NULL;
     if (what)
         report(c, ANSWER_ERROR, "the FMU state is refused: %s; allowed is a state that this build has saved.", what);
     return what == NULL;
@@ -55,10 +58,13 @@ static int is_ours(struct Component *c, const struct Sealed *record)
 static int fits(struct Component *c, const struct Life *life)
 {
     const int other = life->interface != c->life.interface;
-    const int eventful = life->interface == CO_SIMULATION && (life->mode == EVENT || life->event_pending) && !c->host.event_mode;
+    const int eventful =
+        life->interface == CO_SIMULATION && (life->mode == EVENT || life->event_pending) && !c->host.event_mode;
     if (other || eventful)
-        report(c, ANSWER_ERROR, "the FMU state is refused: it is %s; allowed is a state of an instance of the same kind.",
-               other ? "of the other interface (Model Exchange or Co-Simulation)" : "in Event Mode, which this instance does not use");
+        report(c, ANSWER_ERROR,
+               "the FMU state is refused: it is %s; allowed is a state of an instance of the same kind.",
+               other ? "of the other interface (Model Exchange or Co-Simulation)"
+                     : "in Event Mode, which this instance does not use");
     return !other && !eventful;
 }
 
@@ -69,7 +75,8 @@ static const char *flaw_of_life(const struct Component *c, const struct Life *li
 {
     const int solver = life->interface == MODEL_EXCHANGE;
     const uint32_t modes = c->host.modes & ~(uint32_t)(solver ? STEPPING | STEP_FAILED : INTEGRATING);
-    if ((life->interface != MODEL_EXCHANGE && life->interface != CO_SIMULATION) || !(life->mode & modes) || (life->mode & (life->mode - 1)))
+    if ((life->interface != MODEL_EXCHANGE && life->interface != CO_SIMULATION) || !(life->mode & modes) ||
+        (life->mode & (life->mode - 1)))
         return "there is no such state of an instance";
     if (!is_flag(life->stale) || !is_flag(life->set_up) || !is_flag(life->tolerance_set) || !is_flag(life->slope_set) ||
         !is_flag(life->event_pending) || life->reserved)
@@ -110,10 +117,11 @@ static int is_sound(struct Component *c, const struct Life *life, const struct C
     const char *flaw = flaw_of_life(c, life);
     for (int i = 0; i < c->count && !flaw; ++i) {
         const enum Causality role = kernel_variable(i)->causality;
-        const enum Status status = role == PARAMETER || role == INPUT ? kernel_check(i, contact->value[i][0]) : KERNEL_OK;
+        const enum Status status =
+            role == PARAMETER || role == INPUT ? kernel_check(i, contact->value[i][0]) : KERNEL_OK;
         if (status != KERNEL_OK) {
-            report(c, ANSWER_ERROR, "the FMU state is refused: %s = %g: %s.", kernel_variable(i)->name, contact->value[i][0],
-                   kernel_status_text(status));
+            report(c, ANSWER_ERROR, "the FMU state is refused: %s = %g: %s.", kernel_variable(i)->name,
+                   contact->value[i][0], kernel_status_text(status));
             return 0;
         }
     }
@@ -192,7 +200,8 @@ enum Answer state_free(struct Component *c, void **state)
 enum Answer state_size(struct Component *c, const void *state, size_t *size)
 {
     const struct State *own = state;
-    if (!is_given(c, state, "the FMU state") || !is_given(c, size, "the pointer to the size") || !is_ours(c, &own->record))
+    if (!is_given(c, state, "the FMU state") || !is_given(c, size, "the pointer to the size") ||
+        !is_ours(c, &own->record))
         return ANSWER_ERROR;
     *size = sizeof own->record;
     return ANSWER_OK;
@@ -218,8 +227,10 @@ enum Answer state_deserialize(struct Component *c, const void *bytes, size_t siz
     if (!is_given(c, bytes, "the byte vector"))
         return ANSWER_ERROR;
     if (size != sizeof record)
-        return report(c, ANSWER_ERROR, "the serialised FMU state has %zu bytes; a state of this FMU has %zu: it is cut short or foreign.",
-                      size, sizeof record);
+        return report(
+            c, ANSWER_ERROR,
+            "the serialised FMU state has %zu bytes; a state of this FMU has %zu: it is cut short or foreign.", size,
+            sizeof record);
     memcpy(&record, bytes, sizeof record);
     if (!is_ours(c, &record))
         return ANSWER_ERROR;

@@ -1,7 +1,7 @@
 /* How does an instance move on? Steps of co-simulation, events of both interfaces, and what there is to warn of.
  *
- * Time: the host's communication points and the contact's own time may differ by rounding only. The step taken runs from the own time
- * to the host's next point, so that rounding never adds up.
+ * Time: the host's communication points and the contact's own time may differ by rounding only. The step taken runs
+ * from the own time to the host's next point, so that rounding never adds up.
  */
 #include "component.h"
 
@@ -27,10 +27,13 @@ static enum Answer bad_step(struct Component *c, double time, double step, doubl
     if (!(step > 0 && step < INFINITY))
         return report(c, ANSWER_ERROR, "the step size is %g s; a finite number above 0 is needed.", step);
     if (!(fabs(time - now) <= slack))
-        return report(c, ANSWER_ERROR, "the communication point is %.17g s, but the instance stands at %.17g s; "
-                      "they may differ by %.2g s (1e-6 of the step). To go back, restore an FMU state.", time, now, slack);
+        return report(c, ANSWER_ERROR,
+                      "the communication point is %.17g s, but the instance stands at %.17g s; "
+                      "they may differ by %.2g s (1e-6 of the step). To go back, restore an FMU state.",
+                      time, now, slack);
     if (!(time + step <= c->life.stop + slack))
-        return report(c, ANSWER_ERROR, "the step would end at %.17g s, after the stop time %.17g s.", time + step, c->life.stop);
+        return report(c, ANSWER_ERROR, "the step would end at %.17g s, after the stop time %.17g s.", time + step,
+                      c->life.stop);
     return report(c, ANSWER_ERROR, "the step size %g s is too small to move the time %.17g s.", step, now);
 }
 
@@ -42,14 +45,16 @@ static int ramps_stay(struct Component *c, double step)
         const struct Variable *v = kernel_variable(i);
         if (kernel_check(i, end) == KERNEL_OK)
             continue;
-        report(c, ANSWER_ERROR, "the derivative of %s would lead it to %g %s at the end of the step; allowed is %g to %g.", v->name, end,
+        report(c, ANSWER_ERROR,
+               "the derivative of %s would lead it to %g %s at the end of the step; allowed is %g to %g.", v->name, end,
                v->unit, v->min, v->max);
         return 0;
     }
     return 1;
 }
 
-/* Show the present point to the host. Returns whether it wants the step to end before `target`, which then says where. */
+/* Show the present point to the host. Returns whether it wants the step to end before `target`, which then says where.
+ */
 static int shown_and_stopped(struct Component *c, double *target)
 {
     const double now = c->contact.value[TIME][0];
@@ -96,10 +101,12 @@ enum Answer component_step(struct Component *c, double time, double step, struct
     const double slack = 1e-6 * step + 4 * DBL_EPSILON * fabs(now);
     const double whole = time - now + step;
     *end = (struct StepEnd){.last_time = now};
-    if (!(step > 0 && step < INFINITY && fabs(time - now) <= slack && time + step <= c->life.stop + slack && now + whole > now))
+    if (!(step > 0 && step < INFINITY && fabs(time - now) <= slack && time + step <= c->life.stop + slack &&
+          now + whole > now))
         return bad_step(c, time, step, slack);
     if (c->life.event_pending)
-        return report(c, ANSWER_ERROR, "an event waits to be handled at time %.17g s; go through Event Mode first.", now);
+        return report(c, ANSWER_ERROR, "an event waits to be handled at time %.17g s; go through Event Mode first.",
+                      now);
     if (!ramps_stay(c, whole))
         return ANSWER_ERROR;
 
@@ -114,8 +121,8 @@ enum Answer component_step(struct Component *c, double time, double step, struct
         c->life.mode = STEP_FAILED;
         char why[512];
         kernel_explain(&c->contact, status, why, sizeof why);
-        return report(c, end->last_time > now ? c->host.partial_step : ANSWER_ERROR, "the step from %.17g s by %g s ended at %.17g s: %s.",
-                      now, step, end->last_time, why);
+        return report(c, end->last_time > now ? c->host.partial_step : ANSWER_ERROR,
+                      "the step from %.17g s by %g s ended at %.17g s: %s.", now, step, end->last_time, why);
     }
     return c->life.mode == STEPPING ? component_warn(c) : ANSWER_ERROR;
 }
@@ -135,6 +142,7 @@ enum Answer component_event(struct Component *c, struct News *news)
     news->next_event_defined = c->life.interface == MODEL_EXCHANGE && isfinite(news->next_event);
     for (int i = 0; i < c->state_count; ++i)
         news->states_changed |= c->contact.value[c->state[i]][0] != before[i];
-    report(c, ANSWER_OK, "event at time %.17g s%s.", c->contact.value[TIME][0], news->states_changed ? ", states changed" : "");
+    report(c, ANSWER_OK, "event at time %.17g s%s.", c->contact.value[TIME][0],
+           news->states_changed ? ", states changed" : "");
     return component_warn(c);
 }

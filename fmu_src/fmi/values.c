@@ -1,4 +1,5 @@
-/* How do a host's value references reach the kernel's values? Reference = index; type, bounds and roles are asked of the tables.
+/* How do a host's value references reach the kernel's values? Reference = index; type, bounds and roles are asked of
+ * the tables.
  *
  * A call that sets several values checks them all before it sets the first.
  */
@@ -7,14 +8,20 @@
 #include <math.h>
 #include <stdbool.h>
 
-static const char *const type_names[] = {[REAL] = "a real number", [INTEGER] = "an integer", [BOOLEAN] = "a Boolean",
-                                         [CHOICE] = "an enumeration"};
-static const char *const causality_names[] = {[INDEPENDENT] = "the independent variable", [PARAMETER] = "a parameter",
-                                              [CALCULATED] = "a calculated parameter", [INPUT] = "an input",
-                                              [OUTPUT] = "an output", [LOCAL] = "a local variable"};
+static const char *const type_names[] = {
+    [REAL] = "a real number", [INTEGER] = "an integer", [BOOLEAN] = "a Boolean", [CHOICE] = "an enumeration"};
+static const char *const causality_names[] = {[INDEPENDENT] = "the independent variable",
+                                              [PARAMETER] = "a parameter",
+                                              [CALCULATED] = "a calculated parameter",
+                                              [INPUT] = "an input",
+                                              [OUTPUT] = "an output",
+                                              [LOCAL] = "a local variable"};
 
 /* A solver of model exchange may try states that are out of reach and come back. */
-static enum Answer out_of_reach(const struct Component *c) { return c->life.mode == INTEGRATING ? ANSWER_DISCARD : ANSWER_ERROR; }
+static enum Answer out_of_reach(const struct Component *c)
+{
+    return c->life.mode == INTEGRATING ? ANSWER_DISCARD : ANSWER_ERROR;
+}
 
 enum Answer refresh(struct Component *c)
 {
@@ -36,9 +43,11 @@ enum Answer give(struct Component *c, const char *what, const char *name, double
 {
     if (isfinite(x))
         return ANSWER_OK;
-    return report(c, out_of_reach(c), "at time %.17g s: %s%s is %g, which is no finite number. %s", c->contact.value[TIME][0], what, name, x,
-                  c->life.mode == INTEGRATING ? "Try other states or a shorter step."
-                                              : "Reset the instance or restore an FMU state, and look for values far from any machine's.");
+    return report(c, out_of_reach(c), "at time %.17g s: %s%s is %g, which is no finite number. %s",
+                  c->contact.value[TIME][0], what, name, x,
+                  c->life.mode == INTEGRATING
+                      ? "Try other states or a shorter step."
+                      : "Reset the instance or restore an FMU state, and look for values far from any machine's.");
 }
 
 static int reachable(struct Component *c, const struct Access *as, uint32_t reference)
@@ -46,11 +55,12 @@ static int reachable(struct Component *c, const struct Access *as, uint32_t refe
     if (reference < (uint32_t)c->count && as->types >> c->type[reference] & 1u)
         return 1;
     if (reference >= (uint32_t)c->count)
-        report(c, ANSWER_ERROR, "there is no variable with value reference %lu; allowed is 0 to %d.", (unsigned long)reference,
-               c->count - 1);
+        report(c, ANSWER_ERROR, "there is no variable with value reference %lu; allowed is 0 to %d.",
+               (unsigned long)reference, c->count - 1);
     else
         report(c, ANSWER_ERROR, "%s (value reference %lu) is %s; this function reaches %s variables only.",
-               kernel_variable((int)reference)->name, (unsigned long)reference, type_names[c->type[reference]], as->word);
+               kernel_variable((int)reference)->name, (unsigned long)reference, type_names[c->type[reference]],
+               as->word);
     return 0;
 }
 
@@ -58,38 +68,58 @@ static int given(struct Component *c, const void *references, const void *values
 {
     if (count == 0 || (references && values))
         return 1;
-    report(c, ANSWER_ERROR, "%zu values are asked for, but the array of %s is NULL.", count, references ? "values" : "value references");
+    report(c, ANSWER_ERROR, "%zu values are asked for, but the array of %s is NULL.", count,
+           references ? "values" : "value references");
     return 0;
 }
 
 /* The items of an FMI enumeration start at 1. */
-static double item_offset(const struct Component *c, uint32_t reference) { return c->type[reference] == CHOICE ? 1 : 0; }
+static double item_offset(const struct Component *c, uint32_t reference)
+{
+    return c->type[reference] == CHOICE ? 1 : 0;
+}
 
 static void store(void *values, enum Form form, size_t i, double x)
 {
     const double whole = fmin(fmax(x, INT32_MIN), INT32_MAX); /* a count past the type's end stays at the end */
     switch (form) {
-    case FORM_DOUBLE: ((double *)values)[i] = x; break;
-    case FORM_INT32: ((int32_t *)values)[i] = (int32_t)whole; break;
-    case FORM_INT64: ((int64_t *)values)[i] = (int64_t)whole; break;
-    case FORM_INT: ((int *)values)[i] = x != 0; break;
-    case FORM_BOOL: ((bool *)values)[i] = x != 0; break;
+    case FORM_DOUBLE:
+        ((double *)values)[i] = x;
+        break;
+    case FORM_INT32:
+        ((int32_t *)values)[i] = (int32_t)whole;
+        break;
+    case FORM_INT64:
+        ((int64_t *)values)[i] = (int64_t)whole;
+        break;
+    case FORM_INT:
+        ((int *)values)[i] = x != 0;
+        break;
+    case FORM_BOOL:
+        ((bool *)values)[i] = x != 0;
+        break;
     }
 }
 
 static double load(const void *values, enum Form form, size_t i)
 {
     switch (form) {
-    case FORM_DOUBLE: return ((const double *)values)[i];
-    case FORM_INT32: return ((const int32_t *)values)[i];
-    case FORM_INT64: return (double)((const int64_t *)values)[i];
-    case FORM_INT: return ((const int *)values)[i] != 0;
-    case FORM_BOOL: return ((const unsigned char *)values)[i] != 0; /* a host may hold another byte than 0 or 1 */
+    case FORM_DOUBLE:
+        return ((const double *)values)[i];
+    case FORM_INT32:
+        return ((const int32_t *)values)[i];
+    case FORM_INT64:
+        return (double)((const int64_t *)values)[i];
+    case FORM_INT:
+        return ((const int *)values)[i] != 0;
+    case FORM_BOOL:
+        return ((const unsigned char *)values)[i] != 0; /* a host may hold another byte than 0 or 1 */
     }
     return NAN;
 }
 
-enum Answer get_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count, void *values)
+enum Answer get_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count,
+                       void *values)
 {
     if (!given(c, references, values, count))
         return ANSWER_ERROR;
@@ -114,8 +144,10 @@ static enum Answer not_settable(struct Component *c, uint32_t reference)
     const char *fixed = v->causality == PARAMETER && v->variability == FIXED ? " that is fixed" : "";
     char allowed[256];
     list_modes(c->settable[reference], allowed, sizeof allowed);
-    return report(c, ANSWER_ERROR, "%s (value reference %lu) is %s%s and cannot be set now; allowed in: %s. Its value is kept.", v->name,
-                  (unsigned long)reference, causality_names[v->causality], fixed, c->settable[reference] ? allowed : "no state");
+    return report(c, ANSWER_ERROR,
+                  "%s (value reference %lu) is %s%s and cannot be set now; allowed in: %s. Its value is kept.", v->name,
+                  (unsigned long)reference, causality_names[v->causality], fixed,
+                  c->settable[reference] ? allowed : "no state");
 }
 
 static enum Answer bad_value(struct Component *c, uint32_t reference, double value, enum Status status)
@@ -124,12 +156,14 @@ static enum Answer bad_value(struct Component *c, uint32_t reference, double val
     const double offset = item_offset(c, reference);
     const int bare = v->unit[0] == '1' && v->unit[1] == '\0';
     const char *space = bare ? "" : " ", *unit = bare ? "" : v->unit;
-    return report(c, ANSWER_ERROR, "%s = %g%s%s (value reference %lu): %s; allowed is %g to %g%s%s. The value %g%s%s is kept.", v->name,
-                  value + offset, space, unit, (unsigned long)reference, kernel_status_text(status), v->min + offset, v->max + offset,
-                  space, unit, c->contact.value[reference][0] + offset, space, unit);
+    return report(c, ANSWER_ERROR,
+                  "%s = %g%s%s (value reference %lu): %s; allowed is %g to %g%s%s. The value %g%s%s is kept.", v->name,
+                  value + offset, space, unit, (unsigned long)reference, kernel_status_text(status), v->min + offset,
+                  v->max + offset, space, unit, c->contact.value[reference][0] + offset, space, unit);
 }
 
-enum Answer set_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count, const void *values)
+enum Answer set_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count,
+                       const void *values)
 {
     if (!given(c, references, values, count))
         return ANSWER_ERROR;
@@ -154,7 +188,8 @@ enum Answer set_values(struct Component *c, const struct Access *as, const uint3
     return ANSWER_OK;
 }
 
-enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t count, const int *orders, const double *slopes)
+enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t count, const int *orders,
+                       const double *slopes)
 {
     static const struct Access reals = {"real", FORM_DOUBLE, 1u << REAL};
     if (!given(c, references, orders ? (const void *)slopes : NULL, count))
@@ -167,7 +202,8 @@ enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t c
             return report(c, ANSWER_ERROR, "%s (value reference %lu) is no input; only inputs take a derivative.", name,
                           (unsigned long)references[i]);
         if (orders[i] != 1)
-            return report(c, ANSWER_ERROR, "a derivative of order %d is given for %s; allowed is order 1.", orders[i], name);
+            return report(c, ANSWER_ERROR, "a derivative of order %d is given for %s; allowed is order 1.", orders[i],
+                          name);
         if (!isfinite(slopes[i]))
             return report(c, ANSWER_ERROR, "the derivative of %s is %g; a finite number is needed.", name, slopes[i]);
     }

@@ -1,4 +1,5 @@
-/* What do all points of one call have in common? The law and the effects that are on, and trigonometry that does not change. */
+/* What do all points of one call have in common? The law and the effects that are on, and trigonometry that does not
+ * change. */
 #include "stages.h"
 
 #include <math.h>
@@ -9,7 +10,8 @@ void wire_time(const struct Contact *contact, struct Configuration *w)
     w->held = w->kinematics == KINEMATICS_EXTERNAL && w->on_count == 0;
     for (int k = 0; k < INPUT_END - INPUT_FIRST && w->held; ++k) {
         int rises = 0;
-        EACH_LANE rises |= contact->slope[k][i] != 0;
+        EACH_LANE
+            rises |= contact->slope[k][i] != 0;
         w->held = !rises;
     }
     if (w->kinematics == KINEMATICS_EXTERNAL)
@@ -17,7 +19,8 @@ void wire_time(const struct Contact *contact, struct Configuration *w)
     for (int i = 0; i < LANES; ++i) {
         const double turns = w->p[VIBRATION_FREQUENCY][i] * w->p[TIME][i];
         const double omega = 2 * PI * w->p[VIBRATION_FREQUENCY][i], a = or_none(w->p[AMPLITUDE_X][i], NO_AMPLITUDE);
-        const double r = a > 0 ? w->p[CUTTING_SPEED][i] / (a * omega) : INFINITY; /* to the bit as ellipse_at finds it */
+        const double r =
+            a > 0 ? w->p[CUTTING_SPEED][i] / (a * omega) : INFINITY; /* to the bit as ellipse_at finds it */
         w->cycle[i] = turns - floor(turns);
         if (!(w->turn.r[i] == r))
             turn_at(r, &w->turn, i);
@@ -66,7 +69,8 @@ struct Configuration wire(const struct Contact *contact)
     w.by_energy = chosen(contact->value, SHEAR_ANGLE_PRINCIPLE, 0) == MINIMUM_ENERGY;
     w.dissipative = chosen(contact->value, DAMPING_MODE, 0) == DISSIPATIVE;
     w.thermal_rate = chosen(contact->value, RATE_STIFFNESS, 0) == THERMAL_STIFFNESS;
-    w.current_angle = chosen(contact->value, CHIP_FLOW_ANGLE, 0) == CURRENT_ANGLE && w.kinematics != KINEMATICS_EXTERNAL;
+    w.current_angle =
+        chosen(contact->value, CHIP_FLOW_ANGLE, 0) == CURRENT_ANGLE && w.kinematics != KINEMATICS_EXTERNAL;
     w.on_count = w.stages = w.drivers = w.sensors = w.looks_back = w.bends = w.meets_again = 0;
     if (contact->effects_on)
         wire_effects(contact, &w);
@@ -87,7 +91,8 @@ struct Configuration wire(const struct Contact *contact)
         cos_sin_of(phase_x, &w.cos_x[i], &w.sin_x[i]);
         cos_sin_of(phase_y, &w.cos_y[i], &w.sin_y[i]);
     }
-    EACH_LANE w.longest[i] = w.kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w.p[VIBRATION_FREQUENCY][i]);
+    EACH_LANE
+        w.longest[i] = w.kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w.p[VIBRATION_FREQUENCY][i]);
     resolving_step(&w, w.longest);
     wire_time(contact, &w);
     return w;

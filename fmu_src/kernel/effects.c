@@ -1,4 +1,5 @@
-/* How do the effects that are on take part in a point and in a step? In the order of the registry, whatever the order of switching. */
+/* How do the effects that are on take part in a point and in a step? In the order of the registry, whatever the order
+ * of switching. */
 #include "stages.h"
 
 #include <math.h>
@@ -12,14 +13,15 @@ void act(const struct Configuration *w, enum Stage stage, struct Point *x)
             w->on[n]->act(w->on_p[n], x->state + w->on_state[n], x);
 }
 
-static void move_one(const struct Configuration *w, int n, const lanes h, const struct Point *start, struct Point *middle, struct Point *end)
+static void move_one(const struct Configuration *w, int n, const lanes h, const struct Point *start,
+                     struct Point *middle, struct Point *end)
 {
     const int at = w->on_state[n];
     w->on[n]->move(w->on_p[n], h, start, middle, end, start->state + at, middle->state + at, end->state + at);
 }
 
-void move_states(const struct Configuration *w, enum Driver driver, const lanes h, const struct Point *start, struct Point *middle,
-                 struct Point *end)
+void move_states(const struct Configuration *w, enum Driver driver, const lanes h, const struct Point *start,
+                 struct Point *middle, struct Point *end)
 {
     for (int n = 0; n < w->on_count && w->drivers >> driver & 1; ++n)
         if (w->on[n]->driver == driver)
@@ -54,13 +56,14 @@ void lead_states(const struct Configuration *w, enum Driver driver, double ahead
             continue;
         effect->rate(w->on_p[n], x, x->state + w->on_state[n], rate);
         for (int k = 0; k < effect->states; ++k)
-            EACH_LANE x->state[w->on_state[n] + k][i] += ahead * rate[k][i];
+            EACH_LANE
+                x->state[w->on_state[n] + k][i] += ahead * rate[k][i];
     }
 }
 
 /* Each effect of the chain hears what the one before it shows, over the whole step. */
-void measure_step(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *start, struct Point *middle,
-                  struct Point *end)
+void measure_step(const struct Contact *contact, const struct Configuration *w, const lanes h,
+                  const struct Point *start, struct Point *middle, struct Point *end)
 {
     open_measured(middle);
     open_measured(end);
@@ -87,7 +90,8 @@ void load_states(const struct Contact *contact, const struct Configuration *w, s
 {
     for (int n = 0; n < w->on_count; ++n)
         for (int k = 0; k < w->on[n]->states; ++k)
-            EACH_LANE x->state[w->on_state[n] + k][i] = contact->value[w->on_value[n] + k][i];
+            EACH_LANE
+                x->state[w->on_state[n] + k][i] = contact->value[w->on_value[n] + k][i];
 }
 
 void store_state_of(struct Contact *contact, const struct Configuration *w, const struct Point *x, int lane)
@@ -113,7 +117,8 @@ void show_rates(struct Contact *contact, const struct Configuration *w, const st
     for (int n = 0; n < w->on_count; ++n) {
         const struct Effect *effect = w->on[n];
         if (effect->rate)
-            effect->rate(w->on_p[n], &heard, heard.state + w->on_state[n], contact->value + w->on_value[n] + effect->states);
+            effect->rate(w->on_p[n], &heard, heard.state + w->on_state[n],
+                         contact->value + w->on_value[n] + effect->states);
         if (effect->stage == STAGE_MEASUREMENT)
             effect->act(w->on_p[n], heard.state + w->on_state[n], &heard);
     }
@@ -158,22 +163,25 @@ double meeting_time(const struct Configuration *w, int lane)
     return 0;
 }
 
-/* What is recalled jumps where the forces did: the step ends just before, and a next one, too short to matter, leads across. */
-double until_late_jump(const struct Contact *contact, const struct Configuration *w, int lane, double t, double h, const struct Point *start)
+/* What is recalled jumps where the forces did: the step ends just before, and a next one, too short to matter, leads
+ * across. */
+double until_late_jump(const struct Contact *contact, const struct Configuration *w, int lane, double t, double h,
+                       const struct Point *start)
 {
     for (int n = 0; n < w->on_count; ++n) {
         if (!w->on[n]->looks_back)
             continue;
         const double late = w->on[n]->looks_back(w->on_p[n], lane), close = 1e-13 * (fabs(t) + late);
-        const double jump = late > 0 ? recall_jump(contact, lane, start, t - late, t - late + h) - (t - late) : INFINITY;
+        const double jump =
+            late > 0 ? recall_jump(contact, lane, start, t - late, t - late + h) - (t - late) : INFINITY;
         h = smaller(h, jump > 2 * close ? jump - close : jump + close);
     }
     return h;
 }
 
 /* How much what is recalled bends over the step; but for a step that leads across a jump. */
-double late_bend(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *a, const struct Point *m,
-                 const struct Point *b)
+double late_bend(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *a,
+                 const struct Point *m, const struct Point *b)
 {
     const struct Past past = {contact, a, m, b};
     const struct Point *const at[3] = {a, m, b};

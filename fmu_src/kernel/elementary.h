@@ -1,5 +1,5 @@
-/* How are exp, sin and cos taken in many lanes at once? In plain arithmetic that a compiler turns into vectors, and the same in one lane,
- * so that a lane's bits do not depend on its neighbours. Errors below 1e-15 of 1.
+/* How are exp, sin and cos taken in many lanes at once? In plain arithmetic that a compiler turns into vectors, and the
+ * same in one lane, so that a lane's bits do not depend on its neighbours. Errors below 1e-15 of 1.
  */
 #ifndef ELEMENTARY_H
 #define ELEMENTARY_H
@@ -27,14 +27,21 @@ static inline int64_t bits_of(double value)
     return both.bits;
 }
 
-#define ROUNDER 6755399441055744.0 /* 1.5 * 2^52: adding it rounds to a whole number and shows it in the lowest bits */
+#define ROUNDER 6755399441055744.0 /* 1.5 * 2^52: adding it rounds to a whole number and shows it in the lowest bits   \
+                                    */
 
-/* e^x; 0 below -700, where it is less than 1e-304; e^700 above 700. x = n ln 2 + r, |r| < 0.35: Taylor's series to r^13. */
+/* e^x; 0 below -700, where it is less than 1e-304; e^700 above 700. x = n ln 2 + r, |r| < 0.35: Taylor's series to
+ * r^13. */
 static inline double exponential(double x)
 {
-    const double inside = x < -700 ? -700 : x > 700 ? 700 : x, shifted = inside * 1.44269504088896340736 + ROUNDER, n = shifted - ROUNDER;
-    const double r = (inside - n * 6.93147180369123816490e-1) - n * 1.90821492927058770002e-10, r2 = r * r, r4 = r2 * r2;
-    const double a = (1 + r) + r2 * (1. / 2 + r * (1. / 6)), b = (1. / 24 + r * (1. / 120)) + r2 * (1. / 720 + r * (1. / 5040));
+    const double inside = x < -700  ? -700
+                          : x > 700 ? 700
+                                    : x,
+                 shifted = inside * 1.44269504088896340736 + ROUNDER, n = shifted - ROUNDER;
+    const double r = (inside - n * 6.93147180369123816490e-1) - n * 1.90821492927058770002e-10, r2 = r * r,
+                 r4 = r2 * r2;
+    const double a = (1 + r) + r2 * (1. / 2 + r * (1. / 6)),
+                 b = (1. / 24 + r * (1. / 120)) + r2 * (1. / 720 + r * (1. / 5040));
     const double c = (1. / 40320 + r * (1. / 362880)) + r2 * (1. / 3628800 + r * (1. / 39916800));
     const double d = 1. / 479001600 + r * (1. / 6227020800), sum = a + r4 * (b + r4 * (c + r4 * d));
     const double power = with_bits((int64_t)((uint64_t)(bits_of(shifted) + 1023) << 52));
@@ -44,20 +51,25 @@ static inline double exponential(double x)
 /* cos and sin of 2 pi turns: by quarter turns, Taylor's series to 16th and 17th order on |angle| <= pi/4. */
 static inline void cos_sin(double turns, double *cosine, double *sine)
 {
-    const double shifted = 4 * turns + ROUNDER, n = shifted - ROUNDER, x = (turns - 0.25 * n) * 6.28318530717958647693, x2 = x * x;
+    const double shifted = 4 * turns + ROUNDER, n = shifted - ROUNDER, x = (turns - 0.25 * n) * 6.28318530717958647693,
+                 x2 = x * x;
     const double x4 = x2 * x2, x8 = x4 * x4;
-    const double s = x + x * x2 * ((-1. / 6 + x2 * (1. / 120)) + x4 * (-1. / 5040 + x2 * (1. / 362880)) +
-                                   x8 * ((-1. / 39916800 + x2 * (1. / 6227020800)) + x4 * (-1. / 1307674368000 + x2 * (1. / 355687428096000))));
-    const double c = 1 + x2 * ((-1. / 2 + x2 * (1. / 24)) + x4 * (-1. / 720 + x2 * (1. / 40320)) +
-                               x8 * ((-1. / 3628800 + x2 * (1. / 479001600)) + x4 * (-1. / 87178291200 + x2 * (1. / 20922789888000))));
+    const double s = x + x * x2 *
+                             ((-1. / 6 + x2 * (1. / 120)) + x4 * (-1. / 5040 + x2 * (1. / 362880)) +
+                              x8 * ((-1. / 39916800 + x2 * (1. / 6227020800)) +
+                                    x4 * (-1. / 1307674368000 + x2 * (1. / 355687428096000))));
+    const double c =
+        1 +
+        x2 * ((-1. / 2 + x2 * (1. / 24)) + x4 * (-1. / 720 + x2 * (1. / 40320)) +
+              x8 * ((-1. / 3628800 + x2 * (1. / 479001600)) + x4 * (-1. / 87178291200 + x2 * (1. / 20922789888000))));
     const int64_t quarter = bits_of(shifted);
     const double first = quarter & 1 ? s : c, second = quarter & 1 ? c : s;
     *cosine = (quarter + 1) & 2 ? -first : first;
     *sine = quarter & 2 ? -second : second;
 }
 
-/* The same of an angle in radians. Not libm's, whose sin, cos and sincos need not agree in the last bit: which of them a compiler takes
- * depends on what stands beside it. */
+/* The same of an angle in radians. Not libm's, whose sin, cos and sincos need not agree in the last bit: which of them
+ * a compiler takes depends on what stands beside it. */
 static inline void cos_sin_of(double angle, double *cosine, double *sine)
 {
     cos_sin(angle * 0.159154943091895335769, cosine, sine);

@@ -1,4 +1,5 @@
-/* What does the contact show at its present time? Outputs, derivatives and events, for model exchange and after each step. */
+/* What does the contact show at its present time? Outputs, derivatives and events, for model exchange and after each
+ * step. */
 #include "stages.h"
 
 #include <math.h>
@@ -6,17 +7,21 @@
 static const lanes here; /* tau = 0 */
 static const int none[LANES] = {0};
 
-static void watched_indicators(const struct Contact *contact, const struct Configuration *w, const struct Point *x, lanes indicator[INDICATORS])
+static void watched_indicators(const struct Contact *contact, const struct Configuration *w, const struct Point *x,
+                               lanes indicator[INDICATORS])
 {
     indicators(w, x, indicator);
     for (int k = 0; k < INDICATORS; ++k)
-        EACH_LANE if (!watched(contact, k, i)) indicator[k][i] = 1;
+        EACH_LANE
+            if (!watched(contact, k, i))
+                indicator[k][i] = 1;
 }
 
 void warn(struct Contact *contact, const struct Point *x)
 {
     int outside = 0;
-    EACH_LANE outside |= x->outside[i] != 0;
+    EACH_LANE
+        outside |= x->outside[i] != 0;
     contact->warnings |= x->warnings | (outside ? WARN_FORCE_DOMAIN : 0u);
 }
 
@@ -25,12 +30,20 @@ static const struct {
     int index;
     size_t field;
 } plain[] = {
-    {FRICTION_FORCE, offsetof(struct Point, F)}, {PRINCIPAL_FORCE, offsetof(struct Point, F_p)}, {FEED_FORCE, offsetof(struct Point, F_f)},
-    {NORMAL_FORCE, offsetof(struct Point, N)}, {TOOL_FORCE_Y, offsetof(struct Point, F_f)},
-    {MEASURED_FRICTION_FORCE, offsetof(struct Point, measured[0])}, {MEASURED_PRINCIPAL_FORCE, offsetof(struct Point, measured[1])},
-    {MEASURED_FEED_FORCE, offsetof(struct Point, measured[2])}, {SLIP_VELOCITY_USED, offsetof(struct Point, v)},
-    {THETA_USED, offsetof(struct Point, theta)}, {SPEED_RATIO, offsetof(struct Point, speed_ratio)},
-    {IN_CONTACT, offsetof(struct Point, cutting)}, {CONTACT_RATE, offsetof(struct Point, cutting)}, {BRISTLE_RATE, offsetof(struct Point, dz)},
+    {FRICTION_FORCE, offsetof(struct Point, F)},
+    {PRINCIPAL_FORCE, offsetof(struct Point, F_p)},
+    {FEED_FORCE, offsetof(struct Point, F_f)},
+    {NORMAL_FORCE, offsetof(struct Point, N)},
+    {TOOL_FORCE_Y, offsetof(struct Point, F_f)},
+    {MEASURED_FRICTION_FORCE, offsetof(struct Point, measured[0])},
+    {MEASURED_PRINCIPAL_FORCE, offsetof(struct Point, measured[1])},
+    {MEASURED_FEED_FORCE, offsetof(struct Point, measured[2])},
+    {SLIP_VELOCITY_USED, offsetof(struct Point, v)},
+    {THETA_USED, offsetof(struct Point, theta)},
+    {SPEED_RATIO, offsetof(struct Point, speed_ratio)},
+    {IN_CONTACT, offsetof(struct Point, cutting)},
+    {CONTACT_RATE, offsetof(struct Point, cutting)},
+    {BRISTLE_RATE, offsetof(struct Point, dz)},
 };
 enum { PLAIN_COUNT = sizeof plain / sizeof plain[0] };
 
@@ -38,7 +51,8 @@ static void show_plain(struct Contact *contact, const struct Point *x, int n)
 {
     const double *const shown = (const double *)((const char *)x + plain[n].field);
     double *const value = contact->value[plain[n].index];
-    EACH_LANE value[i] = shown[i];
+    EACH_LANE
+        value[i] = shown[i];
 }
 
 int shows_plainly(int count, const int *index)
@@ -62,11 +76,13 @@ void show_some(struct Contact *contact, const struct Point *x, int count, const 
 /* Without a window the means are what is now. */
 static void show_means(struct Contact *contact, const struct Point *x)
 {
-    const lanes *const now[MEANS] = {&x->F, &x->F_p, &x->F_f, &x->N, &x->cutting, &x->measured[0], &x->measured[1], &x->measured[2]};
+    const lanes *const now[MEANS] = {&x->F,       &x->F_p,         &x->F_f,         &x->N,
+                                     &x->cutting, &x->measured[0], &x->measured[1], &x->measured[2]};
     int forms[LANES];
     forms_means(contact, forms);
     for (int n = 0; n < MEANS; ++n)
-        EACH_LANE contact->value[mean_of[n]][i] = forms[i] ? contact->value[mean_of[n]][i] : (*now[n])[i];
+        EACH_LANE
+            contact->value[mean_of[n]][i] = forms[i] ? contact->value[mean_of[n]][i] : (*now[n])[i];
 }
 
 void show_outputs(struct Contact *contact, const struct Configuration *w, const struct Point *x, int angles)
@@ -93,8 +109,10 @@ void show_outputs(struct Contact *contact, const struct Configuration *w, const 
 
 int ordered_temperatures(const struct Contact *contact)
 {
-    EACH_LANE if (chosen(contact->value, PROXY_SOURCE, i) == PROXY_IS_TEMPERATURE &&
-                  !(contact->value[REFERENCE_TEMPERATURE][i] - contact->value[AMBIENT_TEMPERATURE][i] >= LEAST_RISE)) return 0;
+    EACH_LANE
+        if (chosen(contact->value, PROXY_SOURCE, i) == PROXY_IS_TEMPERATURE &&
+            !(contact->value[REFERENCE_TEMPERATURE][i] - contact->value[AMBIENT_TEMPERATURE][i] >= LEAST_RISE))
+            return 0;
     return 1;
 }
 
@@ -102,7 +120,8 @@ static int rows_lost(const lanes *row, int count)
 {
     int lost = 0;
     for (int n = 0; n < count; ++n)
-        EACH_LANE lost |= !(fabs(row[n][i]) < INFINITY);
+        EACH_LANE
+            lost |= !(fabs(row[n][i]) < INFINITY);
     return lost;
 }
 
@@ -114,12 +133,14 @@ enum Status shows_finite(const struct Contact *contact, const struct Configurati
     return lost ? KERNEL_DIVERGED : KERNEL_OK;
 }
 
-enum Status show_here(struct Contact *contact, const struct Configuration *w, const struct Point *passed, const int whole[LANES], int angles)
+enum Status show_here(struct Contact *contact, const struct Configuration *w, const struct Point *passed,
+                      const int whole[LANES], int angles)
 {
     struct Point x;
     lanes held[INDICATORS]; /* looking must not touch */
     for (int k = 0; k < INDICATORS; ++k)
-        EACH_LANE held[k][i] = contact->sign[k][i];
+        EACH_LANE
+            held[k][i] = contact->sign[k][i];
     if (w->kinematics == KINEMATICS_EXTERNAL) /* inputs may jump without an event: what is shown follows them */
         settle_sides(contact, w, here, 0, none, &x);
     else
@@ -131,7 +152,8 @@ enum Status show_here(struct Contact *contact, const struct Configuration *w, co
         }
     show_outputs(contact, w, &x, angles);
     for (int k = 0; k < INDICATORS; ++k)
-        EACH_LANE contact->sign[k][i] = held[k][i];
+        EACH_LANE
+            contact->sign[k][i] = held[k][i];
     return shows_finite(contact, w);
 }
 
@@ -161,7 +183,9 @@ enum Status kernel_event(struct Contact *contact)
     act_on_event(contact, &w, here, 1e-9 / w.p[VIBRATION_FREQUENCY][0] + 1e-12 * fabs(w.p[TIME][0]), none, &x);
     for (int i = 0; i < LANES && w.looks_back; ++i)
         remember_host_step(contact, i, &x); /* what stands before and behind a jump */
-    EACH_LANE if (contact->value[TIME][i] >= window_end(contact, i) - 1e-9 * window_length(contact, i)) close_window(contact, i);
+    EACH_LANE
+        if (contact->value[TIME][i] >= window_end(contact, i) - 1e-9 * window_length(contact, i))
+            close_window(contact, i);
     return kernel_evaluate(contact);
 }
 
@@ -182,4 +206,7 @@ enum Status kernel_step_completed(struct Contact *contact)
     return KERNEL_OK;
 }
 
-double kernel_next_event(const struct Contact *contact) { return kernel_averages(contact) ? INFINITY : window_end(contact, 0); }
+double kernel_next_event(const struct Contact *contact)
+{
+    return kernel_averages(contact) ? INFINITY : window_end(contact, 0);
+}

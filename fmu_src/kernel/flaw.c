@@ -1,7 +1,9 @@
-/* Can a contact whose bytes come from outside go on? What no table bounds: sides, rings, windows, and what was derived from values.
+/* Can a contact whose bytes come from outside go on? What no table bounds: sides, rings, windows, and what was derived
+ * from values.
  *
- * A serialised state may be forged whatever its checksum says. All that steers the course of a step is looked at here, so that a contact
- * without a flaw goes on like one that has come by itself: within its arrays, in the time that it takes, to finite numbers or an error.
+ * A serialised state may be forged whatever its checksum says. All that steers the course of a step is looked at here,
+ * so that a contact without a flaw goes on like one that has come by itself: within its arrays, in the time that it
+ * takes, to finite numbers or an error.
  */
 #include "stages.h"
 
@@ -46,8 +48,9 @@ static const char *flaw_of_start(const struct Contact *contact)
         return kernel_status_text(KERNEL_RIVALS);
     if (kernel_averages(contact) && w.kinematics == KINEMATICS_EXTERNAL)
         return kernel_status_text(KERNEL_NO_CYCLE);
-    EACH_LANE if (!(fabs(contact->largest_difference[i] / largest_difference(contact, i) - 1) < 1e-9))
-        return "what a step may leave unexplained is not that of relative_tolerance";
+    EACH_LANE
+        if (!(fabs(contact->largest_difference[i] / largest_difference(contact, i) - 1) < 1e-9))
+            return "what a step may leave unexplained is not that of relative_tolerance";
     return NULL;
 }
 
@@ -65,20 +68,22 @@ static const char *flaw_of_course(const struct Contact *contact)
             if (!(contact->earlier_time[n][i] < INFINITY)) /* before the first step it is -infinity */
                 return "an earlier time is no number";
     }
-    return FINITE(contact->slope) && FINITE(contact->memory) && FINITE(contact->window_start) && isfinite(contact->window_origin) &&
-                   FINITE(contact->steady_state) && FINITE(contact->earlier_force) && FINITE(contact->outlives) && FINITE(contact->changes)
+    return FINITE(contact->slope) && FINITE(contact->memory) && FINITE(contact->window_start) &&
+                   isfinite(contact->window_origin) && FINITE(contact->steady_state) &&
+                   FINITE(contact->earlier_force) && FINITE(contact->outlives) && FINITE(contact->changes)
                ? NULL
                : "a memory is no finite number";
 }
 
 static const char *flaw_of_rings(const struct Contact *contact)
 {
-    if (!FINITE(contact->past_end) || !FINITE(contact->past_length) || !FINITE(contact->past_force) || !FINITE(contact->surface_time) ||
-        !FINITE(contact->surface_height))
+    if (!FINITE(contact->past_end) || !FINITE(contact->past_length) || !FINITE(contact->past_force) ||
+        !FINITE(contact->surface_time) || !FINITE(contact->surface_height))
         return "the past is no finite number";
     for (int i = 0; i < LANES; ++i) {
         const double first = contact->past_first[i], count = contact->past_count[i];
-        if (!is_count(first) || !is_count(count) || first > count || count - first > (double)HISTORY || !is_count(contact->surface_count[i]))
+        if (!is_count(first) || !is_count(count) || first > count || count - first > (double)HISTORY ||
+            !is_count(contact->surface_count[i]))
             return "the past has no such place";
         for (int n = 0; n < HISTORY; ++n)
             if (contact->past_length[n][i] < 0)
@@ -89,7 +94,8 @@ static const char *flaw_of_rings(const struct Contact *contact)
 
 const char *kernel_flaw(const struct Contact *contact)
 {
-    const char *(*const looks[])(const struct Contact *) = {flaw_of_values, flaw_of_start, flaw_of_course, flaw_of_rings};
+    const char *(*const looks[])(const struct Contact *) = {flaw_of_values, flaw_of_start, flaw_of_course,
+                                                            flaw_of_rings};
     const char *flaw = contact->started > 1 || contact->warnings >> WARNING_COUNT ? "a flag is not there" : NULL;
     for (size_t n = 0; n < sizeof looks / sizeof *looks && !flaw; ++n)
         flaw = looks[n](contact);

@@ -1,10 +1,11 @@
-/* What do friction and shear load together put on the tool? One thin shear plane, both shear-angle principles in closed form.
+/* What do friction and shear load together put on the tool? One thin shear plane, both shear-angle principles in closed
+ * form.
  *
- * With R the resultant on the rake and f = F/k the paper's two principles give beta without iteration. They are written here for
- * N = R cos(beta) itself, which has limits where the angles have poles (no load, no friction):
- *   maximum shear stress, phi = pi/4 - beta + alpha:    N = (sqrt(2) k + F cos(s)) / sin(s), s = pi/4 + alpha
- *   minimum energy, phi = pi/4 - (beta - alpha)/2:      (2 k + F cos(alpha) - N sin(alpha))^2 = F^2 + N^2
- * N < 0 would be a chip pulling on the tool: kept at 0 and counted.
+ * With R the resultant on the rake and f = F/k the paper's two principles give beta without iteration. They are written
+ * here for N = R cos(beta) itself, which has limits where the angles have poles (no load, no friction): maximum shear
+ * stress, phi = pi/4 - beta + alpha:    N = (sqrt(2) k + F cos(s)) / sin(s), s = pi/4 + alpha minimum energy, phi =
+ * pi/4 - (beta - alpha)/2:      (2 k + F cos(alpha) - N sin(alpha))^2 = F^2 + N^2 N < 0 would be a chip pulling on the
+ * tool: kept at 0 and counted.
  */
 #include "stages.h"
 
@@ -24,7 +25,8 @@ static double normal_by_energy(double F, double k, double cos_rake, double sin_r
 
 static double normal_force(const struct Configuration *w, double F, double k, int i)
 {
-    return w->by_energy ? normal_by_energy(F, k, w->cos_rake[i], w->sin_rake[i]) : normal_by_shear_stress(F, k, w->cos_rake[i], w->sin_rake[i]);
+    return w->by_energy ? normal_by_energy(F, k, w->cos_rake[i], w->sin_rake[i])
+                        : normal_by_shear_stress(F, k, w->cos_rake[i], w->sin_rake[i]);
 }
 
 void load_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
@@ -32,18 +34,22 @@ void load_at(const struct Contact *contact, const struct Configuration *w, const
     const lanes *p = w->p;
     act(w, STAGE_TEMPERATURE, x);
     if (w->on_count > 0)
-        EACH_LANE x->theta_ratio[i] = smaller(x->theta[i] / p[THETA_REF][i], 1e30); /* its powers, up to the 10th, stay finite */
+        EACH_LANE
+            x->theta_ratio[i] =
+                smaller(x->theta[i] / p[THETA_REF][i], 1e30); /* its powers, up to the 10th, stay finite */
     EACH_LANE {
         x->tau_s[i] = p[SHEAR_STRESS][i];
         x->w[i] = p[WIDTH][i];
         x->edge_p[i] = x->edge_f[i] = 0;
     }
     act(w, STAGE_SHEAR, x);
-    EACH_LANE x->k[i] = x->cutting[i] * larger(x->tau_s[i] * x->w[i] * x->h[i], 0);
+    EACH_LANE
+        x->k[i] = x->cutting[i] * larger(x->tau_s[i] * x->w[i] * x->h[i], 0);
     act(w, STAGE_LOAD, x);
     if (w->on_count > 0) {
         const int given = w->kinematics == KINEMATICS_EXTERNAL;
-        EACH_LANE x->load[i] = given ? input_at(contact, NORMAL_LOAD, i, tau[i]) : normal_force(w, 0, x->k[i], i);
+        EACH_LANE
+            x->load[i] = given ? input_at(contact, NORMAL_LOAD, i, tau[i]) : normal_force(w, 0, x->k[i], i);
     }
 }
 

@@ -1,11 +1,13 @@
-/* What does the friction law get to see, and what does it answer? Opens its fields, lets effects act on them, closes their limits. */
+/* What does the friction law get to see, and what does it answer? Opens its fields, lets effects act on them, closes
+ * their limits. */
 #include "solver/root.h"
 #include "stages.h"
 
 #include <math.h>
 
 /* The paper, eq. 3, turned round. */
-static double of_temperature(const struct Contact *contact, const struct Configuration *w, int i, double tau, struct Point *x)
+static double of_temperature(const struct Contact *contact, const struct Configuration *w, int i, double tau,
+                             struct Point *x)
 {
     const lanes *p = w->p;
     const double rise = input_at(contact, CONTACT_TEMPERATURE, i, tau) - p[AMBIENT_TEMPERATURE][i];
@@ -23,13 +25,15 @@ void proxy_open(const struct Contact *contact, const struct Configuration *w, co
         x->clamped[i] = 0;
         x->speed[i] = larger(x->direction[i] * x->v[i], 0);
         x->theta[i] = x->speed[i];
-        x->theta_given[i] = x->cutting[i] * x->speed[i]; /* a speed of slip says nothing of heat where nothing touches */
+        x->theta_given[i] =
+            x->cutting[i] * x->speed[i]; /* a speed of slip says nothing of heat where nothing touches */
     }
     if (w->proxy_source == PROXY_IS_SLIP_SPEED)
         return;
     EACH_LANE {
         const int hot = w->proxy_source == PROXY_IS_TEMPERATURE;
-        x->theta[i] = x->theta_given[i] = hot ? of_temperature(contact, w, i, tau[i], x) : larger(input_at(contact, given, i, tau[i]), 0);
+        x->theta[i] = x->theta_given[i] =
+            hot ? of_temperature(contact, w, i, tau[i], x) : larger(input_at(contact, given, i, tau[i]), 0);
     }
 }
 
@@ -58,7 +62,8 @@ void friction_open(const struct Contact *contact, const struct Configuration *w,
         x->s0[i] = larger(x->s0[i], floor); /* the paper, eq. 7 */
     }
     if (w->thermal_rate)
-        EACH_LANE x->P[i] = x->s0[i];
+        EACH_LANE
+            x->P[i] = x->s0[i];
     x->warnings |= softest ? WARN_STIFFNESS_FLOOR : 0u;
 }
 
@@ -68,11 +73,13 @@ void friction_rates(const struct Configuration *w, struct Point *x)
     w->law->rates(w->law_p, x);
     act(w, STAGE_BRISTLE, x);
     int apart = 0;
-    EACH_LANE apart |= x->cutting[i] == 0;
+    EACH_LANE
+        apart |= x->cutting[i] == 0;
     if (!apart)
         return;
     EACH_LANE {
-        const double release_time = or_none(w->p[RELEASE_TIME][i], NO_TIME), release = release_time > 0 ? 1 / release_time : 0;
+        const double release_time = or_none(w->p[RELEASE_TIME][i], NO_TIME),
+                     release = release_time > 0 ? 1 / release_time : 0;
         x->rate[i] = x->cutting[i] == 0 ? release : x->rate[i];
         x->drive[i] = x->cutting[i] == 0 ? 0 : x->drive[i];
         x->target[i] = x->cutting[i] == 0 ? 0 : x->target[i];
@@ -81,22 +88,27 @@ void friction_rates(const struct Configuration *w, struct Point *x)
 
 void friction_force(const struct Configuration *w, struct Point *x)
 {
-    EACH_LANE x->dz[i] = x->drive[i] - x->rate[i] * x->z[i];
+    EACH_LANE
+        x->dz[i] = x->drive[i] - x->rate[i] * x->z[i];
     w->law->force(w->law_p, x);
     if (w->current_angle)
-        EACH_LANE x->F[i] = x->sticking[i] != 0 ? x->F_stick[i] : x->F[i];
-    EACH_LANE x->F[i] *= x->cutting[i];
+        EACH_LANE
+            x->F[i] = x->sticking[i] != 0 ? x->F_stick[i] : x->F[i];
+    EACH_LANE
+        x->F[i] *= x->cutting[i];
 }
 
 static void answer(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
-    EACH_LANE x->direction[i] = x->v[i] < 0 ? -1 : 1;
+    EACH_LANE
+        x->direction[i] = x->v[i] < 0 ? -1 : 1;
     proxy_open(contact, w, tau, x);
     load_at(contact, w, tau, x);
     friction_open(contact, w, tau, x);
     if (w->law->indicator) {
         w->law->indicator(w->law_p, contact->memory, x);
-        EACH_LANE x->stuck[i] = x->law[i] > 0;
+        EACH_LANE
+            x->stuck[i] = x->law[i] > 0;
     }
     friction_rates(w, x);
     friction_force(w, x);
@@ -115,13 +127,14 @@ static double excess(const struct Configuration *w, const struct Point *x, int i
     return slip_of_angle(w, x, i, shear_angle(w, x, i)) - x->v[i];
 }
 
-/* Where the law jumps at the slip that the search has closed in on, the force lies within the jump such that its shear angle gives this
- * slip. */
-static void stick(const struct Contact *contact, const struct Configuration *w, const lanes tau, const struct Bracket *b, const int closed[LANES],
-                  struct Point *x)
+/* Where the law jumps at the slip that the search has closed in on, the force lies within the jump such that its shear
+ * angle gives this slip. */
+static void stick(const struct Contact *contact, const struct Configuration *w, const lanes tau,
+                  const struct Bracket *b, const int closed[LANES], struct Point *x)
 {
     lanes F_low;
-    EACH_LANE x->v[i] = closed[i] ? b[i].low : x->v[i];
+    EACH_LANE
+        x->v[i] = closed[i] ? b[i].low : x->v[i];
     answer(contact, w, tau, x);
     EACH_LANE {
         F_low[i] = x->F[i];
@@ -151,8 +164,8 @@ void forget_slip(struct Point *x)
     }
 }
 
-/* Where to look for the slip next: by the secant of the last two places, at an end too, where the flattest plane lies; and by the bracket
- * where that leads out of it or takes long. */
+/* Where to look for the slip next: by the secant of the last two places, at an end too, where the flattest plane lies;
+ * and by the bracket where that leads out of it or takes long. */
 static double slip_to_try(struct Bracket *b, double close, double at, double there, double slope)
 {
     const double secant = at - there / slope, slack = 0.1 * close;
@@ -162,9 +175,10 @@ static double slip_to_try(struct Bracket *b, double close, double at, double the
     return smaller(larger(secant, b->low), b->high);
 }
 
-/* chip_flow_angle = current_shear_angle: v = V(phi(F(v))). More slip means more friction, a flatter shear plane and so less slip:
- * V(phi(F(v))) - v falls with v, and has one zero between the slips of the flattest and the steepest plane, also where the law jumps.
- * The search begins at the slip that was solved for last (solved_slip), where there is one. */
+/* chip_flow_angle = current_shear_angle: v = V(phi(F(v))). More slip means more friction, a flatter shear plane and so
+ * less slip: V(phi(F(v))) - v falls with v, and has one zero between the slips of the flattest and the steepest plane,
+ * also where the law jumps. The search begins at the slip that was solved for last (solved_slip), where there is one.
+ */
 static void solve_slip(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     struct Bracket b[LANES];
@@ -206,14 +220,16 @@ static void solve_slip(const struct Contact *contact, const struct Configuration
             break;
     }
     any = 0;
-    EACH_LANE any |= closed[i];
+    EACH_LANE
+        any |= closed[i];
     if (any)
         stick(contact, w, tau, b, closed, x);
-    EACH_LANE x->solved_slip[i] = x->v[i];
+    EACH_LANE
+        x->solved_slip[i] = x->v[i];
 }
 
-/* The slip then depends on z, steeply where the chip is thin. The rate equation is therefore linearised at this z, so that the
- * exponential takes the steep part with it: dz/dt = f + (df/dz) (z' - z). */
+/* The slip then depends on z, steeply where the chip is thin. The rate equation is therefore linearised at this z, so
+ * that the exponential takes the steep part with it: dz/dt = f + (df/dz) (z' - z). */
 void friction_solved(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     solve_slip(contact, w, tau, x);
@@ -226,10 +242,12 @@ void friction_solved(const struct Contact *contact, const struct Configuration *
     solve_slip(contact, w, tau, &beside);
     friction_rates(w, &beside);
     friction_rates(w, x);
-    EACH_LANE if (x->cutting[i] != 0) {
-        const double f = x->drive[i] - x->rate[i] * x->z[i], f_beside = beside.drive[i] - beside.rate[i] * beside.z[i];
-        x->rate[i] = larger((f - f_beside) / step[i], 1); /* never 0: then the target is finite */
-        x->drive[i] = f + x->rate[i] * x->z[i];
-        x->target[i] = x->drive[i] / x->rate[i];
-    }
+    EACH_LANE
+        if (x->cutting[i] != 0) {
+            const double f = x->drive[i] - x->rate[i] * x->z[i],
+                         f_beside = beside.drive[i] - beside.rate[i] * beside.z[i];
+            x->rate[i] = larger((f - f_beside) / step[i], 1); /* never 0: then the target is finite */
+            x->drive[i] = f + x->rate[i] * x->z[i];
+            x->target[i] = x->drive[i] / x->rate[i];
+        }
 }

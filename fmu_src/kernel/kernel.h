@@ -1,13 +1,16 @@
 /* What is the contact made of, and what can be asked of it?
  *
  * All physics lives in this folder: C99 and math.h, no allocation, no writable static, no file, no clock.
- * One `struct Contact` is a block of LANES contacts that run side by side with their own values; the caller owns it, it holds no
- * pointer, and copying its bytes copies the contact. Every quantity is in SI. Names, units, starts, bounds and sources stand in tables
- * (`struct Variable`); the FMI shells, Python, the documentation and the systems learn them by asking (kernel_variable).
+ * One `struct Contact` is a block of LANES contacts that run side by side with their own values; the caller owns it, it
+ * holds no pointer, and copying its bytes copies the contact. Every quantity is in SI. Names, units, starts, bounds and
+ * sources stand in tables
+ * (`struct Variable`); the FMI shells, Python, the documentation and the systems learn them by asking
+ * (kernel_variable).
  *
- * Stages of one time point: path -> engagement -> temperature -> shear -> load -> friction -> bristle -> forces -> measurement; the
- * states that forces drive (structure) are moved last. A friction law or an effect changes fields of `struct Point`, never the contact,
- * keeps nothing beside its states in the table, and does the same arithmetic in every lane.
+ * Stages of one time point: path -> engagement -> temperature -> shear -> load -> friction -> bristle -> forces ->
+ * measurement; the states that forces drive (structure) are moved last. A friction law or an effect changes fields of
+ * `struct Point`, never the contact, keeps nothing beside its states in the table, and does the same arithmetic in
+ * every lane.
  */
 #ifndef KERNEL_H
 #define KERNEL_H
@@ -24,38 +27,121 @@
 /* One number for each lane. */
 typedef double lanes[LANES];
 
-enum Stage { STAGE_PATH, STAGE_ENGAGEMENT, STAGE_TEMPERATURE, STAGE_SHEAR, STAGE_LOAD, STAGE_FRICTION, STAGE_BRISTLE, STAGE_FORCES,
-             STAGE_MEASUREMENT, STAGE_COUNT };
+enum Stage {
+    STAGE_PATH,
+    STAGE_ENGAGEMENT,
+    STAGE_TEMPERATURE,
+    STAGE_SHEAR,
+    STAGE_LOAD,
+    STAGE_FRICTION,
+    STAGE_BRISTLE,
+    STAGE_FORCES,
+    STAGE_MEASUREMENT,
+    STAGE_COUNT
+};
 
 /* The indices of the base table. Tables of laws and effects follow it in the order of registry.c. */
 enum Base {
     TIME,
     /* inputs */
-    SLIP_VELOCITY, PROXY_SPEED, CONTACT_TEMPERATURE, UNCUT_THICKNESS, NORMAL_LOAD, CUTTING_SPEED, APPLIED_FORCE,
-    TOOL_DISPLACEMENT_X, TOOL_DISPLACEMENT_Y, TOOL_VELOCITY_X, TOOL_VELOCITY_Y,
+    SLIP_VELOCITY,
+    PROXY_SPEED,
+    CONTACT_TEMPERATURE,
+    UNCUT_THICKNESS,
+    NORMAL_LOAD,
+    CUTTING_SPEED,
+    APPLIED_FORCE,
+    TOOL_DISPLACEMENT_X,
+    TOOL_DISPLACEMENT_Y,
+    TOOL_VELOCITY_X,
+    TOOL_VELOCITY_Y,
     /* choices, fixed */
-    KINEMATICS, FRICTION_LAW, SHEAR_ANGLE_PRINCIPLE, CHIP_FLOW_ANGLE, PROXY_SOURCE, DAMPING_MODE, RATE_STIFFNESS, INITIAL_STATE, AVERAGING,
+    KINEMATICS,
+    FRICTION_LAW,
+    SHEAR_ANGLE_PRINCIPLE,
+    CHIP_FLOW_ANGLE,
+    PROXY_SOURCE,
+    DAMPING_MODE,
+    RATE_STIFFNESS,
+    INITIAL_STATE,
+    AVERAGING,
     /* numbers, fixed */
-    VIBRATION_FREQUENCY, PHASE_X, PHASE_Y, AVERAGING_WINDOW, RELATIVE_TOLERANCE,
+    VIBRATION_FREQUENCY,
+    PHASE_X,
+    PHASE_Y,
+    AVERAGING_WINDOW,
+    RELATIVE_TOLERANCE,
     /* the process, tunable */
-    AMPLITUDE_X, AMPLITUDE_Y, FEED, WIDTH, RAKE_ANGLE, SHEAR_STRESS, CONSTANT_SHEAR_ANGLE,
+    AMPLITUDE_X,
+    AMPLITUDE_Y,
+    FEED,
+    WIDTH,
+    RAKE_ANGLE,
+    SHEAR_STRESS,
+    CONSTANT_SHEAR_ANGLE,
     /* friction, tunable */
-    SIGMA0, SIGMA1, SIGMA2, F_C, F_S, V_S, DAMPING_MARGIN, STIFFNESS_FLOOR, RELEASE_TIME,
+    SIGMA0,
+    SIGMA1,
+    SIGMA2,
+    F_C,
+    F_S,
+    V_S,
+    DAMPING_MARGIN,
+    STIFFNESS_FLOOR,
+    RELEASE_TIME,
     /* the temperature proxy, tunable */
-    THETA_REF, ALPHA_T, AMBIENT_TEMPERATURE, REFERENCE_TEMPERATURE,
+    THETA_REF,
+    ALPHA_T,
+    AMBIENT_TEMPERATURE,
+    REFERENCE_TEMPERATURE,
     /* outputs */
-    FRICTION_FORCE, PRINCIPAL_FORCE, FEED_FORCE, NORMAL_FORCE, TOOL_FORCE_X, TOOL_FORCE_Y,
-    MEAN_FRICTION_FORCE, MEAN_PRINCIPAL_FORCE, MEAN_FEED_FORCE, MEAN_NORMAL_FORCE, MEAN_CONTACT_RATIO,
-    MEASURED_FRICTION_FORCE, MEASURED_PRINCIPAL_FORCE, MEASURED_FEED_FORCE,
-    MEAN_MEASURED_FRICTION_FORCE, MEAN_MEASURED_PRINCIPAL_FORCE, MEAN_MEASURED_FEED_FORCE,
-    SLIP_VELOCITY_USED, UNCUT_THICKNESS_USED, THETA_USED, SHEAR_ANGLE, SPEED_RATIO, IN_CONTACT,
-    BRISTLE_DEFLECTION, DISSIPATED_POWER, DISSIPATED_ENERGY, SLIDING_SPEED, SLIDING_DISTANCE, CLAMPED_COUNT, STEP_COUNT,
+    FRICTION_FORCE,
+    PRINCIPAL_FORCE,
+    FEED_FORCE,
+    NORMAL_FORCE,
+    TOOL_FORCE_X,
+    TOOL_FORCE_Y,
+    MEAN_FRICTION_FORCE,
+    MEAN_PRINCIPAL_FORCE,
+    MEAN_FEED_FORCE,
+    MEAN_NORMAL_FORCE,
+    MEAN_CONTACT_RATIO,
+    MEASURED_FRICTION_FORCE,
+    MEASURED_PRINCIPAL_FORCE,
+    MEASURED_FEED_FORCE,
+    MEAN_MEASURED_FRICTION_FORCE,
+    MEAN_MEASURED_PRINCIPAL_FORCE,
+    MEAN_MEASURED_FEED_FORCE,
+    SLIP_VELOCITY_USED,
+    UNCUT_THICKNESS_USED,
+    THETA_USED,
+    SHEAR_ANGLE,
+    SPEED_RATIO,
+    IN_CONTACT,
+    BRISTLE_DEFLECTION,
+    DISSIPATED_POWER,
+    DISSIPATED_ENERGY,
+    SLIDING_SPEED,
+    SLIDING_DISTANCE,
+    CLAMPED_COUNT,
+    STEP_COUNT,
     AVERAGING_ERROR,
     /* locals: the rate of the bristle and the running integrals behind the cycle means */
-    BRISTLE_RATE, FRICTION_IMPULSE, PRINCIPAL_IMPULSE, FEED_IMPULSE, NORMAL_IMPULSE, CONTACT_TIME,
-    MEASURED_FRICTION_IMPULSE, MEASURED_PRINCIPAL_IMPULSE, MEASURED_FEED_IMPULSE, CONTACT_RATE,
+    BRISTLE_RATE,
+    FRICTION_IMPULSE,
+    PRINCIPAL_IMPULSE,
+    FEED_IMPULSE,
+    NORMAL_IMPULSE,
+    CONTACT_TIME,
+    MEASURED_FRICTION_IMPULSE,
+    MEASURED_PRINCIPAL_IMPULSE,
+    MEASURED_FEED_IMPULSE,
+    CONTACT_RATE,
     /* locals: the event indicators, in the order of enum Indicator */
-    CONTACT_INDICATOR, SURFACE_INDICATOR, SLIP_INDICATOR, LAW_INDICATOR,
+    CONTACT_INDICATOR,
+    SURFACE_INDICATOR,
+    SLIP_INDICATOR,
+    LAW_INDICATOR,
     BASE_COUNT
 };
 
@@ -74,10 +160,10 @@ enum Limits {
     BASE_STATES = 11,    /* continuous states of the base table, the first of kernel_state */
     EFFECT_STATES = 24,  /* at most so many states of all effects together follow them */
     STATES = BASE_STATES + EFFECT_STATES,
-    HISTORY = 256,       /* internal steps whose forces are kept while an effect looks back, and heights of the surface */
-    CHANNELS = 3,        /* forces that are measured: friction, principal, feed */
-    MEANS = 8,           /* quantities with a mean over the averaging window: four forces, contact, three measured forces */
-    INDICATORS = 4,      /* zero crossings that are events: see enum Indicator */
+    HISTORY = 256, /* internal steps whose forces are kept while an effect looks back, and heights of the surface */
+    CHANNELS = 3, /* forces that are measured: friction, principal, feed */
+    MEANS = 8, /* quantities with a mean over the averaging window: four forces, contact, three measured forces */
+    INDICATORS = 4, /* zero crossings that are events: see enum Indicator */
     INPUT_FIRST = SLIP_VELOCITY,
     INPUT_END = TOOL_VELOCITY_Y + 1
 };
@@ -86,49 +172,69 @@ enum Limits {
 enum Indicator {
     AT_CONTACT, /* > 0 while the tool is in the material and moving into it */
     AT_SURFACE, /* > 0 where an earlier cycle has left the surface, < 0 where the nominal surface still stands */
-    AT_SLIP,    /* the slip velocity: friction reverses */
-    AT_LAW      /* the friction law's own, > 0 on its sticking side: break-away of a bristle, Karnopp's band */
+    AT_SLIP, /* the slip velocity: friction reverses */
+    AT_LAW /* the friction law's own, > 0 on its sticking side: break-away of a bristle, Karnopp's band */
 };
 
-enum Status { KERNEL_OK, KERNEL_NO_SUCH_VARIABLE, KERNEL_NOT_FINITE, KERNEL_OUT_OF_BOUNDS, KERNEL_BAD_STEP, KERNEL_TOO_MANY_STEPS,
-              KERNEL_DIVERGED, KERNEL_TEMPERATURES, KERNEL_RIVALS, KERNEL_HISTORY_SHORT, KERNEL_STOPPED, KERNEL_NO_CYCLE,
-              KERNEL_STATUS_COUNT };
+enum Status {
+    KERNEL_OK,
+    KERNEL_NO_SUCH_VARIABLE,
+    KERNEL_NOT_FINITE,
+    KERNEL_OUT_OF_BOUNDS,
+    KERNEL_BAD_STEP,
+    KERNEL_TOO_MANY_STEPS,
+    KERNEL_DIVERGED,
+    KERNEL_TEMPERATURES,
+    KERNEL_RIVALS,
+    KERNEL_HISTORY_SHORT,
+    KERNEL_STOPPED,
+    KERNEL_NO_CYCLE,
+    KERNEL_STATUS_COUNT
+};
 
 /* Things that are legal but worth one line in the log; bits of kernel_warnings. */
-enum Warning { WARN_STIFFNESS_FLOOR = 1, WARN_FORCE_DOMAIN = 2, WARN_TEMPERATURE = 4, WARN_UNUSED_SLIP = 8,
-               WARN_NOT_PERIODIC = 16, WARNING_COUNT = 5 };
+enum Warning {
+    WARN_STIFFNESS_FLOOR = 1,
+    WARN_FORCE_DOMAIN = 2,
+    WARN_TEMPERATURE = 4,
+    WARN_UNUSED_SLIP = 8,
+    WARN_NOT_PERIODIC = 16,
+    WARNING_COUNT = 5
+};
 
 /* ---- one block of contacts; plain bytes ---- */
 
 struct Contact {
-    lanes value[CAPACITY];                   /* every variable, by index */
-    lanes slope[INPUT_END - INPUT_FIRST];    /* rate of each input within a communication step, per second; 0 = held */
-    lanes memory[MEMORY];                    /* of the friction law */
-    lanes sign[INDICATORS];                  /* +1 or -1: on which side of each event the contact is */
-    lanes next_step;                         /* internal step that the tolerance asks for [s] */
-    lanes largest_difference;                /* what relative_tolerance allows a lower order to change in one step */
-    lanes window_start[MEANS];               /* the integrals behind the means when the averaging window opened */
-    lanes window;                            /* averaging windows closed so far */
-    double window_origin;                    /* time at which the first window opened [s] */
+    lanes value[CAPACITY]; /* every variable, by index */
+    lanes slope[INPUT_END - INPUT_FIRST]; /* rate of each input within a communication step, per second; 0 = held */
+    lanes memory[MEMORY]; /* of the friction law */
+    lanes sign[INDICATORS]; /* +1 or -1: on which side of each event the contact is */
+    lanes next_step; /* internal step that the tolerance asks for [s] */
+    lanes largest_difference; /* what relative_tolerance allows a lower order to change in one step */
+    lanes window_start[MEANS]; /* the integrals behind the means when the averaging window opened */
+    lanes window; /* averaging windows closed so far */
+    double window_origin; /* time at which the first window opened [s] */
     uint32_t warnings;
     uint32_t started;
-    uint64_t effects_on;                     /* bit n: effect n, since the start */
-    /* averaging = cycle: where the effects' slow states strive to, and the mean forces of the two steps before, at their middles [s] */
+    uint64_t effects_on; /* bit n: effect n, since the start */
+    /* averaging = cycle: where the effects' slow states strive to, and the mean forces of the two steps before, at
+     * their middles [s] */
     lanes steady_state[EFFECT_STATES];
     lanes earlier_time[2], earlier_force[2][CHANNELS];
-    /* and what a bristle does that is bent otherwise at the start of a cycle: share that outlives it, change of each integral over the
-     * change of the bristle; for how many steps that has served */
+    /* and what a bristle does that is bent otherwise at the start of a cycle: share that outlives it, change of each
+     * integral over the change of the bristle; for how many steps that has served */
     lanes outlives, changes[BASE_STATES - 1], served;
-    /* The last internal steps: end [s], length [s], and the forces at start, middle and end; a ring. Empty unless an effect looks back. */
-    lanes past_count, past_first;            /* steps written, and the first that is still there */
+    /* The last internal steps: end [s], length [s], and the forces at start, middle and end; a ring. Empty unless an
+     * effect looks back. */
+    lanes past_count, past_first; /* steps written, and the first that is still there */
     lanes past_end[HISTORY], past_length[HISTORY], past_force[HISTORY][CHANNELS][3];
     /* The surface that is left: heights [m] at times [s], a ring. Empty unless an effect meets it again. */
     lanes surface_count;
     lanes surface_time[HISTORY], surface_height[HISTORY];
 };
 
-/* What to follow. Inputs are linear between the samples: inputs[sample * input_count + j], or with per_lane nonzero a value for each
- * lane there. keep[sample] nonzero: outputs are wanted at it; keep NULL: at all. */
+/* What to follow. Inputs are linear between the samples: inputs[sample * input_count + j], or with per_lane nonzero a
+ * value for each lane there. keep[sample] nonzero: outputs are wanted at it; keep NULL: at all. */
 struct Record {
     int64_t count;
     const double *times;
@@ -137,11 +243,13 @@ struct Record {
     const double *inputs;
     int per_lane;
     const unsigned char *keep;
-    double most_steps; /* internal steps of a lane over the whole record, beyond which it fails; 0: as many as it takes */
+    double
+        most_steps; /* internal steps of a lane over the whole record, beyond which it fails; 0: as many as it takes */
 };
 
-/* What to bring back, each may be NULL: rows[(row * output_count + j) * LANES + lane] of the kept samples; their sums, and their squared
- * distances from data[row * output_count + j] (NAN: none there), [j * LANES + lane], added to what stands there. */
+/* What to bring back, each may be NULL: rows[(row * output_count + j) * LANES + lane] of the kept samples; their sums,
+ * and their squared distances from data[row * output_count + j] (NAN: none there), [j * LANES + lane], added to what
+ * stands there. */
 struct Yield {
     int output_count;
     const int *output_index;
@@ -155,22 +263,23 @@ struct Yield {
 int kernel_variable_count(void);
 const struct Variable *kernel_variable(int index);
 int kernel_state_count(void);
-int kernel_state(int place);                       /* index of the place-th continuous state */
-int kernel_derivative_of(int index);               /* index of the state whose rate variable `index` is; 0: none */
-int kernel_indicator(int place);                   /* index of the place-th event indicator */
+int kernel_state(int place); /* index of the place-th continuous state */
+int kernel_derivative_of(int index); /* index of the state whose rate variable `index` is; 0: none */
+int kernel_indicator(int place); /* index of the place-th event indicator */
 int kernel_law_count(void);
-const struct FrictionLaw *kernel_law(int place);   /* the order is that of the choice friction_law */
+const struct FrictionLaw *kernel_law(int place); /* the order is that of the choice friction_law */
 int kernel_effect_count(void);
 const struct Effect *kernel_effect(int place);
 const char *kernel_stage_name(enum Stage stage);
-int kernel_effect_switch(int place);               /* index of the effect's Boolean; its parameters follow it */
+int kernel_effect_switch(int place); /* index of the effect's Boolean; its parameters follow it */
 const char *kernel_status_text(enum Status status);
 /* What a status means for this contact: where a combination is at fault, its law, choices and effects, too. */
 void kernel_explain(const struct Contact *contact, enum Status status, char *text, size_t size);
-const char *kernel_warning_text(int bit);          /* bit 0 .. WARNING_COUNT-1 */
-int kernel_averages(const struct Contact *contact); /* averaging = cycle: it shows cycle means, and there is nothing to see within a step */
-size_t kernel_size(void);                          /* bytes of a struct Contact */
-void kernel_token(char token[39]);                 /* "{8-4-4-4-12}": a hash over all tables; binds an XML file to its binary */
+const char *kernel_warning_text(int bit); /* bit 0 .. WARNING_COUNT-1 */
+int kernel_averages(const struct Contact *contact); /* averaging = cycle: it shows cycle means, and there is nothing to
+                                                       see within a step */
+size_t kernel_size(void); /* bytes of a struct Contact */
+void kernel_token(char token[39]); /* "{8-4-4-4-12}": a hash over all tables; binds an XML file to its binary */
 int kernel_lanes(void);
 
 /* ---- doing ---- */
@@ -185,23 +294,28 @@ enum Status kernel_check(int index, double value);
 const char *kernel_flaw(const struct Contact *contact);
 /* Begin at `time` [s]: sides of the events, bristles at rest or in the periodic steady state. */
 enum Status kernel_start(struct Contact *contact, double time);
-/* Outputs and derivatives from value[TIME], the states and the inputs as they stand. With averaging = cycle outputs hold the means of the
- * last step. */
+/* Outputs and derivatives from value[TIME], the states and the inputs as they stand. With averaging = cycle outputs
+ * hold the means of the last step. */
 enum Status kernel_evaluate(struct Contact *contact);
-/* Event indicators at value[TIME]; 1 for an event that does not matter at present. kernel_evaluate shows the same as variables. */
+/* Event indicators at value[TIME]; 1 for an event that does not matter at present. kernel_evaluate shows the same as
+ * variables. */
 void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS]);
-/* Model exchange: the host's integrator has completed a step that ends at value[TIME]; effects that look back keep it. */
+/* Model exchange: the host's integrator has completed a step that ends at value[TIME]; effects that look back keep it.
+ */
 enum Status kernel_step_completed(struct Contact *contact);
-/* An event has happened at value[TIME]: take sides anew, let separated bristles go, close an averaging window that has ended. */
+/* An event has happened at value[TIME]: take sides anew, let separated bristles go, close an averaging window that has
+ * ended. */
 enum Status kernel_event(struct Contact *contact);
 /* Time of the next averaging-window end, of lane 0; infinity where no means are formed. */
 double kernel_next_event(const struct Contact *contact);
-/* Advance by `step` [s] in internal steps. With stop_at_events nonzero, return at the first contact event before it is acted upon
- * (kernel_event does that), *taken telling how far it went. With averaging = cycle it goes all the way: one cycle stands for the step. */
+/* Advance by `step` [s] in internal steps. With stop_at_events nonzero, return at the first contact event before it is
+ * acted upon (kernel_event does that), *taken telling how far it went. With averaging = cycle it goes all the way: one
+ * cycle stands for the step. */
 enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken);
-/* Follow a record from its first sample, where the contact stands, to its last; see struct Record and struct Yield. A nonzero *stop (may
- * be NULL) breaks off after the sample that is being followed. */
-enum Status kernel_follow(struct Contact *contact, const struct Record *record, struct Yield *yield, const volatile int *stop);
+/* Follow a record from its first sample, where the contact stands, to its last; see struct Record and struct Yield. A
+ * nonzero *stop (may be NULL) breaks off after the sample that is being followed. */
+enum Status kernel_follow(struct Contact *contact, const struct Record *record, struct Yield *yield,
+                          const volatile int *stop);
 /* d unknown / d known at the current point, by central differences on a copy. known: inputs and states. */
 enum Status kernel_derivative(const struct Contact *contact, int unknown, int known, double *derivative);
 
@@ -209,61 +323,63 @@ enum Status kernel_derivative(const struct Contact *contact, int unknown, int kn
 
 /* One time point of one block: every stage reads what earlier stages wrote. */
 struct Point {
-    lanes t;               /* [s] */
+    lanes t; /* [s] */
     lanes state[EFFECT_STATES]; /* of the effects, by place */
     /* path: what the ellipse runs with, and the motion of its centre beside the cutting speed */
-    lanes a, b;            /* amplitudes [m] */
-    lanes phase_y;         /* [rad] */
-    lanes centre_y;        /* [m] */
+    lanes a, b; /* amplitudes [m] */
+    lanes phase_y; /* [rad] */
+    lanes centre_y; /* [m] */
     lanes centre_u_x, centre_u_y; /* [m/s] */
-    lanes cos_x;           /* x of the vibration over its amplitude */
-    lanes raised;          /* nominal surface above its mean height [m] */
-    lanes left;            /* height of the surface that the last revolution left here [m] */
+    lanes cos_x; /* x of the vibration over its amplitude */
+    lanes raised; /* nominal surface above its mean height [m] */
+    lanes left; /* height of the surface that the last revolution left here [m] */
     /* engagement */
-    lanes u_x, u_y;        /* tool velocity relative to the work [m/s] */
-    lanes h;               /* uncut thickness [m] */
-    lanes approach;        /* tool velocity into the chip, normal to the rake [m/s] */
-    lanes shear_speed;     /* that sets the strain rate: approach, or where only the slip is given the slip speed [m/s] */
-    lanes surface;         /* indicator AT_SURFACE */
-    lanes contact;         /* indicator AT_CONTACT */
-    lanes cutting;         /* 1 in contact, else 0 */
-    lanes speed_ratio;     /* HSR = v_c / (a w); infinity without vibration */
-    lanes v;               /* slip velocity of the chip along the rake [m/s] */
-    lanes direction;       /* +1 or -1: which way it slips */
-    lanes speed;           /* |v| [m/s] */
+    lanes u_x, u_y; /* tool velocity relative to the work [m/s] */
+    lanes h; /* uncut thickness [m] */
+    lanes approach; /* tool velocity into the chip, normal to the rake [m/s] */
+    lanes shear_speed; /* that sets the strain rate: approach, or where only the slip is given the slip speed [m/s] */
+    lanes surface; /* indicator AT_SURFACE */
+    lanes contact; /* indicator AT_CONTACT */
+    lanes cutting; /* 1 in contact, else 0 */
+    lanes speed_ratio; /* HSR = v_c / (a w); infinity without vibration */
+    lanes v; /* slip velocity of the chip along the rake [m/s] */
+    lanes direction; /* +1 or -1: which way it slips */
+    lanes speed; /* |v| [m/s] */
     /* temperature */
-    lanes theta_given;     /* temperature proxy as its source gives it [m/s] */
-    lanes theta;           /* temperature proxy [m/s] */
-    lanes theta_ratio;     /* theta / theta_ref, after the stage */
+    lanes theta_given; /* temperature proxy as its source gives it [m/s] */
+    lanes theta; /* temperature proxy [m/s] */
+    lanes theta_ratio; /* theta / theta_ref, after the stage */
     /* shear and load */
-    lanes tau_s;           /* shear stress [Pa] */
-    lanes w;               /* width of cut [m] */
-    lanes k;               /* shear load tau_s w h [N] */
-    lanes edge_p, edge_f;  /* forces of the edge and the flank on the tool, beside those of the chip [N] */
-    lanes load;            /* normal load on the contact: given, or that of a chip without friction [N] */
-    lanes distance;        /* slid so far [m] */
+    lanes tau_s; /* shear stress [Pa] */
+    lanes w; /* width of cut [m] */
+    lanes k; /* shear load tau_s w h [N] */
+    lanes edge_p, edge_f; /* forces of the edge and the flank on the tool, beside those of the chip [N] */
+    lanes load; /* normal load on the contact: given, or that of a chip without friction [N] */
+    lanes distance; /* slid so far [m] */
     /* friction */
-    lanes z;               /* mean bristle deflection [m] */
-    lanes F_C, F_S, v_s;   /* [N], [N], [m/s] */
-    lanes P;               /* stiffness in the rate equation [N/m] */
-    lanes s0, s1, sigma2;  /* stiffness [N/m], damping and viscous coefficient [N s/m] in the force equation */
-    lanes applied;         /* external tangential force on the contact, for laws that stick [N] */
-    lanes sticking, F_stick; /* 1 where the slip was solved to lie in a jump of the law, and the force within the jump that holds it there [N] */
-    lanes solved_slip, solved_slope; /* the slip that was solved for last, and how the excess falls with it; NAN: none yet */
-    lanes margin;          /* c in the limit of the damping; infinity: no limit */
-    lanes stuck;           /* 1 on the sticking side of the law's own event, else 0 */
-    lanes law_side;        /* the side of it that the contact holds, > 0: sticking */
-    lanes rate;            /* a in dz/dt = drive - a z [1/s] */
-    lanes drive;           /* [m/s] */
-    lanes target;          /* drive / a, also where a = 0 [m] */
-    lanes flat_from;       /* slip speed from which on the target does not depend on it, as far as the law knows [m/s] */
-    lanes dz;              /* dz/dt [m/s] */
-    lanes F;               /* friction force on the tool along the chip flow [N] */
-    lanes law;             /* indicator AT_LAW */
-    lanes clamped;         /* how many values had to be clamped */
+    lanes z; /* mean bristle deflection [m] */
+    lanes F_C, F_S, v_s; /* [N], [N], [m/s] */
+    lanes P; /* stiffness in the rate equation [N/m] */
+    lanes s0, s1, sigma2; /* stiffness [N/m], damping and viscous coefficient [N s/m] in the force equation */
+    lanes applied; /* external tangential force on the contact, for laws that stick [N] */
+    lanes sticking, F_stick; /* 1 where the slip was solved to lie in a jump of the law, and the force within the jump
+                                that holds it there [N] */
+    lanes solved_slip,
+        solved_slope; /* the slip that was solved for last, and how the excess falls with it; NAN: none yet */
+    lanes margin; /* c in the limit of the damping; infinity: no limit */
+    lanes stuck; /* 1 on the sticking side of the law's own event, else 0 */
+    lanes law_side; /* the side of it that the contact holds, > 0: sticking */
+    lanes rate; /* a in dz/dt = drive - a z [1/s] */
+    lanes drive; /* [m/s] */
+    lanes target; /* drive / a, also where a = 0 [m] */
+    lanes flat_from; /* slip speed from which on the target does not depend on it, as far as the law knows [m/s] */
+    lanes dz; /* dz/dt [m/s] */
+    lanes F; /* friction force on the tool along the chip flow [N] */
+    lanes law; /* indicator AT_LAW */
+    lanes clamped; /* how many values had to be clamped */
     /* forces */
     lanes N, F_p, F_f;
-    lanes outside;         /* 1 where the force lies outside the domain of the shear-angle principle */
+    lanes outside; /* 1 where the force lies outside the domain of the shear-angle principle */
     /* measurement */
     lanes measured[CHANNELS]; /* friction, principal and feed force as a dynamometer shows them [N] */
     const struct Past *past; /* where an effect that looks back finds earlier forces; the first that is no lane */
@@ -275,38 +391,40 @@ struct FrictionLaw {
     const char *meaning, *equation, *source; /* its name is its place in the choice friction_law */
     const struct Variable *variables; /* may be NULL */
     int count;
-    int relaxes;                                             /* z strives for target at rate; else it integrates drive */
-    void (*rates)(const lanes *p, struct Point *x);          /* rate, drive, target from v, direction, speed, stuck */
-    void (*force)(const lanes *p, struct Point *x);          /* F from z, dz and the same */
-    /* The law's own event, all NULL where it has none: its indicator (> 0 is the sticking side), what happens at it, and the memory
-     * of an unloaded contact. */
+    int relaxes; /* z strives for target at rate; else it integrates drive */
+    void (*rates)(const lanes *p, struct Point *x); /* rate, drive, target from v, direction, speed, stuck */
+    void (*force)(const lanes *p, struct Point *x); /* F from z, dz and the same */
+    /* The law's own event, all NULL where it has none: its indicator (> 0 is the sticking side), what happens at it,
+     * and the memory of an unloaded contact. */
     void (*indicator)(const lanes *p, const lanes *memory, struct Point *x);
     void (*event)(const lanes *p, const struct Point *x, lanes z, lanes *memory);
     void (*rest)(const lanes *p, const struct Point *x, lanes *memory);
 };
 
-/* What moves an effect's states: nothing (it has none), the motion (path, slip, temperature), the forces, which feed back within the
- * step, or what is measured. */
+/* What moves an effect's states: nothing (it has none), the motion (path, slip, temperature), the forces, which feed
+ * back within the step, or what is measured. */
 enum Driver { NO_STATES, DRIVEN_BY_MOTION, DRIVEN_BY_FORCE, DRIVEN_BY_SENSOR };
 
-/* A switchable effect. variables[0] is its Boolean switch and says name, meaning and source; then come its parameters, named
- * "<effect>.<parameter>", then its states, then their rates in the same order. p: the values of its table; state, rate: its states. */
+/* A switchable effect. variables[0] is its Boolean switch and says name, meaning and source; then come its parameters,
+ * named
+ * "<effect>.<parameter>", then its states, then their rates in the same order. p: the values of its table; state, rate:
+ * its states. */
 struct Effect {
     const char *equation, *signature; /* the law, and what it does to a record */
-    const char *rivals;               /* names, comma-separated, of which at most one may be on; may be NULL */
-    const char *needs;                /* inputs without which it says nothing, comma-separated; may be NULL */
+    const char *rivals; /* names, comma-separated, of which at most one may be on; may be NULL */
+    const char *needs; /* inputs without which it says nothing, comma-separated; may be NULL */
     enum Stage stage;
     const struct Variable *variables;
     int count, states;
     enum Driver driver;
-    int bends;                        /* it makes the rate of the bristle depend on the deflection: solved by iteration */
-    int forgets;                      /* states are 0 again after separation */
+    int bends; /* it makes the rate of the bristle depend on the deflection: solved by iteration */
+    int forgets; /* states are 0 again after separation */
     /* Add to or scale fields of its stage. */
     void (*act)(const lanes *p, const lanes *state, struct Point *x);
-    /* States from the start of a step of h to its middle and end; and their rates at a point. For a given drive affine in the states,
-     * and right for any h, but where it forgets: averaging leads them over many cycles by it. */
-    void (*move)(const lanes *p, const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end,
-                 const lanes *from, lanes *half, lanes *whole);
+    /* States from the start of a step of h to its middle and end; and their rates at a point. For a given drive affine
+     * in the states, and right for any h, but where it forgets: averaging leads them over many cycles by it. */
+    void (*move)(const lanes *p, const lanes h, const struct Point *start, const struct Point *middle,
+                 const struct Point *end, const lanes *from, lanes *half, lanes *whole);
     void (*rate)(const lanes *p, const struct Point *x, const lanes *state, lanes *rate);
     /* Longest internal step that resolves what it does, and how far back it recalls forces [s]; may be NULL. */
     double (*longest_step)(const lanes *p, int lane);

@@ -21,7 +21,8 @@ enum Status kernel_set(struct Contact *contact, int index, int lane, double valu
     if (status != KERNEL_OK)
         return status;
     contact->value[index][lane] = value;
-    if (index == SLIP_VELOCITY && value != 0 && contact->started && chosen(contact->value, KINEMATICS, 0) == KINEMATICS_INTERNAL)
+    if (index == SLIP_VELOCITY && value != 0 && contact->started &&
+        chosen(contact->value, KINEMATICS, 0) == KINEMATICS_INTERNAL)
         contact->warnings |= WARN_UNUSED_SLIP;
     return KERNEL_OK;
 }
@@ -32,7 +33,8 @@ void kernel_reset(struct Contact *contact)
     const int count = kernel_variable_count();
     *contact = blank;
     for (int n = 0; n < count; ++n)
-        EACH_LANE contact->value[n][i] = kernel_variable(n)->start;
+        EACH_LANE
+            contact->value[n][i] = kernel_variable(n)->start;
     EACH_LANE {
         for (int k = 0; k < INDICATORS; ++k)
             contact->sign[k][i] = 1;
@@ -58,7 +60,8 @@ static enum Status begin(struct Contact *contact)
     if (w.law->rest) {
         load_states(contact, &w, &x);
         engage_point(contact, &w, now, &x);
-        EACH_LANE x.direction[i] = x.cutting[i] = 1;
+        EACH_LANE
+            x.direction[i] = x.cutting[i] = 1;
         load_at(contact, &w, now, &x);
         friction_open(contact, &w, now, &x);
         w.law->rest(w.law_p, &x, contact->memory);
@@ -76,7 +79,8 @@ enum Status kernel_start(struct Contact *contact, double time)
         return KERNEL_RIVALS;
     if (kernel_averages(contact) && w.kinematics == KINEMATICS_EXTERNAL)
         return KERNEL_NO_CYCLE;
-    EACH_LANE contact->value[TIME][i] = contact->window_origin = time;
+    EACH_LANE
+        contact->value[TIME][i] = contact->window_origin = time;
     contact->started = 1;
     enum Status status = begin(contact);
     if (status == KERNEL_OK && kernel_averages(contact))
@@ -88,7 +92,8 @@ enum Status kernel_start(struct Contact *contact, double time)
         if (status == KERNEL_OK)
             status = kernel_event(contact);
     }
-    EACH_LANE open_window(contact, i);
+    EACH_LANE
+        open_window(contact, i);
     if (contact->value[SLIP_VELOCITY][0] != 0 && chosen(contact->value, KINEMATICS, 0) == KINEMATICS_INTERNAL)
         contact->warnings |= WARN_UNUSED_SLIP;
     return status;
@@ -100,18 +105,20 @@ enum Status kernel_derivative(const struct Contact *contact, int unknown, int kn
     const struct Variable *variable = kernel_variable(known);
     if (!variable || !kernel_variable(unknown))
         return KERNEL_NO_SUCH_VARIABLE;
-    /* Central differences, of second order from within where a bound is near (a magnitude at 0 has no other side). The step balances
-     * rounding and truncation, both near 1e-10 of the nominal. */
+    /* Central differences, of second order from within where a bound is near (a magnitude at 0 has no other side). The
+     * step balances rounding and truncation, both near 1e-10 of the nominal. */
     const double value = contact->value[known][0], scale = variable->nominal > 0 ? variable->nominal : 1;
     const int averages = kernel_averages(contact); /* a mean over a cycle is good to the tolerance of its steps only */
     const double h = (averages ? 1e-3 : cbrt(2.3e-16)) * larger(fabs(value), 1e-2 * scale);
-    static const double place[3][3] = {{-1, 0, 1}, {0, 1, 2}, {-2, -1, 0}}, weight[3][3] = {{-0.5, 0, 0.5}, {-1.5, 2, -0.5}, {0.5, -2, 1.5}};
+    static const double place[3][3] = {{-1, 0, 1}, {0, 1, 2}, {-2, -1, 0}},
+                        weight[3][3] = {{-0.5, 0, 0.5}, {-1.5, 2, -0.5}, {0.5, -2, 1.5}};
     const int kind = value - h < variable->min ? 1 : value + h > variable->max ? 2 : 0;
     double sum = 0;
     for (int n = 0; n < 3; ++n) {
         if (weight[kind][n] == 0)
             continue;
-        EACH_LANE probe.value[known][i] = contact->value[known][i] + place[kind][n] * h;
+        EACH_LANE
+            probe.value[known][i] = contact->value[known][i] + place[kind][n] * h;
         const enum Status status = averages ? average_here(&probe) : kernel_evaluate(&probe);
         if (status != KERNEL_OK)
             return status;

@@ -1,7 +1,8 @@
 /* Where is the tool tip, how fast does it move, and how thick is the chip that it cuts?
  *
- * Tool relative to the work: x along the cutting direction, y away from the machined surface. The origin of x is the bottom of the
- * path when both phases are at their starts. The chip's upper side is the nominal surface, or what the previous cycle left there.
+ * Tool relative to the work: x along the cutting direction, y away from the machined surface. The origin of x is the
+ * bottom of the path when both phases are at their starts. The chip's upper side is the nominal surface, or what the
+ * previous cycle left there.
  */
 #include "stages.h"
 
@@ -14,8 +15,8 @@ static inline double whole(double x)
     return rounded > x ? rounded - 1 : rounded;
 }
 
-/* The chip leaves along the rake as one rigid body that shears on one plane: V_s = approach / cos(phi - alpha) along that plane.
- * Merchant 1945, with the tool's own velocity u in place of the cutting speed. */
+/* The chip leaves along the rake as one rigid body that shears on one plane: V_s = approach / cos(phi - alpha) along
+ * that plane. Merchant 1945, with the tool's own velocity u in place of the cutting speed. */
 double slip_along_rake(const struct Configuration *w, const struct Point *x, int lane, double tan_flow)
 {
     return x->approach[lane] * tan_flow + x->u_x[lane] * w->sin_rake[lane] - x->u_y[lane] * w->cos_rake[lane];
@@ -30,7 +31,8 @@ void turn_at(double r, struct Turn *turn, int lane)
 
 /* Angle in the previous cycle at which the tool stood at the same place X (in units of amplitude_x) on its way forward:
  * r chi + sin(chi) = X, |chi| <= last. The slope vanishes at `last`, so the search starts from the series there,
- * top - X = bend d^2/2 + r d^3/6 - bend d^4/24 with d = last - chi, and goes on by Halley's rule. `last` where it is not sought. */
+ * top - X = bend d^2/2 + r d^3/6 - bend d^4/24 with d = last - chi, and goes on by Halley's rule. `last` where it is
+ * not sought. */
 static void angle_at(const lanes X, const struct Turn *t, lanes sought, lanes chi)
 {
     lanes low, high;
@@ -62,10 +64,12 @@ static void angle_at(const lanes X, const struct Turn *t, lanes sought, lanes ch
             any |= on & !found;
         }
     }
-    EACH_LANE chi[i] = smaller(larger(chi[i], -t->last[i]), t->last[i]);
+    EACH_LANE
+        chi[i] = smaller(larger(chi[i], -t->last[i]), t->last[i]);
 }
 
-/* The fields that the stage opens. The ellipse of a tool that nothing disturbs; its centre moves as a machine model says. */
+/* The fields that the stage opens. The ellipse of a tool that nothing disturbs; its centre moves as a machine model
+ * says. */
 static void open_path(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const int carried = w->kinematics == KINEMATICS_COMBINED;
@@ -86,9 +90,11 @@ static void open_path(const struct Contact *contact, const struct Configuration 
         x->left[i] = surface_left(contact, i, x->t[i] - meeting_time(w, i));
 }
 
-/* Where the tool passes a place again: thickness over the surface that the previous cycle left there. It reaches up to where that cycle
- * turned, and past it its last height stands. psi: vibration angle, 0 where the tool is fastest; X: its place in units of a. */
-static void on_what_is_left(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
+/* Where the tool passes a place again: thickness over the surface that the previous cycle left there. It reaches up to
+ * where that cycle turned, and past it its last height stands. psi: vibration angle, 0 where the tool is fastest; X:
+ * its place in units of a. */
+static void on_what_is_left(const struct Contact *contact, const struct Configuration *w, const lanes tau,
+                            struct Point *x)
 {
     const lanes *p = w->p;
     lanes X, there, on_left, sought;
@@ -111,12 +117,14 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
     }
     EACH_LANE {
         const double r = x->speed_ratio[i], turns = w->cycle[i] + p[VIBRATION_FREQUENCY][i] * tau[i];
-        const double turn = 2 * PI * (turns - whole(turns)), ahead = turn + p[PHASE_X][i] + PI / 2; /* -3/2 pi .. 9/2 pi */
+        const double turn = 2 * PI * (turns - whole(turns)),
+                     ahead = turn + p[PHASE_X][i] + PI / 2; /* -3/2 pi .. 9/2 pi */
         const double psi = ahead - 2 * PI * (whole(ahead / (2 * PI) + 1.5) - 1), place = r * psi + x->cos_x[i];
         const double surface = r * (t->last[i] - 2 * PI) + t->bend[i] - place;
         const int moving_on = (on_left[i] != 0) & (r > 0);
         x->surface[i] = moving_on ? surface : x->surface[i];
-        const int in_contact = contact->sign[AT_CONTACT][i] > 0, side = contact->sign[AT_SURFACE][i] > 0, there_now = (r == 0) | (x->surface[i] > 0);
+        const int in_contact = contact->sign[AT_CONTACT][i] > 0, side = contact->sign[AT_SURFACE][i] > 0,
+                  there_now = (r == 0) | (x->surface[i] > 0);
         on_left[i] = (on_left[i] != 0) & (in_contact ? side : there_now);
         sought[i] = (on_left[i] != 0) & (x->surface[i] > 0);
         X[i] = place + 2 * PI * r;
@@ -154,8 +162,9 @@ static void ellipse_at(const struct Contact *contact, const struct Configuration
         x->speed_ratio[i] = a > 0 ? r : 0;
         x->approach[i] = x->u_x[i] * w->cos_rake[i] + x->u_y[i] * w->sin_rake[i];
 
-        /* Heights over the vibration's centre; the previous cycle is taken to have had the same centre. Without separation (r >= 1)
-         * no place is passed twice, and only the nominal surface stands, `feed` above the lowest point of the undisturbed ellipse. */
+        /* Heights over the vibration's centre; the previous cycle is taken to have had the same centre. Without
+         * separation (r >= 1) no place is passed twice, and only the nominal surface stands, `feed` above the lowest
+         * point of the undisturbed ellipse. */
         const double y = b * cos_y, nominal = p[FEED][i] - p[AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i];
         x->surface[i] = -1;
         x->h[i] = nominal - y;

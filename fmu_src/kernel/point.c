@@ -1,7 +1,7 @@
 /* What does the contact answer at one time, and on which side of each event is it? Knows no law and no effect by name.
  *
- * An event is a change of sign of an indicator. A point is evaluated on the sides that the contact holds, so that within an internal step
- * everything is smooth; the sides change only where an event is acted upon.
+ * An event is a change of sign of an indicator. A point is evaluated on the sides that the contact holds, so that
+ * within an internal step everything is smooth; the sides change only where an event is acted upon.
  */
 #include "stages.h"
 
@@ -10,7 +10,8 @@
 static int anywhere(const lanes flag)
 {
     int any = 0;
-    EACH_LANE any |= flag[i] != 0;
+    EACH_LANE
+        any |= flag[i] != 0;
     return any;
 }
 
@@ -18,7 +19,8 @@ static int anywhere(const lanes flag)
 static void coast(const struct Configuration *w, struct Point *x)
 {
     EACH_LANE {
-        x->k[i] = x->F[i] = x->N[i] = x->F_p[i] = x->F_f[i] = x->drive[i] = x->target[i] = x->clamped[i] = x->outside[i] = x->edge_p[i] = x->edge_f[i] = 0;
+        x->k[i] = x->F[i] = x->N[i] = x->F_p[i] = x->F_f[i] = x->drive[i] = x->target[i] = x->clamped[i] =
+            x->outside[i] = x->edge_p[i] = x->edge_f[i] = 0;
         x->rate[i] = w->p[RELEASE_TIME][i] >= NO_TIME ? 1 / w->p[RELEASE_TIME][i] : 0;
         x->F_C[i] = w->p[F_C][i];
         x->F_S[i] = w->p[F_S][i];
@@ -43,7 +45,8 @@ void engage_point(const struct Contact *contact, const struct Configuration *w, 
 }
 
 /* Stages up to the rates, z given in x. passing: a point within a step, whose outputs nobody looks at. */
-void open_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, int passing, struct Point *x)
+void open_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, int passing,
+                struct Point *x)
 {
     if (passing && !anywhere(x->cutting)) {
         coast(w, x);
@@ -69,8 +72,8 @@ void close_point(const struct Contact *contact, const struct Configuration *w, i
     forces_at(w, x);
 }
 
-/* Where the slip is solved for, its reversal and the law's event lie inside the solution and are not searched for; the law's side changes
- * at the end of steps (act_at_step_end). */
+/* Where the slip is solved for, its reversal and the law's event lie inside the solution and are not searched for; the
+ * law's side changes at the end of steps (act_at_step_end). */
 void indicators(const struct Configuration *w, const struct Point *x, lanes indicator[INDICATORS])
 {
     EACH_LANE {
@@ -82,12 +85,10 @@ void indicators(const struct Configuration *w, const struct Point *x, lanes indi
 }
 
 /* Does event k matter to this lane? Out of contact only the contact itself does. */
-int watched(const struct Contact *contact, int k, int i)
-{
-    return k == AT_CONTACT || contact->sign[AT_CONTACT][i] > 0;
-}
+int watched(const struct Contact *contact, int k, int i) { return k == AT_CONTACT || contact->sign[AT_CONTACT][i] > 0; }
 
-/* Bristles that are out of contact slide no longer, and those that have no release time are let go; doing it again changes nothing. */
+/* Bristles that are out of contact slide no longer, and those that have no release time are let go; doing it again
+ * changes nothing. */
 void let_go(struct Contact *contact, const struct Configuration *w, const struct Point *x)
 {
     lanes fresh[MEMORY] = {{0}};
@@ -113,16 +114,18 @@ static int take_sides(struct Contact *contact, const struct Configuration *w, co
     int changed = 0;
     indicators(w, x, now);
     for (int k = 0; k < INDICATORS; ++k)
-        EACH_LANE if (now[k][i] * contact->sign[k][i] < 0) {
-            contact->sign[k][i] = -contact->sign[k][i];
-            changed = 1;
-        }
+        EACH_LANE
+            if (now[k][i] * contact->sign[k][i] < 0) {
+                contact->sign[k][i] = -contact->sign[k][i];
+                changed = 1;
+            }
     return changed;
 }
 
 void point_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
-    EACH_LANE x->z[i] = contact->value[BRISTLE_DEFLECTION][i];
+    EACH_LANE
+        x->z[i] = contact->value[BRISTLE_DEFLECTION][i];
     load_states(contact, w, x);
     forget_slip(x);
     engage_point(contact, w, tau, x);
@@ -131,13 +134,15 @@ void point_at(const struct Contact *contact, const struct Configuration *w, cons
     measure(contact, w, x);
 }
 
-/* The point a little after tau. Where forces move the path, what they move is led on with it: the tool may come near by that alone. Not so
- * in lanes that are chased: where contact pushes the tool away and its path back, there is no side to take, and the path decides. */
-static void point_ahead(const struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead, const int chased[LANES],
-                        struct Point *x)
+/* The point a little after tau. Where forces move the path, what they move is led on with it: the tool may come near by
+ * that alone. Not so in lanes that are chased: where contact pushes the tool away and its path back, there is no side
+ * to take, and the path decides. */
+static void point_ahead(const struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,
+                        const int chased[LANES], struct Point *x)
 {
     lanes after;
-    EACH_LANE after[i] = tau[i] + ahead;
+    EACH_LANE
+        after[i] = tau[i] + ahead;
     if (!w->feedback || !(ahead > 0)) {
         point_at(contact, w, after, x);
         return;
@@ -154,16 +159,20 @@ static void point_ahead(const struct Contact *contact, const struct Configuratio
             copy_lane((lanes *)x, (const lanes *)&left, POINT_LANES, i);
 }
 
-/* Sides as the indicators shortly after tau say, until none changes: entry decides which surface and which way of slip count. Shortly
- * after, because an event that was searched for may lie a rounding error off; bristles with an event of their own are led on with it. */
-void settle_sides(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x)
+/* Sides as the indicators shortly after tau say, until none changes: entry decides which surface and which way of slip
+ * count. Shortly after, because an event that was searched for may lie a rounding error off; bristles with an event of
+ * their own are led on with it. */
+void settle_sides(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,
+                  const int chased[LANES], struct Point *x)
 {
     lanes after;
-    EACH_LANE after[i] = tau[i] + ahead;
+    EACH_LANE
+        after[i] = tau[i] + ahead;
     for (int n = 0; n <= INDICATORS; ++n) {
         point_ahead(contact, w, tau, ahead, chased, x);
         if (w->law->event && ahead > 0) {
-            EACH_LANE x->z[i] += ahead * x->dz[i];
+            EACH_LANE
+                x->z[i] += ahead * x->dz[i];
             open_point(contact, w, after, 0, x);
             close_point(contact, w, 0, x);
         }
@@ -172,8 +181,10 @@ void settle_sides(struct Contact *contact, const struct Configuration *w, const 
     }
 }
 
-/* Act on an event at tau: sides anew, bristles that lost contact let go, the law's own event. Leaves the point at tau in x. */
-void act_on_event(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x)
+/* Act on an event at tau: sides anew, bristles that lost contact let go, the law's own event. Leaves the point at tau
+ * in x. */
+void act_on_event(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,
+                  const int chased[LANES], struct Point *x)
 {
     settle_sides(contact, w, tau, ahead, chased, x);
     let_go(contact, w, x);
@@ -185,7 +196,9 @@ void act_on_event(struct Contact *contact, const struct Configuration *w, const 
     if (!w->law->event)
         return;
     int again = 0; /* where the law has acted, its next event still lies ahead, however near */
-    EACH_LANE if (x->law[i] > 0 && contact->sign[AT_LAW][i] < 0) contact->sign[AT_LAW][i] = again = 1;
+    EACH_LANE
+        if (x->law[i] > 0 && contact->sign[AT_LAW][i] < 0)
+            contact->sign[AT_LAW][i] = again = 1;
     if (again)
         point_at(contact, w, tau, x);
 }

@@ -53,9 +53,10 @@ const struct Variable *kernel_variable(int index)
     return NULL;
 }
 
-static const int base_states[BASE_STATES] = {BRISTLE_DEFLECTION, DISSIPATED_ENERGY, SLIDING_DISTANCE,
-                                             FRICTION_IMPULSE, PRINCIPAL_IMPULSE, FEED_IMPULSE, NORMAL_IMPULSE, CONTACT_TIME,
-                                             MEASURED_FRICTION_IMPULSE, MEASURED_PRINCIPAL_IMPULSE, MEASURED_FEED_IMPULSE};
+static const int base_states[BASE_STATES] = {
+    BRISTLE_DEFLECTION,   DISSIPATED_ENERGY, SLIDING_DISTANCE, FRICTION_IMPULSE,          PRINCIPAL_IMPULSE,
+    FEED_IMPULSE,         NORMAL_IMPULSE,    CONTACT_TIME,     MEASURED_FRICTION_IMPULSE, MEASURED_PRINCIPAL_IMPULSE,
+    MEASURED_FEED_IMPULSE};
 
 int kernel_state_count(void)
 {
@@ -111,7 +112,8 @@ static uint64_t hash_tables(uint64_t hash)
     for (int i = 0; i < count; ++i) {
         const struct Variable *v = kernel_variable(i);
         const double numbers[] = {v->start, v->min, v->max, v->nominal, v->neutral};
-        const int32_t kinds[] = {(int32_t)v->type, (int32_t)v->causality, (int32_t)v->variability, kernel_derivative_of(i)};
+        const int32_t kinds[] = {(int32_t)v->type, (int32_t)v->causality, (int32_t)v->variability,
+                                 kernel_derivative_of(i)};
         hash = mix_text(mix_text(mix_text(hash, v->name), v->unit), v->display_unit);
         hash = mix_text(mix_text(hash, v->meaning), v->source);
         hash = mix(mix(hash, numbers, sizeof numbers), kinds, sizeof kinds);
@@ -121,7 +123,9 @@ static uint64_t hash_tables(uint64_t hash)
     for (int i = 0; i < LAW_COUNT; ++i)
         hash = mix_text(mix_text(mix_text(hash, laws[i]->meaning), laws[i]->equation), laws[i]->source);
     for (int i = 0; i < EFFECT_COUNT; ++i)
-        hash = mix_text(mix_text(mix_text(mix_text(hash, effects[i]->equation), effects[i]->signature), effects[i]->rivals), effects[i]->needs);
+        hash = mix_text(
+            mix_text(mix_text(mix_text(hash, effects[i]->equation), effects[i]->signature), effects[i]->rivals),
+            effects[i]->needs);
     return hash;
 }
 
@@ -144,12 +148,15 @@ static const char *const status_texts[KERNEL_STATUS_COUNT] = {
     [KERNEL_NOT_FINITE] = "the value is not a finite number",
     [KERNEL_OUT_OF_BOUNDS] = "the value lies outside its bounds",
     [KERNEL_BAD_STEP] = "the step is not a number above 0 and up to 1e9 s",
-    [KERNEL_TOO_MANY_STEPS] = "it takes internal steps without end, as where contact flickers: change what is on, or loosen relative_tolerance",
+    [KERNEL_TOO_MANY_STEPS] = "it takes internal steps without end, as where contact flickers: change what is on, or "
+                              "loosen relative_tolerance",
     [KERNEL_DIVERGED] = "a force, a state or another output is no longer a finite number",
     [KERNEL_RIVALS] = "two effects are on that are rivals of each other: switch one of them off",
-    [KERNEL_HISTORY_SHORT] = "an effect looks back further than the last 256 internal steps, which are kept: shorten its time or loosen relative_tolerance",
+    [KERNEL_HISTORY_SHORT] = "an effect looks back further than the last 256 internal steps, which are kept: shorten "
+                             "its time or loosen relative_tolerance",
     [KERNEL_STOPPED] = "stopped on request",
-    [KERNEL_NO_CYCLE] = "averaging = cycle needs a vibration cycle: use kinematics = internal or combined, or averaging = resolved",
+    [KERNEL_NO_CYCLE] =
+        "averaging = cycle needs a vibration cycle: use kinematics = internal or combined, or averaging = resolved",
     [KERNEL_TEMPERATURES] = "reference_temperature must lie above ambient_temperature, by 0.001 K or more",
 };
 const char *kernel_status_text(enum Status status)
@@ -199,17 +206,28 @@ void kernel_explain(const struct Contact *contact, enum Status status, char *tex
 }
 
 static const char *const warning_texts[WARNING_COUNT] = {
-    "the thermally softened stiffness reached its floor (the paper's eq. 7, P > v^Q, is violated); clamped_count counts the steps",
+    "the thermally softened stiffness reached its floor (the paper's eq. 7, P > v^Q, is violated); clamped_count "
+    "counts the steps",
     "a friction force lay outside the domain of the shear-angle principle and the normal force was kept at 0",
     "contact_temperature lies below ambient_temperature; the temperature proxy was kept at 0",
-    "slip_velocity was set but kinematics = internal takes the slip from the ellipse; set kinematics = external to use the input",
+    "slip_velocity was set but kinematics = internal takes the slip from the ellipse; set kinematics = external to use "
+    "the input",
     "no periodic steady state of the vibration cycle was found (not every law has one, external kinematics has none)",
 };
-const char *kernel_warning_text(int bit) { return bit >= 0 && bit < WARNING_COUNT ? warning_texts[bit] : "unknown warning"; }
+const char *kernel_warning_text(int bit)
+{
+    return bit >= 0 && bit < WARNING_COUNT ? warning_texts[bit] : "unknown warning";
+}
 
 static const char *const stage_names[STAGE_COUNT] = {
-    [STAGE_PATH] = "path", [STAGE_ENGAGEMENT] = "engagement", [STAGE_TEMPERATURE] = "temperature", [STAGE_SHEAR] = "shear",
-    [STAGE_LOAD] = "load", [STAGE_FRICTION] = "friction", [STAGE_BRISTLE] = "bristle", [STAGE_FORCES] = "forces",
+    [STAGE_PATH] = "path",
+    [STAGE_ENGAGEMENT] = "engagement",
+    [STAGE_TEMPERATURE] = "temperature",
+    [STAGE_SHEAR] = "shear",
+    [STAGE_LOAD] = "load",
+    [STAGE_FRICTION] = "friction",
+    [STAGE_BRISTLE] = "bristle",
+    [STAGE_FORCES] = "forces",
     [STAGE_MEASUREMENT] = "measurement",
 };
 const char *kernel_stage_name(enum Stage stage) { return stage < STAGE_COUNT ? stage_names[stage] : "unknown stage"; }

@@ -2,43 +2,43 @@
 #ifndef REGISTRY_H
 #define REGISTRY_H
 
-#define FRICTION_LAWS(LINE) \
-    LINE(coulomb) \
-    LINE(lugre) \
-    LINE(dahl) \
-    LINE(karnopp) \
-    LINE(bristle) \
+#define FRICTION_LAWS(LINE)                                                                                            \
+    LINE(coulomb)                                                                                                      \
+    LINE(lugre)                                                                                                        \
+    LINE(dahl)                                                                                                         \
+    LINE(karnopp)                                                                                                      \
+    LINE(bristle)                                                                                                      \
     LINE(reset_integrator)
 
 /* In the order of their stages, so that no file order matters but this one. */
-#define EFFECTS(LINE) \
-    LINE(holder_compliance) \
-    LINE(amplitude_loss) \
-    LINE(ellipse_phase_error) \
-    LINE(run_out) \
-    LINE(regenerative) \
-    LINE(proxy_lag) \
-    LINE(size_effect) \
-    LINE(flow_stress_softening) \
-    LINE(edge_force) \
-    LINE(flank_wear) \
-    LINE(process_damping) \
-    LINE(thermal_softening) \
-    LINE(thermal_damping) \
-    LINE(thermal_viscosity) \
-    LINE(direction_asymmetry) \
-    LINE(load_dependence) \
-    LINE(viscous_friction) \
-    LINE(stribeck) \
-    LINE(dwell_strengthening) \
-    LINE(friction_wear) \
-    LINE(elasto_plastic) \
-    LINE(sensor_delay) \
-    LINE(cross_talk) \
-    LINE(dynamometer_resonance) \
-    LINE(sensor_lowpass) \
-    LINE(sensor_gain) \
-    LINE(sensor_offset) \
+#define EFFECTS(LINE)                                                                                                  \
+    LINE(holder_compliance)                                                                                            \
+    LINE(amplitude_loss)                                                                                               \
+    LINE(ellipse_phase_error)                                                                                          \
+    LINE(run_out)                                                                                                      \
+    LINE(regenerative)                                                                                                 \
+    LINE(proxy_lag)                                                                                                    \
+    LINE(size_effect)                                                                                                  \
+    LINE(flow_stress_softening)                                                                                        \
+    LINE(edge_force)                                                                                                   \
+    LINE(flank_wear)                                                                                                   \
+    LINE(process_damping)                                                                                              \
+    LINE(thermal_softening)                                                                                            \
+    LINE(thermal_damping)                                                                                              \
+    LINE(thermal_viscosity)                                                                                            \
+    LINE(direction_asymmetry)                                                                                          \
+    LINE(load_dependence)                                                                                              \
+    LINE(viscous_friction)                                                                                             \
+    LINE(stribeck)                                                                                                     \
+    LINE(dwell_strengthening)                                                                                          \
+    LINE(friction_wear)                                                                                                \
+    LINE(elasto_plastic)                                                                                               \
+    LINE(sensor_delay)                                                                                                 \
+    LINE(cross_talk)                                                                                                   \
+    LINE(dynamometer_resonance)                                                                                        \
+    LINE(sensor_lowpass)                                                                                               \
+    LINE(sensor_gain)                                                                                                  \
+    LINE(sensor_offset)                                                                                                \
     LINE(sensor_drift)
 
 #define COUNT_LINE(name) +1

@@ -1,4 +1,5 @@
-/* Which steps lead from a time to the forces? The stages of one time point, in their order, and the wiring they share. */
+/* Which steps lead from a time to the forces? The stages of one time point, in their order, and the wiring they share.
+ */
 #ifndef STAGES_H
 #define STAGES_H
 
@@ -8,7 +9,13 @@
 
 /* Lanes do not touch each other: a compiler may take them side by side. */
 #if LANES > 1 && defined(__clang__)
-#define EACH_LANE _Pragma("clang loop vectorize(assume_safety) vectorize_width(LANES) interleave_count(1) unroll(disable)") for (int i = 0; i < LANES; ++i)
+#define EACH_LANE                                                                                                      \
+    _Pragma(                                                                                                           \
+        "clang loop vectorize(assume_safety) vectorize_width(LANES) interleave_count(1) unroll(disable)") for (int i = \
+                                                                                                                   0;  \
+                                                                                                               i <     \
+                                                                                                               LANES;  \
+                                                                                                               ++i)
 #else
 #define EACH_LANE for (int i = 0; i < LANES; ++i)
 #endif
@@ -20,7 +27,8 @@
 #define ON_LINES
 #endif
 
-/* Where in its cycle the tool stops moving forward: last = acos(-r), and bend = sin(last), of the speed ratio r < 1; else 0. */
+/* Where in its cycle the tool stops moving forward: last = acos(-r), and bend = sin(last), of the speed ratio r < 1;
+ * else 0. */
 struct Turn {
     lanes r, last, bend;
 };
@@ -41,17 +49,17 @@ struct Configuration {
     int looks_back, bends, meets_again; /* whether an effect does */
     int feedback;                   /* forces move the path within a step */
     int iterates;                   /* one pass over a step does not do */
-    int held;                       /* external kinematics, no input changes, no effect moves: nothing but the bristle does */
-    enum Kinematics kinematics;     /* the choices are fixed, and the same in all lanes of a block: */
+    int held; /* external kinematics, no input changes, no effect moves: nothing but the bristle does */
+    enum Kinematics kinematics; /* the choices are fixed, and the same in all lanes of a block: */
     enum ProxySource proxy_source;
     int by_energy, dissipative, thermal_rate;
-    lanes longest;                  /* internal step that resolves vibration and effects [s] */
-    int current_angle;              /* chip_flow_angle = current_shear_angle: slip and force are solved together */
-    lanes cycle;                    /* place in the vibration cycle at value[TIME], 0..1 */
+    lanes longest; /* internal step that resolves vibration and effects [s] */
+    int current_angle; /* chip_flow_angle = current_shear_angle: slip and force are solved together */
+    lanes cycle; /* place in the vibration cycle at value[TIME], 0..1 */
     lanes cos_rake, sin_rake;
     lanes cos_x, sin_x, cos_y, sin_y; /* of the phases */
-    struct Turn turn;               /* at the speed ratio that holds at value[TIME] */
-    lanes tan_flow;                 /* of chip_flow_shear_angle - rake_angle */
+    struct Turn turn; /* at the speed ratio that holds at value[TIME] */
+    lanes tan_flow; /* of chip_flow_shear_angle - rake_angle */
 };
 
 /* configuration.c */
@@ -60,14 +68,14 @@ uint64_t effects_switched_on(const struct Contact *contact);
 struct Configuration wire(const struct Contact *contact);
 void wire_time(const struct Contact *contact, struct Configuration *w);
 
-/* effects.c: let the effects of a stage act; move the states of one driver over a step; show states and their rates; the longest step
- * that resolves what is on. */
+/* effects.c: let the effects of a stage act; move the states of one driver over a step; show states and their rates;
+ * the longest step that resolves what is on. */
 void act(const struct Configuration *w, enum Stage stage, struct Point *x);
-void move_states(const struct Configuration *w, enum Driver driver, const lanes h, const struct Point *start, struct Point *middle,
-                 struct Point *end);
+void move_states(const struct Configuration *w, enum Driver driver, const lanes h, const struct Point *start,
+                 struct Point *middle, struct Point *end);
 void measure(const struct Contact *contact, const struct Configuration *w, struct Point *x);
-void measure_step(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *start, struct Point *middle,
-                  struct Point *end);
+void measure_step(const struct Contact *contact, const struct Configuration *w, const lanes h,
+                  const struct Point *start, struct Point *middle, struct Point *end);
 void load_states(const struct Contact *contact, const struct Configuration *w, struct Point *x);
 void store_states(struct Contact *contact, const struct Configuration *w, const struct Point *x);
 void store_state_of(struct Contact *contact, const struct Configuration *w, const struct Point *x, int lane);
@@ -79,35 +87,44 @@ double look_back(const struct Configuration *w, int lane);
 int sensors_that_remember(const struct Configuration *w, int lane);
 double meeting_time(const struct Configuration *w, int lane);
 /* A step of h from t, shortened to where a jump of the past is recalled; and how much a step's recalled forces bend. */
-double until_late_jump(const struct Contact *contact, const struct Configuration *w, int lane, double t, double h, const struct Point *start);
-double late_bend(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *a, const struct Point *m,
-                 const struct Point *b);
+double until_late_jump(const struct Contact *contact, const struct Configuration *w, int lane, double t, double h,
+                       const struct Point *start);
+double late_bend(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *a,
+                 const struct Point *m, const struct Point *b);
 int rivals_on(const struct Configuration *w);
 
-/* history.c: where the forces before a point are found: in the contact's ring, and in the step that is being taken (NULL: none). */
+/* history.c: where the forces before a point are found: in the contact's ring, and in the step that is being taken
+ * (NULL: none). */
 struct Past {
     const struct Contact *contact;
     const struct Point *start, *middle, *end;
 };
-void remember(struct Contact *contact, int lane, double h, const struct Point *start, const struct Point *middle, const struct Point *end);
-/* Measured channel `channel` of the chip's forces at time t <= x->t; before all that is known, the first that is known. */
+void remember(struct Contact *contact, int lane, double h, const struct Point *start, const struct Point *middle,
+              const struct Point *end);
+/* Measured channel `channel` of the chip's forces at time t <= x->t; before all that is known, the first that is known.
+ */
 double recall(const struct Point *x, int channel, int lane, double t);
 double recall_in(const struct Past *past, const struct Point *x, int channel, int lane, double t);
-/* The first time in (from, to) at which the forces of the past have jumped, up to the step that begins with start; else infinity. */
+/* The first time in (from, to) at which the forces of the past have jumped, up to the step that begins with start; else
+ * infinity. */
 double recall_jump(const struct Contact *contact, int lane, const struct Point *start, double from, double to);
-/* The height that the tool leaves at x, kept in 200 places of `turn` seconds; and what was left at t, in between straight. */
+/* The height that the tool leaves at x, kept in 200 places of `turn` seconds; and what was left at t, in between
+ * straight. */
 void leave_surface(struct Contact *contact, int lane, double turn, double feed, const struct Point *x);
 double surface_left(const struct Contact *contact, int lane, double t);
 void remember_host_step(struct Contact *contact, int lane, const struct Point *x);
 int recall_reaches(const struct Contact *contact, int lane, double t);
 
-/* linear_response.c: exact answers of linear states to a drive that is a parabola over the step, through u at start, middle and end.
- * relax: dy/dt = (u - y)/T after half and whole of h; swing: d2y/dt2 = w^2 (u - y) - 2 zeta w dy/dt for y and its rate. */
+/* linear_response.c: exact answers of linear states to a drive that is a parabola over the step, through u at start,
+ * middle and end. relax: dy/dt = (u - y)/T after half and whole of h; swing: d2y/dt2 = w^2 (u - y) - 2 zeta w dy/dt for
+ * y and its rate. */
 void relax(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole);
-void swing(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2], double whole[2]);
+void swing(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2],
+           double whole[2]);
 /* The same of a sensor: what stands for the middle gives the mean by Simpson's rule. */
 void relax_in_mean(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole);
-void swing_in_mean(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2], double whole[2]);
+void swing_in_mean(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2],
+                   double half[2], double whole[2]);
 
 /* path.c: r = v_c / (a w). */
 void turn_at(double r, struct Turn *turn, int lane);
@@ -126,7 +143,8 @@ void load_at(const struct Contact *contact, const struct Configuration *w, const
 void friction_open(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 void friction_rates(const struct Configuration *w, struct Point *x);
 void friction_force(const struct Configuration *w, struct Point *x);
-/* friction.c: open and rates together, with the slip solved from its own shear angle; the search begins anew after forget_slip. */
+/* friction.c: open and rates together, with the slip solved from its own shear angle; the search begins anew after
+ * forget_slip. */
 void forget_slip(struct Point *x);
 void friction_solved(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 
@@ -134,56 +152,71 @@ void friction_solved(const struct Contact *contact, const struct Configuration *
 void forces_at(const struct Configuration *w, struct Point *x);
 double shear_angle(const struct Configuration *w, const struct Point *x, int lane);
 
-/* point.c: all stages at tau; z and states given in x for the first three, taken from the contact by point_at. engage: motion and theta;
- * open: up to the rates; close: the rest. passing: a point within a step, whose outputs nobody looks at. */
+/* point.c: all stages at tau; z and states given in x for the first three, taken from the contact by point_at. engage:
+ * motion and theta; open: up to the rates; close: the rest. passing: a point within a step, whose outputs nobody looks
+ * at. */
 void engage_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
-void open_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, int passing, struct Point *x);
+void open_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, int passing,
+                struct Point *x);
 void close_point(const struct Contact *contact, const struct Configuration *w, int passing, struct Point *x);
 void point_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 /* point.c: sides of the events. */
 void indicators(const struct Configuration *w, const struct Point *x, lanes indicator[INDICATORS]);
 int watched(const struct Contact *contact, int k, int i);
 void let_go(struct Contact *contact, const struct Configuration *w, const struct Point *x);
-void settle_sides(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x);
-void act_on_event(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead, const int chased[LANES], struct Point *x);
+void settle_sides(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,
+                  const int chased[LANES], struct Point *x);
+void act_on_event(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,
+                  const int chased[LANES], struct Point *x);
 
-/* step.c: one trial step of h[i] from s[i]: fills middle and end from start; `difference` is what a lower order would have changed. */
-void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h, const struct Point *start,
-              struct Point *middle, struct Point *end, lanes difference);
+/* step.c: one trial step of h[i] from s[i]: fills middle and end from start; `difference` is what a lower order would
+ * have changed. */
+void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+              const struct Point *start, struct Point *middle, struct Point *end, lanes difference);
 
-/* tolerance.c: is the step within the tolerance? Chooses each lane's next step; where it is not, fits says in which lanes it is, and the
- * others' next step is the shorter one to try again with; a step of `shortest` is taken as it is. */
-int accurate(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes h, const struct Point *start,
-             const struct Point *middle, const struct Point *end, const lanes difference, lanes next, int fits[LANES]);
+/* tolerance.c: is the step within the tolerance? Chooses each lane's next step; where it is not, fits says in which
+ * lanes it is, and the others' next step is the shorter one to try again with; a step of `shortest` is taken as it is.
+ */
+int accurate(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes h,
+             const struct Point *start, const struct Point *middle, const struct Point *end, const lanes difference,
+             lanes next, int fits[LANES]);
 
-/* step_doubling.c: in which lanes may start, middle and end not show what lies between them? And there, how far the end of the step is from
- * that of its two halves, in units of the tolerance; 0 elsewhere. tolerance.c: are these steps, too, within the tolerance? As accurate(). */
-int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, int doubtful[LANES]);
-void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES], const lanes s, const lanes h,
-                         const struct Point *a, const struct Point *m, const struct Point *b, lanes error);
-int accurate_in_halves(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes s, const lanes h,
-                       const struct Point *start, const struct Point *middle, const struct Point *end, lanes next, int fits[LANES]);
+/* step_doubling.c: in which lanes may start, middle and end not show what lies between them? And there, how far the end
+ * of the step is from that of its two halves, in units of the tolerance; 0 elsewhere. tolerance.c: are these steps,
+ * too, within the tolerance? As accurate(). */
+int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
+             const struct Point *b, int doubtful[LANES]);
+void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES],
+                         const lanes s, const lanes h, const struct Point *a, const struct Point *m,
+                         const struct Point *b, lanes error);
+int accurate_in_halves(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes s,
+                       const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end,
+                       lanes next, int fits[LANES]);
 
-/* event_search.c: does a lane see an event, by the signs at middle and end? And does any, or may it have touched the work in between? Most steps
- * see none, and need not ask each lane. */
-int sees_event(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *middle, const struct Point *end);
-int any_event(const struct Contact *contact, const struct Configuration *w, const struct Point *start, const struct Point *middle,
-              const struct Point *end);
-/* event_search.c: does an event fall into the step? In the lanes that are asked, and say NO_EVENT before: if so h is shortened to it and `cut` says
- * which; JUMP: it has happened already, before the start. The event `known` to lie at the end is passed over. cut_at_touch: the same of one
- * lane for a contact that start, middle and end do not show. */
+/* event_search.c: does a lane see an event, by the signs at middle and end? And does any, or may it have touched the
+ * work in between? Most steps see none, and need not ask each lane. */
+int sees_event(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *middle,
+               const struct Point *end);
+int any_event(const struct Contact *contact, const struct Configuration *w, const struct Point *start,
+              const struct Point *middle, const struct Point *end);
+/* event_search.c: does an event fall into the step? In the lanes that are asked, and say NO_EVENT before: if so h is
+ * shortened to it and `cut` says which; JUMP: it has happened already, before the start. The event `known` to lie at
+ * the end is passed over. cut_at_touch: the same of one lane for a contact that start, middle and end do not show. */
 enum Cut { NO_EVENT = -1, JUMP = -2 };
-void cut_at_events(const struct Contact *contact, const struct Configuration *w, const int asked[LANES], const int known[LANES], const lanes s, lanes h,
-                   const struct Point *start, const struct Point *middle, const struct Point *end, int cut[LANES]);
-void cut_at_touch(const struct Contact *contact, const struct Configuration *w, int lane, const lanes s, lanes h, const struct Point *start,
-                  const struct Point *middle, const struct Point *end, int cut[LANES]);
+void cut_at_events(const struct Contact *contact, const struct Configuration *w, const int asked[LANES],
+                   const int known[LANES], const lanes s, lanes h, const struct Point *start,
+                   const struct Point *middle, const struct Point *end, int cut[LANES]);
+void cut_at_touch(const struct Contact *contact, const struct Configuration *w, int lane, const lanes s, lanes h,
+                  const struct Point *start, const struct Point *middle, const struct Point *end, int cut[LANES]);
 
-/* events.c: act_on_event in the lanes where `event` is set. act_at_step_end: with a slip that is solved for, the law's own events are
- * acted upon at the end of each step, in the lanes that have stepped and have no event of their own. */
-void act_in_lanes(struct Contact *contact, const struct Configuration *w, const lanes s, double ahead, const int chased[LANES], const int event[LANES],
-                  struct Point *x);
-void act_at_step_end(struct Contact *contact, const struct Configuration *w, const lanes h, const int event[LANES], const struct Point *end);
-void take_law_side(struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h, const int event[LANES], struct Point *x);
+/* events.c: act_on_event in the lanes where `event` is set. act_at_step_end: with a slip that is solved for, the law's
+ * own events are acted upon at the end of each step, in the lanes that have stepped and have no event of their own. */
+void act_in_lanes(struct Contact *contact, const struct Configuration *w, const lanes s, double ahead,
+                  const int chased[LANES], const int event[LANES], struct Point *x);
+void act_at_step_end(struct Contact *contact, const struct Configuration *w, const lanes h, const int event[LANES],
+                     const struct Point *end);
+void take_law_side(struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+                   const int event[LANES], struct Point *x);
 
 /* advance.c: from value[TIME] on by `step`, s telling how far it went; the point reached is room[now], where known. */
 struct Course {
@@ -194,19 +227,23 @@ struct Course {
     int now, known;
     double most_steps; /* internal steps that may still be taken, 0: as many as it takes */
 };
-enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events, lanes s, struct Course *course);
+enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
+                             lanes s, struct Course *course);
 void move_on(struct Contact *contact, const lanes s);
-/* event_search.c: the motion at tau, and where the forces move the path or `forces` asks for them all of the point, reached from s by a step
- * on the held sides. */
-void point_within(const struct Contact *contact, const struct Configuration *w, int forces, const lanes s, const lanes tau,
-                  const struct Point *start, struct Point *x);
+/* event_search.c: the motion at tau, and where the forces move the path or `forces` asks for them all of the point,
+ * reached from s by a step on the held sides. */
+void point_within(const struct Contact *contact, const struct Configuration *w, int forces, const lanes s,
+                  const lanes tau, const struct Point *start, struct Point *x);
 
-/* contact_search.c: does a lane that is out of contact touch the work within its step of h from s, where start, middle and end do not show it? If
- * so then not yet at tau[0] but at tau[1], as the indicators there say. A contact may be missed below 1e-4 of a cycle. */
-int touches_within(const struct Contact *contact, const struct Configuration *w, int lane, double s, double h, const struct Point *start,
-                   const struct Point *middle, const struct Point *end, double tau[2], double indicator[2]);
+/* contact_search.c: does a lane that is out of contact touch the work within its step of h from s, where start, middle
+ * and end do not show it? If so then not yet at tau[0] but at tau[1], as the indicators there say. A contact may be
+ * missed below 1e-4 of a cycle. */
+int touches_within(const struct Contact *contact, const struct Configuration *w, int lane, double s, double h,
+                   const struct Point *start, const struct Point *middle, const struct Point *end, double tau[2],
+                   double indicator[2]);
 
-/* evaluate.c: the point x as outputs, derivatives and indicators; the shear angle, which is dear, only with `angles`. */
+/* evaluate.c: the point x as outputs, derivatives and indicators; the shear angle, which is dear, only with `angles`.
+ */
 void show_outputs(struct Contact *contact, const struct Configuration *w, const struct Point *x, int angles);
 /* evaluate.c: are these outputs fields of a point? show_some: then only these of them, and warnings. */
 int shows_plainly(int count, const int *index);
@@ -215,9 +252,10 @@ void show_some(struct Contact *contact, const struct Point *x, int count, const 
 enum Status shows_finite(const struct Contact *contact, const struct Configuration *w);
 /* evaluate.c: the contact's warnings at x. */
 void warn(struct Contact *contact, const struct Point *x);
-/* evaluate.c: show the point at value[TIME], with sides as the inputs say; but the point `passed`, where not NULL, in the lanes in which
- * it is whole. */
-enum Status show_here(struct Contact *contact, const struct Configuration *w, const struct Point *passed, const int whole[LANES], int angles);
+/* evaluate.c: show the point at value[TIME], with sides as the inputs say; but the point `passed`, where not NULL, in
+ * the lanes in which it is whole. */
+enum Status show_here(struct Contact *contact, const struct Configuration *w, const struct Point *passed,
+                      const int whole[LANES], int angles);
 
 /* mean_window.c: length and end [s] of the present averaging window, 0 and infinity where no means are formed. */
 extern const int mean_of[MEANS];
@@ -235,23 +273,26 @@ double largest_difference(const struct Contact *contact, int lane);
 /* evaluate.c: reference above ambient, where the proxy is a temperature. */
 int ordered_temperatures(const struct Contact *contact);
 
-/* average.c: averaging = cycle: begin at value[TIME]; go on by `step` at the cost of a cycle or two; show the means of the present inputs. */
+/* average.c: averaging = cycle: begin at value[TIME]; go on by `step` at the cost of a cycle or two; show the means of
+ * the present inputs. */
 enum Status average_start(struct Contact *contact);
 enum Status average_step(struct Contact *contact, double step);
 enum Status average_here(struct Contact *contact);
-/* slow_states.c: states of effects that outlive a cycle, by place as in struct Point. Where they strive to (contact->steady_state), from what a cycle
- * makes of them; what they are after h, striving there; get_slow_states says how many there are. The sensors are left out: they hear mean forces, over a step or since ever, and
- * show means. */
+/* slow_states.c: states of effects that outlive a cycle, by place as in struct Point. Where they strive to
+ * (contact->steady_state), from what a cycle makes of them; what they are after h, striving there; get_slow_states says
+ * how many there are. The sensors are left out: they hear mean forces, over a step or since ever, and show means. */
 uint64_t sensors_on(const struct Contact *contact);
 int get_slow_states(const struct Contact *contact, const struct Configuration *w, lanes *state);
 void set_slow_states(struct Contact *contact, const struct Configuration *w, const lanes *state);
-void find_steady_states(struct Contact *contact, const struct Configuration *w, double period, const lanes *from, const lanes *after);
-void slow_states_after(const struct Contact *contact, const struct Configuration *w, double h, const lanes *from, lanes *to);
+void find_steady_states(struct Contact *contact, const struct Configuration *w, double period, const lanes *from,
+                        const lanes *after);
+void slow_states_after(const struct Contact *contact, const struct Configuration *w, double h, const lanes *from,
+                       lanes *to);
 void settle_sensors(struct Contact *contact, double period, const lanes *force);
 void measured_now(struct Contact *contact, const lanes *force, lanes *measured);
 enum Status measure_means(struct Contact *contact, double step, const lanes *force, lanes *measured);
-/* periodic.c: sets the states from which one vibration cycle comes back to itself; and A x = b of `count` unknowns, in place, by elimination
- * with pivots: a column without a pivot leaves its unknown at 0. */
+/* periodic.c: sets the states from which one vibration cycle comes back to itself; and A x = b of `count` unknowns, in
+ * place, by elimination with pivots: a column without a pivot leaves its unknown at 0. */
 enum Status find_periodic(struct Contact *contact);
 double most_steps_of_cycles(const struct Contact *contact);
 enum { UNKNOWNS = 1 + EFFECT_STATES };
@@ -259,16 +300,17 @@ void solve(int count, double A[UNKNOWNS][UNKNOWNS], double x[UNKNOWNS]);
 
 /* integrate.c: I[k] = integral from 0 to D of e^-(D - A) A^k dA, D >= 0. */
 void moments(double D, double I[3]);
-/* integrate.c: bristle deflection after half and after the whole of h, from the rates at start, middle and end; and the change that a
- * lower order would have made of the end (for the choice of step). relaxes: by exponentials, else by Simpson's rule; clip: |z| is
- * bounded by the largest target. */
+/* integrate.c: bristle deflection after half and after the whole of h, from the rates at start, middle and end; and the
+ * change that a lower order would have made of the end (for the choice of step). relaxes: by exponentials, else by
+ * Simpson's rule; clip: |z| is bounded by the largest target. */
 void bristle_step(int relaxes, int clip, const lanes h, const struct Point *start, const struct Point *middle,
                   const struct Point *end, lanes z_middle, lanes z_end, lanes difference);
 
-/* integrate.c: how far the end of a step of 2h may be off because its target is not the parabola through start a, middle m and end b: by the
- * targets seen at a quarter and three quarters, early and late, and what a rest may hide between the last of them. */
-void hidden_in_target(const lanes h, const struct Point *a, const struct Point *early, const struct Point *m, const struct Point *late,
-                      const struct Point *b, lanes hidden);
+/* integrate.c: how far the end of a step of 2h may be off because its target is not the parabola through start a,
+ * middle m and end b: by the targets seen at a quarter and three quarters, early and late, and what a rest may hide
+ * between the last of them. */
+void hidden_in_target(const lanes h, const struct Point *a, const struct Point *early, const struct Point *m,
+                      const struct Point *late, const struct Point *b, lanes hidden);
 
 /* fmin and fmax without their care for NaN: one instruction each. */
 static inline double smaller(double a, double b) { return a < b ? a : b; }
@@ -282,13 +324,14 @@ static inline void copy_lane(lanes *to, const lanes *from, int count, int i)
         to[k][i] = from[k][i];
 }
 
-/* Where numbers are too small to mean anything they count as 0, which is off: 1/T and what is made of it stay finite. */
-#define NO_TIME 1e-12      /* time constant or delay [s]: a tenth of a millionth of the shortest cycle */
-#define NO_WINDOW 1e-9     /* averaging window [s]: a hundredth of it */
+/* Where numbers are too small to mean anything they count as 0, which is off: 1/T and what is made of it stay finite.
+ */
+#define NO_TIME 1e-12 /* time constant or delay [s]: a tenth of a millionth of the shortest cycle */
+#define NO_WINDOW 1e-9 /* averaging window [s]: a hundredth of it */
 #define NO_AMPLITUDE 1e-12 /* [m]: a hundredth of an atom */
-#define NO_PATH 1e-150     /* of a bristle, in relaxations: a slip of less than 1e-150 m/s */
-#define NO_STEP 1e-30      /* [s]: only the time moves on */
-#define LONGEST_STEP 1e9   /* [s]: 30 years */
+#define NO_PATH 1e-150 /* of a bristle, in relaxations: a slip of less than 1e-150 m/s */
+#define NO_STEP 1e-30 /* [s]: only the time moves on */
+#define LONGEST_STEP 1e9 /* [s]: 30 years */
 static inline double or_none(double x, double none) { return x < none ? 0 : x; }
 static inline int is_step(double step) { return step > 0 && step <= LONGEST_STEP; }
 

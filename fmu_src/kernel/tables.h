@@ -1,5 +1,5 @@
-/* What is said of every quantity, whatever model it belongs to? One row of a table. The contact and its partners (machines/) write their
- * tables in these words, and the FMI shells, Python and the documentation read them.
+/* What is said of every quantity, whatever model it belongs to? One row of a table. The contact and its partners
+ * (machines/) write their tables in these words, and the FMI shells, Python and the documentation read them.
  */
 #ifndef TABLES_H
 #define TABLES_H
@@ -16,9 +16,9 @@ struct Variable {
     enum Causality causality;
     enum Variability variability;
     const char *const *choices; /* CHOICE: the names, ended by NULL; the value is the place in the list */
-    int derivative_of;          /* index of the state whose rate this is; 0: none (of an effect's: see kernel_derivative_of) */
-    double neutral;             /* of an effect's parameter: with all at their neutral values on equals off; NAN: shape, has no say;
-                                   of a law's parameter: the published law's value, where that is not 0 */
+    int derivative_of; /* index of the state whose rate this is; 0: none (of an effect's: see kernel_derivative_of) */
+    double neutral; /* of an effect's parameter: with all at their neutral values on equals off; NAN: shape, has no say;
+                       of a law's parameter: the published law's value, where that is not 0 */
 };
 
 #endif

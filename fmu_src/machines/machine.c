@@ -1,7 +1,9 @@
-/* How does a partner live and move on? Exactly: its rates are linear in states and inputs, and inputs are linear within a step.
+/* How does a partner live and move on? Exactly: its rates are linear in states and inputs, and inputs are linear within
+ * a step.
  *
- * x(h) = x + once f + twice df/dt, once = integral of exp(A s) from 0 to h, twice = integral of that: f the rates as they stand, df/dt their
- * change by the slopes of the inputs. No step size is too long, and what has no damping keeps its energy but for rounding.
+ * x(h) = x + once f + twice df/dt, once = integral of exp(A s) from 0 to h, twice = integral of that: f the rates as
+ * they stand, df/dt their change by the slopes of the inputs. No step size is too long, and what has no damping keeps
+ * its energy but for rounding.
  */
 #include "machine.h"
 #include "response.h"
@@ -12,10 +14,16 @@
 #define LONGEST_STEP 1e9 /* [s]: 30 years */
 
 int kernel_variable_count(void) { return part.count; }
-const struct Variable *kernel_variable(int index) { return index >= 0 && index < part.count ? &part.variables[index] : NULL; }
+const struct Variable *kernel_variable(int index)
+{
+    return index >= 0 && index < part.count ? &part.variables[index] : NULL;
+}
 const char *kernel_equations(void) { return part.equations; }
 size_t kernel_size(void) { return sizeof(struct Contact); }
-int kernel_derivative_of(int index) { return index > 0 && index < part.count ? part.variables[index].derivative_of : 0; }
+int kernel_derivative_of(int index)
+{
+    return index > 0 && index < part.count ? part.variables[index].derivative_of : 0;
+}
 
 /* The states in the order of their rates in the table. */
 static int rate_of(int place)
@@ -57,7 +65,10 @@ static const char *const status_texts[KERNEL_STATUS_COUNT] = {
     [KERNEL_BAD_STEP] = "the step is not a number above 0 and up to 1e9 s",
     [KERNEL_DIVERGED] = "a state or an output is no longer a finite number",
 };
-const char *kernel_status_text(enum Status status) { return status < KERNEL_STATUS_COUNT ? status_texts[status] : "unknown status"; }
+const char *kernel_status_text(enum Status status)
+{
+    return status < KERNEL_STATUS_COUNT ? status_texts[status] : "unknown status";
+}
 
 void kernel_explain(const struct Contact *contact, enum Status status, char *text, size_t size)
 {
@@ -126,7 +137,8 @@ static void rates(lanes *value, const int *rate, int count, double *f)
         f[n] = value[rate[n]][0];
 }
 
-/* The integrals of the response for a step of h, from rates with one state after the other moved from 0 by its nominal value. */
+/* The integrals of the response for a step of h, from rates with one state after the other moved from 0 by its nominal
+ * value. */
 static void prepare(struct Contact *contact, const int *state, const int *rate, int count, double h)
 {
     double matrix[STATES * STATES], rest[STATES], moved[STATES];
@@ -161,7 +173,8 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
         rate[n] = rate_of(n);
         state[n] = part.variables[rate[n]].derivative_of;
     }
-    /* Communication steps differ by the rounding of time: the integrals serve for all of them, the rest is a step of first order. */
+    /* Communication steps differ by the rounding of time: the integrals serve for all of them, the rest is a step of
+     * first order. */
     if (!(fabs(step - contact->step) <= 1e-9 * step))
         prepare(contact, state, rate, count, step);
     const double rest = step - contact->step;
@@ -192,7 +205,8 @@ static int belongs(const struct Contact *contact)
     }
     prepare(&own, state, rate, count, contact->step);
     for (int n = 0; n < count * count; ++n)
-        if (!(fabs(own.once[n] - contact->once[n]) <= 1e-9 * fabs(own.once[n]) && fabs(own.twice[n] - contact->twice[n]) <= 1e-9 * fabs(own.twice[n])))
+        if (!(fabs(own.once[n] - contact->once[n]) <= 1e-9 * fabs(own.once[n]) &&
+              fabs(own.twice[n] - contact->twice[n]) <= 1e-9 * fabs(own.twice[n])))
             return 0;
     return 1;
 }
@@ -223,7 +237,8 @@ enum Status kernel_derivative(const struct Contact *contact, int unknown, int kn
     struct Contact probe = *contact;
     if (!kernel_variable(unknown) || !kernel_variable(known))
         return KERNEL_NO_SUCH_VARIABLE;
-    /* Central differences: exact but for rounding where the unknown is linear or quadratic in the known, as all here are. */
+    /* Central differences: exact but for rounding where the unknown is linear or quadratic in the known, as all here
+     * are. */
     const double value = contact->value[known][0], h = fmax(1e-3 * fabs(value), 1e-2 * nominal(known));
     probe.value[known][0] = value + h;
     part.evaluate(probe.value);

@@ -1,9 +1,10 @@
 /* What is a partner of the contact made of, and what can be asked of it?
  *
- * A partner is the machine around the contact: tool holder, spindle, feed drive, heat. Each is one file in parts/: a table and one
- * function. What they share: outputs and rates are linear in states and inputs, whatever the parameters, so that machine.c can step them
- * exactly. The FMI shells find here the words that they find in kernel.h for the contact; C99 and math.h, no allocation, no writable
- * static, the caller owns the memory. What the shells call a contact is here the machine.
+ * A partner is the machine around the contact: tool holder, spindle, feed drive, heat. Each is one file in parts/: a
+ * table and one function. What they share: outputs and rates are linear in states and inputs, whatever the parameters,
+ * so that machine.c can step them exactly. The FMI shells find here the words that they find in kernel.h for the
+ * contact; C99 and math.h, no allocation, no writable static, the caller owns the memory. What the shells call a
+ * contact is here the machine.
  */
 #ifndef MACHINE_H
 #define MACHINE_H
@@ -20,8 +21,15 @@ enum Limits { TIME = 0, INPUT_FIRST = 1, INPUT_END = INPUT_FIRST + 8, CAPACITY =
 
 enum { TOLERANCE_ARGUMENT = CAPACITY }; /* FMI's `tolerance` of the experiment: no variable, the step is exact */
 
-enum Status { KERNEL_OK, KERNEL_NO_SUCH_VARIABLE, KERNEL_NOT_FINITE, KERNEL_OUT_OF_BOUNDS, KERNEL_BAD_STEP, KERNEL_DIVERGED,
-              KERNEL_STATUS_COUNT };
+enum Status {
+    KERNEL_OK,
+    KERNEL_NO_SUCH_VARIABLE,
+    KERNEL_NOT_FINITE,
+    KERNEL_OUT_OF_BOUNDS,
+    KERNEL_BAD_STEP,
+    KERNEL_DIVERGED,
+    KERNEL_STATUS_COUNT
+};
 enum Warning { WARNING_COUNT = 0 };
 
 struct Contact {

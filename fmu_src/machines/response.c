@@ -1,7 +1,9 @@
-/* How do linear states answer over a step? By the functions phi1 and phi2 of the matrix A h: series for a short step, then doubled.
+/* How do linear states answer over a step? By the functions phi1 and phi2 of the matrix A h: series for a short step,
+ * then doubled.
  *
- * phi1(x) = (e^x - 1)/x, phi2(x) = (e^x - 1 - x)/x^2; once = h phi1(A h), twice = h^2 phi2(A h). From x to 2x: phi1 = (e^x + 1) phi1 / 2,
- * phi2 = (phi1^2 + 2 phi2) / 4. A may be singular (a position that nothing holds). Hochbruck and Ostermann 2010, section 4.2.
+ * phi1(x) = (e^x - 1)/x, phi2(x) = (e^x - 1 - x)/x^2; once = h phi1(A h), twice = h^2 phi2(A h). From x to 2x: phi1 =
+ * (e^x + 1) phi1 / 2, phi2 = (phi1^2 + 2 phi2) / 4. A may be singular (a position that nothing holds). Hochbruck and
+ * Ostermann 2010, section 4.2.
  */
 #include "response.h"
 #include "machine.h"
@@ -33,8 +35,8 @@ static double norm(int n, const double *a)
     return largest;
 }
 
-/* Scales of the states, powers of 2, in which rows and columns of A are of like size: metres and metres per second are not, and a norm that
- * is larger than it need be costs doublings, each of which adds its rounding. Osborne 1960. */
+/* Scales of the states, powers of 2, in which rows and columns of A are of like size: metres and metres per second are
+ * not, and a norm that is larger than it need be costs doublings, each of which adds its rounding. Osborne 1960. */
 static void balance(int n, const double *A, double *scale)
 {
     for (int i = 0; i < n; ++i)
@@ -54,7 +56,8 @@ static void balance(int n, const double *A, double *scale)
 
 void respond(int n, const double *A, double h, double *once, double *twice)
 {
-    double x[STATES * STATES] = {0}, power[STATES * STATES] = {0}, phi1[STATES * STATES] = {0}, phi2[STATES * STATES] = {0};
+    double x[STATES * STATES] = {0}, power[STATES * STATES] = {0}, phi1[STATES * STATES] = {0},
+                      phi2[STATES * STATES] = {0};
     double scale[STATES], even[STATES * STATES];
     balance(n, A, scale);
     for (int i = 0; i < n * n; ++i)

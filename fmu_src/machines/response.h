@@ -2,7 +2,8 @@
 #ifndef RESPONSE_H
 #define RESPONSE_H
 
-/* once = integral of exp(A s) ds from 0 to h, twice = integral of that integral; all n by n, by rows, n at most STATES. */
+/* once = integral of exp(A s) ds from 0 to h, twice = integral of that integral; all n by n, by rows, n at most STATES.
+ */
 void respond(int n, const double *A, double h, double *once, double *twice);
 
 #endif

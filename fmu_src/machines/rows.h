@@ -7,8 +7,15 @@
 #include <math.h>
 
 #define PI 3.14159265358979323846
-#define CLOCK {.name = "time", .unit = "s", .min = -INFINITY, .max = INFINITY, .causality = INDEPENDENT, .variability = CONTINUOUS, \
-               .meaning = "simulation time", .source = DEFINITION}
+#define CLOCK                                                                                                          \
+    {.name = "time",                                                                                                   \
+     .unit = "s",                                                                                                      \
+     .min = -INFINITY,                                                                                                 \
+     .max = INFINITY,                                                                                                  \
+     .causality = INDEPENDENT,                                                                                         \
+     .variability = CONTINUOUS,                                                                                        \
+     .meaning = "simulation time",                                                                                     \
+     .source = DEFINITION}
 #define GIVEN .causality = INPUT, .variability = CONTINUOUS
 #define TUNED .causality = PARAMETER, .variability = TUNABLE
 #define SWITCH .unit = "1", .type = BOOLEAN, .max = 1, .causality = PARAMETER, .variability = FIXED

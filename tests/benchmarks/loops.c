@@ -1,7 +1,8 @@
-/* What does the same work cost from C, with no Python between? Loops that a host would write, and the least that they could cost.
+/* What does the same work cost from C, with no Python between? Loops that a host would write, and the least that they
+ * could cost.
  *
- * Every loop returns the processor seconds that it took. A host's instance and functions come in as pointers, so this library links to
- * no FMU.
+ * Every loop returns the processor seconds that it took. A host's instance and functions come in as pointers, so this
+ * library links to no FMU.
  */
 #include <math.h>
 #include <stddef.h>
@@ -15,7 +16,8 @@ static double seconds_since(clock_t begin) { return (double)(clock() - begin) / 
 /* ---- a master of co-simulation ---- */
 
 typedef int DoStep2(void *instance, double time, double step, int no_set_state);
-typedef int DoStep3(void *instance, double time, double step, _Bool no_set_state, _Bool *event, _Bool *terminate, _Bool *early, double *last);
+typedef int DoStep3(void *instance, double time, double step, _Bool no_set_state, _Bool *event, _Bool *terminate,
+                    _Bool *early, double *last);
 typedef int Values2(void *instance, const unsigned *references, size_t count, double *values);
 
 /* Nothing but the call. */
@@ -51,13 +53,14 @@ double steps_3(DoStep3 *do_step, void *instance, double *time, double step, int6
 }
 
 /* The same with an input set before each step, which goes to and fro, and an output read after it. */
-double exchanges_2(DoStep2 *do_step, Values2 *set, Values2 *get, void *instance, unsigned input, double size, unsigned output,
-                   double *time, double step, int64_t count)
+double exchanges_2(DoStep2 *do_step, Values2 *set, Values2 *get, void *instance, unsigned input, double size,
+                   unsigned output, double *time, double step, int64_t count)
 {
     const clock_t begin = clock();
     for (int64_t n = 0; n < count; ++n) {
         double in = n & 1 ? 0.9 * size : size, out;
-        if (set(instance, &input, 1, &in) > 1 || do_step(instance, *time, step, 1) > 1 || get(instance, &output, 1, &out) > 1)
+        if (set(instance, &input, 1, &in) > 1 || do_step(instance, *time, step, 1) > 1 ||
+            get(instance, &output, 1, &out) > 1)
             return -1;
         *time += step;
     }
@@ -92,13 +95,15 @@ int rate(double t, void *z, void *dz, void *law_)
     return 0;
 }
 
-/* The least arithmetic of an internal step: the exponential midpoint rule, `count` steps of h from begin_time on. moving = 0: slip held. */
+/* The least arithmetic of an internal step: the exponential midpoint rule, `count` steps of h from begin_time on.
+ * moving = 0: slip held. */
 double bare_steps(const struct Law *law, int moving, double begin_time, double h, int64_t count, double *z)
 {
     const clock_t begin = clock();
     double v = law->mean;
     for (int64_t n = 0; n < count; ++n) {
-        v = moving ? slip(law, begin_time + ((double)n + 0.5) * h) : v * (1 - 1e-15); /* no loop invariant for the compiler */
+        v = moving ? slip(law, begin_time + ((double)n + 0.5) * h)
+                   : v * (1 - 1e-15); /* no loop invariant for the compiler */
         const double g = stribeck(law, v), target = (v < 0 ? -g : g) / law->P;
         *z = target + (*z - target) * exp(-law->P * fabs(v) / g * h);
     }

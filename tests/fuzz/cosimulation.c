@@ -131,8 +131,12 @@ void ask_status(struct One *one)
     fmi2Status status;
     fmi2String text;
     switch (below(6)) {
-    case 0: CALL(one, "fmi2CancelStep", ANY_MODE, MUST_FAIL, fmi2CancelStep(one->c)); break;
-    case 1: CALL(one, "fmi2GetStatus", ANY_MODE, MUST_FAIL, fmi2GetStatus(one->c, fmi2DoStepStatus, &status)); break;
+    case 0:
+        CALL(one, "fmi2CancelStep", ANY_MODE, MUST_FAIL, fmi2CancelStep(one->c));
+        break;
+    case 1:
+        CALL(one, "fmi2GetStatus", ANY_MODE, MUST_FAIL, fmi2GetStatus(one->c, fmi2DoStepStatus, &status));
+        break;
     case 2:
         CALL(one, "fmi2GetIntegerStatus", ANY_MODE, MUST_FAIL,
              fmi2GetIntegerStatus(one->c, (fmi2StatusKind)below(5), &whole));
@@ -143,6 +147,7 @@ void ask_status(struct One *one)
     case 4:
         CALL(one, "fmi2GetBooleanStatus", ANY_MODE, MUST_PASS, fmi2GetBooleanStatus(one->c, fmi2Terminated, &truth));
         break;
-    default: last_time(one);
+    default:
+        last_time(one);
     }
 }

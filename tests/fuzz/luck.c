@@ -49,9 +49,12 @@ static double at_a_bound(const struct Variable *v)
 {
     const double bound = chance(0.5) ? v->min : v->max;
     switch (below(4)) {
-    case 0: return nextafter(bound, chance(0.5) ? INFINITY : -INFINITY);
-    case 1: return bound * (1 + between(-1e-3, 1e-3));
-    default: return bound;
+    case 0:
+        return nextafter(bound, chance(0.5) ? INFINITY : -INFINITY);
+    case 1:
+        return bound * (1 + between(-1e-3, 1e-3));
+    default:
+        return bound;
     }
 }
 

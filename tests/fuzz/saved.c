@@ -71,11 +71,16 @@ static void seal(unsigned char *bytes, size_t size)
 static double forged_number(double was)
 {
     switch (below(5)) {
-    case 0: return -was;
-    case 1: return was * spread(1e-6, 1e6);
-    case 2: return was + (double)(below(2001) - 1000);
-    case 3: return (double)(below(601) - 300);
-    default: return strange();
+    case 0:
+        return -was;
+    case 1:
+        return was * spread(1e-6, 1e6);
+    case 2:
+        return was + (double)(below(2001) - 1000);
+    case 3:
+        return (double)(below(601) - 300);
+    default:
+        return strange();
     }
 }
 
@@ -84,14 +89,18 @@ static size_t drawn_place(size_t size, size_t width)
 {
     const size_t hidden = MODEL + sizeof(lanes) * CAPACITY;
     switch (below(8)) {
-    case 0: return (size_t)below(MODEL) / width * width;
+    case 0:
+        return (size_t)below(MODEL) / width * width;
     case 1:
     case 2:
-    case 3: return MODEL + (size_t)below(variables) * sizeof(lanes) + (width < 8 ? (size_t)below(2) * 4 : 0);
+    case 3:
+        return MODEL + (size_t)below(variables) * sizeof(lanes) + (width < 8 ? (size_t)below(2) * 4 : 0);
     case 4:
     case 5:
-    case 6: return hidden + (size_t)below((int)(size - hidden < 900 ? size - hidden - 8 : 900)) / width * width;
-    default: return (size_t)below((int)size - 8) / width * width;
+    case 6:
+        return hidden + (size_t)below((int)(size - hidden < 900 ? size - hidden - 8 : 900)) / width * width;
+    default:
+        return (size_t)below((int)size - 8) / width * width;
     }
 }
 
@@ -99,7 +108,9 @@ static void forge_bytes(unsigned char *bytes, size_t size)
 {
     for (int n = 1 + below(3); n > 0; --n)
         switch (below(4)) {
-        case 0: bytes[drawn_place(size, 1)] ^= (unsigned char)(1 << below(8)); break;
+        case 0:
+            bytes[drawn_place(size, 1)] ^= (unsigned char)(1 << below(8));
+            break;
         case 1: {
             const uint32_t word = chance(0.5) ? (uint32_t)luck() : chance(0.5) ? 1u << below(32) : (uint32_t)below(4);
             memcpy(bytes + drawn_place(size, 4), &word, sizeof word);

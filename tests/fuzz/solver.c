@@ -172,8 +172,12 @@ void ask_what_is_not_there(struct One *one)
         fmi2String text[1] = {"x"};
         const fmi2Integer order[1] = {1};
         switch (below(3)) {
-        case 0: CALL(one, "fmi2GetString", READING, verdict, fmi2GetString(one->c, reference, count, text)); break;
-        case 1: CALL(one, "fmi2SetString", SETTING, verdict, fmi2SetString(one->c, reference, count, text)); break;
+        case 0:
+            CALL(one, "fmi2GetString", READING, verdict, fmi2GetString(one->c, reference, count, text));
+            break;
+        case 1:
+            CALL(one, "fmi2SetString", SETTING, verdict, fmi2SetString(one->c, reference, count, text));
+            break;
         default:
             CALL(one, "fmi2GetRealOutputDerivatives", STEPPING | STEP_FAILED | TERMINATED | FAILED, verdict,
                  fmi2GetRealOutputDerivatives(one->c, reference, count, order, number));
@@ -199,7 +203,9 @@ void ask_what_is_not_there(struct One *one)
     case 3:
         CALL(one, "fmi3GetBinary", reading(one), verdict, fmi3GetBinary(one->c, reference, count, size, bytes, count));
         break;
-    case 4: CALL(one, "fmi3SetClock", SETTING | ASKING, verdict, fmi3SetClock(one->c, reference, count, clocks)); break;
+    case 4:
+        CALL(one, "fmi3SetClock", SETTING | ASKING, verdict, fmi3SetClock(one->c, reference, count, clocks));
+        break;
     case 5:
         CALL(one, "fmi3GetNumberOfVariableDependencies", ANY_MODE, MUST_FAIL,
              fmi3GetNumberOfVariableDependencies(one->c, 0, size));

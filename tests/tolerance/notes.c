@@ -5,9 +5,13 @@
 
 /* Each mean, and the integrand it is the mean of. */
 static const int means[][2] = {
-    {MEAN_FRICTION_FORCE, FRICTION_FORCE}, {MEAN_PRINCIPAL_FORCE, PRINCIPAL_FORCE}, {MEAN_FEED_FORCE, FEED_FORCE},
-    {MEAN_NORMAL_FORCE, NORMAL_FORCE}, {MEAN_MEASURED_FRICTION_FORCE, MEASURED_FRICTION_FORCE},
-    {MEAN_MEASURED_PRINCIPAL_FORCE, MEASURED_PRINCIPAL_FORCE}, {MEAN_MEASURED_FEED_FORCE, MEASURED_FEED_FORCE},
+    {MEAN_FRICTION_FORCE, FRICTION_FORCE},
+    {MEAN_PRINCIPAL_FORCE, PRINCIPAL_FORCE},
+    {MEAN_FEED_FORCE, FEED_FORCE},
+    {MEAN_NORMAL_FORCE, NORMAL_FORCE},
+    {MEAN_MEASURED_FRICTION_FORCE, MEASURED_FRICTION_FORCE},
+    {MEAN_MEASURED_PRINCIPAL_FORCE, MEASURED_PRINCIPAL_FORCE},
+    {MEAN_MEASURED_FEED_FORCE, MEASURED_FEED_FORCE},
 };
 
 static double shown(const struct Course *c, int index)
@@ -65,7 +69,8 @@ void notes_both_sides(struct Course *c)
     }
 }
 
-/* An event at the end of a communication step or at a sample: it is shown before or after, and a host's rounding of the inputs decides. */
+/* An event at the end of a communication step or at a sample: it is shown before or after, and a host's rounding of the
+ * inputs decides. */
 static int ends_a_step(const struct Course *c)
 {
     const struct Motion *m = c->motion;
@@ -93,7 +98,8 @@ static void show_before(struct Course *c, int rounded)
         kernel_evaluate(c->contact);
 }
 
-/* At the present time: sides anew, and a note of what has jumped where the time of it hangs on a state or on rounding. */
+/* At the present time: sides anew, and a note of what has jumped where the time of it hangs on a state or on rounding.
+ */
 int notes_event(struct Course *c, int hangs_on_state)
 {
     const int rounded = !hangs_on_state && ends_a_step(c);

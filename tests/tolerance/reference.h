@@ -6,7 +6,6 @@
 
 #include <stdint.h>
 
-
 enum Verdict { DONE, NO_RATES, NO_STEP, TOO_MANY_EVENTS, TOO_MANY_STEPS };
 
 /* Inputs that run straight from `begin` to `end` of each segment, and may jump between segments. */

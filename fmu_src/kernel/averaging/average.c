@@ -1,8 +1,10 @@
-/* What does a machine see of a contact that vibrates far faster than the machine moves? One cycle, which stands for all of a step's.
+/* What does a machine see of a contact that vibrates far faster than the machine moves? One cycle, which stands for all
+ * of a step's.
  *
- * Every cycle that is run begins where the tool stands highest: there it is out of the material if it ever is, and has forgotten the
- * cycle before. It runs with the inputs of the step's middle, held, in the middle of the step to within half a cycle. How the others
- * go on: cycles.c; states of effects: slow_states.c. Averaging: Kryloff and Bogoliuboff 1947; whole steps from one cycle: Petzold 1981.
+ * Every cycle that is run begins where the tool stands highest: there it is out of the material if it ever is, and has
+ * forgotten the cycle before. It runs with the inputs of the step's middle, held, in the middle of the step to within
+ * half a cycle. How the others go on: cycles.c; states of effects: slow_states.c. Averaging: Kryloff and Bogoliuboff
+ * 1947; whole steps from one cycle: Petzold 1981.
  */
 #include "cycles.h"
 
@@ -10,8 +12,9 @@
 #include <string.h>
 
 /* What shows as the mean rate of each integral. */
-static const int rate_of[INTEGRALS] = {DISSIPATED_POWER, SLIDING_SPEED, FRICTION_FORCE, PRINCIPAL_FORCE, FEED_FORCE, NORMAL_FORCE,
-                                       CONTACT_RATE, MEASURED_FRICTION_FORCE, MEASURED_PRINCIPAL_FORCE, MEASURED_FEED_FORCE};
+static const int rate_of[INTEGRALS] = {
+    DISSIPATED_POWER, SLIDING_SPEED, FRICTION_FORCE,          PRINCIPAL_FORCE,          FEED_FORCE,
+    NORMAL_FORCE,     CONTACT_RATE,  MEASURED_FRICTION_FORCE, MEASURED_PRINCIPAL_FORCE, MEASURED_FEED_FORCE};
 
 /* Start of that cycle, of those that begin with the tool at its highest, whose middle is nearest to t. */
 static double cycle_at(const struct Contact *contact, double t)
@@ -44,8 +47,10 @@ static void show_means(struct Contact *contact, lanes mean[INTEGRALS])
     }
 }
 
-/* Run cycles around t with the inputs as they stand; sensors are left out. Leaves the contact at the end of the last one. */
-static enum Status look(struct Contact *contact, double t, double cycles, struct Configuration *w, struct CycleSums *seen, lanes mean[INTEGRALS])
+/* Run cycles around t with the inputs as they stand; sensors are left out. Leaves the contact at the end of the last
+ * one. */
+static enum Status look(struct Contact *contact, double t, double cycles, struct Configuration *w,
+                        struct CycleSums *seen, lanes mean[INTEGRALS])
 {
     const uint64_t all = contact->effects_on;
     lanes closed;
@@ -59,32 +64,40 @@ static enum Status look(struct Contact *contact, double t, double cycles, struct
     if (status == KERNEL_OK)
         go_on(contact, seen, cycles, mean);
     contact->effects_on = all;
-    EACH_LANE contact->window[i] = closed[i];
+    EACH_LANE
+        contact->window[i] = closed[i];
     return status;
 }
 
 /* A quotient of differences; 0 where rounding has left no time between. */
 static double per(double change, double time) { return time > 0 ? change / time : 0; }
 
-/* How far the lane's mean forces over a step of h around t may be from those of the resolved run: what was left of the cycle before; a
- * start at rest, which the first cycle begins otherwise; cycles that were not alike; the remainder of the midpoint rule, h^2/24 times the
- * second derivative; a cycle that lies half a cycle beside the middle; slow states that strive to what the step before has shown; and the
- * tolerance of both runs. Differences pass through 0 where what they stand for does not, so the error before is forgotten by halves. */
-static double error_of(const struct Contact *contact, const struct CycleSums *seen, lanes mean[INTEGRALS], double t, double h, int slow, int i)
+/* How far the lane's mean forces over a step of h around t may be from those of the resolved run: what was left of the
+ * cycle before; a start at rest, which the first cycle begins otherwise; cycles that were not alike; the remainder of
+ * the midpoint rule, h^2/24 times the second derivative; a cycle that lies half a cycle beside the middle; slow states
+ * that strive to what the step before has shown; and the tolerance of both runs. Differences pass through 0 where what
+ * they stand for does not, so the error before is forgotten by halves. */
+static double error_of(const struct Contact *contact, const struct CycleSums *seen, lanes mean[INTEGRALS], double t,
+                       double h, int slow, int i)
 {
-    const double period = period_of(contact), whole = larger(h, period), at[2] = {contact->earlier_time[0][i], contact->earlier_time[1][i]};
+    const double period = period_of(contact), whole = larger(h, period),
+                 at[2] = {contact->earlier_time[0][i], contact->earlier_time[1][i]};
     const double loaded = larger(contact->value[F_C][i], contact->value[F_S][i]) * mean[DUTY][i];
     const int first = at[1] == -INFINITY, at_rest = chosen(contact->value, INITIAL_STATE, i) == AT_REST;
     double largest = 0.5 * contact->value[AVERAGING_ERROR][i];
     for (int k = 0; k < CHANNELS; ++k) {
-        const double now = mean[FIRST_FORCE + k][i], was = contact->earlier_force[0][k][i], had = contact->earlier_force[1][k][i];
-        const double last = seen->last[FIRST_FORCE + k][i], before = seen->cycles[i] > 1 ? seen->before[FIRST_FORCE + k][i] : last;
+        const double now = mean[FIRST_FORCE + k][i], was = contact->earlier_force[0][k][i],
+                     had = contact->earlier_force[1][k][i];
+        const double last = seen->last[FIRST_FORCE + k][i],
+                     before = seen->cycles[i] > 1 ? seen->before[FIRST_FORCE + k][i] : last;
         const double rate = per(now - was, t - at[0]);
         const double bend = first ? fabs(rate) / h : per(fabs(rate - per(was - had, at[0] - at[1])), t - at[1]);
-        const double unlike = (fabs(last - before) + fabs(seen->next[FIRST_FORCE + k][i])) / (seen->periodic[i] ? whole : period);
+        const double unlike =
+            (fabs(last - before) + fabs(seen->next[FIRST_FORCE + k][i])) / (seen->periodic[i] ? whole : period);
         const double errors = contact->value[SIGMA0][i] * fabs(seen->departure[i]) * mean[DUTY][i] +
-                              (first && at_rest ? loaded * period / whole : 0) + unlike + h * h / 12 * bend + 0.5 * period * fabs(rate) +
-                              (slow ? 0.15 * fabs(now - was) : 0) + contact->value[RELATIVE_TOLERANCE][i] * fabs(now);
+                              (first && at_rest ? loaded * period / whole : 0) + unlike + h * h / 12 * bend +
+                              0.5 * period * fabs(rate) + (slow ? 0.15 * fabs(now - was) : 0) +
+                              contact->value[RELATIVE_TOLERANCE][i] * fabs(now);
         largest = larger(largest, errors);
     }
     return largest;
@@ -125,7 +138,8 @@ static enum Status look_here(struct Contact *contact, lanes mean[INTEGRALS])
     show_means(&probe, mean);
     for (int index = 0; index < kernel_variable_count(); ++index) {
         const enum Causality role = kernel_variable(index)->causality;
-        const int shown = (role == OUTPUT || role == LOCAL) && index != STEP_COUNT && index != CLAMPED_COUNT; /* a look is no step */
+        const int shown =
+            (role == OUTPUT || role == LOCAL) && index != STEP_COUNT && index != CLAMPED_COUNT; /* a look is no step */
         for (int i = 0; i < LANES && shown && !is_state(index); ++i)
             contact->value[index][i] = probe.value[index][i];
     }
@@ -171,7 +185,8 @@ enum Status average_start(struct Contact *contact)
     }
     if (status == KERNEL_OK)
         keep_for_error(contact, mean, start);
-    EACH_LANE open_window(contact, i);
+    EACH_LANE
+        open_window(contact, i);
     return status;
 }
 
@@ -179,12 +194,14 @@ enum Status average_step(struct Contact *contact, double step)
 {
     const double start = contact->value[TIME][0], end = start + step, middle = start + 0.5 * step;
     lanes before[OWN_ROWS], mean[INTEGRALS], from[EFFECT_STATES], halfway[EFFECT_STATES];
-    const lanes *const value = (const lanes *)before, *const slope = value + offsetof(struct Contact, slope) / sizeof(lanes);
+    const lanes *const value = (const lanes *)before, *const slope =
+                                                          value + offsetof(struct Contact, slope) / sizeof(lanes);
     struct Configuration w;
     struct CycleSums seen;
     if (step < NO_STEP) {
         lanes s;
-        EACH_LANE s[i] = step;
+        EACH_LANE
+            s[i] = step;
         move_on(contact, s);
         return KERNEL_OK;
     }
@@ -204,10 +221,12 @@ enum Status average_step(struct Contact *contact, double step)
         show_instant(contact, &w);
         slow_states_after(contact, &w, step, (const lanes *)from, halfway);
         set_slow_states(contact, &w, (const lanes *)halfway);
-        EACH_LANE contact->value[TIME][i] = start;
+        EACH_LANE
+            contact->value[TIME][i] = start;
         status = measure_means(contact, step, (const lanes *)mean + FIRST_FORCE, mean + FIRST_MEASURED);
         for (int n = 0; n < INTEGRALS; ++n)
-            EACH_LANE status = fabs(mean[n][i]) < INFINITY ? status : KERNEL_DIVERGED;
+            EACH_LANE
+                status = fabs(mean[n][i]) < INFINITY ? status : KERNEL_DIVERGED;
     }
     if (status != KERNEL_OK) {
         memcpy(contact, before, sizeof before);
@@ -216,9 +235,11 @@ enum Status average_step(struct Contact *contact, double step)
     memcpy(contact->slope, slope, sizeof contact->slope);
     show_means(contact, mean);
     for (int k = INPUT_FIRST; k < INPUT_END; ++k)
-        EACH_LANE contact->value[k][i] = value[k][i] + step * slope[k - INPUT_FIRST][i];
+        EACH_LANE
+            contact->value[k][i] = value[k][i] + step * slope[k - INPUT_FIRST][i];
     for (int n = 0; n < INTEGRALS; ++n)
-        EACH_LANE contact->value[kernel_state(1 + n)][i] = value[kernel_state(1 + n)][i] + step * mean[n][i];
+        EACH_LANE
+            contact->value[kernel_state(1 + n)][i] = value[kernel_state(1 + n)][i] + step * mean[n][i];
     for (int i = 0; i < LANES; ++i) {
         double rates[MEANS];
         for (int n = 0; n < MEANS; ++n)

@@ -1,8 +1,9 @@
 /* How do many cycles go on, of which one or two are run?
  *
- * Where the bristle comes back to where it was, all are like the last. Else a second cycle tells by which ratio a departure shrinks and
- * what it does to forces: with a law that is linear in the deflection the cycles are a geometric series, transients included. Ratio and
- * effect on the forces serve the steps that follow, as long as little is left. A law with events of its own makes no such series.
+ * Where the bristle comes back to where it was, all are like the last. Else a second cycle tells by which ratio a
+ * departure shrinks and what it does to forces: with a law that is linear in the deflection the cycles are a geometric
+ * series, transients included. Ratio and effect on the forces serve the steps that follow, as long as little is left. A
+ * law with events of its own makes no such series.
  */
 #include "cycles.h"
 
@@ -18,7 +19,8 @@ static enum Status run_cycle(struct Contact *contact, struct Configuration *w, d
     lanes s = {0}, start[INTEGRALS], z;
     for (int n = 0; n < INTEGRALS; ++n) { /* from 0, so that no digits are lost; but effects ask for the distance */
         lanes *const integral = &contact->value[kernel_state(1 + n)];
-        EACH_LANE start[n][i] = (*integral)[i] = kernel_state(1 + n) == SLIDING_DISTANCE ? (*integral)[i] : 0;
+        EACH_LANE
+            start[n][i] = (*integral)[i] = kernel_state(1 + n) == SLIDING_DISTANCE ? (*integral)[i] : 0;
     }
     EACH_LANE {
         contact->value[TIME][i] = begin;
@@ -60,10 +62,13 @@ static void keep_for_later(struct Contact *contact, const struct CycleSums *seen
     contact->served[i] = 0;
 }
 
-/* Is the last of so many cycles like those that follow, or are they members of a geometric series? A law with events of its own makes none. */
-static int goes_on_alike(struct Contact *contact, const struct Configuration *w, double cycles, struct CycleSums *seen, int i)
+/* Is the last of so many cycles like those that follow, or are they members of a geometric series? A law with events of
+ * its own makes none. */
+static int goes_on_alike(struct Contact *contact, const struct Configuration *w, double cycles, struct CycleSums *seen,
+                         int i)
 {
-    const double reach = larger(contact->value[F_C][i], contact->value[F_S][i]) / contact->value[SIGMA0][i], departure = fabs(seen->departure[i]);
+    const double reach = larger(contact->value[F_C][i], contact->value[F_S][i]) / contact->value[SIGMA0][i],
+                 departure = fabs(seen->departure[i]);
     if (departure * smaller(larger(cycles, 1), 1e3) <= contact->value[RELATIVE_TOLERANCE][i] * reach)
         return 1;
     if (w->law->event)
@@ -84,17 +89,20 @@ static int goes_on_alike(struct Contact *contact, const struct Configuration *w,
     return 1;
 }
 
-enum Status run_cycles(struct Contact *contact, struct Configuration *w, double begin, double cycles, struct CycleSums *seen)
+enum Status run_cycles(struct Contact *contact, struct Configuration *w, double begin, double cycles,
+                       struct CycleSums *seen)
 {
     lanes from[EFFECT_STATES], slid, aside[OWN_ROWS];
     memset(seen, 0, sizeof *seen);
     get_slow_states(contact, w, from);
-    EACH_LANE slid[i] = contact->value[SLIDING_DISTANCE][i];
+    EACH_LANE
+        slid[i] = contact->value[SLIDING_DISTANCE][i];
     for (int n = 0, all = 0; n < MOST_CYCLES && !all; ++n) {
         if (n > 0) {
             memcpy(aside, contact, sizeof aside);
             set_slow_states(contact, w, (const lanes *)from);
-            EACH_LANE contact->value[SLIDING_DISTANCE][i] = slid[i];
+            EACH_LANE
+                contact->value[SLIDING_DISTANCE][i] = slid[i];
         }
         const enum Status status = run_cycle(contact, w, begin, seen);
         if (status != KERNEL_OK)
@@ -125,7 +133,8 @@ void go_on(struct Contact *contact, const struct CycleSums *seen, double cycles,
     for (int i = 0; i < LANES; ++i) {
         const double run = seen->cycles[i], more = larger(cycles - run, 0), q = seen->left[i];
         for (int n = 0; n < INTEGRALS; ++n) {
-            const double gain = seen->gain[n][i] + more * seen->last[n][i] + seen->next[n][i] * series_of_series(q, more);
+            const double gain =
+                seen->gain[n][i] + more * seen->last[n][i] + seen->next[n][i] * series_of_series(q, more);
             mean[n][i] = seen->periodic[i] ? gain / ((run + more) * period) : seen->gain[n][i] / (run * period);
         }
         contact->value[BRISTLE_DEFLECTION][i] += seen->periodic[i] ? seen->departure[i] * series(q, more) : 0;

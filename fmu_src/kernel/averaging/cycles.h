@@ -6,27 +6,34 @@
 
 enum {
     INTEGRALS = BASE_STATES - 1, /* all states of the base table but the bristle, in their order */
-    FIRST_FORCE = 2, DUTY = 6, FIRST_MEASURED = 7, FIRST_MEAN = INTEGRALS - MEANS
+    FIRST_FORCE = 2,
+    DUTY = 6,
+    FIRST_MEASURED = 7,
+    FIRST_MEAN = INTEGRALS - MEANS
 };
 
-/* What the cycles that were run have shown: gains of the integrals, all together and of the last two; departures of the bristle. */
+/* What the cycles that were run have shown: gains of the integrals, all together and of the last two; departures of the
+ * bristle. */
 struct CycleSums {
     lanes gain[INTEGRALS], last[INTEGRALS], before[INTEGRALS], departure, departure_before;
-    lanes left, next[INTEGRALS]; /* share of a departure that outlives a cycle; what the next cycle will gain beyond the last */
-    lanes state[EFFECT_STATES];  /* slow states after the cycle */
+    lanes left,
+        next[INTEGRALS]; /* share of a departure that outlives a cycle; what the next cycle will gain beyond the last */
+    lanes state[EFFECT_STATES]; /* slow states after the cycle */
     int cycles[LANES], done[LANES], periodic[LANES];
 };
 
-/* Rows of a contact that its lanes step with: values, slopes, memory, sides; all but what looks back and what windows have in common. */
+/* Rows of a contact that its lanes step with: values, slopes, memory, sides; all but what looks back and what windows
+ * have in common. */
 enum { OWN_ROWS = offsetof(struct Contact, window_origin) / sizeof(lanes) };
 
 enum { MOST_SERVED = 30 }; /* steps that go by what an earlier one has found of the bristle */
 
 static inline double period_of(const struct Contact *contact) { return 1 / contact->value[VIBRATION_FREQUENCY][0]; }
 
-/* Cycles from `begin`, again and again from the same slow states, until each lane knows how so many would go on. A lane that does stays as
- * it is, to the last bit. Effects that are on: all but sensors. */
-enum Status run_cycles(struct Contact *contact, struct Configuration *w, double begin, double cycles, struct CycleSums *seen);
+/* Cycles from `begin`, again and again from the same slow states, until each lane knows how so many would go on. A lane
+ * that does stays as it is, to the last bit. Effects that are on: all but sensors. */
+enum Status run_cycles(struct Contact *contact, struct Configuration *w, double begin, double cycles,
+                       struct CycleSums *seen);
 /* Mean rates over so many cycles, of which those that were run are the first; and the bristle after them. */
 void go_on(struct Contact *contact, const struct CycleSums *seen, double cycles, lanes mean[INTEGRALS]);
 

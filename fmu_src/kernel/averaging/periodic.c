@@ -3,15 +3,16 @@
 
 #include <math.h>
 
-/* Internal steps that a cycle, and all of the search for the periodic state, may take: an ellipse takes some 60 a cycle, and 12 times the
- * slopes of all states take 300 cycles. Where bonds break by thousands in a cycle, and at random, there is nothing to find; where a holder
- * swings a million times within one, it takes too long. */
+/* Internal steps that a cycle, and all of the search for the periodic state, may take: an ellipse takes some 60 a
+ * cycle, and 12 times the slopes of all states take 300 cycles. Where bonds break by thousands in a cycle, and at
+ * random, there is nothing to find; where a holder swings a million times within one, it takes too long. */
 #define MOST_STEPS 2e4
 
 double most_steps_of_cycles(const struct Contact *contact)
 {
     double tightest = 1;
-    EACH_LANE tightest = smaller(tightest, contact->value[RELATIVE_TOLERANCE][i]);
+    EACH_LANE
+        tightest = smaller(tightest, contact->value[RELATIVE_TOLERANCE][i]);
     return MOST_STEPS * smaller(larger(1, sqrt(sqrt(1e-4 / tightest))), 10);
 }
 
@@ -28,8 +29,8 @@ static enum Status pass_cycle(struct Contact *contact)
     return status;
 }
 
-/* The bristle deflection that one vibration cycle brings back. For a law that is linear in z one cycle maps z to c + E z, and two
- * cycles give z_0 = c / (1 - E); otherwise the same secant is repeated. */
+/* The bristle deflection that one vibration cycle brings back. For a law that is linear in z one cycle maps z to c + E
+ * z, and two cycles give z_0 = c / (1 - E); otherwise the same secant is repeated. */
 static enum Status find_deflection(struct Contact *contact)
 {
     const double start = contact->value[TIME][0];
@@ -64,9 +65,11 @@ static enum Status find_deflection(struct Contact *contact)
             found &= done[i];
         }
     }
-    EACH_LANE contact->value[BRISTLE_DEFLECTION][i] = z[i];
+    EACH_LANE
+        contact->value[BRISTLE_DEFLECTION][i] = z[i];
     for (int n = 0; n < MEMORY; ++n)
-        EACH_LANE contact->memory[n][i] = trial.memory[n][i];
+        EACH_LANE
+            contact->memory[n][i] = trial.memory[n][i];
     contact->warnings |= found && !given_up ? 0u : WARN_NOT_PERIODIC;
     return KERNEL_OK;
 }
@@ -85,22 +88,28 @@ static int unknown_index(const struct Configuration *w, int n)
 
 static double scale_of(const struct Contact *contact, int index, int i)
 {
-    const double nominal = kernel_variable(index)->nominal, reach = larger(contact->value[F_C][i], contact->value[F_S][i]) / contact->value[SIGMA0][i];
-    return index == BRISTLE_DEFLECTION ? reach : larger(1e-3 * (nominal > 0 ? nominal : 1), fabs(contact->value[index][i]));
+    const double nominal = kernel_variable(index)->nominal,
+                 reach = larger(contact->value[F_C][i], contact->value[F_S][i]) / contact->value[SIGMA0][i];
+    return index == BRISTLE_DEFLECTION ? reach
+                                       : larger(1e-3 * (nominal > 0 ? nominal : 1), fabs(contact->value[index][i]));
 }
 
 /* What one cycle makes of the states `from`. */
-static enum Status cycle(const struct Contact *contact, const struct Configuration *w, int count, const lanes *from, lanes *to, struct Contact *trial)
+static enum Status cycle(const struct Contact *contact, const struct Configuration *w, int count, const lanes *from,
+                         lanes *to, struct Contact *trial)
 {
     *trial = *contact;
-    EACH_LANE trial->past_count[i] = trial->past_first[i] = 0;
+    EACH_LANE
+        trial->past_count[i] = trial->past_first[i] = 0;
     for (int n = 0; n < count; ++n)
-        EACH_LANE trial->value[unknown_index(w, n)][i] = from[n][i];
+        EACH_LANE
+            trial->value[unknown_index(w, n)][i] = from[n][i];
     enum Status status = kernel_event(trial);
     if (status == KERNEL_OK)
         status = pass_cycle(trial);
     for (int n = 0; n < count; ++n)
-        EACH_LANE to[n][i] = trial->value[unknown_index(w, n)][i];
+        EACH_LANE
+            to[n][i] = trial->value[unknown_index(w, n)][i];
     return status;
 }
 
@@ -165,7 +174,8 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
         for (int c = 0; c < used && !found; ++c) {
             lanes other[UNKNOWNS];
             for (int n = 0; n < used; ++n)
-                EACH_LANE beside[n][i] = from[n][i];
+                EACH_LANE
+                    beside[n][i] = from[n][i];
             EACH_LANE {
                 step[i] = 1e-2 * scale_of(&trial, unknown_index(w, c), i);
                 beside[c][i] += step[i];
@@ -175,7 +185,8 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             if (status != KERNEL_OK)
                 return status;
             for (int n = 0; n < used; ++n)
-                EACH_LANE slope[n][c][i] = (other[n][i] - to[n][i]) / step[i];
+                EACH_LANE
+                    slope[n][c][i] = (other[n][i] - to[n][i]) / step[i];
         }
         for (int i = 0; i < LANES && !found; ++i) {
             if (done[i])
@@ -192,9 +203,11 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
         }
     }
     for (int n = 0; n < used; ++n)
-        EACH_LANE contact->value[unknown_index(w, n)][i] = from[n][i];
+        EACH_LANE
+            contact->value[unknown_index(w, n)][i] = from[n][i];
     for (int n = 0; n < MEMORY; ++n)
-        EACH_LANE contact->memory[n][i] = trial.memory[n][i];
+        EACH_LANE
+            contact->memory[n][i] = trial.memory[n][i];
     contact->warnings |= found && !given_up ? 0u : WARN_NOT_PERIODIC;
     return KERNEL_OK;
 }
@@ -204,7 +217,8 @@ static enum Status fill_history(struct Contact *contact, const struct Configurat
 {
     const double period = 1 / contact->value[VIBRATION_FREQUENCY][0];
     double back = 0, taken;
-    EACH_LANE back = larger(back, look_back(w, i));
+    EACH_LANE
+        back = larger(back, look_back(w, i));
     if (!(back > 0))
         return KERNEL_OK;
     struct Contact before = *contact;

@@ -1,8 +1,9 @@
 /* What do the states of effects do while cycles pass that nobody runs?
  *
- * What moves them is linear in them: an effect's own `move` over any time is affine, state -> M state + c. States that motion or forces
- * drive: one cycle says where they strive to, and M over the step leads there. States of sensors: their chain hears the mean forces.
- * States that a separation resets, and the bristles, are not slow: the cycle itself carries them.
+ * What moves them is linear in them: an effect's own `move` over any time is affine, state -> M state + c. States that
+ * motion or forces drive: one cycle says where they strive to, and M over the step leads there. States of sensors:
+ * their chain hears the mean forces. States that a separation resets, and the bristles, are not slow: the cycle itself
+ * carries them.
  */
 #include "stages.h"
 
@@ -32,14 +33,18 @@ static void affine_move(const struct Configuration *w, int n, double h, const st
 {
     const int count = w->on[n]->states;
     lanes length, from[EFFECT_STATES] = {{0}}, half[EFFECT_STATES], whole[EFFECT_STATES];
-    EACH_LANE length[i] = h;
+    EACH_LANE
+        length[i] = h;
     w->on[n]->move(w->on_p[n], length, drive, drive, drive, (const lanes *)from, half, move->c);
     for (int k = 0; k < count; ++k) {
-        EACH_LANE from[k][i] = 1;
+        EACH_LANE
+            from[k][i] = 1;
         w->on[n]->move(w->on_p[n], length, drive, drive, drive, (const lanes *)from, half, whole);
-        EACH_LANE from[k][i] = 0;
+        EACH_LANE
+            from[k][i] = 0;
         for (int r = 0; r < count; ++r)
-            EACH_LANE move->M[r][k][i] = whole[r][i] - move->c[r][i];
+            EACH_LANE
+                move->M[r][k][i] = whole[r][i] - move->c[r][i];
     }
 }
 
@@ -55,7 +60,8 @@ static void rest_of(const struct Affine *move, int count, int lane, double x[UNK
     solve(count, A, x);
 }
 
-void slow_states_after(const struct Contact *contact, const struct Configuration *w, double h, const lanes *from, lanes *to)
+void slow_states_after(const struct Contact *contact, const struct Configuration *w, double h, const lanes *from,
+                       lanes *to)
 {
     for (int n = 0; n < w->on_count; ++n) {
         const int at = w->on_state[n], count = w->on[n]->states;
@@ -72,7 +78,8 @@ void slow_states_after(const struct Contact *contact, const struct Configuration
     }
 }
 
-void find_steady_states(struct Contact *contact, const struct Configuration *w, double period, const lanes *from, const lanes *after)
+void find_steady_states(struct Contact *contact, const struct Configuration *w, double period, const lanes *from,
+                        const lanes *after)
 {
     for (int n = 0; n < w->on_count; ++n) {
         const int at = w->on_state[n], count = w->on[n]->states;
@@ -99,7 +106,8 @@ int get_slow_states(const struct Contact *contact, const struct Configuration *w
     int count = 0;
     for (int n = 0; n < w->on_count; ++n)
         for (int k = 0; k < w->on[n]->states && is_slow(w->on[n]); ++k, ++count)
-            EACH_LANE state[w->on_state[n] + k][i] = contact->value[w->on_value[n] + k][i];
+            EACH_LANE
+                state[w->on_state[n] + k][i] = contact->value[w->on_value[n] + k][i];
     return count;
 }
 
@@ -107,7 +115,8 @@ void set_slow_states(struct Contact *contact, const struct Configuration *w, con
 {
     for (int n = 0; n < w->on_count; ++n)
         for (int k = 0; k < w->on[n]->states && is_slow(w->on[n]); ++k)
-            EACH_LANE contact->value[w->on_value[n] + k][i] = state[w->on_state[n] + k][i];
+            EACH_LANE
+                contact->value[w->on_value[n] + k][i] = state[w->on_state[n] + k][i];
 }
 
 /* ---- sensors ---- */
@@ -123,7 +132,8 @@ static struct Configuration wire_sensors(struct Contact *contact)
 }
 
 /* A point whose forces are the means. */
-static void mean_point(const struct Contact *contact, const struct Configuration *w, const lanes *force, struct Point *x)
+static void mean_point(const struct Contact *contact, const struct Configuration *w, const lanes *force,
+                       struct Point *x)
 {
     *x = still;
     load_states(contact, w, x);
@@ -163,7 +173,8 @@ void settle_sensors(struct Contact *contact, double period, const lanes *force)
 static int measured_plainly(const struct Contact *contact, const lanes *force, lanes *measured)
 {
     for (int k = 0; k < CHANNELS; ++k)
-        EACH_LANE measured[k][i] = force[k][i];
+        EACH_LANE
+            measured[k][i] = force[k][i];
     return !sensors_on(contact);
 }
 
@@ -176,7 +187,8 @@ void measured_now(struct Contact *contact, const lanes *force, lanes *measured)
     mean_point(contact, &w, force, &x);
     measure(contact, &w, &x);
     for (int k = 0; k < CHANNELS; ++k)
-        EACH_LANE measured[k][i] = x.measured[k][i];
+        EACH_LANE
+            measured[k][i] = x.measured[k][i];
 }
 
 enum Status measure_means(struct Contact *contact, double step, const lanes *force, lanes *measured)
@@ -187,11 +199,13 @@ enum Status measure_means(struct Contact *contact, double step, const lanes *for
     const int count = w.drivers || w.looks_back ? SENSOR_STEPS : 1;
     struct Point a, m, b;
     lanes h;
-    EACH_LANE h[i] = step / count;
+    EACH_LANE
+        h[i] = step / count;
     mean_point(contact, &w, force, &a);
     measure(contact, &w, &a);
     for (int k = 0; k < CHANNELS; ++k)
-        EACH_LANE measured[k][i] = 0;
+        EACH_LANE
+            measured[k][i] = 0;
     for (int n = 0; n < count; ++n) {
         m = b = a;
         EACH_LANE {
@@ -200,7 +214,8 @@ enum Status measure_means(struct Contact *contact, double step, const lanes *for
         }
         measure_step(contact, &w, h, &a, &m, &b);
         for (int k = 0; k < CHANNELS; ++k)
-            EACH_LANE measured[k][i] += (a.measured[k][i] + 4 * m.measured[k][i] + b.measured[k][i]) / (6 * count);
+            EACH_LANE
+                measured[k][i] += (a.measured[k][i] + 4 * m.measured[k][i] + b.measured[k][i]) / (6 * count);
         for (int i = 0; i < LANES && w.looks_back; ++i) {
             remember(contact, i, h[i], &a, &m, &b);
             if (!recall_reaches(contact, i, b.t[i] - look_back(&w, i)))

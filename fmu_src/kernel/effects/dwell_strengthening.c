@@ -3,30 +3,37 @@
 
 enum { ON, BETA, T_REF, D_C, AGE, RATE, COUNT };
 
+/* clang-format off */
 static const struct Variable variables[COUNT] = {
-    [ON] = {.name = "dwell_strengthening", SWITCH, .meaning = "switch: static friction grows with the logarithm of the time at rest",
-            .source = "Dieterich 1979; Ruina 1983"},
+    [ON] = {.name = "dwell_strengthening", SWITCH,
+        .meaning = "switch: static friction grows with the logarithm of the time at rest",
+        .source = "Dieterich 1979; Ruina 1983"},
     [BETA] = {.name = "dwell_strengthening.beta", .unit = "1", .start = 0.05, .min = 0, .max = 5, TUNED,
-        .meaning = "rise of F_S per natural logarithm of the age, as a share; 0: none", .source = "guess: order of Dieterich 1979"},
-    [T_REF] = {.name = "dwell_strengthening.t_ref", .unit = "s", .start = 1e-3, .min = 1e-9, .max = 1e4, .display_unit = "ms", .nominal = 1e-3, SHAPE, TUNED,
-        .meaning = "age from which the logarithm grows", .source = "guess"},
-    [D_C] = {.name = "dwell_strengthening.D_c", .unit = "m", .start = 1e-6, .min = 1e-10, .max = 1, .display_unit = "um", .nominal = 1e-6, SHAPE, TUNED,
-        .meaning = "slip that renews the contact", .source = "guess: order of Dieterich 1979"},
-    [AGE] = {.name = "dwell_strengthening.age", .unit = "s", .nominal = 1e-3, STATE,
-        .meaning = "age of the contact", .source = "definition"},
-    [RATE] = {.name = "dwell_strengthening.age_rate", .unit = "1", STATE,
-        .meaning = "rate of age", .source = "definition"},
+        .meaning = "rise of F_S per natural logarithm of the age, as a share; 0: none",
+        .source = "guess: order of Dieterich 1979"},
+    [T_REF] = {.name = "dwell_strengthening.t_ref", .unit = "s", .start = 1e-3, .min = 1e-9, .max = 1e4,
+        .display_unit = "ms", .nominal = 1e-3, SHAPE, TUNED, .meaning = "age from which the logarithm grows",
+        .source = "guess"},
+    [D_C] = {.name = "dwell_strengthening.D_c", .unit = "m", .start = 1e-6, .min = 1e-10, .max = 1,
+        .display_unit = "um", .nominal = 1e-6, SHAPE, TUNED, .meaning = "slip that renews the contact",
+        .source = "guess: order of Dieterich 1979"},
+    [AGE] = {.name = "dwell_strengthening.age", .unit = "s", .nominal = 1e-3, STATE, .meaning = "age of the contact",
+        .source = "definition"},
+    [RATE] = {.name = "dwell_strengthening.age_rate", .unit = "1", STATE, .meaning = "rate of age",
+        .source = "definition"},
 };
+/* clang-format on */
 
 static void strengthen(const lanes *p, const lanes *state, struct Point *x)
 {
-    EACH_LANE x->F_S[i] *= 1 + p[BETA][i] * log1p(larger(state[0][i], 0) / p[T_REF][i]);
+    EACH_LANE
+        x->F_S[i] *= 1 + p[BETA][i] * log1p(larger(state[0][i], 0) / p[T_REF][i]);
 }
 
 static double renewal(const lanes *p, const struct Point *x, int i) { return x->cutting[i] * x->speed[i] / p[D_C][i]; }
 
-/* age' = 1 - |v| age/D_c over h with the renewals D = integral of |v|/D_c and M at half of h: by Simpson's rule where few, at the mean
- * rate where many. */
+/* age' = 1 - |v| age/D_c over h with the renewals D = integral of |v|/D_c and M at half of h: by Simpson's rule where
+ * few, at the mean rate where many. */
 static double aged(double age, double h, double M, double D)
 {
     if (D < 0.5)
@@ -34,12 +41,13 @@ static double aged(double age, double h, double M, double D)
     return age * exp(-D) - h / D * expm1(-D);
 }
 
-static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, const lanes *from,
-                 lanes *half, lanes *whole)
+static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b,
+                 const lanes *from, lanes *half, lanes *whole)
 {
     EACH_LANE {
         const double r_0 = renewal(p, a, i), r_m = renewal(p, m, i), r_1 = renewal(p, b, i), on = a->cutting[i];
-        const double M = h[i] / 24 * larger(5 * r_0 + 8 * r_m - r_1, 0), D = larger(h[i] / 6 * (r_0 + 4 * r_m + r_1), M);
+        const double M = h[i] / 24 * larger(5 * r_0 + 8 * r_m - r_1, 0),
+                     D = larger(h[i] / 6 * (r_0 + 4 * r_m + r_1), M);
         const double quarter = h[i] / 48 * (8 * r_0 + 5 * r_m - r_1); /* all three of the parabola through the rates */
         half[0][i] = on != 0 ? aged(from[0][i], 0.5 * h[i], smaller(larger(quarter, 0), M), M) : from[0][i];
         whole[0][i] = on != 0 ? aged(from[0][i], h[i], M, D) : from[0][i];
@@ -48,9 +56,11 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
 
 static void rate(const lanes *p, const struct Point *x, const lanes *state, lanes *rate)
 {
-    EACH_LANE rate[0][i] = x->cutting[i] - renewal(p, x, i) * state[0][i];
+    EACH_LANE
+        rate[0][i] = x->cutting[i] - renewal(p, x, i) * state[0][i];
 }
 
+/* clang-format off */
 const struct Effect effect_dwell_strengthening = {
     .equation = "F_S (1 + beta ln(1 + age/t_ref)), d age/dt = 1 - |v| age/D_c in contact",
     .signature = "the first peak after a rest is higher the longer the rest, in equal steps per decade",
@@ -58,3 +68,4 @@ const struct Effect effect_dwell_strengthening = {
     .act = strengthen, .move = move, .rate = rate,
     .variables = variables, .count = COUNT,
 };
+/* clang-format on */

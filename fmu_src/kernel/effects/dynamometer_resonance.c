@@ -3,13 +3,16 @@
 
 enum { ON, PERIOD, DAMPING_RATIO, FIRST, RATES = FIRST + 2 * CHANNELS, COUNT = RATES + 2 * CHANNELS };
 
+/* clang-format off */
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "dynamometer_resonance", SWITCH, .meaning = "switch: the measured forces pass through a resonance",
-            .source = "definition: a linear oscillator, gain 1 at rest"},
-    [PERIOD] = {.name = "dynamometer_resonance.natural_period", .unit = "s", .start = 2.5e-4, .min = 0, .max = 1, .display_unit = "us", .nominal = 1e-4, TUNED,
-        .meaning = "period of the undamped natural vibration, 1/f_n; 0, or less than 1e-12 s: infinitely stiff", .source = "guess: 4 kHz, ordinary for a mounted dynamometer"},
-    [DAMPING_RATIO] = {.name = "dynamometer_resonance.damping_ratio", .unit = "1", .start = 0.05, .min = 0, .max = 2, SHAPE, TUNED,
-        .meaning = "damping ratio", .source = "guess"},
+        .source = "definition: a linear oscillator, gain 1 at rest"},
+    [PERIOD] = {.name = "dynamometer_resonance.natural_period", .unit = "s", .start = 2.5e-4, .min = 0, .max = 1,
+        .display_unit = "us", .nominal = 1e-4, TUNED,
+        .meaning = "period of the undamped natural vibration, 1/f_n; 0, or less than 1e-12 s: infinitely stiff",
+        .source = "guess: 4 kHz, ordinary for a mounted dynamometer"},
+    [DAMPING_RATIO] = {.name = "dynamometer_resonance.damping_ratio", .unit = "1", .start = 0.05, .min = 0, .max = 2,
+        SHAPE, TUNED, .meaning = "damping ratio", .source = "guess"},
     [FIRST + 0] = {.name = "dynamometer_resonance.friction_force", .unit = "N", .nominal = 10, STATE,
         .meaning = "friction_force that the platform passes on", .source = "definition"},
     [FIRST + 1] = {.name = "dynamometer_resonance.friction_force_speed", .unit = "N/s", .nominal = 1e5, STATE,
@@ -35,24 +38,27 @@ static const struct Variable variables[COUNT] = {
     [RATES + 5] = {.name = "dynamometer_resonance.feed_force_acceleration", .unit = "N/s^2", STATE,
         .meaning = "rate of feed_force_speed", .source = "definition"},
 };
+/* clang-format on */
 
 static double omega(const lanes *p, int i) { return 2 * PI / p[PERIOD][i]; }
 
 static void ring(const lanes *p, const lanes *state, struct Point *x)
 {
     for (int k = 0; k < CHANNELS; ++k)
-        EACH_LANE x->measured[k][i] += p[PERIOD][i] >= NO_TIME ? state[2 * k][i] - x->measured[k][i] : 0;
+        EACH_LANE
+            x->measured[k][i] += p[PERIOD][i] >= NO_TIME ? state[2 * k][i] - x->measured[k][i] : 0;
 }
 
-static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, const lanes *from,
-                 lanes *half, lanes *whole)
+static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b,
+                 const lanes *from, lanes *half, lanes *whole)
 {
     for (int k = 0; k < CHANNELS; ++k)
         EACH_LANE {
             const double y[2] = {from[2 * k][i], from[2 * k + 1][i]};
             double at_half[2] = {m->measured[k][i], 0}, at_end[2] = {b->measured[k][i], 0};
             if (p[PERIOD][i] >= NO_TIME)
-                swing_in_mean(h[i], omega(p, i), p[DAMPING_RATIO][i], a->measured[k][i], m->measured[k][i], b->measured[k][i], y, at_half, at_end);
+                swing_in_mean(h[i], omega(p, i), p[DAMPING_RATIO][i], a->measured[k][i], m->measured[k][i],
+                              b->measured[k][i], y, at_half, at_end);
             for (int n = 0; n < 2; ++n) {
                 half[2 * k + n][i] = at_half[n];
                 whole[2 * k + n][i] = at_end[n];
@@ -72,10 +78,14 @@ static void rate(const lanes *p, const struct Point *x, const lanes *state, lane
 
 static int remembers(const lanes *p, int i) { return p[PERIOD][i] >= NO_TIME; }
 
+/* clang-format off */
 const struct Effect effect_dynamometer_resonance = {
     .equation = "y'' + 2 zeta w y' + w^2 y = w^2 F, w = 2 pi/natural_period",
-    .signature = "entries and exits ring at the natural frequency; harmonics near it are raised, those above it cut off",
-    .stage = STAGE_MEASUREMENT, .driver = DRIVEN_BY_SENSOR, .states = 2 * CHANNELS, .act = ring, .move = move, .rate = rate,
+    .signature = "entries and exits ring at the natural frequency; harmonics near it are raised, those above it cut "
+        "off",
+    .stage = STAGE_MEASUREMENT, .driver = DRIVEN_BY_SENSOR, .states = 2 * CHANNELS, .act = ring, .move = move,
+    .rate = rate,
     .remembers = remembers,
     .variables = variables, .count = COUNT,
 };
+/* clang-format on */

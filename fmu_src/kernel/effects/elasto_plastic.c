@@ -1,16 +1,20 @@
-/* Elasto-plastic presliding: below a break-away deflection bristles spring back whole. Dupont, Hayward, Armstrong and Altpeter 2002. */
+/* Elasto-plastic presliding: below a break-away deflection bristles spring back whole. Dupont, Hayward, Armstrong and
+ * Altpeter 2002. */
 #include "effect.h"
 
 enum { ON, SHARE, BREAK_AWAY, COUNT };
 
+/* clang-format off */
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "elasto_plastic", SWITCH, .meaning = "switch: no plastic slip below a break-away deflection",
-            .source = "Dupont, Hayward, Armstrong and Altpeter 2002"},
+        .source = "Dupont, Hayward, Armstrong and Altpeter 2002"},
     [SHARE] = {.name = "elasto_plastic.share", .unit = "1", .start = 1, .min = 0, .max = 1, TUNED,
-        .meaning = "share of the bristles that behave so; 0: none, all as in LuGre", .source = "definition: a blend of both laws"},
-    [BREAK_AWAY] = {.name = "elasto_plastic.break_away", .unit = "1", .start = 0.7, .min = 0.01, .max = 0.99, SHAPE, TUNED,
-        .meaning = "deflection where plastic slip begins, as a share of the steady one", .source = "guess"},
+        .meaning = "share of the bristles that behave so; 0: none, all as in LuGre",
+        .source = "definition: a blend of both laws"},
+    [BREAK_AWAY] = {.name = "elasto_plastic.break_away", .unit = "1", .start = 0.7, .min = 0.01, .max = 0.99, SHAPE,
+        TUNED, .meaning = "deflection where plastic slip begins, as a share of the steady one", .source = "guess"},
 };
+/* clang-format on */
 
 /* alpha(z) of Dupont et al. and its slope over the deflection s along the slip, steady at `most`. */
 static double plastic(double s, double break_away, double most, double *slope)
@@ -27,8 +31,8 @@ static double plastic(double s, double break_away, double most, double *slope)
     return 0.5 * (1 + sine);
 }
 
-/* dz/dt = v - alpha(z) a z, linearised at this z: rate a (alpha + alpha' s), but at least a. The step's parabola runs over the integral of
- * the rate, and a rate that fell to next to nothing would throw the target out of its reach. */
+/* dz/dt = v - alpha(z) a z, linearised at this z: rate a (alpha + alpha' s), but at least a. The step's parabola runs
+ * over the integral of the rate, and a rate that fell to next to nothing would throw the target out of its reach. */
 static void yield(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
@@ -42,10 +46,13 @@ static void yield(const lanes *p, const lanes *state, struct Point *x)
     }
 }
 
+/* clang-format off */
 const struct Effect effect_elasto_plastic = {
-    .equation = "dz/dt = v - alpha(z) P |v| z / g; alpha = 0 below the break-away deflection or where z and v differ in sign, 1 at steady "
-                "slip, a half sine between",
-    .signature = "small loads to and fro are held without drift; after a reversal the slope is that of the bristles, where LuGre has twice it",
+    .equation = "dz/dt = v - alpha(z) P |v| z / g; alpha = 0 below the break-away deflection or where z and v differ "
+        "in sign, 1 at steady slip, a half sine between",
+    .signature = "small loads to and fro are held without drift; after a reversal the slope is that of the bristles, "
+        "where LuGre has twice it",
     .stage = STAGE_BRISTLE, .bends = 1, .act = yield,
     .variables = variables, .count = COUNT,
 };
+/* clang-format on */

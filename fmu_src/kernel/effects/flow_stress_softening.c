@@ -1,20 +1,26 @@
-/* Flow stress: harder when sheared faster, softer when hotter. Johnson and Cook 1983, with ln(1 + rate) to have a limit at rest. */
+/* Flow stress: harder when sheared faster, softer when hotter. Johnson and Cook 1983, with ln(1 + rate) to have a limit
+ * at rest. */
 #include "effect.h"
 
 enum { ON, C, V_REF, SOFTENING, EXPONENT, COUNT };
 
+/* clang-format off */
 static const struct Variable variables[COUNT] = {
-    [ON] = {.name = "flow_stress_softening", SWITCH, .meaning = "switch: the shear stress depends on strain rate and temperature proxy",
-            .source = "Johnson and Cook 1983"},
+    [ON] = {.name = "flow_stress_softening", SWITCH,
+        .meaning = "switch: the shear stress depends on strain rate and temperature proxy",
+        .source = "Johnson and Cook 1983"},
     [C] = {.name = "flow_stress_softening.C", .unit = "1", .start = 0.02, .min = 0, .max = 1, TUNED,
-        .meaning = "rise of the shear stress with the logarithm of the shearing speed; 0: none", .source = "Johnson and Cook 1983; value: ordinary for steel"},
-    [V_REF] = {.name = "flow_stress_softening.v_ref", .unit = "m/s", .start = 1e-3, .min = 1e-9, .max = 1e3, .display_unit = "m/min", .nominal = 1e-3, SHAPE, TUNED,
-        .meaning = "shearing speed that counts as slow", .source = "guess"},
+        .meaning = "rise of the shear stress with the logarithm of the shearing speed; 0: none",
+        .source = "Johnson and Cook 1983; value: ordinary for steel"},
+    [V_REF] = {.name = "flow_stress_softening.v_ref", .unit = "m/s", .start = 1e-3, .min = 1e-9, .max = 1e3,
+        .display_unit = "m/min", .nominal = 1e-3, SHAPE, TUNED, .meaning = "shearing speed that counts as slow",
+        .source = "guess"},
     [SOFTENING] = {.name = "flow_stress_softening.softening", .unit = "1", .start = 0.1, .min = 0, .max = 1, TUNED,
         .meaning = "share of the shear stress lost at theta = theta_ref; 0: none", .source = "guess"},
-    [EXPONENT] = {.name = "flow_stress_softening.exponent", .unit = "1", .start = 1, .min = 0.05, .max = 5, SHAPE, TUNED,
-        .meaning = "exponent m of the softening", .source = "Johnson and Cook 1983"},
+    [EXPONENT] = {.name = "flow_stress_softening.exponent", .unit = "1", .start = 1, .min = 0.05, .max = 5, SHAPE,
+        TUNED, .meaning = "exponent m of the softening", .source = "Johnson and Cook 1983"},
 };
+/* clang-format on */
 
 static void soften(const lanes *p, const lanes *state, struct Point *x)
 {
@@ -25,10 +31,14 @@ static void soften(const lanes *p, const lanes *state, struct Point *x)
     }
 }
 
+/* clang-format off */
 const struct Effect effect_flow_stress_softening = {
-    .equation = "tau_s (1 + C ln(1 + u/v_ref)) (1 - s (theta/theta_ref)^m), u the speed into the chip, or |v| where only the slip is given",
-    .signature = "principal force falls with the temperature proxy and rises with the logarithm of speed; friction keeps its share",
+    .equation = "tau_s (1 + C ln(1 + u/v_ref)) (1 - s (theta/theta_ref)^m), u the speed into the chip, or |v| where "
+        "only the slip is given",
+    .signature = "principal force falls with the temperature proxy and rises with the logarithm of speed; friction "
+        "keeps its share",
     .needs = "proxy_speed",
     .stage = STAGE_SHEAR, .act = soften,
     .variables = variables, .count = COUNT,
 };
+/* clang-format on */

@@ -3,17 +3,22 @@
 
 enum { ON, COMPLIANCE_X, COMPLIANCE_Y, FREQUENCY, DAMPING_RATIO, X, U_X, Y, U_Y, RATES, COUNT = RATES + 4 };
 
+/* clang-format off */
 static const struct Variable variables[COUNT] = {
-    [ON] = {.name = "holder_compliance", SWITCH, .meaning = "switch: the tool holder is a mass on spring and damper, and its motion changes path, slip and thickness",
-            .source = "Altintas 2012, Manufacturing Automation, chapter 3"},
-    [COMPLIANCE_X] = {.name = "holder_compliance.compliance_x", .unit = "m/N", .start = 2e-8, .min = 0, .max = 2e-7, .display_unit = "um/N", .nominal = 1e-8, TUNED,
+    [ON] = {.name = "holder_compliance", SWITCH,
+        .meaning = "switch: the tool holder is a mass on spring and damper, and its motion changes path, slip and "
+            "thickness", .source = "Altintas 2012, Manufacturing Automation, chapter 3"},
+    [COMPLIANCE_X] = {.name = "holder_compliance.compliance_x", .unit = "m/N", .start = 2e-8, .min = 0, .max = 2e-7,
+        .display_unit = "um/N", .nominal = 1e-8, TUNED,
         .meaning = "static deflection per force along the cutting direction; 0: rigid", .source = "guess: 50 N/um"},
-    [COMPLIANCE_Y] = {.name = "holder_compliance.compliance_y", .unit = "m/N", .start = 2e-8, .min = 0, .max = 2e-7, .display_unit = "um/N", .nominal = 1e-8, TUNED,
+    [COMPLIANCE_Y] = {.name = "holder_compliance.compliance_y", .unit = "m/N", .start = 2e-8, .min = 0, .max = 2e-7,
+        .display_unit = "um/N", .nominal = 1e-8, TUNED,
         .meaning = "static deflection per force away from the surface; 0: rigid", .source = "guess: 50 N/um"},
-    [FREQUENCY] = {.name = "holder_compliance.natural_frequency", .unit = "Hz", .start = 2e3, .min = 1, .max = 5e3, .display_unit = "kHz", .nominal = 1e3, SHAPE, TUNED,
-        .meaning = "undamped natural frequency of both modes", .source = "guess"},
-    [DAMPING_RATIO] = {.name = "holder_compliance.damping_ratio", .unit = "1", .start = 0.03, .min = 0, .max = 2, SHAPE, TUNED,
-        .meaning = "damping ratio of both modes", .source = "guess"},
+    [FREQUENCY] = {.name = "holder_compliance.natural_frequency", .unit = "Hz", .start = 2e3, .min = 1, .max = 5e3,
+        .display_unit = "kHz", .nominal = 1e3, SHAPE, TUNED, .meaning = "undamped natural frequency of both modes",
+        .source = "guess"},
+    [DAMPING_RATIO] = {.name = "holder_compliance.damping_ratio", .unit = "1", .start = 0.03, .min = 0, .max = 2, SHAPE,
+        TUNED, .meaning = "damping ratio of both modes", .source = "guess"},
     [X] = {.name = "holder_compliance.displacement_x", .unit = "m", .display_unit = "um", .nominal = 1e-6, STATE,
         .meaning = "displacement of the tool along the cutting direction", .source = "definition"},
     [U_X] = {.name = "holder_compliance.velocity_x", .unit = "m/s", .nominal = 1e-2, STATE,
@@ -22,15 +27,16 @@ static const struct Variable variables[COUNT] = {
         .meaning = "displacement of the tool away from the surface", .source = "definition"},
     [U_Y] = {.name = "holder_compliance.velocity_y", .unit = "m/s", .nominal = 1e-2, STATE,
         .meaning = "velocity of the tool away from the surface", .source = "definition"},
-    [RATES] = {.name = "holder_compliance.rate_x", .unit = "m/s", STATE,
-        .meaning = "rate of displacement_x", .source = "definition"},
-    [RATES + 1] = {.name = "holder_compliance.acceleration_x", .unit = "m/s^2", STATE,
-        .meaning = "rate of velocity_x", .source = "definition"},
-    [RATES + 2] = {.name = "holder_compliance.rate_y", .unit = "m/s", STATE,
-        .meaning = "rate of displacement_y", .source = "definition"},
-    [RATES + 3] = {.name = "holder_compliance.acceleration_y", .unit = "m/s^2", STATE,
-        .meaning = "rate of velocity_y", .source = "definition"},
+    [RATES] = {.name = "holder_compliance.rate_x", .unit = "m/s", STATE, .meaning = "rate of displacement_x",
+        .source = "definition"},
+    [RATES + 1] = {.name = "holder_compliance.acceleration_x", .unit = "m/s^2", STATE, .meaning = "rate of velocity_x",
+        .source = "definition"},
+    [RATES + 2] = {.name = "holder_compliance.rate_y", .unit = "m/s", STATE, .meaning = "rate of displacement_y",
+        .source = "definition"},
+    [RATES + 3] = {.name = "holder_compliance.acceleration_y", .unit = "m/s^2", STATE, .meaning = "rate of velocity_y",
+        .source = "definition"},
 };
+/* clang-format on */
 
 enum { DX, DU_X, DY, DU_Y, STATE_COUNT };
 
@@ -46,8 +52,8 @@ static void carry(const lanes *p, const lanes *state, struct Point *x)
     }
 }
 
-static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, const lanes *from,
-                 lanes *half, lanes *whole)
+static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b,
+                 const lanes *from, lanes *half, lanes *whole)
 {
     EACH_LANE {
         const double c_x = -p[COMPLIANCE_X][i], c_y = p[COMPLIANCE_Y][i], w = omega(p, i), zeta = p[DAMPING_RATIO][i];
@@ -78,10 +84,14 @@ static double longest_step(const lanes *p, int i)
     return p[COMPLIANCE_X][i] + p[COMPLIANCE_Y][i] > 0 ? 1 / (20 * p[FREQUENCY][i]) : INFINITY;
 }
 
+/* clang-format off */
 const struct Effect effect_holder_compliance = {
-    .equation = "q'' + 2 zeta w q' + w^2 q = w^2 c F in x (F = -principal_force) and y (F = feed_force); u += q', centre += q",
-    .signature = "a line at the natural frequency that rings down after each entry and exit; the thickness follows the force",
+    .equation = "q'' + 2 zeta w q' + w^2 q = w^2 c F in x (F = -principal_force) and y (F = feed_force); u += q', "
+        "centre += q",
+    .signature = "a line at the natural frequency that rings down after each entry and exit; the thickness follows the "
+        "force",
     .stage = STAGE_PATH, .driver = DRIVEN_BY_FORCE, .states = STATE_COUNT,
     .act = carry, .move = move, .rate = rate, .longest_step = longest_step,
     .variables = variables, .count = COUNT,
 };
+/* clang-format on */

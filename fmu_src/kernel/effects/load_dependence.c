@@ -1,16 +1,19 @@
-/* Load dependence: friction rises with the normal load. Amontons 1699; with n = 2/3 an elastic round contact, Archard 1957. */
+/* Load dependence: friction rises with the normal load. Amontons 1699; with n = 2/3 an elastic round contact, Archard
+ * 1957. */
 #include "effect.h"
 
 enum { ON, N_EXP, N_REF, COUNT };
 
+/* clang-format off */
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "load_dependence", SWITCH, .meaning = "switch: the friction level follows the normal load",
-            .source = "Amontons 1699; Archard 1957"},
+        .source = "Amontons 1699; Archard 1957"},
     [N_EXP] = {.name = "load_dependence.n", .unit = "1", .start = 0.7, .min = 0, .max = 2, TUNED,
         .meaning = "exponent; 1: in proportion; 0: none", .source = "Archard 1957: 2/3 for an elastic contact"},
-    [N_REF] = {.name = "load_dependence.N_ref", .unit = "N", .start = 10, .min = 1e-3, .max = 1e6, .nominal = 10, SHAPE, TUNED,
-        .meaning = "normal load at which F_C and F_S hold", .source = "guess"},
+    [N_REF] = {.name = "load_dependence.N_ref", .unit = "N", .start = 10, .min = 1e-3, .max = 1e6, .nominal = 10, SHAPE,
+        TUNED, .meaning = "normal load at which F_C and F_S hold", .source = "guess"},
 };
+/* clang-format on */
 
 /* A thousandth of N_ref is held: a law without friction force has no bristle. */
 static void press(const lanes *p, const lanes *state, struct Point *x)
@@ -23,10 +26,13 @@ static void press(const lanes *p, const lanes *state, struct Point *x)
     }
 }
 
+/* clang-format off */
 const struct Effect effect_load_dependence = {
-    .equation = "F_C, F_S scaled by (N/N_ref)^n, N the input normal_load, or the normal force of a chip without friction",
+    .equation = "F_C, F_S scaled by (N/N_ref)^n, N the input normal_load, or the normal force of a chip without "
+        "friction",
     .signature = "friction follows the thickness or load within the cycle and between conditions",
     .needs = "normal_load",
     .stage = STAGE_FRICTION, .act = press,
     .variables = variables, .count = COUNT,
 };
+/* clang-format on */

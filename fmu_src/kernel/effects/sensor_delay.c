@@ -3,26 +3,32 @@
 
 enum { ON, TIME_LATE, COUNT };
 
+/* clang-format off */
 static const struct Variable variables[COUNT] = {
-    [ON] = {.name = "sensor_delay", SWITCH, .meaning = "switch: the measured forces come late",
-            .source = "definition"},
-    [TIME_LATE] = {.name = "sensor_delay.time", .unit = "s", .start = 5e-6, .min = 0, .max = 10, .display_unit = "us", .nominal = 1e-5, TUNED,
-        .meaning = "delay tau; 0, or less than 1e-12 s: none; at most 256 internal steps long", .source = "guess"},
+    [ON] = {.name = "sensor_delay", SWITCH, .meaning = "switch: the measured forces come late", .source = "definition"},
+    [TIME_LATE] = {.name = "sensor_delay.time", .unit = "s", .start = 5e-6, .min = 0, .max = 10, .display_unit = "us",
+        .nominal = 1e-5, TUNED, .meaning = "delay tau; 0, or less than 1e-12 s: none; at most 256 internal steps long",
+        .source = "guess"},
 };
+/* clang-format on */
 
 /* First in the chain: all that follows is linear and does not mind. */
 static void wait(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
     for (int k = 0; k < CHANNELS; ++k)
-        EACH_LANE if (p[TIME_LATE][i] >= NO_TIME) x->measured[k][i] += recall(x, k, i, x->t[i] - p[TIME_LATE][i]) - x->measured[k][i];
+        EACH_LANE
+            if (p[TIME_LATE][i] >= NO_TIME)
+                x->measured[k][i] += recall(x, k, i, x->t[i] - p[TIME_LATE][i]) - x->measured[k][i];
 }
 
 static double looks_back(const lanes *p, int i) { return or_none(p[TIME_LATE][i], NO_TIME); }
 
+/* clang-format off */
 const struct Effect effect_sensor_delay = {
     .equation = "F(t - tau)",
     .signature = "force over velocity opens into a loop that grows with frequency; the wave's form is kept",
     .stage = STAGE_MEASUREMENT, .act = wait, .looks_back = looks_back,
     .variables = variables, .count = COUNT,
 };
+/* clang-format on */

@@ -3,22 +3,26 @@
 
 enum { ON, EXPONENT, H_REF, COUNT };
 
+/* clang-format off */
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "size_effect", SWITCH, .meaning = "switch: the shear stress rises as the chip gets thinner",
-            .source = "Kienzle 1952: k_c = k_c1.1 h^-m"},
+        .source = "Kienzle 1952: k_c = k_c1.1 h^-m"},
     [EXPONENT] = {.name = "size_effect.exponent", .unit = "1", .start = 0.2, .min = 0, .max = 0.9, TUNED,
         .meaning = "exponent m; 0: none", .source = "Kienzle 1952; value: ordinary for steel"},
-    [H_REF] = {.name = "size_effect.h_ref", .unit = "m", .start = 1e-4, .min = 1e-7, .max = 1e-2, .display_unit = "um", .nominal = 1e-4, SHAPE, TUNED,
-        .meaning = "thickness at which shear_stress holds", .source = "guess"},
+    [H_REF] = {.name = "size_effect.h_ref", .unit = "m", .start = 1e-4, .min = 1e-7, .max = 1e-2, .display_unit = "um",
+        .nominal = 1e-4, SHAPE, TUNED, .meaning = "thickness at which shear_stress holds", .source = "guess"},
 };
+/* clang-format on */
 
 /* A thousandth of h_ref is thinner than any chip that forms: there the law, which has no limit at 0, is held. */
 static void harden(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
-    EACH_LANE x->tau_s[i] *= pow(larger(x->h[i] / p[H_REF][i], 1e-3), -p[EXPONENT][i]);
+    EACH_LANE
+        x->tau_s[i] *= pow(larger(x->h[i] / p[H_REF][i], 1e-3), -p[EXPONENT][i]);
 }
 
+/* clang-format off */
 const struct Effect effect_size_effect = {
     .equation = "tau_s (h/h_ref)^-m",
     .signature = "force over thickness is a power below 1: steep at thin chips, no intercept",
@@ -26,3 +30,4 @@ const struct Effect effect_size_effect = {
     .stage = STAGE_SHEAR, .act = harden,
     .variables = variables, .count = COUNT,
 };
+/* clang-format on */

@@ -1,7 +1,8 @@
 /* Bristle: many elastic bonds that break one by one and form again at random. Haessig and Friedland 1991.
  *
- * All bonds follow the slip, so their mean z is the only continuous state; memory holds each bond's offset from it. A new bond forms
- * anywhere within the break-away deflection d of the tool: in steady sliding the mean deflection is then d/3, hence d = 3 F_C/sigma0.
+ * All bonds follow the slip, so their mean z is the only continuous state; memory holds each bond's offset from it. A
+ * new bond forms anywhere within the break-away deflection d of the tool: in steady sliding the mean deflection is then
+ * d/3, hence d = 3 F_C/sigma0.
  */
 #include "../stages.h"
 
@@ -10,12 +11,16 @@
 enum { BONDS = 20, BROKEN = BONDS };
 enum { SEED, COUNT };
 
+/* clang-format off */
 static const struct Variable variables[COUNT] = {
-    [SEED] = {.name = "bristle.seed", .unit = "1", .start = 1, .min = 0, .max = 1e6, .type = INTEGER, .causality = PARAMETER,
-              .variability = FIXED, .meaning = "seed of the places where new bonds form", .source = "guess"},
+    [SEED] = {.name = "bristle.seed", .unit = "1", .start = 1, .min = 0, .max = 1e6, .type = INTEGER,
+        .causality = PARAMETER, .variability = FIXED, .meaning = "seed of the places where new bonds form",
+        .source = "guess"},
 };
+/* clang-format on */
 
-/* Uniform in (-1, 1), from a counter: no state beside the count. Integer finalizer of splitmix (Steele et al. 2014), 32 bits. */
+/* Uniform in (-1, 1), from a counter: no state beside the count. Integer finalizer of splitmix (Steele et al. 2014), 32
+ * bits. */
 static double scatter(double seed, double count)
 {
     uint32_t n = (uint32_t)seed * 0x9e3779b9u + (uint32_t)fmod(fabs(count), 4294967296.0);
@@ -31,8 +36,10 @@ static void rest(const lanes *p, const struct Point *x, lanes *memory)
 {
     (void)p;
     for (int n = 0; n < BONDS; ++n)
-        EACH_LANE memory[n][i] = break_away(x, i) * ((n + 0.5) / (double)BONDS - 0.5);
-    EACH_LANE memory[BROKEN][i] = 0; /* every contact begins alike */
+        EACH_LANE
+            memory[n][i] = break_away(x, i) * ((n + 0.5) / (double)BONDS - 0.5);
+    EACH_LANE
+        memory[BROKEN][i] = 0; /* every contact begins alike */
 }
 
 static void indicator(const lanes *p, const lanes *memory, struct Point *x)
@@ -58,7 +65,8 @@ static void rates(const lanes *p, struct Point *x)
 static void force(const lanes *p, struct Point *x)
 {
     (void)p;
-    EACH_LANE x->F[i] = x->s0[i] * x->z[i];
+    EACH_LANE
+        x->F[i] = x->s0[i] * x->z[i];
 }
 
 static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
@@ -81,6 +89,7 @@ static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
     }
 }
 
+/* clang-format off */
 const struct FrictionLaw friction_bristle = {
     .meaning = "20 elastic bonds that break at 3 F_C/sigma0 and form again at random places",
     .equation = "dz_i/dt = v;  |z_i| >= d: z_i = d u, u uniform in (-1, 1), d = 3 F_C/sigma0;  F = s0 mean(z_i)",
@@ -88,3 +97,4 @@ const struct FrictionLaw friction_bristle = {
     .variables = variables, .count = COUNT,
     .rates = rates, .force = force, .indicator = indicator, .event = event, .rest = rest,
 };
+/* clang-format on */

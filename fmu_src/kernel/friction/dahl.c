@@ -15,12 +15,15 @@ static void rates(const lanes *p, struct Point *x)
 static void force(const lanes *p, struct Point *x)
 {
     (void)p;
-    EACH_LANE x->F[i] = x->s0[i] * x->z[i];
+    EACH_LANE
+        x->F[i] = x->s0[i] * x->z[i];
 }
 
+/* clang-format off */
 const struct FrictionLaw friction_dahl = {
     .meaning = "elastic presliding that saturates at the Coulomb force",
     .equation = "dz/dt = v - sigma0 |v| z / F_C;  F = s0 z",
     .source = "Dahl 1968; Canudas de Wit et al. 1995, section II",
     .relaxes = 1, .rates = rates, .force = force,
 };
+/* clang-format on */

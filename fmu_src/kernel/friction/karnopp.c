@@ -5,22 +5,26 @@
 
 enum { ZERO_VELOCITY_BAND, COUNT };
 
+/* clang-format off */
 static const struct Variable variables[COUNT] = {
-    [ZERO_VELOCITY_BAND] = {.name = "karnopp.zero_velocity_band", .unit = "m/s", .display_unit = "m/min", .start = 1e-3, .min = 1e-9,
-                            .max = 1, .nominal = 1e-3, .causality = PARAMETER, .variability = TUNABLE,
-                            .meaning = "slip speed below which the contact sticks", .source = "Karnopp 1985; value: guess"},
+    [ZERO_VELOCITY_BAND] = {.name = "karnopp.zero_velocity_band", .unit = "m/s", .display_unit = "m/min", .start = 1e-3,
+        .min = 1e-9, .max = 1, .nominal = 1e-3, .causality = PARAMETER, .variability = TUNABLE,
+        .meaning = "slip speed below which the contact sticks", .source = "Karnopp 1985; value: guess"},
 };
+/* clang-format on */
 
 static void indicator(const lanes *p, const lanes *memory, struct Point *x)
 {
     (void)memory;
-    EACH_LANE x->law[i] = p[ZERO_VELOCITY_BAND][i] - fabs(x->v[i]);
+    EACH_LANE
+        x->law[i] = p[ZERO_VELOCITY_BAND][i] - fabs(x->v[i]);
 }
 
 static void rates(const lanes *p, struct Point *x)
 {
     (void)p;
-    EACH_LANE x->drive[i] = x->rate[i] = x->target[i] = 0;
+    EACH_LANE
+        x->drive[i] = x->rate[i] = x->target[i] = 0;
 }
 
 static void force(const lanes *p, struct Point *x)
@@ -32,10 +36,13 @@ static void force(const lanes *p, struct Point *x)
     }
 }
 
+/* clang-format off */
 const struct FrictionLaw friction_karnopp = {
-    .meaning = "sticks within a band of zero velocity and there balances the input applied_force up to F_S; Coulomb friction outside",
+    .meaning = "sticks within a band of zero velocity and there balances the input applied_force up to F_S; Coulomb "
+        "friction outside",
     .equation = "|v| < band: F = min(max(applied_force, -F_S), F_S);  else F = F_C sgn(v)",
     .source = "Karnopp 1985",
     .variables = variables, .count = COUNT,
     .rates = rates, .force = force, .indicator = indicator,
 };
+/* clang-format on */

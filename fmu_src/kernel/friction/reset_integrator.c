@@ -1,5 +1,5 @@
-/* Reset integrator: the bristle follows the slip up to z0 and stays there; stiffer while it sticks. Haessig and Friedland 1991, with
- * their z0 = F_C/sigma0 and 1 + a = F_S/F_C, so that the law needs no parameters of its own. */
+/* Reset integrator: the bristle follows the slip up to z0 and stays there; stiffer while it sticks. Haessig and
+ * Friedland 1991, with their z0 = F_C/sigma0 and 1 + a = F_S/F_C, so that the law needs no parameters of its own. */
 #include "../stages.h"
 
 #include <math.h>
@@ -29,7 +29,8 @@ static void force(const lanes *p, struct Point *x)
 {
     (void)p;
     EACH_LANE {
-        const double sticking = x->s0[i] * x->F_S[i] / x->F_C[i] * x->z[i], sliding = x->s0[i] * x->direction[i] * z_0(x, i);
+        const double sticking = x->s0[i] * x->F_S[i] / x->F_C[i] * x->z[i],
+                     sliding = x->s0[i] * x->direction[i] * z_0(x, i);
         x->F[i] = (x->stuck[i] != 0 ? sticking : sliding) + x->s1[i] * x->dz[i];
     }
 }
@@ -38,14 +39,18 @@ static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
 {
     (void)p, (void)memory;
     EACH_LANE {
-        const double bound = z_0(x, i) * (1 + 1e-12); /* beyond z0 by more than roundings: it slides, whoever looks again */
+        const double bound =
+            z_0(x, i) * (1 + 1e-12); /* beyond z0 by more than roundings: it slides, whoever looks again */
         z[i] = smaller(larger(z[i], -bound), bound);
     }
 }
 
+/* clang-format off */
 const struct FrictionLaw friction_reset_integrator = {
     .meaning = "elastic up to the break-away deflection F_C/sigma0 with peak force F_S, then sliding at F_C",
-    .equation = "dz/dt = v, or 0 where |z| >= z0 and v z > 0;  F = s0 (1 + a) z + s1 dz/dt, a = F_S/F_C - 1 while sticking, else 0",
+    .equation = "dz/dt = v, or 0 where |z| >= z0 and v z > 0;  F = s0 (1 + a) z + s1 dz/dt, a = F_S/F_C - 1 while "
+        "sticking, else 0",
     .source = "Haessig and Friedland 1991",
     .rates = rates, .force = force, .indicator = indicator, .event = event,
 };
+/* clang-format on */

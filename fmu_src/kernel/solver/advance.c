@@ -1,7 +1,8 @@
-/* How does the contact get through a communication step? In internal steps that the tolerance chooses and that end at events.
+/* How does the contact get through a communication step? In internal steps that the tolerance chooses and that end at
+ * events.
  *
- * An internal step sees the point at its start, middle and end on one and the same side of every event. Where an indicator has changed
- * its sign the step is cut there.
+ * An internal step sees the point at its start, middle and end on one and the same side of every event. Where an
+ * indicator has changed its sign the step is cut there.
  */
 #include "stages.h"
 
@@ -10,8 +11,8 @@
 /* Integral by Simpson's rule of what start, middle and end show. */
 #define SUM(field) (h[i] / 6 * (a->field[i] + 4 * m->field[i] + b->field[i]))
 
-static void accumulate(struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
-                       const struct Point *b)
+static void accumulate(struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
+                       const struct Point *m, const struct Point *b)
 {
     lanes *value = contact->value;
     EACH_LANE {
@@ -38,17 +39,20 @@ static void accumulate(struct Contact *contact, const struct Configuration *w, c
         leave_surface(contact, i, meeting_time(w, i), w->p[FEED][i], b);
 }
 
-/* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step and the averaging window.
- * Returns whether any lane is still on its way. */
-static int choose_step(const struct Contact *contact, const struct Configuration *w, double step, const lanes s, const lanes window_ends,
-                       const struct Point *start, lanes h, lanes to_window)
+/* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step and the
+ * averaging window. Returns whether any lane is still on its way. */
+static int choose_step(const struct Contact *contact, const struct Configuration *w, double step, const lanes s,
+                       const lanes window_ends, const struct Point *start, lanes h, lanes to_window)
 {
     int running = 0;
     EACH_LANE {
         const double left = step - s[i], window = larger(window_ends[i] - contact->value[TIME][i] - s[i], 0);
         const double whole = smaller(left, window), wanted = smaller(contact->next_step[i], w->longest[i]);
         const int last = whole <= wanted;
-        h[i] = left <= 0 ? 0 : last ? whole : whole < 2 * wanted ? 0.5 * whole : wanted; /* two even steps, not one and a remnant */
+        h[i] = left <= 0            ? 0
+               : last               ? whole
+               : whole < 2 * wanted ? 0.5 * whole
+                                    : wanted; /* two even steps, not one and a remnant */
         to_window[i] = (left > 0) & last & (window <= left);
         running |= left > 0;
     }
@@ -61,29 +65,34 @@ static int choose_step(const struct Contact *contact, const struct Configuration
     return running;
 }
 
-/* A step is tried again because some lanes ask for it: only they take what they have chosen, the others repeat the step that they had. */
+/* A step is tried again because some lanes ask for it: only they take what they have chosen, the others repeat the step
+ * that they had. */
 static void try_again(struct Contact *contact, const int asks[LANES], const lanes next)
 {
-    EACH_LANE contact->next_step[i] = asks[i] ? next[i] : contact->next_step[i];
+    EACH_LANE
+        contact->next_step[i] = asks[i] ? next[i] : contact->next_step[i];
 }
 
 static int all_finite(const struct Point *x)
 {
     int lost = 0;
-    EACH_LANE lost |= !(fabs(x->z[i]) < INFINITY) | !(fabs(x->F_p[i]) < INFINITY);
+    EACH_LANE
+        lost |= !(fabs(x->z[i]) < INFINITY) | !(fabs(x->F_p[i]) < INFINITY);
     return !lost;
 }
 
-/* Steps without end: contact that opens and closes at no speed, forces that chase one another. A stretch of time that the steps pass in
- * `few` where nothing happens may take so many times more. An ellipse takes up to 60 a cycle at the usual tolerance, steps shrink with its
- * fourth root, and a law with events of its own may break bonds at each of them. */
+/* Steps without end: contact that opens and closes at no speed, forces that chase one another. A stretch of time that
+ * the steps pass in `few` where nothing happens may take so many times more. An ellipse takes up to 60 a cycle at the
+ * usual tolerance, steps shrink with its fourth root, and a law with events of its own may break bonds at each of them.
+ */
 struct Patience {
     double length, begun, taken, most;
 };
 
 static struct Patience patience_with(const struct Configuration *w)
 {
-    const double few = 20, tight = larger(1, sqrt(sqrt(1e-4 / w->p[RELATIVE_TOLERANCE][0]))), usual = w->current_angle ? 1000 : 4000;
+    const double few = 20, tight = larger(1, sqrt(sqrt(1e-4 / w->p[RELATIVE_TOLERANCE][0]))),
+                 usual = w->current_angle ? 1000 : 4000;
     const struct Patience p = {few * w->longest[0], 0, 0, usual * tight * (w->law->rest ? 25 : 1)};
     return p;
 }
@@ -92,7 +101,8 @@ static struct Patience patience_with(const struct Configuration *w)
 static int worn_out(struct Patience *p, double step, const lanes s)
 {
     double slowest = INFINITY;
-    EACH_LANE slowest = s[i] < step ? smaller(slowest, s[i]) : slowest;
+    EACH_LANE
+        slowest = s[i] < step ? smaller(slowest, s[i]) : slowest;
     if (slowest > p->begun + p->length) {
         p->begun = slowest;
         p->taken = 0;
@@ -100,18 +110,22 @@ static int worn_out(struct Patience *p, double step, const lanes s)
     return p->taken++ >= p->most;
 }
 
-enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events, lanes s, struct Course *course)
+enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
+                             lanes s, struct Course *course)
 {
     struct Patience patience = patience_with(w);
     const double most_steps = course->most_steps > 0 ? course->most_steps : INFINITY;
     struct Room *const room = course->room;
-    struct Point *start = &room[course->now].point, *middle = &room[(course->now + 1) % 3].point, *end = &room[(course->now + 2) % 3].point;
+    struct Point *start = &room[course->now].point, *middle = &room[(course->now + 1) % 3].point,
+                 *end = &room[(course->now + 2) % 3].point;
     lanes h, to_window, difference;
     int jumps = 0, chased[LANES] = {0};
     lanes quiet_for;
-    EACH_LANE quiet_for[i] = INFINITY; /* since the last event [s] */
+    EACH_LANE
+        quiet_for[i] = INFINITY; /* since the last event [s] */
     if (step < NO_STEP) {
-        EACH_LANE s[i] = step;
+        EACH_LANE
+            s[i] = step;
         course->known = 0;
         return KERNEL_OK;
     }
@@ -126,16 +140,19 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
     }
     course->known = 0;
     for (double n = 0; choose_step(contact, w, step, s, course->window_end, start, h, to_window); ++n) {
-        int cut[LANES], known[LANES], asked[LANES], acts[LANES], fits[LANES], misfits[LANES], shorter = 0, event = 0, jump = 0;
+        int cut[LANES], known[LANES], asked[LANES], acts[LANES], fits[LANES], misfits[LANES], shorter = 0, event = 0,
+                                                                                              jump = 0;
         lanes next;
-        EACH_LANE next[i] = contact->next_step[i];
+        EACH_LANE
+            next[i] = contact->next_step[i];
         if (n >= most_steps || worn_out(&patience, step, s))
             return KERNEL_TOO_MANY_STEPS;
         try_step(contact, w, s, h, start, middle, end, difference);
         if (!all_finite(end))
             return KERNEL_DIVERGED;
         if (!accurate(contact, w, 1e-12 * step, h, start, middle, end, difference, next, fits)) {
-            EACH_LANE misfits[i] = !fits[i];
+            EACH_LANE
+                misfits[i] = !fits[i];
             try_again(contact, misfits, next);
             continue;
         }
@@ -159,17 +176,20 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             to_window[i] *= cut[i] == NO_EVENT;
         }
         if (jump && jumps++ < INDICATORS) { /* an input has jumped across an event */
-            EACH_LANE acts[i] = cut[i] == JUMP; /* the same step again: it says nothing yet of a longer one */
+            EACH_LANE
+                acts[i] = cut[i] == JUMP; /* the same step again: it says nothing yet of a longer one */
             act_in_lanes(contact, w, s, ahead, chased, acts, start);
             continue;
         }
         jumps = 0;
         if (!shorter && !accurate_in_halves(contact, w, 1e-12 * step, s, h, start, middle, end, next, fits)) {
-            EACH_LANE misfits[i] = !fits[i];
+            EACH_LANE
+                misfits[i] = !fits[i];
             try_again(contact, misfits, next);
             continue;
         }
-        /* the shortened step may show an event that the long one had at both of its ends, as a narrow band of sticking */
+        /* the shortened step may show an event that the long one had at both of its ends, as a narrow band of sticking
+         */
         int within = 1;
         for (int tries = 0; shorter && within && tries < INDICATORS; ++tries) {
             try_step(contact, w, s, h, start, middle, end, difference);
@@ -189,11 +209,13 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             }
         }
         if (!within) {
-            EACH_LANE misfits[i] = !fits[i];
+            EACH_LANE
+                misfits[i] = !fits[i];
             try_again(contact, misfits, next);
             continue;
         }
-        EACH_LANE contact->next_step[i] = next[i];
+        EACH_LANE
+            contact->next_step[i] = next[i];
         if (shorter)
             try_step(contact, w, s, h, start, middle, end, difference);
         warn(contact, end);

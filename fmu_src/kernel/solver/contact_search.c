@@ -1,7 +1,8 @@
 /* Does the tool touch the work between the moments at which a step looks, and leave it again?
  *
- * Out of contact a step is up to a twentieth of a cycle, and sees its start, middle and end. Contacts that lie between them lie beside the
- * moment at which the tool turns, beside the end of the surface that the previous cycle left, or on a hump of the thickness.
+ * Out of contact a step is up to a twentieth of a cycle, and sees its start, middle and end. Contacts that lie between
+ * them lie beside the moment at which the tool turns, beside the end of the surface that the previous cycle left, or on
+ * a hump of the thickness.
  */
 #include "root.h"
 #include "stages.h"
@@ -44,8 +45,8 @@ static double slope(const struct Search *search, const struct Look *at, double a
     return (look(search, at->tau + ahead).contact - at->contact) / ahead;
 }
 
-/* Does the indicator, smooth between a and b and negative there, rise above 0 between? Not where it falls away from its higher end, nor
- * where its tangents meet below 0. Leaves a before the touch. */
+/* Does the indicator, smooth between a and b and negative there, rise above 0 between? Not where it falls away from its
+ * higher end, nor where its tangents meet below 0. Leaves a before the touch. */
 static int rises_between(const struct Search *search, struct Look *a, struct Look b, struct Look *touch)
 {
     const double nearby = 0.1 * search->fine;
@@ -66,7 +67,8 @@ static int rises_between(const struct Search *search, struct Look *a, struct Loo
         const int arched = meet > 0 && meet < span;
         if (arched && a->contact + up * meet <= 0)
             return 0;
-        *touch = look(search, a->tau + (arched && n % 2 ? meet : span * up / (up - down))); /* a kink, or the top of a parabola */
+        *touch = look(
+            search, a->tau + (arched && n % 2 ? meet : span * up / (up - down))); /* a kink, or the top of a parabola */
         if (touch->contact > 0)
             return 1;
         const double there = slope(search, touch, nearby);
@@ -85,7 +87,10 @@ enum Edge { TURN, SURFACE_END };
 
 static double beyond(const struct Look *x, enum Edge edge) { return edge == TURN ? x->approach : x->surface; }
 
-static int apart(const struct Look *a, const struct Look *b, enum Edge edge) { return (beyond(a, edge) > 0) != (beyond(b, edge) > 0); }
+static int apart(const struct Look *a, const struct Look *b, enum Edge edge)
+{
+    return (beyond(a, edge) > 0) != (beyond(b, edge) > 0);
+}
 
 /* Close a and b in on the edge between them. */
 static void close_in(const struct Search *search, enum Edge edge, struct Look *a, struct Look *b)
@@ -105,12 +110,13 @@ static int high_above(const struct Look *x, double span)
     return x->contact < -2e6 * (fabs(x->u_x) + fabs(x->u_y)) * span;
 }
 
-/* May another surface count between a and b than at x, one of them, or drop there? The earlier surface is steep where it ends, and the next
- * cycle begins where the tool is fastest backward. */
+/* May another surface count between a and b than at x, one of them, or drop there? The earlier surface is steep where
+ * it ends, and the next cycle begins where the tool is fastest backward. */
 static int resurfaces(const struct Search *search, const struct Look *a, const struct Look *b, const struct Look *x)
 {
     const int i = search->lane;
-    const double f = search->w->p[VIBRATION_FREQUENCY][i], begun = search->w->cycle[i] + search->w->p[PHASE_X][i] / 6.283185307179586 + 0.75;
+    const double f = search->w->p[VIBRATION_FREQUENCY][i],
+                 begun = search->w->cycle[i] + search->w->p[PHASE_X][i] / 6.283185307179586 + 0.75;
     const int near_end = x->surface > 0 && x->surface * x->a < 2 * fabs(x->u_x) * (b->tau - a->tau);
     return near_end || floor(begun + f * a->tau) < floor(begun + f * b->tau);
 }
@@ -149,8 +155,8 @@ static int touches_between(const struct Search *search, struct Look *a, struct L
     return !(high_above(a, span) && high_above(&b, span)) && rises_between(search, a, b, touch);
 }
 
-/* Do start, middle and end, on one surface, show that nothing lies between? A hump stands out by less than it bends; where the tool moves
- * away it is that of a sine, which the parabola shows. */
+/* Do start, middle and end, on one surface, show that nothing lies between? A hump stands out by less than it bends;
+ * where the tool moves away it is that of a sine, which the parabola shows. */
 static int plain(double at_start, double at_middle, double at_end, int moves_away)
 {
     const double first = at_middle - at_start, last = at_end - at_middle, bend = fabs(last - first);
@@ -158,8 +164,9 @@ static int plain(double at_start, double at_middle, double at_end, int moves_awa
     return at_middle > 0 || top <= -2 * bend || (moves_away && (3 * first - last <= -bend || 3 * last - first >= bend));
 }
 
-int touches_within(const struct Contact *contact, const struct Configuration *w, int i, double s, double h, const struct Point *start,
-                   const struct Point *middle, const struct Point *end, double tau[2], double indicator[2])
+int touches_within(const struct Contact *contact, const struct Configuration *w, int i, double s, double h,
+                   const struct Point *start, const struct Point *middle, const struct Point *end, double tau[2],
+                   double indicator[2])
 {
     const int given = w->kinematics == KINEMATICS_EXTERNAL;
     if (contact->sign[AT_CONTACT][i] > 0 || w->held || (start->contact[i] > 0 && middle->contact[i] > 0))
@@ -167,7 +174,8 @@ int touches_within(const struct Contact *contact, const struct Configuration *w,
     const struct Look m = seen(middle, i, s + 0.5 * h), b = seen(end, i, s + h);
     struct Look a = seen(start, i, s), touch;
     a.contact = smaller(a.contact, 0); /* rounding, where a contact has just ended */
-    const int one_piece = !(apart(&a, &m, TURN) || apart(&m, &b, TURN) || apart(&a, &m, SURFACE_END) || apart(&m, &b, SURFACE_END));
+    const int one_piece =
+        !(apart(&a, &m, TURN) || apart(&m, &b, TURN) || apart(&a, &m, SURFACE_END) || apart(&m, &b, SURFACE_END));
     if (one_piece && plain(a.contact, m.contact, b.contact, b.approach <= 0))
         return 0;
     const struct Search search = {contact, w, start, s, given ? 2e-3 * h : 1e-4 / w->p[VIBRATION_FREQUENCY][i], i};
@@ -176,7 +184,8 @@ int touches_within(const struct Contact *contact, const struct Configuration *w,
     int found = one_piece ? rises_between(&search, &a, m, &touch) : touches_between(&search, &a, m, &touch);
     if (!found && m.contact <= 0) {
         a = m;
-        found = !one_piece ? touches_between(&search, &a, b, &touch) : b.contact <= 0 && rises_between(&search, &a, b, &touch);
+        found = !one_piece ? touches_between(&search, &a, b, &touch)
+                           : b.contact <= 0 && rises_between(&search, &a, b, &touch);
     }
     if (found) {
         tau[0] = a.tau;

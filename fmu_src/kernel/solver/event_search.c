@@ -1,31 +1,34 @@
-/* Where does a step have to end because an event falls into it? At the change of sign of an indicator, searched for by its bracket. */
+/* Where does a step have to end because an event falls into it? At the change of sign of an indicator, searched for by
+ * its bracket. */
 #include "root.h"
 #include "stages.h"
 
 #include <math.h>
 
-void point_within(const struct Contact *contact, const struct Configuration *w, int forces, const lanes s, const lanes tau,
-                  const struct Point *start, struct Point *x)
+void point_within(const struct Contact *contact, const struct Configuration *w, int forces, const lanes s,
+                  const lanes tau, const struct Point *start, struct Point *x)
 {
     if (forces || w->feedback) {
         struct Point middle;
         lanes h, difference;
-        EACH_LANE h[i] = tau[i] - s[i];
+        EACH_LANE
+            h[i] = tau[i] - s[i];
         try_step(contact, w, s, h, start, &middle, x, difference);
     } else
         path_at(contact, w, tau, x);
 }
 
-/* Where an event is sought, by lanes: between low and high, where the indicator has these values; not in lanes that are not open. */
+/* Where an event is sought, by lanes: between low and high, where the indicator has these values; not in lanes that are
+ * not open. */
 struct Search {
     lanes low, high, at_low, at_high;
     int open[LANES];
 };
 
-/* In each lane the first tau in (low, high] at which indicator k is on the other side, to a thousandth of the tolerance; a step on the
- * held sides leads there from s. All lanes take their steps at once. */
-static void locate(const struct Contact *contact, const struct Configuration *w, int k, const lanes s, const struct Search *search,
-                   const struct Point *start, lanes found)
+/* In each lane the first tau in (low, high] at which indicator k is on the other side, to a thousandth of the
+ * tolerance; a step on the held sides leads there from s. All lanes take their steps at once. */
+static void locate(const struct Contact *contact, const struct Configuration *w, int k, const lanes s,
+                   const struct Search *search, const struct Point *start, lanes found)
 {
     struct Bracket b[LANES];
     lanes tau, close, now[INDICATORS];
@@ -56,7 +59,8 @@ static void locate(const struct Contact *contact, const struct Configuration *w,
         found[i] = b[i].high;
 }
 
-/* The sides of some events that are watched wherever a point is, and of those that are not where the slip is solved for. */
+/* The sides of some events that are watched wherever a point is, and of those that are not where the slip is solved
+ * for. */
 static inline int path_event(const struct Contact *contact, int i, const struct Point *middle, const struct Point *end)
 {
     const double contact_side = contact->sign[AT_CONTACT][i], surface_side = contact->sign[AT_SURFACE][i];
@@ -67,34 +71,41 @@ static inline int path_event(const struct Contact *contact, int i, const struct 
 static inline int slip_event(const struct Contact *contact, int i, const struct Point *middle, const struct Point *end)
 {
     const double slip_side = contact->sign[AT_SLIP][i], law_side = contact->sign[AT_LAW][i];
-    return (slip_side * middle->v[i] < 0) | (slip_side * end->v[i] < 0) | (law_side * middle->law[i] < 0) | (law_side * end->law[i] < 0);
+    return (slip_side * middle->v[i] < 0) | (slip_side * end->v[i] < 0) | (law_side * middle->law[i] < 0) |
+           (law_side * end->law[i] < 0);
 }
 
-int sees_event(const struct Contact *contact, const struct Configuration *w, int i, const struct Point *middle, const struct Point *end)
+int sees_event(const struct Contact *contact, const struct Configuration *w, int i, const struct Point *middle,
+               const struct Point *end)
 {
     return path_event(contact, i, middle, end) || (!w->current_angle && slip_event(contact, i, middle, end));
 }
 
-int any_event(const struct Contact *contact, const struct Configuration *w, const struct Point *start, const struct Point *middle,
-              const struct Point *end)
+int any_event(const struct Contact *contact, const struct Configuration *w, const struct Point *start,
+              const struct Point *middle, const struct Point *end)
 {
     int any = 0;
-    EACH_LANE any |= path_event(contact, i, middle, end);
+    EACH_LANE
+        any |= path_event(contact, i, middle, end);
     if (!w->held)
-        EACH_LANE any |= (contact->sign[AT_CONTACT][i] < 0) & !((start->contact[i] > 0) & (middle->contact[i] > 0));
+        EACH_LANE
+            any |= (contact->sign[AT_CONTACT][i] < 0) & !((start->contact[i] > 0) & (middle->contact[i] > 0));
     if (!w->current_angle)
-        EACH_LANE any |= slip_event(contact, i, middle, end);
+        EACH_LANE
+            any |= slip_event(contact, i, middle, end);
     return any;
 }
 
-void cut_at_events(const struct Contact *contact, const struct Configuration *w, const int asked[LANES], const int known[LANES], const lanes s, lanes h,
-                   const struct Point *start, const struct Point *middle, const struct Point *end, int cut[LANES])
+void cut_at_events(const struct Contact *contact, const struct Configuration *w, const int asked[LANES],
+                   const int known[LANES], const lanes s, lanes h, const struct Point *start,
+                   const struct Point *middle, const struct Point *end, int cut[LANES])
 {
     lanes at_start[INDICATORS], at_middle[INDICATORS], at_end[INDICATORS], step, found;
     indicators(w, middle, at_middle);
     indicators(w, end, at_end);
     indicators(w, start, at_start);
-    EACH_LANE step[i] = h[i];
+    EACH_LANE
+        step[i] = h[i];
     for (int k = 0; k < INDICATORS; ++k) {
         struct Search search = {{0}, {0}, {0}, {0}, {0}};
         int any = 0;
@@ -127,8 +138,8 @@ void cut_at_events(const struct Contact *contact, const struct Configuration *w,
         h[i] = asked[i] && cut[i] >= 0 ? step[i] : h[i];
 }
 
-void cut_at_touch(const struct Contact *contact, const struct Configuration *w, int i, const lanes s, lanes h, const struct Point *start,
-                  const struct Point *middle, const struct Point *end, int cut[LANES])
+void cut_at_touch(const struct Contact *contact, const struct Configuration *w, int i, const lanes s, lanes h,
+                  const struct Point *start, const struct Point *middle, const struct Point *end, int cut[LANES])
 {
     double tau[2], indicator[2];
     if (!(h[i] > 0) || !touches_within(contact, w, i, s[i], h[i], start, middle, end, tau, indicator))

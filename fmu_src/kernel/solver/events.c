@@ -7,12 +7,13 @@ struct Aside {
     struct Point point;
 };
 
-void act_in_lanes(struct Contact *contact, const struct Configuration *w, const lanes s, double ahead, const int chased[LANES], const int event[LANES],
-                  struct Point *x)
+void act_in_lanes(struct Contact *contact, const struct Configuration *w, const lanes s, double ahead,
+                  const int chased[LANES], const int event[LANES], struct Point *x)
 {
     struct Aside aside;
     int all = 1;
-    EACH_LANE all &= event[i];
+    EACH_LANE
+        all &= event[i];
     if (!all) {
         aside.point = *x;
         load_states(contact, w, &aside.point);
@@ -35,10 +36,11 @@ void act_in_lanes(struct Contact *contact, const struct Configuration *w, const 
 }
 
 void act_at_step_end(struct Contact *contact, const struct Configuration *w, const lanes h, const int event[LANES],
-                            const struct Point *end)
+                     const struct Point *end)
 {
     lanes z, memory[MEMORY];
-    EACH_LANE z[i] = contact->value[BRISTLE_DEFLECTION][i];
+    EACH_LANE
+        z[i] = contact->value[BRISTLE_DEFLECTION][i];
     for (int i = 0; i < LANES; ++i)
         copy_lane(memory, (const lanes *)contact->memory, MEMORY, i);
     w->law->event(w->law_p, end, contact->value[BRISTLE_DEFLECTION], contact->memory);
@@ -50,8 +52,10 @@ void act_at_step_end(struct Contact *contact, const struct Configuration *w, con
     }
 }
 
-/* Which side of its own event the law is on, at the point x that stands at s: what has begun to slide goes on sliding. */
-void take_law_side(struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h, const int event[LANES], struct Point *x)
+/* Which side of its own event the law is on, at the point x that stands at s: what has begun to slide goes on sliding.
+ */
+void take_law_side(struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+                   const int event[LANES], struct Point *x)
 {
     int changed = 0;
     for (int i = 0; i < LANES; ++i) {

@@ -1,5 +1,5 @@
-/* What were the forces some time ago, and which surface did the tool leave? Two rings: the last internal steps, each with its forces at
- * start, middle and end; and heights in a number of places of each turn.
+/* What were the forces some time ago, and which surface did the tool leave? Two rings: the last internal steps, each
+ * with its forces at start, middle and end; and heights in a number of places of each turn.
  */
 #include "stages.h"
 
@@ -23,9 +23,13 @@ static void written(struct Contact *contact, int lane, int64_t count)
     contact->past_first[lane] = larger(contact->past_first[lane], (double)(count - HISTORY));
 }
 
-static const lanes *forces_of(const struct Point *x, int channel) { return channel == 0 ? &x->F : channel == 1 ? &x->F_p : &x->F_f; }
+static const lanes *forces_of(const struct Point *x, int channel)
+{
+    return channel == 0 ? &x->F : channel == 1 ? &x->F_p : &x->F_f;
+}
 
-/* The first of the places low..high of a ring whose time lies after t, or with `at` set at t or after; high where none does. */
+/* The first of the places low..high of a ring whose time lies after t, or with `at` set at t or after; high where none
+ * does. */
 static int64_t first_later(const lanes *times, int lane, int64_t low, int64_t high, double t, int at)
 {
     while (low < high) {
@@ -42,12 +46,14 @@ static int64_t first_later(const lanes *times, int lane, int64_t low, int64_t hi
 /* Two steps of one length, one after the other and without a jump, are kept as one where one parabola does for both. */
 static int joined(struct Contact *contact, int lane, int64_t before, int64_t after)
 {
-    const double length = contact->past_length[after][lane], gap = contact->past_end[after][lane] - length - contact->past_end[before][lane];
+    const double length = contact->past_length[after][lane],
+                 gap = contact->past_end[after][lane] - length - contact->past_end[before][lane];
     if (fabs(contact->past_length[before][lane] - length) > 1e-6 * length || fabs(gap) > 1e-6 * length)
         return 0;
     for (int k = 0; k < CHANNELS; ++k) {
         const lanes *a = contact->past_force[before][k], *b = contact->past_force[after][k];
-        const double allowed = 0.3 * contact->value[RELATIVE_TOLERANCE][lane] * larger(fabs(a[0][lane]), fabs(b[2][lane]));
+        const double allowed =
+            0.3 * contact->value[RELATIVE_TOLERANCE][lane] * larger(fabs(a[0][lane]), fabs(b[2][lane]));
         if (fabs(a[2][lane] - b[0][lane]) > allowed ||
             fabs(parabola(0.25, a[0][lane], b[0][lane], b[2][lane]) - a[1][lane]) > allowed ||
             fabs(parabola(0.75, a[0][lane], b[0][lane], b[2][lane]) - b[1][lane]) > allowed)
@@ -62,7 +68,8 @@ static int joined(struct Contact *contact, int lane, int64_t before, int64_t aft
     return 1;
 }
 
-void remember(struct Contact *contact, int lane, double h, const struct Point *start, const struct Point *middle, const struct Point *end)
+void remember(struct Contact *contact, int lane, double h, const struct Point *start, const struct Point *middle,
+              const struct Point *end)
 {
     const int64_t count = steps_kept(contact, lane), at = count % HISTORY;
     const struct Point *const at_time[3] = {start, middle, end};
@@ -72,7 +79,8 @@ void remember(struct Contact *contact, int lane, double h, const struct Point *s
         for (int n = 0; n < 3; ++n)
             contact->past_force[at][k][n][lane] = (*forces_of(at_time[n], k))[lane];
     written(contact, lane, count + 1);
-    for (int64_t n = count + 1; n - 1 > first_kept(contact, lane) && joined(contact, lane, (n - 2) % HISTORY, (n - 1) % HISTORY); --n)
+    for (int64_t n = count + 1;
+         n - 1 > first_kept(contact, lane) && joined(contact, lane, (n - 2) % HISTORY, (n - 1) % HISTORY); --n)
         contact->past_count[lane] = (double)(n - 1);
 }
 
@@ -92,7 +100,10 @@ void remember_host_step(struct Contact *contact, int lane, const struct Point *x
     written(contact, lane, count + 1);
 }
 
-double recall(const struct Point *x, int channel, int lane, double t) { return recall_in(x->past, x, channel, lane, t); }
+double recall(const struct Point *x, int channel, int lane, double t)
+{
+    return recall_in(x->past, x, channel, lane, t);
+}
 
 double recall_in(const struct Past *past, const struct Point *x, int channel, int lane, double t)
 {
@@ -104,7 +115,8 @@ double recall_in(const struct Past *past, const struct Point *x, int channel, in
         return now;
     if (a && t >= a->t[lane]) {
         const double length = b->t[lane] - a->t[lane], share = length > 0 ? (t - a->t[lane]) / length : 1;
-        return parabola(share, (*forces_of(a, channel))[lane], (*forces_of(m, channel))[lane], (*forces_of(b, channel))[lane]);
+        return parabola(share, (*forces_of(a, channel))[lane], (*forces_of(m, channel))[lane],
+                        (*forces_of(b, channel))[lane]);
     }
     if (count == 0)
         return a ? (*forces_of(a, channel))[lane] : now;
@@ -115,7 +127,8 @@ double recall_in(const struct Past *past, const struct Point *x, int channel, in
         return span > 0 ? last + (now - last) * (t - end) / span : last;
     }
     const int64_t at = first_later(contact->past_end, lane, oldest, count - 1, t, 1) % HISTORY;
-    const double length = contact->past_length[at][lane], share = length > 0 ? 1 - (contact->past_end[at][lane] - t) / length : 1;
+    const double length = contact->past_length[at][lane],
+                 share = length > 0 ? 1 - (contact->past_end[at][lane] - t) / length : 1;
     const lanes *u = contact->past_force[at][channel];
     return parabola(larger(share, 0), u[0][lane], u[1][lane], u[2][lane]);
 }
@@ -130,18 +143,20 @@ int recall_reaches(const struct Contact *contact, int lane, double t)
 double recall_jump(const struct Contact *contact, int lane, const struct Point *start, double from, double to)
 {
     const int64_t count = steps_kept(contact, lane);
-    for (int64_t n = first_later(contact->past_end, lane, first_kept(contact, lane), count, from, 0); n < count && contact->past_end[n % HISTORY][lane] < to; ++n)
+    for (int64_t n = first_later(contact->past_end, lane, first_kept(contact, lane), count, from, 0);
+         n < count && contact->past_end[n % HISTORY][lane] < to; ++n)
         for (int k = 0; k < CHANNELS; ++k) {
             const double before = contact->past_force[n % HISTORY][k][2][lane];
-            const double after = n + 1 < count ? contact->past_force[(n + 1) % HISTORY][k][0][lane] : (*forces_of(start, k))[lane];
+            const double after =
+                n + 1 < count ? contact->past_force[(n + 1) % HISTORY][k][0][lane] : (*forces_of(start, k))[lane];
             if (fabs(after - before) > 1e-9 * (fabs(after) + fabs(before)))
                 return contact->past_end[n % HISTORY][lane];
         }
     return INFINITY;
 }
 
-/* The tool cuts the surface down to its own height; where it is in the air the surface stays, one feed higher above the tool that has
- * meanwhile moved on. */
+/* The tool cuts the surface down to its own height; where it is in the air the surface stays, one feed higher above the
+ * tool that has meanwhile moved on. */
 void leave_surface(struct Contact *contact, int lane, double turn, double feed, const struct Point *x)
 {
     const int64_t count = whole_count(contact->surface_count[lane]);

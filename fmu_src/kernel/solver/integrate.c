@@ -1,9 +1,11 @@
-/* How does the bristle get from the start of a step to its end? By exponentials: the law is linear in z once the slip is known.
+/* How does the bristle get from the start of a step to its end? By exponentials: the law is linear in z once the slip
+ * is known.
  *
- * dz/dt = drive - rate z with target = drive/rate. In the "path" A(t) = integral of rate the equation is dz/dA = target - z whatever
- * the slip does, so z(D) = z(0) e^-D + integral of e^-(D - A) target(A) dA. The target is taken as the parabola in A through start,
- * middle and end of the step; its integral is exact (phi functions). Non-stiff steps (D << 1) are of fourth order; stiff ones (D >> 1,
- * LuGre at high slip speed) end on the target. Laws without a rate (drive only) are integrated by Simpson's rule.
+ * dz/dt = drive - rate z with target = drive/rate. In the "path" A(t) = integral of rate the equation is dz/dA = target
+ * - z whatever the slip does, so z(D) = z(0) e^-D + integral of e^-(D - A) target(A) dA. The target is taken as the
+ * parabola in A through start, middle and end of the step; its integral is exact (phi functions). Non-stiff steps (D <<
+ * 1) are of fourth order; stiff ones (D >> 1, LuGre at high slip speed) end on the target. Laws without a rate (drive
+ * only) are integrated by Simpson's rule.
  */
 #include "stages.h"
 
@@ -59,14 +61,18 @@ static inline void large_moments(lanes I[3], int i, double D)
 
 static double reach(const struct Point *x, int i) { return larger(x->F_C[i], x->F_S[i]) / x->P[i]; }
 /* Is z surely within it? A product, which is cheaper, and right but for roundings. */
-static int within(const struct Point *x, int i, double z) { return fabs(z) * x->P[i] < 0.999 * larger(x->F_C[i], x->F_S[i]); }
+static int within(const struct Point *x, int i, double z)
+{
+    return fabs(z) * x->P[i] < 0.999 * larger(x->F_C[i], x->F_S[i]);
+}
 
 /* A law without a rate; out of contact it relaxes like any other. */
-static void by_simpson(const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end, lanes z_middle,
-                       lanes z_end, lanes difference)
+static void by_simpson(const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end,
+                       lanes z_middle, lanes z_end, lanes difference)
 {
     EACH_LANE {
-        const double c0 = start->drive[i], cm = middle->drive[i], c1 = end->drive[i], half = exponential(-0.5 * h[i] * middle->rate[i]);
+        const double c0 = start->drive[i], cm = middle->drive[i], c1 = end->drive[i],
+                     half = exponential(-0.5 * h[i] * middle->rate[i]);
         z_middle[i] = half * start->z[i] + h[i] / 24 * (5 * c0 + 8 * cm - c1);
         z_end[i] = half * half * start->z[i] + h[i] / 6 * (c0 + 4 * cm + c1);
         difference[i] = h[i] / 3 * fabs(c0 - 2 * cm + c1);
@@ -81,33 +87,43 @@ static inline void path_of(double h, double a0, double am, double a1, double *M,
     *M = smaller(or_none(part * (5 * a0 + 8 * am - a1), NO_PATH), *D);
 }
 
-/* The target over a step, q + slope A + bend A^2, which ends at q_end; what all three points show of it (slope_seen, bend_seen); and the
- * chord, the straight one through the ends. */
+/* The target over a step, q + slope A + bend A^2, which ends at q_end; what all three points show of it (slope_seen,
+ * bend_seen); and the chord, the straight one through the ends. */
 struct Target {
     double q, slope, bend, q_end, slope_seen, bend_seen, chord;
     int from_reversal, to_reversal;
 };
 
-/* Through (0, q0), (M, qm), (D, q1). Where the slip reverses the rate is 0 and the bristle does not follow its target, whose dip of static
- * friction is far narrower than the step: that end is left out, and the target is straight. Step doubling tells whether it may be. */
-static inline struct Target target_between(const struct Point *start, const struct Point *middle, const struct Point *end, double M,
-                                           double D, int i)
+/* Through (0, q0), (M, qm), (D, q1). Where the slip reverses the rate is 0 and the bristle does not follow its target,
+ * whose dip of static friction is far narrower than the step: that end is left out, and the target is straight. Step
+ * doubling tells whether it may be. */
+static inline struct Target target_between(const struct Point *start, const struct Point *middle,
+                                           const struct Point *end, double M, double D, int i)
 {
     const double per_d = D > 0 ? 1 / D : 0, a0 = start->rate[i], am = middle->rate[i], a1 = end->rate[i];
     const double q0 = start->target[i], qm = middle->target[i], q1 = end->target[i];
-    const double first = M > 0 ? (qm - q0) / M : 0, last = D > M ? (q1 - qm) / (D - M) : first, chord = (q1 - q0) * per_d;
+    const double first = M > 0 ? (qm - q0) / M : 0, last = D > M ? (q1 - qm) / (D - M) : first,
+                 chord = (q1 - q0) * per_d;
     const double bend_seen = (last - first) * per_d, slope_seen = first - bend_seen * M;
     const int wide = middle->speed[i] > middle->flat_from[i];
-    const int from_reversal = wide & (a0 < 1e-3 * am) & (D > M), to_reversal = wide & !from_reversal & (a1 < 1e-3 * am) & (M > 0);
+    const int from_reversal = wide & (a0 < 1e-3 * am) & (D > M),
+              to_reversal = wide & !from_reversal & (a1 < 1e-3 * am) & (M > 0);
     const double from = from_reversal ? last : first, to = to_reversal ? first : last, bend = (to - from) * per_d;
-    const struct Target t = {from_reversal ? qm - to * M : q0, from - bend * M, bend, to_reversal ? qm + from * (D - M) : q1,
-                             slope_seen, bend_seen, chord, from_reversal, to_reversal};
+    const struct Target t = {from_reversal ? qm - to * M : q0,
+                             from - bend * M,
+                             bend,
+                             to_reversal ? qm + from * (D - M) : q1,
+                             slope_seen,
+                             bend_seen,
+                             chord,
+                             from_reversal,
+                             to_reversal};
     return t;
 }
 
 /* By exponentials. */
-static void relax_bristles(int clip, const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end,
-                           lanes z_middle, lanes z_end, lanes difference)
+static void relax_bristles(int clip, const lanes h, const struct Point *start, const struct Point *middle,
+                           const struct Point *end, lanes z_middle, lanes z_end, lanes difference)
 {
     lanes M, D, to_M[3], to_D[3];
     int large = 0, far = 0;
@@ -129,7 +145,8 @@ static void relax_bristles(int clip, const lanes h, const struct Point *start, c
         const double reached = z + (t.q - z) * to_D[0][i] + t.slope * to_D[1][i] + t.bend * to_D[2][i];
         /* of the target's bend, and of the rate's: it shifts D, of which only the last relaxation is remembered */
         const double shift = h[i] / 3 * fabs(start->rate[i] - 2 * middle->rate[i] + end->rate[i]) / (1 + D[i]);
-        difference[i] = fabs((t.slope_seen - t.chord) * to_D[1][i] + t.bend_seen * to_D[2][i]) + shift * fabs(t.q_end - reached);
+        difference[i] =
+            fabs((t.slope_seen - t.chord) * to_D[1][i] + t.bend_seen * to_D[2][i]) + shift * fabs(t.q_end - reached);
         z_end[i] = reached;
         far |= !((fabs(reached) <= fabs(z)) | within(start, i, reached) | within(end, i, reached));
     }
@@ -149,16 +166,18 @@ void bristle_step(int relaxes, int clip, const lanes h, const struct Point *star
         by_simpson(h, start, middle, end, z_middle, z_end, difference);
 }
 
-/* A within which the slip x, h from a reversal, comes to rest where static friction is felt: the slip is straight there. */
+/* A within which the slip x, h from a reversal, comes to rest where static friction is felt: the slip is straight
+ * there. */
 static double near_rest(const struct Point *x, double target_at_rest, double h, int i)
 {
     const double speed = x->speed[i], share = smaller(x->flat_from[i] / larger(speed, 1e-300), 2);
-    const double faster = larger(fabs(x->target[i]) / larger(fabs(target_at_rest), 1e-300), 1); /* rate = speed/target */
+    const double faster =
+        larger(fabs(x->target[i]) / larger(fabs(target_at_rest), 1e-300), 1); /* rate = speed/target */
     return 0.5 * x->rate[i] * h * share * share * faster;
 }
 
-void hidden_in_target(const lanes h, const struct Point *a, const struct Point *early, const struct Point *m, const struct Point *late,
-                      const struct Point *b, lanes hidden)
+void hidden_in_target(const lanes h, const struct Point *a, const struct Point *early, const struct Point *m,
+                      const struct Point *late, const struct Point *b, lanes hidden)
 {
     for (int i = 0; i < LANES; ++i) {
         double M, D, quarter, half, last_quarter, last_half;
@@ -172,10 +191,12 @@ void hidden_in_target(const lanes h, const struct Point *a, const struct Point *
         const double forgotten = exponential(-last_half); /* what is left of the first half at the end */
         hidden[i] = miss[0] * forgotten * (1 - exponential(-half)) + miss[1] * (1 - forgotten);
         if (t.to_reversal)
-            hidden[i] += fabs(b->target[i] - t.q_end) * (1 - exponential(-near_rest(late, b->target[i], 0.5 * h[i], i)));
+            hidden[i] +=
+                fabs(b->target[i] - t.q_end) * (1 - exponential(-near_rest(late, b->target[i], 0.5 * h[i], i)));
         if (t.from_reversal) {
             const double rest = near_rest(early, a->target[i], 0.5 * h[i], i);
-            hidden[i] += fabs(a->target[i] - t.q) * (1 - exponential(-rest)) * exponential(-larger(half + last_half - rest, 0));
+            hidden[i] +=
+                fabs(a->target[i] - t.q) * (1 - exponential(-rest)) * exponential(-larger(half + last_half - rest, 0));
         }
     }
 }

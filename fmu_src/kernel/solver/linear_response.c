@@ -1,8 +1,9 @@
-/* How does a linear state follow a drive that is known over a step? Exactly, where the drive is the parabola through start, middle, end.
+/* How does a linear state follow a drive that is known over a step? Exactly, where the drive is the parabola through
+ * start, middle, end.
  *
- * A sensor may be much faster than a step is long, and its state then says nothing at the middle of its mean. But what follows it is linear
- * and meets it in integrals by Simpson's rule alone; so there the middle stands for the integral, which the state's own equation gives:
- * over T y' = u - y it is that of u less T times what y gains.
+ * A sensor may be much faster than a step is long, and its state then says nothing at the middle of its mean. But what
+ * follows it is linear and meets it in integrals by Simpson's rule alone; so there the middle stands for the integral,
+ * which the state's own equation gives: over T y' = u - y it is that of u less T times what y gains.
  */
 #include "stages.h"
 
@@ -23,7 +24,8 @@ void relax(double h, double T, double u_0, double u_m, double u_1, double y, dou
         *whole = u_1;
         return;
     }
-    if (h < 1e-12 * T) { /* the parabola's coefficients would overflow; but a state at rest must leave it however short the step */
+    if (h < 1e-12 * T) { /* the parabola's coefficients would overflow; but a state at rest must leave it however short
+                            the step */
         *half = y + 0.5 * h / T * (u_0 - y);
         *whole = y + h / T * (u_m - y);
         return;
@@ -46,8 +48,10 @@ void relax_in_mean(double h, double T, double u_0, double u_m, double u_1, doubl
         *half = middle_of((u_0 + 4 * u_m + u_1) / 6 - T * (*whole - y) / h, y, *whole);
 }
 
-/* Short steps, where the coefficients of the parabola would cancel: the series of place and speed over the share of the step, to rounding. */
-static void swung_a_little(double turn, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2], double whole[2])
+/* Short steps, where the coefficients of the parabola would cancel: the series of place and speed over the share of the
+ * step, to rounding. */
+static void swung_a_little(double turn, double zeta, double u_0, double u_m, double u_1, const double y[2],
+                           double half[2], double whole[2])
 {
     enum { TERMS = 11 }; /* (2 zeta turn)^11/11! of them is left out */
     const double drive[3] = {u_0, 4 * u_m - 3 * u_0 - u_1, 2 * (u_0 - 2 * u_m + u_1)};
@@ -91,7 +95,8 @@ static void swung(double turn, double zeta, const double c[3], const double y[2]
     after[1] = s * (cosine - zeta * sine) - x * sine + p_1 + 2 * p_2 * turn;
 }
 
-void swing(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2], double whole[2])
+void swing(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2],
+           double whole[2])
 {
     const double turn = w * h, from[2] = {y[0], y[1] / w};
     if (turn < 0.05)
@@ -105,10 +110,12 @@ void swing(double h, double w, double zeta, double u_0, double u_m, double u_1, 
     whole[1] *= w;
 }
 
-void swing_in_mean(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2], double whole[2])
+void swing_in_mean(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2],
+                   double half[2], double whole[2])
 {
     const double turn = w * h;
     swing(h, w, zeta, u_0, u_m, u_1, y, half, whole);
     if (turn > SHORT)
-        half[0] = middle_of((u_0 + 4 * u_m + u_1) / 6 - (2 * zeta * (whole[0] - y[0]) + (whole[1] - y[1]) / w) / turn, y[0], whole[0]);
+        half[0] = middle_of((u_0 + 4 * u_m + u_1) / 6 - (2 * zeta * (whole[0] - y[0]) + (whole[1] - y[1]) / w) / turn,
+                            y[0], whole[0]);
 }

@@ -1,5 +1,6 @@
-/* Where does a function change its sign? A bracket that closes by regula falsi with the weights of Anderson and Bjorck 1973, by halves
- * where that is slow. The caller evaluates: low stays where the function is >= 0, high where it is < 0. */
+/* Where does a function change its sign? A bracket that closes by regula falsi with the weights of Anderson and Bjorck
+ * 1973, by halves where that is slow. The caller evaluates: low stays where the function is >= 0, high where it is < 0.
+ */
 #ifndef ROOT_H
 #define ROOT_H
 
@@ -26,7 +27,8 @@ static inline double bracket_next(struct Bracket *b, double close)
 
 static inline void bracket_update(struct Bracket *b, double at, double value)
 {
-    double *const old = value < 0 ? &b->weight_high : &b->weight_low, *const other = value < 0 ? &b->weight_low : &b->weight_high;
+    double *const old = value < 0 ? &b->weight_high : &b->weight_low, *const other =
+                                                                          value < 0 ? &b->weight_low : &b->weight_high;
     const double left = *old != 0 ? 1 - value / *old : 0.5;
     if (b->last * value > 0) /* the same end again: the other end's value counts less */
         *other *= left > 0 ? left : 0.5;

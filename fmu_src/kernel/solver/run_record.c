@@ -1,4 +1,5 @@
-/* How does a contact follow a record? Sample by sample with inputs linear in between, giving whole rows, or sums against data. */
+/* How does a contact follow a record? Sample by sample with inputs linear in between, giving whole rows, or sums
+ * against data. */
 #include "stages.h"
 
 #include <math.h>
@@ -22,10 +23,12 @@ static enum Status set_slopes(struct Contact *contact, const struct Record *r, i
                 return status;
         }
         if (r->per_lane)
-            EACH_LANE slope[i] = (now[i] - before[i]) / step;
+            EACH_LANE
+                slope[i] = (now[i] - before[i]) / step;
         else {
             const double shared = (*now - *before) / step;
-            EACH_LANE slope[i] = shared;
+            EACH_LANE
+                slope[i] = shared;
         }
     }
     return KERNEL_OK;
@@ -34,24 +37,30 @@ static enum Status set_slopes(struct Contact *contact, const struct Record *r, i
 static void land(struct Contact *contact, const struct Record *r, int64_t n)
 {
     const double time = r->times[n];
-    EACH_LANE contact->value[TIME][i] = time;
+    EACH_LANE
+        contact->value[TIME][i] = time;
     for (int j = 0; j < r->input_count; ++j) {
         const double *const now = sample_of(r, n, j);
-        double *const value = contact->value[r->input_index[j]], *const slope = contact->slope[r->input_index[j] - INPUT_FIRST];
+        double *const value = contact->value[r->input_index[j]], *const slope =
+                                                                     contact->slope[r->input_index[j] - INPUT_FIRST];
         if (r->per_lane)
-            EACH_LANE value[i] = now[i];
+            EACH_LANE
+                value[i] = now[i];
         else {
             const double shared = *now;
-            EACH_LANE value[i] = shared;
+            EACH_LANE
+                value[i] = shared;
         }
-        EACH_LANE slope[i] = 0;
+        EACH_LANE
+            slope[i] = 0;
     }
 }
 
-/* In which lanes does a point that a step has passed through show all there is? Not out of contact, nor where rates wait for the deflection,
- * nor where slip or thickness are given as just 0: the step missed that by a rounding, and it means rest, or no contact. Returns whether in
- * all. */
-static int find_whole(const struct Contact *contact, const struct Configuration *w, const struct Point *x, int whole[LANES])
+/* In which lanes does a point that a step has passed through show all there is? Not out of contact, nor where rates
+ * wait for the deflection, nor where slip or thickness are given as just 0: the step missed that by a rounding, and it
+ * means rest, or no contact. Returns whether in all. */
+static int find_whole(const struct Contact *contact, const struct Configuration *w, const struct Point *x,
+                      int whole[LANES])
 {
     int all = 1;
     EACH_LANE {
@@ -68,7 +77,8 @@ static enum Status give(const struct Contact *contact, struct Yield *y)
 {
     int lost = 0;
     for (int j = 0; j < y->output_count; ++j)
-        EACH_LANE lost |= !(fabs(contact->value[y->output_index[j]][i]) < INFINITY);
+        EACH_LANE
+            lost |= !(fabs(contact->value[y->output_index[j]][i]) < INFINITY);
     if (lost)
         return KERNEL_DIVERGED;
     for (int j = 0; j < y->output_count; ++j) {
@@ -97,7 +107,8 @@ static enum Status within(const struct Contact *contact, double most, double *le
     return *left > 0 ? KERNEL_OK : KERNEL_TOO_MANY_STEPS;
 }
 
-enum Status kernel_follow(struct Contact *contact, const struct Record *record, struct Yield *yield, const volatile int *stop)
+enum Status kernel_follow(struct Contact *contact, const struct Record *record, struct Yield *yield,
+                          const volatile int *stop)
 {
     struct Configuration w = wire(contact);
     struct Course course;
@@ -117,9 +128,12 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
             lanes s = {0};
             const int was_held = w.held;
             wire_time(contact, &w);
-            /* The last point missed its sample by a rounding, and a rest stands on the sample itself: a thickness of just 0 is none. */
+            /* The last point missed its sample by a rounding, and a rest stands on the sample itself: a thickness of
+             * just 0 is none. */
             course.known &= was_held || !w.held;
-            status = !is_step(step) ? KERNEL_BAD_STEP : averages ? average_step(contact, step) : advance_internal(contact, &w, step, 0, s, &course);
+            status = !is_step(step) ? KERNEL_BAD_STEP
+                     : averages     ? average_step(contact, step)
+                                    : advance_internal(contact, &w, step, 0, s, &course);
             if (status == KERNEL_OK && record->most_steps > 0)
                 status = within(contact, record->most_steps, &course.most_steps);
         }

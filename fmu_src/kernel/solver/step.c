@@ -1,9 +1,11 @@
-/* What does one internal step make of a point? A trial: middle and end from the start, on one and the same side of every event. */
+/* What does one internal step make of a point? A trial: middle and end from the start, on one and the same side of
+ * every event. */
 #include "stages.h"
 
 #include <math.h>
 
-/* How far a pass has moved what it repeats for, in units of what is allowed: the deflection, and where forces feed back these. */
+/* How far a pass has moved what it repeats for, in units of what is allowed: the deflection, and where forces feed back
+ * these. */
 static double moved(const struct Configuration *w, const struct Point *x, const struct Point *before, int i)
 {
     const int bent = w->current_angle || w->bends;
@@ -12,7 +14,8 @@ static double moved(const struct Configuration *w, const struct Point *x, const 
     if (!w->feedback)
         return of_z;
     const double force = larger(larger(x->F_C[i], x->F_S[i]), larger(fabs(x->F[i]), fabs(x->F_p[i])));
-    const double by = larger(fabs(x->F[i] - before->F[i]), larger(fabs(x->F_p[i] - before->F_p[i]), fabs(x->F_f[i] - before->F_f[i])));
+    const double by = larger(fabs(x->F[i] - before->F[i]),
+                             larger(fabs(x->F_p[i] - before->F_p[i]), fabs(x->F_f[i] - before->F_f[i])));
     return larger(of_z, by / (allowed * force));
 }
 
@@ -20,15 +23,17 @@ static double moved(const struct Configuration *w, const struct Point *x, const 
 static void slide(const lanes h, const struct Point *a, struct Point *m, struct Point *b)
 {
     EACH_LANE {
-        const double s_0 = a->cutting[i] * a->speed[i], s_m = m->cutting[i] * m->speed[i], s_1 = b->cutting[i] * b->speed[i];
+        const double s_0 = a->cutting[i] * a->speed[i], s_m = m->cutting[i] * m->speed[i],
+                     s_1 = b->cutting[i] * b->speed[i];
         m->distance[i] = a->distance[i] + h[i] / 24 * (5 * s_0 + 8 * s_m - s_1);
         b->distance[i] = a->distance[i] + h[i] / 6 * (s_0 + 4 * s_m + s_1);
     }
 }
 
-/* All stages at middle and end, with the z and the states that stand there, and from their rates the bristle's new z. */
-static void pass(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h, const struct Point *start,
-                 struct Point *middle, struct Point *end, lanes difference)
+/* All stages at middle and end, with the z and the states that stand there, and from their rates the bristle's new z.
+ */
+static void pass(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+                 const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
 {
     if (w->held)
         *middle = *end = *start;
@@ -46,7 +51,8 @@ static void pass(const struct Contact *contact, const struct Configuration *w, c
         open_point(contact, w, half, 1, middle);
         open_point(contact, w, whole, 1, end);
     }
-    bristle_step(w->law->relaxes || w->current_angle, !w->current_angle, h, start, middle, end, middle->z, end->z, difference);
+    bristle_step(w->law->relaxes || w->current_angle, !w->current_angle, h, start, middle, end, middle->z, end->z,
+                 difference);
     if (w->iterates && !w->feedback)
         return;
     close_point(contact, w, 1, middle);
@@ -54,10 +60,10 @@ static void pass(const struct Contact *contact, const struct Configuration *w, c
     move_states(w, DRIVEN_BY_FORCE, h, start, middle, end);
 }
 
-/* Where forces move the path or the rates depend on z: the pass is repeated until neither moves. A lane that has settled keeps its bits,
- * whatever the others still do; `difference` is infinite where forces have not. */
-static void settle(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h, const struct Point *start,
-                   struct Point *middle, struct Point *end, lanes difference)
+/* Where forces move the path or the rates depend on z: the pass is repeated until neither moves. A lane that has
+ * settled keeps its bits, whatever the others still do; `difference` is infinite where forces have not. */
+static void settle(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+                   const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
 {
     int settled[LANES] = {0}, all = 0;
     lanes last;
@@ -76,7 +82,8 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
                 continue;
             }
             /* linearised rates come closer by the same ratio again, or faster: that pass need not be made to be seen */
-            const double now = n == 0 && w->feedback ? INFINITY : moved(w, end, &before, i), ratio = n > 0 ? smaller(now / last[i], 1) : 1;
+            const double now = n == 0 && w->feedback ? INFINITY : moved(w, end, &before, i),
+                         ratio = n > 0 ? smaller(now / last[i], 1) : 1;
             settled[i] = now <= 1 || (!w->feedback && now * ratio <= 0.01);
             last[i] = now;
             all &= settled[i];
@@ -90,8 +97,8 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
     close_point(contact, w, 1, end);
 }
 
-void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h, const struct Point *start,
-                     struct Point *middle, struct Point *end, lanes difference)
+void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+              const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
 {
     EACH_LANE {
         difference[i] = 0;
@@ -100,10 +107,12 @@ void try_step(const struct Contact *contact, const struct Configuration *w, cons
         middle->solved_slope[i] = end->solved_slope[i] = start->solved_slope[i];
     }
     for (int k = 0; w->drivers && k < EFFECT_STATES; ++k)
-        EACH_LANE middle->state[k][i] = end->state[k][i] = start->state[k][i];
+        EACH_LANE
+            middle->state[k][i] = end->state[k][i] = start->state[k][i];
     (w->iterates ? settle : pass)(contact, w, s, h, start, middle, end, difference);
     int arrived = 0;
-    EACH_LANE arrived |= !(h[i] > 0);
+    EACH_LANE
+        arrived |= !(h[i] > 0);
     for (int i = 0; arrived && i < LANES && LANES > 1; ++i) {
         if (h[i] > 0)
             continue; /* a lane that has arrived waits where it is, to the last bit */

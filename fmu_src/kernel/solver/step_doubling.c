@@ -1,68 +1,84 @@
 /* Is a step as good as its two halves? Step doubling, where three points may not show what lies between them.
  *
- * The measured differences of tolerance.c are those of parabolas through start, middle and end. Where the slip speed changes by a large
- * factor within the step (it comes to rest, or out of it) a friction law may rise and fall between these points: static friction is felt
- * below some v_s only, and a state of an effect renews itself at the pace of the slip. There the step is taken again in two halves. So it
- * is where a sensor has states: it follows the parabola of the forces exactly, but they are none, and the second of two sensors in a row
- * hears what the first one rings; and where the shear angle is solved for, which has a kink where the flattest and the steepest plane begin.
+ * The measured differences of tolerance.c are those of parabolas through start, middle and end. Where the slip speed
+ * changes by a large factor within the step (it comes to rest, or out of it) a friction law may rise and fall between
+ * these points: static friction is felt below some v_s only, and a state of an effect renews itself at the pace of the
+ * slip. There the step is taken again in two halves. So it is where a sensor has states: it follows the parabola of the
+ * forces exactly, but they are none, and the second of two sensors in a row hears what the first one rings; and where
+ * the shear angle is solved for, which has a kink where the flattest and the steepest plane begin.
  */
 #include "stages.h"
 
 #include <math.h>
 
-/* Speeds of a step that differ by more than this do not show the law between them; where static friction is felt, by little more than 1. What
- * is left of a parabola is of third order in the step, so that a tighter tolerance than usual asks for less. */
+/* Speeds of a step that differ by more than this do not show the law between them; where static friction is felt, by
+ * little more than 1. What is left of a parabola is of third order in the step, so that a tighter tolerance than usual
+ * asks for less. */
 #define FACTOR 3
 #define LITTLE 1.02
 #define USUAL 1e-4
 
-static double factor_of(double tolerance) { return tolerance < USUAL ? 1 + (FACTOR - 1) * cbrt(tolerance / USUAL) : FACTOR; }
+static double factor_of(double tolerance)
+{
+    return tolerance < USUAL ? 1 + (FACTOR - 1) * cbrt(tolerance / USUAL) : FACTOR;
+}
 
 static int slows_down(double factor, const struct Point *a, const struct Point *m, const struct Point *b, int i)
 {
-    const double low = smaller(smaller(a->speed[i], m->speed[i]), b->speed[i]), high = larger(larger(a->speed[i], m->speed[i]), b->speed[i]);
+    const double low = smaller(smaller(a->speed[i], m->speed[i]), b->speed[i]),
+                 high = larger(larger(a->speed[i], m->speed[i]), b->speed[i]);
     return low * (low < larger(a->flat_from[i], b->flat_from[i]) ? LITTLE : factor) < high;
 }
 
 /* Does the slip come near to a reversal between the points, by the parabola through them? */
 static int dips(const struct Point *a, const struct Point *m, const struct Point *b, int i)
 {
-    const double v_0 = a->v[i], v_m = m->v[i], v_1 = b->v[i], slope = 4 * v_m - 3 * v_0 - v_1, bend = 2 * (v_0 - 2 * v_m + v_1);
+    const double v_0 = a->v[i], v_m = m->v[i], v_1 = b->v[i], slope = 4 * v_m - 3 * v_0 - v_1,
+                 bend = 2 * (v_0 - 2 * v_m + v_1);
     const double at = -slope / (2 * bend), turn = v_0 + 0.5 * slope * at; /* share of the step, and the slip there */
     const double least = smaller(smaller(fabs(v_0), fabs(v_m)), fabs(v_1));
     return at > 0 && at < 1 && turn * (v_m < 0 ? -1 : 1) * FACTOR < least;
 }
 
-/* Forces so far from straight, in tolerances, that what they are beside a parabola counts behind a sensor, which takes means, and where
- * they are recalled as they were. An ellipse, cut where its steps are as long as the default tolerance lets them, lies below the first. */
+/* Forces so far from straight, in tolerances, that what they are beside a parabola counts behind a sensor, which takes
+ * means, and where they are recalled as they were. An ellipse, cut where its steps are as long as the default tolerance
+ * lets them, lies below the first. */
 #define CURVED 200
 #define CURVED_ENOUGH_TO_RECALL 20
 
-static int curved(const struct Configuration *w, double by, const struct Point *a, const struct Point *m, const struct Point *b, int i)
+static int curved(const struct Configuration *w, double by, const struct Point *a, const struct Point *m,
+                  const struct Point *b, int i)
 {
     const double force = larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(a->F[i]), fabs(b->F[i])));
-    const double bend = larger(fabs(a->F[i] - 2 * m->F[i] + b->F[i]) / force, fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]) / larger(force, fabs(b->F_p[i])));
+    const double bend = larger(fabs(a->F[i] - 2 * m->F[i] + b->F[i]) / force,
+                               fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]) / larger(force, fabs(b->F_p[i])));
     return bend > by * w->p[RELATIVE_TOLERANCE][i];
 }
 
-int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b, int doubtful[LANES])
+int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
+             const struct Point *b, int doubtful[LANES])
 {
-    const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers), of_angle = w->current_angle && w->law->relaxes;
+    const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers),
+              of_angle = w->current_angle && w->law->relaxes;
     int any = 0;
     for (int i = 0; i < LANES; ++i)
         doubtful[i] = 0;
     for (int i = 0; (of_slip || w->sensors || w->looks_back) && i < LANES; ++i) {
-        const int hidden = of_slip && a->cutting[i] != 0 && (of_angle || slows_down(factor_of(w->p[RELATIVE_TOLERANCE][i]), a, m, b, i) || dips(a, m, b, i));
+        const int hidden =
+            of_slip && a->cutting[i] != 0 &&
+            (of_angle || slows_down(factor_of(w->p[RELATIVE_TOLERANCE][i]), a, m, b, i) || dips(a, m, b, i));
         const int sensors = w->sensors > 0 ? sensors_that_remember(w, i) : 0;
         const int heard = sensors > 1 || (sensors > 0 && curved(w, CURVED, a, m, b, i));
-        doubtful[i] = h[i] > 0 && (hidden || heard ||
-                                   (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
+        doubtful[i] =
+            h[i] > 0 && (hidden || heard ||
+                         (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
         any |= doubtful[i];
     }
     return any;
 }
 
-/* Errors of many steps add up in a sensor that rings on: each may be this much smaller. What is recalled adds to nothing. */
+/* Errors of many steps add up in a sensor that rings on: each may be this much smaller. What is recalled adds to
+ * nothing. */
 #define SENSORS_REMEMBER 5
 #define RECALLED_ONCE 0.25
 
@@ -74,14 +90,16 @@ struct Forces {
     const lanes *at[CHANNELS][5];
 };
 
-static struct Forces forces_of(const struct Point *a, const struct Point *early, const struct Point *m, const struct Point *late, const struct Point *b)
+static struct Forces forces_of(const struct Point *a, const struct Point *early, const struct Point *m,
+                               const struct Point *late, const struct Point *b)
 {
     return (struct Forces){{{&a->F, &early->F, &m->F, &late->F, &b->F},
                             {&a->F_p, &early->F_p, &m->F_p, &late->F_p, &b->F_p},
                             {&a->F_f, &early->F_f, &m->F_f, &late->F_f, &b->F_f}}};
 }
 
-/* At the quarters beside the parabola through start, middle and end, which is what is kept of them; and their mean by Simpson's rule. */
+/* At the quarters beside the parabola through start, middle and end, which is what is kept of them; and their mean by
+ * Simpson's rule. */
 static void force_errors(const struct Forces *forces, const struct Point *b, lanes recalled, lanes of_mean)
 {
     for (int k = 0; k < CHANNELS; ++k)
@@ -90,31 +108,36 @@ static void force_errors(const struct Forces *forces, const struct Point *b, lan
             for (int n = 0; n < 5; ++n)
                 u[n] = (*forces->at[k][n])[i];
             const double force = larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(u[0]), fabs(u[4])));
-            const double first = apart(parabola(0.25, u[0], u[2], u[4]), u[1], force), last = apart(parabola(0.75, u[0], u[2], u[4]), u[3], force);
+            const double first = apart(parabola(0.25, u[0], u[2], u[4]), u[1], force),
+                         last = apart(parabola(0.75, u[0], u[2], u[4]), u[3], force);
             recalled[i] = larger(recalled[i], larger(first, last));
-            of_mean[i] = larger(of_mean[i], apart((u[0] + 4 * u[2] + u[4]) / 6, (u[0] + 4 * u[1] + 2 * u[2] + 4 * u[3] + u[4]) / 12, force));
+            of_mean[i] = larger(of_mean[i], apart((u[0] + 4 * u[2] + u[4]) / 6,
+                                                  (u[0] + 4 * u[1] + 2 * u[2] + 4 * u[3] + u[4]) / 12, force));
         }
 }
 
 /* Behind the sensors, after a step and after its halves. */
-static void sensor_error(const struct Contact *contact, const struct Configuration *w, const lanes h, const lanes step, const struct Point *a,
-                         const struct Point *m, const struct Point *b, struct Point *early, struct Point *half, struct Point *late,
-                         struct Point *whole, lanes error)
+static void sensor_error(const struct Contact *contact, const struct Configuration *w, const lanes h, const lanes step,
+                         const struct Point *a, const struct Point *m, const struct Point *b, struct Point *early,
+                         struct Point *half, struct Point *late, struct Point *whole, lanes error)
 {
     struct Point middle = *m, end = *b;
     measure_step(contact, w, h, a, &middle, &end);
     measure_step(contact, w, step, a, early, half);
     measure_step(contact, w, step, half, late, whole);
-    EACH_LANE error[i] = 0;
+    EACH_LANE
+        error[i] = 0;
     for (int k = 0; k < CHANNELS; ++k)
         EACH_LANE {
-            const double force = larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(end.measured[k][i]), fabs(whole->measured[k][i])));
+            const double force =
+                larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(end.measured[k][i]), fabs(whole->measured[k][i])));
             error[i] = larger(error[i], apart(end.measured[k][i], whole->measured[k][i], force));
         }
 }
 
-void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES], const lanes s, const lanes h,
-                         const struct Point *a, const struct Point *m, const struct Point *b, lanes error)
+void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES],
+                         const lanes s, const lanes h, const struct Point *a, const struct Point *m,
+                         const struct Point *b, lanes error)
 {
     struct Point early, half, late, whole;
     lanes step, from, ignored, hidden = {0}, behind = {0}, recalled = {0}, of_mean = {0};
@@ -131,11 +154,18 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
     if (w->sensors)
         sensor_error(contact, w, h, step, a, m, b, &early, &half, &late, &whole, behind);
     for (int i = 0; i < LANES; ++i) {
-        const double force = larger(larger(b->F_C[i], b->F_S[i]), fabs(b->F[i])), reach = larger(b->F_C[i], b->F_S[i]) / b->P[i];
+        const double force = larger(larger(b->F_C[i], b->F_S[i]), fabs(b->F[i])),
+                     reach = larger(b->F_C[i], b->F_S[i]) / b->P[i];
         const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
         const double remembered = w->looks_back && look_back(w, i) > 0 ? RECALLED_ONCE * recalled[i] : 0;
-        const double own = larger(apart(b->z[i], whole.z[i], z) + hidden[i] / z,
-                                  larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i])))));
-        error[i] = doubtful[i] ? larger(larger(larger(own, of_mean[i]), remembered), (w->sensors > 0 && sensors_that_remember(w, i) > 0 ? SENSORS_REMEMBER * behind[i] : 0)) / (0.5 * w->p[RELATIVE_TOLERANCE][i]) : 0;
+        const double own = larger(
+            apart(b->z[i], whole.z[i], z) + hidden[i] / z,
+            larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i])))));
+        error[i] =
+            doubtful[i]
+                ? larger(larger(larger(own, of_mean[i]), remembered),
+                         (w->sensors > 0 && sensors_that_remember(w, i) > 0 ? SENSORS_REMEMBER * behind[i] : 0)) /
+                      (0.5 * w->p[RELATIVE_TOLERANCE][i])
+                : 0;
     }
 }

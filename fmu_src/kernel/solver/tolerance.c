@@ -3,23 +3,28 @@
 
 #include <math.h>
 
-/* How much a lower order would change, and in which units: deflection, friction force, principal force. `reach` of a loaded bristle. */
+/* How much a lower order would change, and in which units: deflection, friction force, principal force. `reach` of a
+ * loaded bristle. */
 struct Change {
     double of[3], in[3];
 };
 
-static inline struct Change change(int i, const struct Point *a, const struct Point *m, const struct Point *b, double difference, double reach)
+static inline struct Change change(int i, const struct Point *a, const struct Point *m, const struct Point *b,
+                                   double difference, double reach)
 {
     const double force = larger(a->F_C[i], a->F_S[i]);
     const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
-    const double F = larger(larger(fabs(a->F[i]), fabs(b->F[i])), force), F_p = larger(larger(fabs(a->F_p[i]), fabs(b->F_p[i])), force);
-    return (struct Change){{difference, fabs(a->F[i] - 2 * m->F[i] + b->F[i]), fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i])}, {z, 3 * F, 3 * F_p}};
+    const double F = larger(larger(fabs(a->F[i]), fabs(b->F[i])), force),
+                 F_p = larger(larger(fabs(a->F_p[i]), fabs(b->F_p[i])), force);
+    return (struct Change){
+        {difference, fabs(a->F[i] - 2 * m->F[i] + b->F[i]), fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i])},
+        {z, 3 * F, 3 * F_p}};
 }
 
-/* How far a step is from the tolerance: 1 is just right. The measured differences are those of a second-order solution, h^3; the step's
- * own error is of h^5 and taken as a tenth of their power 5/3. */
-static inline double badness(const struct Contact *contact, int i, const struct Point *a, const struct Point *m, const struct Point *b,
-                             double difference, double of_late)
+/* How far a step is from the tolerance: 1 is just right. The measured differences are those of a second-order solution,
+ * h^3; the step's own error is of h^5 and taken as a tenth of their power 5/3. */
+static inline double badness(const struct Contact *contact, int i, const struct Point *a, const struct Point *m,
+                             const struct Point *b, double difference, double of_late)
 {
     const struct Change c = change(i, a, m, b, difference, larger(a->F_C[i], a->F_S[i]) / b->P[i]);
     const double worst = larger(c.of[0] / c.in[0], larger(c.of[1] / c.in[1], c.of[2] / c.in[2]));
@@ -30,25 +35,28 @@ static inline double badness(const struct Contact *contact, int i, const struct 
 #define WELL_WITHIN 0.011
 
 /* Is the badness surely below in every lane? By products, which are cheaper than quotients. */
-static int all_well_within(const struct Contact *contact, const struct Point *a, const struct Point *m, const struct Point *b,
-                           const lanes difference)
+static int all_well_within(const struct Contact *contact, const struct Point *a, const struct Point *m,
+                           const struct Point *b, const lanes difference)
 {
     int beyond = 0;
     EACH_LANE {
         const struct Change c = change(i, a, m, b, difference[i], 0);
         const double allowed = 0.99 * WELL_WITHIN * contact->largest_difference[i];
-        const double excess = larger(c.of[0] - allowed * c.in[0], larger(c.of[1] - allowed * c.in[1], c.of[2] - allowed * c.in[2]));
+        const double excess =
+            larger(c.of[0] - allowed * c.in[0], larger(c.of[1] - allowed * c.in[1], c.of[2] - allowed * c.in[2]));
         beyond |= (a->cutting[i] != 0) & !(excess <= 0);
     }
     return !beyond;
 }
 
-int accurate(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes h, const struct Point *start,
-             const struct Point *middle, const struct Point *end, const lanes difference, lanes next, int fits[LANES])
+int accurate(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes h,
+             const struct Point *start, const struct Point *middle, const struct Point *end, const lanes difference,
+             lanes next, int fits[LANES])
 {
     int all = 1, coarse = 0;
     if (!w->looks_back && all_well_within(contact, start, middle, end, difference)) {
-        EACH_LANE next[i] = smaller(larger(4 * h[i], next[i]), w->longest[i]);
+        EACH_LANE
+            next[i] = smaller(larger(4 * h[i], next[i]), w->longest[i]);
         return 1;
     }
     lanes of_late = {0}, bad, factor;
@@ -74,8 +82,9 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
     return all;
 }
 
-int accurate_in_halves(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes s, const lanes h,
-                       const struct Point *start, const struct Point *middle, const struct Point *end, lanes next, int fits[LANES])
+int accurate_in_halves(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes s,
+                       const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end,
+                       lanes next, int fits[LANES])
 {
     int doubtful[LANES], all = 1;
     lanes error;
