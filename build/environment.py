@@ -56,8 +56,9 @@ def test(scripts: Path, arguments: Sequence[str]) -> int:
     side_by_side = [] if _runs_alone(arguments) else ["-n", "2", "--dist", "worksteal"]
     steps = {
         "format": [python, "-m", "ruff", "format", "--check", "."],
-        "format of the C": [str(scripts / "clang-format"), "--dry-run", "--Werror", *c_files(ROOT)],
+        "C format": [str(scripts / "clang-format"), "--dry-run", "--Werror", *c_files(ROOT)],
         "lint": [python, "-m", "ruff", "check", "."],
+        "imports": [str(scripts / "lint-imports")],
         "types": [python, "-m", "mypy"],
         "build the FMUs": [str(scripts / "evat"), "build"],
         "tests": [python, "-m", "pytest", *side_by_side, *arguments],

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 from evat import parameter_sets
 from evat.identify.figures import save_profiles
-from evat.plots.recovery import plot_recovery
-from evat.plots.two_scales import plot_coupling, plot_two_scales
 from evat.studies import recovery
 from evat.studies.coupling import study
+from evat.studies.recovery_plot import plot_recovery
 from evat.studies.two_scales import TwoScales, changing_speed, compare
+from evat.studies.two_scales_plot import plot_coupling, plot_two_scales
 
 FOLDER = Path(__file__).resolve().parent / "pictures"
 MATERIAL, MOTION = "regularised/al-7075-t6", "ramp"  # the paper's own tests

@@ -8,12 +8,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from evat import parameter_sets
+from evat import paper_tables, parameter_sets
 from evat.files.writing import OutputError
 from evat.model import ParameterError
 from evat.native import kernel
 from evat.parameter_sets import ParameterSet, load, names, save_ssv, softening_limit
-from evat.studies import paper_tables
 from lxml import etree
 
 M_PER_MIN = 1 / 60

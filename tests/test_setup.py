@@ -121,7 +121,7 @@ def test_the_status_is_that_of_the_first_failing_step(failing: tuple[str, ...], 
     result = run_script("test.py", before)
     assert result.returncode == status
     steps = [line for line in result.stdout.splitlines() if line.startswith("step")]
-    assert [line.split()[1] for line in steps] == ["format", "lint", "types", "build", "tests"]
+    assert [line.split()[1] for line in steps] == ["format", "C", "lint", "imports", "types", "build", "tests"]
     assert steps[-1].endswith("-k law")
 
 

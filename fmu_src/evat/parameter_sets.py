@@ -14,7 +14,7 @@ from evat.files import ssv
 from evat.files.read_toml import TomlError, read_toml
 from evat.model import ParameterError
 from evat.native import kernel
-from evat.studies.paper_tables import materials, table_1, table_1_source
+from evat.paper_tables import materials, table_1, table_1_source
 from evat.units import SPEED_UNITS, display, to_si
 
 FOLDER = Path(__file__).resolve().parent / "parameters"

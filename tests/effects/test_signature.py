@@ -23,7 +23,7 @@ FILES = (
     "signature/conditions.py",
     "plots/signature.py",
     "commands/effects.py",
-    "models/required_inputs.py",
+    "required_inputs.py",
 )
 
 

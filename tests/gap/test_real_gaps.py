@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat import parameter_sets
+from evat import paper_tables, parameter_sets
 from evat.experiment import Experiment, Means, Nominal, Trial
 from evat.gap import Diagnosis, diagnose
 from evat.model import FloatArray, Run
 from evat.models.contact import ContactModel
-from evat.studies import paper_tables
 from evat.studies.record import Columns, read_record
 from scipy.io import loadmat
 from scipy.signal import butter, decimate, filtfilt

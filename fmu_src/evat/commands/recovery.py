@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from evat.studies.recovery import Recovery
 
 COLOURS = {"identified": "green", "weak": "yellow", "cannot come back": "red"}
-MOST = 10.0  # sd over the truth beyond which the number says no more
 
 
 def recovery(
@@ -83,15 +82,9 @@ def recovery(
 
         out.print(f"wrote {write_columns(_columns([row for forecast in forecasts for row in _rows(forecast, fits)]), csv)}")
     if plot is not None:
-        from evat.plots.recovery import plot_recovery
+        from evat.studies.recovery_plot import plot_recovery
 
         out.print(f"wrote {plot_recovery(forecasts, plot)}")
-
-
-def percent(sd: float) -> str:
-    """Two digits in per cent; beyond MOST only that it is more."""
-    share = 100 * sd
-    return f">{100 * MOST:.0f}" if sd > MOST else f"{share:.0f}" if share >= 100 else f"{share:.2g}"
 
 
 def _short(name: str) -> str:
@@ -99,7 +92,7 @@ def _short(name: str) -> str:
 
 
 def _show(found: Recovery) -> None:
-    from evat.studies.recovery import TOGETHER, word
+    from evat.studies.recovery import TOGETHER, percent, word
 
     title = f"{found.name}: sd over the truth [%]"
     table = Table("motion", *map(_short, found.truth), title=title, title_justify="left")
@@ -115,6 +108,8 @@ def _show(found: Recovery) -> None:
 
 
 def _beside(found: Recovery, motion: str, fit: Identification) -> Table:
+    from evat.studies.recovery import percent
+
     title = f"{found.name}, {motion}: identified; errors over the truth [%]"
     table = Table("", "truth", "sd forecast", "estimate", "error", "90 % interval", "verdict", title=title, title_justify="left")
     for place, (name, truth) in enumerate(found.truth.items()):

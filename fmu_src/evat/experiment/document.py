@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from evat.experiment import ExperimentError, Nominal, Role, Signal
+from evat.experiment.checks import SETTABLE, Checks, is_number
 from evat.experiment.nominal import read_nominal
-from evat.files.document_checks import SETTABLE, Checks, is_number
 from evat.files.read_toml import TomlError, read_toml
 from evat.model import Model, ParameterError, Variable
-from evat.models.required_inputs import KINEMATICS
+from evat.required_inputs import KINEMATICS
 from evat.units import affine
 
 FILE = "experiment.toml"

@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from evat.experiment import ExperimentError, Means
+from evat.experiment.checks import SETTABLE
 from evat.experiment.columns import Column, check_header
 from evat.experiment.document import MEAN, Document, TrialEntry, check_inputs
-from evat.files.document_checks import SETTABLE
 from evat.files.table import HEADER, RecordError, Table, read_table, read_texts, unit_in
 from evat.model import Model, ParameterError, Variable
 

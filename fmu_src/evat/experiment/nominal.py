@@ -9,7 +9,7 @@ from typing import Any
 
 from evat import parameter_sets
 from evat.experiment import Nominal
-from evat.files.document_checks import Checks, is_number, near
+from evat.experiment.checks import Checks, is_number, near
 from evat.model import EvatError
 
 CHOICES = {"friction": "friction_law", "kinematics": "kinematics"}  # key of [nominal] -> the component's variable

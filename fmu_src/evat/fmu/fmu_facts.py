@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from evat.files.read_toml import read_toml
-from evat.fmu.description.xml import Scalar
+from evat.fmu.xml import Scalar
 from evat.model import EvatError
 
 Version = Literal[2, 3]

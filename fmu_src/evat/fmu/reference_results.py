@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from evat.fmu.description.xml import add, serialised, text, top
 from evat.fmu.fmu_facts import Shown
+from evat.fmu.xml import add, serialised, text, top
 from evat.model import FloatArray
 
 Follow = Callable[[FloatArray, Sequence[str]], FloatArray]

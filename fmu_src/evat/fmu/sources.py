@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from evat.files.writing import put
-from evat.fmu.description.xml import add, serialised, top
 from evat.fmu.fmu_facts import Shown, Version
+from evat.fmu.xml import add, serialised, top
 from evat.native import kernel, machine
 from evat.native.compile import (
     CONTACT,

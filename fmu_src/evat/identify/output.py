@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from evat import parameter_sets
-from evat.files.html import render
 from evat.files.writing import scratch, told
+from evat.html import render
 from evat.identify.figures import figures
 from evat.identify.result import Estimate, Identification
 from evat.native import kernel

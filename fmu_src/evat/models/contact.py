@@ -9,9 +9,9 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from evat.model import FloatArray, Rival, Run, Trace
-from evat.models.required_inputs import check_needs, missing_inputs
 from evat.native import kernel
 from evat.native.batch import run_many
+from evat.required_inputs import check_needs, missing_inputs
 
 # Internal steps, far beyond what a sound set takes; a holder that chatters against a rigid law takes thousands.
 MOST_STEPS, STEPS_PER_SAMPLE, STEPS_PER_CYCLE = 2_000, 15, 120

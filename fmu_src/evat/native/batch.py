@@ -15,9 +15,9 @@ from typing import Any, Literal
 import numpy as np
 
 from evat.model import FloatArray, ParameterError, Run, SimulationError
-from evat.models.required_inputs import check_needs
 from evat.native import kernel
 from evat.native.compile import MANY_LANES
+from evat.required_inputs import check_needs
 
 Give = Literal["rows", "sums"]
 LINE = 64  # bytes

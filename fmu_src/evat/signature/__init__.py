@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.model import Effect, EvatError, FloatArray, ParameterError
-from evat.models.required_inputs import check_needs
 from evat.native import kernel
+from evat.required_inputs import check_needs
 from evat.signature.conditions import CONDITIONS
 from evat.signature.runs import PROXY, RECORDED, Axis, Case, one_cycle, to_and_fro
 

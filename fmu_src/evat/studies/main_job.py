@@ -7,15 +7,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from evat import parameter_sets
-from evat.files.html import render
+from evat import paper_tables, parameter_sets
 from evat.files.writing import put
+from evat.html import render
 from evat.model import Run, Trace
 from evat.models.drive import drive
 from evat.native import kernel
 from evat.plots.cycles import plot_cycles
 from evat.simulate import vibration_clock
-from evat.studies import paper_tables
 
 SAMPLES_PER_CYCLE = 400
 CYCLES = 6  # bristles are let go at separation, so the second cycle is periodic already; the rest shows that it is

@@ -20,9 +20,9 @@ from evat.model import FloatArray, ParameterError, Run
 from evat.models.contact import ContactModel
 from evat.motions import KINDS
 from evat.native import kernel
+from evat.paper_tables import materials
 from evat.parameter_sets import ParameterSet
 from evat.studies.orthogonal import orthogonal, uncertain
-from evat.studies.paper_tables import materials
 from evat.studies.sensitivity import sensitivities
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ Word = Literal["identified", "weak", "cannot come back"]
 IDENTIFIED, WEAK = 0.05, 0.5  # sd over the truth, below which a parameter is called so
 LOOSE = 100.0  # sd over the truth that a parameter gets on which nothing depends; slopes are too inexact to tell beyond it
 ALIKE = 3.0  # times the least sd: motions that are told apart by no more are alike, and the simpler one is named
+MOST = 10.0  # sd over the truth beyond which the number says no more
 TOGETHER = "all together"
 OUTPUT = "friction_force"
 FIRST, THEN = "lugre-1995", "regularised"
@@ -54,6 +55,12 @@ class Recovery:
         if alone.min() >= WEAK:
             return TOGETHER if column[-1] < WEAK else ""
         return self.motions[int(np.argmax(alone <= ALIKE * alone.min()))]
+
+
+def percent(sd: float) -> str:
+    """Two digits in per cent; beyond MOST only that it is more."""
+    share = 100 * sd
+    return f">{100 * MOST:.0f}" if sd > MOST else f"{share:.0f}" if share >= 100 else f"{share:.2g}"
 
 
 def word(sd: float) -> Word:

@@ -12,7 +12,7 @@ from pathlib import Path
 from evat import __version__, fmu
 from evat.files import ssv
 from evat.fmu import archive
-from evat.fmu.description.xml import Element, add, serialised, top
+from evat.fmu.xml import Element, add, serialised, top
 from evat.model import Variable
 from evat.systems.declared import Declared, Part, load, materials, names, portable, set_values
 from evat.units import base_unit

@@ -13,7 +13,7 @@ from lxml import etree
 from evat import fmu
 from evat.files import ssv
 from evat.fmu import archive
-from evat.fmu.description.xml import Element, add, serialised, top
+from evat.fmu.xml import Element, add, serialised, top
 from evat.model import Variable
 from evat.systems.declared import Declared, load, names
 from evat.systems.write import SSC, SSD, Progress, add_annotations, add_connector, add_units, fmu_entry, root

@@ -18,8 +18,8 @@ from evat.fmu.description.model_description import (
     root,
     start,
 )
-from evat.fmu.description.xml import Element, Scalar, add, serialised
 from evat.fmu.structure.model_structure import Unknown
+from evat.fmu.xml import Element, Scalar, add, serialised
 from evat.model import Variable
 
 _ELEMENTS = {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "choice": "Enumeration"}

@@ -11,9 +11,9 @@ from evat import __version__
 from evat.fmu.archive import generation_time
 from evat.fmu.description.simple_types import FIRST_ITEM, Enumeration, RealType, SimpleTypes, simple_types
 from evat.fmu.description.unit_definitions import definitions
-from evat.fmu.description.xml import Element, Scalar, add, top
 from evat.fmu.fmu_facts import TOLERANCE, Shown
 from evat.fmu.structure.model_structure import Structure
+from evat.fmu.xml import Element, Scalar, add, top
 from evat.model import Law, Variable
 
 CAUSALITIES = {

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from evat.fmu.description.xml import Scalar, add, serialised, top
 from evat.fmu.documentation import picture
 from evat.fmu.documentation.picture import Picture
 from evat.fmu.fmu_facts import FmuError, Shown
+from evat.fmu.xml import Scalar, add, serialised, top
 from evat.model import Variable
 
 _FOLDER = "terminalsAndIcons"

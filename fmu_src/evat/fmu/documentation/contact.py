@@ -10,9 +10,9 @@ from importlib import metadata
 from markupsafe import Markup
 
 from evat import __version__, parameter_sets
-from evat.files.html import render
 from evat.fmu.documentation import picture
 from evat.fmu.fmu_facts import FmuError, Shown
+from evat.html import render
 from evat.model import Variable
 from evat.native import kernel
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from evat import __version__
-from evat.files.html import render
 from evat.fmu.documentation import picture
 from evat.fmu.documentation.contact import inline, license_text
 from evat.fmu.fmu_facts import Shown
+from evat.html import render
 from evat.model import Variable
 from evat.native import machine
 

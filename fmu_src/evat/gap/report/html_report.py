@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from evat.files import html as pages
+from evat import html as pages
 from evat.gap.answer import Diagnosis
 from evat.gap.budget import structural_share
 from evat.gap.compare import Comparison

@@ -10,9 +10,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
-from evat.commands.recovery import percent
 from evat.plots.cycles import STYLE, new_figure, save_figure
-from evat.studies.recovery import IDENTIFIED, TOGETHER, WEAK, Recovery
+from evat.studies.recovery import IDENTIFIED, TOGETHER, WEAK, Recovery, percent
 
 EDGES = (0.0, 0.001, 0.01, IDENTIFIED, 0.15, WEAK, np.inf)  # sd over the truth
 COLOURS = ("#1e8449", "#58b27c", "#abdcbf", "#fbe7b0", "#f0b560", "#c9706a")
