@@ -2,7 +2,7 @@
 #ifndef CYCLES_H
 #define CYCLES_H
 
-#include "stages.h"
+#include "../stages.h"
 
 enum {
     INTEGRALS = BASE_STATES - 1, /* all states of the base table but the bristle, in their order */

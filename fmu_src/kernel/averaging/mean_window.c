@@ -1,5 +1,5 @@
 /* What do the mean forces mean? Averages over windows that follow one another from the start. */
-#include "stages.h"
+#include "../stages.h"
 
 #include <math.h>
 

@@ -1,5 +1,5 @@
 /* From which state does one vibration cycle come back to itself? */
-#include "stages.h"
+#include "../stages.h"
 
 #include <math.h>
 

@@ -5,7 +5,7 @@
  * their chain hears the mean forces. States that a separation resets, and the bristles, are not slow: the cycle itself
  * carries them.
  */
-#include "stages.h"
+#include "../stages.h"
 
 #include <math.h>
 

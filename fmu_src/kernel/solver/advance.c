@@ -4,7 +4,7 @@
  * An internal step sees the point at its start, middle and end on one and the same side of every event. Where an
  * indicator has changed its sign the step is cut there.
  */
-#include "stages.h"
+#include "../stages.h"
 
 #include <math.h>
 

@@ -5,7 +5,7 @@
  * a hump of the thickness.
  */
 #include "root.h"
-#include "stages.h"
+#include "../stages.h"
 
 #include <math.h>
 

@@ -1,7 +1,7 @@
 /* Where does a step have to end because an event falls into it? At the change of sign of an indicator, searched for by
  * its bracket. */
 #include "root.h"
-#include "stages.h"
+#include "../stages.h"
 
 #include <math.h>
 

@@ -1,5 +1,5 @@
 /* What does an event in one lane leave to the others? Everything, to the last bit. */
-#include "stages.h"
+#include "../stages.h"
 
 /* What an event in one lane must not touch in another. */
 struct Aside {

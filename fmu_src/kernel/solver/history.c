@@ -1,7 +1,7 @@
 /* What were the forces some time ago, and which surface did the tool leave? Two rings: the last internal steps, each
  * with its forces at start, middle and end; and heights in a number of places of each turn.
  */
-#include "stages.h"
+#include "../stages.h"
 
 #include <math.h>
 

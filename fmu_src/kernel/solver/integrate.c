@@ -7,7 +7,7 @@
  * 1) are of fourth order; stiff ones (D >> 1, LuGre at high slip speed) end on the target. Laws without a rate (drive
  * only) are integrated by Simpson's rule.
  */
-#include "stages.h"
+#include "../stages.h"
 
 #include <math.h>
 

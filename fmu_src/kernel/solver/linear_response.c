@@ -5,7 +5,7 @@
  * follows it is linear and meets it in integrals by Simpson's rule alone; so there the middle stands for the integral,
  * which the state's own equation gives: over T y' = u - y it is that of u less T times what y gains.
  */
-#include "stages.h"
+#include "../stages.h"
 
 #include <math.h>
 

@@ -4,7 +4,7 @@
 #ifndef ROOT_H
 #define ROOT_H
 
-#include "stages.h"
+#include "../stages.h"
 
 struct Bracket {
     double low, high, weight_low, weight_high, last;

@@ -1,6 +1,6 @@
 /* How does a contact follow a record? Sample by sample with inputs linear in between, giving whole rows, or sums
  * against data. */
-#include "stages.h"
+#include "../stages.h"
 
 #include <math.h>
 

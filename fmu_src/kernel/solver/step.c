@@ -1,6 +1,6 @@
 /* What does one internal step make of a point? A trial: middle and end from the start, on one and the same side of
  * every event. */
-#include "stages.h"
+#include "../stages.h"
 
 #include <math.h>
 

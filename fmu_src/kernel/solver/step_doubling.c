@@ -7,7 +7,7 @@
  * forces exactly, but they are none, and the second of two sensors in a row hears what the first one rings; and where
  * the shear angle is solved for, which has a kink where the flattest and the steepest plane begin.
  */
-#include "stages.h"
+#include "../stages.h"
 
 #include <math.h>
 

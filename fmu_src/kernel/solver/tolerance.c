@@ -1,5 +1,5 @@
 /* Is a step within the tolerance, and how long may the next one be? */
-#include "stages.h"
+#include "../stages.h"
 
 #include <math.h>
 
