@@ -24,7 +24,7 @@ with writing.whole(Path(sys.argv[1]) / "result.csv") as made:
 """
 IDENTIFIES = """
 import sys, time
-from evat.cli import main
+from evat.commands.main import main
 from evat.identify import output
 def stop(found):
     print("ready", flush=True)

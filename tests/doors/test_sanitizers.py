@@ -34,7 +34,7 @@ LEFT_OUT = "not nothing_else and not ends_halfway"
 UNDER_TEST = """
 import sys
 from pathlib import Path
-import evat.kernel
+import evat.native.kernel
 import pytest
 evat.native.kernel.kernel_library_path = lambda lanes=1, instructions=(): Path(sys.argv[1])
 sys.exit(pytest.main(sys.argv[2:]))

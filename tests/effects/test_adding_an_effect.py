@@ -68,7 +68,7 @@ def test_the_command_line_knows_it_by_asking(added: dict[str, str], tmp_path: Pa
 def test_it_weakens_friction_as_the_page_says(added: dict[str, str]) -> None:
     """Half of the share at v_w, nothing far below, all of it far above: Coulomb friction, so that nothing else knows the speed."""
     ask = f"""
-from evat.kernel import Contact
+from evat.native.kernel import Contact
 start = Contact()
 share, v_w = (start.get("{NAME}." + name) for name in ("share", "v_w"))
 for times, lost in ((1e-3, 0), (1, share / 2), (1e3, share)):

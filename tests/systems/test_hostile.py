@@ -171,7 +171,7 @@ def test_a_temporary_disk_that_is_full_is_not_the_archives_fault(
     code = f"""
 import resource
 from pathlib import Path
-from evat.drive import Driver
+from evat.models.drive import Driver
 from evat.systems.read import read
 resource.setrlimit(resource.RLIMIT_FSIZE, ({largest // 2},) * 2)
 path = Path({str(path)!r})
