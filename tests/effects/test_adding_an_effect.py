@@ -10,7 +10,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from evat.native.compile import PACKAGE, source_root
+from evat.native import kernel
+from evat.native.compile import PACKAGE, compile_library, host_target, source_root
 
 CATALOGUE = Path(__file__).with_name("test_catalogue.py")
 PAGE = (source_root() / "kernel" / "effects" / "README.md").read_text(encoding="utf-8")
@@ -99,6 +100,18 @@ def test_the_conformance_test_sees_a_mistake(tmp_path: Path, right: str, wrong: 
     assert done.returncode == 1, done.stdout[-3000:]
     failed = set(re.findall(r"FAILED \S+::(\w+)", done.stdout))
     assert test in failed
+
+
+def test_its_own_values_may_be_called_like_any_variable(tmp_path: Path) -> None:
+    """The kernel's headers leave TIME, WIDTH, F_C, ... to the effects."""
+    base = kernel.variables()[: kernel.library()[1].BASE_COUNT]
+    names = ", ".join(variable.name.upper() for variable in base)
+    assert {"TIME", "F_C"} <= set(names.split(", "))
+    own = CODE.replace("enum { ON, SHARE, V_W, COUNT };", f"enum {{ ON, SHARE, V_W, COUNT }};\nenum {{ {names} }};")
+    assert own != CODE
+    (tmp_path / "own.c").write_text(own, encoding="utf-8")
+    include = (source_root() / "kernel", source_root() / "kernel" / "effects")
+    compile_library([tmp_path / "own.c"], tmp_path / "objects", host_target(), include=include, link=False)
 
 
 def test_every_field_and_file_that_the_page_names_is_there() -> None:
