@@ -390,6 +390,7 @@ struct Point {
 /* A friction law: dz/dt = drive - rate z and F(z, dz/dt). p: the values of its own table. */
 struct FrictionLaw {
     const char *meaning, *equation, *source; /* its name is its place in the choice friction_law */
+    const char *reads; /* parameters and inputs of the base table in its equation, comma-separated, beside the slip */
     const struct Variable *variables; /* may be NULL */
     int count;
     int relaxes; /* z strives for target at rate; else it integrates drive */

@@ -122,13 +122,14 @@ static uint64_t hash_tables(uint64_t hash)
         const int32_t kinds[] = {(int32_t)v->type, (int32_t)v->causality, (int32_t)v->variability,
                                  kernel_derivative_of(i)};
         hash = mix_text(mix_text(mix_text(hash, v->name), v->unit), v->display_unit);
-        hash = mix_text(mix_text(hash, v->meaning), v->source);
+        hash = mix_text(mix_text(mix_text(hash, v->meaning), v->source), v->required_with);
         hash = mix(mix(hash, numbers, sizeof numbers), kinds, sizeof kinds);
         for (const char *const *choice = v->choices; choice && *choice; ++choice)
             hash = mix_text(hash, *choice);
     }
     for (int i = 0; i < LAW_COUNT; ++i)
-        hash = mix_text(mix_text(mix_text(hash, laws[i]->meaning), laws[i]->equation), laws[i]->source);
+        hash = mix_text(mix_text(mix_text(mix_text(hash, laws[i]->meaning), laws[i]->equation), laws[i]->source),
+                        laws[i]->reads);
     for (int i = 0; i < EFFECT_COUNT; ++i)
         hash = mix_text(
             mix_text(mix_text(mix_text(hash, effects[i]->equation), effects[i]->signature), effects[i]->rivals),

@@ -28,6 +28,8 @@ static const char *const averagings[] = {"resolved", "cycle", NULL};
 #define HELD_RESULT .causality = OUTPUT, .variability = DISCRETE, .min = -INFINITY, .max = INFINITY
 #define INNER .causality = LOCAL, .variability = CONTINUOUS, .min = -INFINITY, .max = INFINITY
 #define FORCE .unit = "N", .nominal = 10
+/* What is said of an input that some kinematics alone read, and that then has to be given. */
+#define USED_WITH(kinematics, what) .meaning = what "; used where kinematics = " kinematics, .required_with = kinematics
 #define MACHINE "the machine model that drives the contact"
 #define DEFINITION "definition"
 
@@ -37,8 +39,8 @@ const struct Variable base_variables[BASE_COUNT] = {
         .variability = CONTINUOUS, .meaning = "simulation time", .source = DEFINITION},
 
     [VAR_SLIP_VELOCITY] = {.name = "slip_velocity", .unit = "m/s", .display_unit = "m/min", .min = -1e3, .max = 1e3, GIVEN,
-        .meaning = "velocity of the chip along the rake face relative to the tool, positive in ordinary chip flow; "
-            "used where kinematics = external", .source = MACHINE},
+        USED_WITH("external", "velocity of the chip along the rake face relative to the tool, positive in ordinary "
+            "chip flow"), .source = MACHINE},
     [VAR_PROXY_SPEED] = {.name = "proxy_speed", .unit = "m/s", .display_unit = "m/min", .min = 0, .max = 1e3, GIVEN,
         .meaning = "temperature proxy theta given as a speed; used where proxy_source = proxy_speed",
         .source = "the paper, eq. 3: T ~ v^alpha"},
@@ -47,33 +49,30 @@ const struct Variable base_variables[BASE_COUNT] = {
         .meaning = "chip-tool contact temperature; used where proxy_source = contact_temperature", .source = MACHINE},
     [VAR_UNCUT_THICKNESS] = {.name = "uncut_thickness", .unit = "m", .display_unit = "um", .start = 1e-4, .min = -1e-1,
         .max = 1e-1, .nominal = 1e-4, GIVEN,
-        .meaning = "uncut chip thickness, no contact where it is 0 or less; used where kinematics = external",
-        .source = MACHINE},
+        USED_WITH("external", "uncut chip thickness, no contact where it is 0 or less"), .source = MACHINE},
     [VAR_NORMAL_LOAD] = {.name = "normal_load", .unit = "N", .start = 10, .min = 0, .max = 1e6, .nominal = 10, GIVEN,
         .meaning = "normal load on the contact; used by the effect load_dependence where kinematics = external",
-        .source = MACHINE},
+        .required_with = "external", .source = MACHINE},
     [VAR_CUTTING_SPEED] = {.name = "cutting_speed", .unit = "m/s", .display_unit = "m/min", .start = 10.0 / 60, .min = 0,
-        .max = 1e2, GIVEN, .meaning = "speed of the work past the mean tool position",
+        .max = 1e2, GIVEN, .meaning = "speed of the work past the mean tool position", .required_with = "external",
         .source = "guess: 10 m/min, the paper states none"},
     [VAR_APPLIED_FORCE] = {.name = "applied_force", .unit = "N", .min = -1e6, .max = 1e6, .nominal = 10, GIVEN,
         .meaning = "external tangential force on the contact that static friction balances; used by friction_law = "
             "karnopp", .source = "Karnopp 1985"},
     [VAR_TOOL_DISPLACEMENT_X] = {.name = "tool_displacement_x", .unit = "m", .display_unit = "um", .min = -10, .max = 10,
         .nominal = 1e-6, GIVEN,
-        .meaning = "displacement of the vibration's centre along the cutting direction; used where kinematics = "
-            "combined", .source = MACHINE},
+        USED_WITH("combined", "displacement of the vibration's centre along the cutting direction"),
+        .source = MACHINE},
     [VAR_TOOL_DISPLACEMENT_Y] = {.name = "tool_displacement_y", .unit = "m", .display_unit = "um", .min = -10, .max = 10,
         .nominal = 1e-6, GIVEN,
-        .meaning = "displacement of the vibration's centre away from the machined surface; used where kinematics = "
-            "combined", .source = MACHINE},
+        USED_WITH("combined", "displacement of the vibration's centre away from the machined surface"),
+        .source = MACHINE},
     [VAR_TOOL_VELOCITY_X] = {.name = "tool_velocity_x", .unit = "m/s", .display_unit = "m/min", .min = -1e3, .max = 1e3,
-        GIVEN,
-        .meaning = "velocity of the vibration's centre along the cutting direction; used where kinematics = combined",
+        GIVEN, USED_WITH("combined", "velocity of the vibration's centre along the cutting direction"),
         .source = MACHINE},
     [VAR_TOOL_VELOCITY_Y] = {.name = "tool_velocity_y", .unit = "m/s", .display_unit = "m/min", .min = -1e3, .max = 1e3,
-        GIVEN,
-        .meaning = "velocity of the vibration's centre away from the machined surface; used where kinematics = "
-            "combined", .source = MACHINE},
+        GIVEN, USED_WITH("combined", "velocity of the vibration's centre away from the machined surface"),
+        .source = MACHINE},
 
     [VAR_KINEMATICS] = {.name = "kinematics", .start = KINEMATICS_INTERNAL, .max = 2, FIXED_CHOICE(kinematics),
         .meaning = "where motion and thickness come from: internal: the ellipse, from parameters; external: "
