@@ -35,7 +35,8 @@ class Variable:
 
     `start`, `min` and `max` are in `unit`. A choice holds the place of its name in `choices`. `neutral` is for parameters of effects: with
     all of an effect's at their neutral values it changes nothing; nan where the value has no say in that. Above 0 it is also for shapes of
-    a base law that nobody knows exactly: with that value it is the law as published.
+    a base law that nobody knows exactly: with that value it is the law as published. `required_with` are the kinematics with which an input
+    must be given to whatever reads it (with others it is computed, or its start will do); empty: all.
     """
 
     name: str
@@ -53,6 +54,7 @@ class Variable:
     choices: tuple[str, ...] = ()
     derivative_of: str | None = None
     neutral: float = math.nan
+    required_with: tuple[str, ...] = ()
     index: int = -1
 
     def check(self, value: float | int | bool | str) -> float:
@@ -78,13 +80,16 @@ class Variable:
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """A friction law: one of the choices of `friction_law`."""
+    """A friction law, one of the choices of `friction_law`: `variables` are its own parameters; of the base table it `reads` parameters and
+    inputs beside the slip velocity. One that has an event of its own jumps there, at times that hang on its parameters."""
 
     name: str
     meaning: str
     equation: str
     source: str
     variables: tuple[Variable, ...] = ()
+    reads: tuple[Variable, ...] = ()
+    has_event: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,20 +6,10 @@ from collections.abc import Collection, Mapping, Sequence
 
 from evat.model import ParameterError, Tables
 
-# Where the kinematics do not take an input, the kernel computes what it stands for.
-TAKEN_WITH = {
-    "slip_velocity": ("external",),
-    "cutting_speed": ("external",),  # elsewhere it is a parameter of the ellipse and has a start value
-    "uncut_thickness": ("external",),
-    "normal_load": ("external",),
-    "tool_displacement_x": ("combined",),
-    "tool_displacement_y": ("combined",),
-    "tool_velocity_x": ("combined",),
-    "tool_velocity_y": ("combined",),
-}
+MOTION, KINEMATICS = "slip_velocity", "kinematics"  # what every friction law answers to, and the choice of where it comes from
 # An effect that needs the temperature proxy needs what the proxy is taken from, by the name of that choice.
-PROXY, SOURCE, KINEMATICS = "proxy_speed", "proxy_source", "kinematics"
-PROXY_INPUT = {"slip_speed": "slip_velocity"}
+PROXY, SOURCE = "proxy_speed", "proxy_source"
+PROXY_INPUT = {"slip_speed": MOTION}
 
 
 def missing_inputs(
@@ -44,10 +34,16 @@ def missing_inputs(
         for need in effect.needs:
             source = choice(SOURCE) if need == PROXY else need
             name = PROXY_INPUT.get(source, source)
-            used = choice(KINEMATICS) in TAKEN_WITH[name] if name in TAKEN_WITH else True
-            if used and name not in values and name not in given:
+            with_all = not by_name[name].required_with
+            if (with_all or choice(KINEMATICS) in by_name[name].required_with) and name not in values and name not in given:
                 found.setdefault(name, []).append(effect.name)
     return found
+
+
+def lacks_motion(model: Tables, values: Mapping[str, float | str], given: Collection[str]) -> bool:
+    """Whether the kinematics in `values` take the motion from an input that is in neither `values` nor the columns `given`."""
+    required = any(variable.name == MOTION and values.get(KINEMATICS) in variable.required_with for variable in model.variables)
+    return required and MOTION not in values and MOTION not in given
 
 
 def check_needs(model: Tables, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str] = ()) -> None:

@@ -145,7 +145,7 @@ enum Answer component_enter(struct Component *c, enum Mode mode)
         return report(c, ANSWER_ERROR, "the start time is not known yet; call fmi2SetupExperiment first.");
     c->life.mode = mode;
     if (mode == INITIALIZING) {
-        c->contact.value[TIME][0] = c->life.start;
+        c->contact.value[VAR_TIME][0] = c->life.start;
         c->life.stale = 1;
     }
     return ANSWER_OK;

@@ -16,8 +16,8 @@ enum Answer set_time(struct Component *c, double time)
 {
     if (!isfinite(time))
         return report(c, ANSWER_ERROR, "the time is %g s; a finite number is needed. The time %.17g s is kept.", time,
-                      c->contact.value[TIME][0]);
-    c->contact.value[TIME][0] = time;
+                      c->contact.value[VAR_TIME][0]);
+    c->contact.value[VAR_TIME][0] = time;
     c->life.stale = 1;
     return ANSWER_OK;
 }

@@ -43,7 +43,7 @@ enum Answer report_kernel(struct Component *c, enum Answer answer, enum Status s
 {
     char why[TEXT_SIZE / 2];
     kernel_explain(&c->contact, status, why, sizeof why);
-    return report(c, answer, "at time %.17g s: %s.", c->contact.value[TIME][0], why);
+    return report(c, answer, "at time %.17g s: %s.", c->contact.value[VAR_TIME][0], why);
 }
 
 static const char *const mode_names[] = {"Instantiated",

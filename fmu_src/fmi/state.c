@@ -94,7 +94,7 @@ static const char *flaw_of_life(const struct Component *c, const struct Life *li
 static const char *flaw_between(const struct Life *life, const struct Contact *contact)
 {
     const int failed = life->mode == FAILED, begun = (life->mode & (RUNNING | STEP_FAILED | TERMINATED)) != 0;
-    const double now = contact->value[TIME][0];
+    const double now = contact->value[VAR_TIME][0];
     if (!failed && contact->started != (uint32_t)begun)
         return "the model has begun before the instance, or not with it";
     if (!failed && !begun && life->last_time != life->start)

@@ -17,13 +17,13 @@ enum Answer component_warn(struct Component *c)
     c->told |= fresh;
     for (int bit = 0; bit < WARNING_COUNT; ++bit)
         if (fresh >> bit & 1u)
-            report(c, ANSWER_WARNING, "at time %g s: %s.", c->contact.value[TIME][0], kernel_warning_text(bit));
+            report(c, ANSWER_WARNING, "at time %g s: %s.", c->contact.value[VAR_TIME][0], kernel_warning_text(bit));
     return c->host.warned;
 }
 
 static enum Answer bad_step(struct Component *c, double time, double step, double slack)
 {
-    const double now = c->contact.value[TIME][0];
+    const double now = c->contact.value[VAR_TIME][0];
     if (!(step > 0 && step < INFINITY))
         return report(c, ANSWER_ERROR, "the step size is %g s; a finite number above 0 is needed.", step);
     if (!(fabs(time - now) <= slack))
@@ -57,7 +57,7 @@ static int ramps_stay(struct Component *c, double step)
  */
 static int shown_and_stopped(struct Component *c, double *target)
 {
-    const double now = c->contact.value[TIME][0];
+    const double now = c->contact.value[VAR_TIME][0];
     double until = now;
     const int asks = now < *target;
     c->life.mode = asks ? ASKING : INTERMEDIATE;
@@ -75,7 +75,7 @@ static int shown_and_stopped(struct Component *c, double *target)
 static enum Status advance(struct Component *c, double whole, struct StepEnd *end)
 {
     const int hand_over = c->host.event_mode && c->host.early_return, watched = c->host.show != NULL;
-    double *now = c->contact.value[TIME], target = *now + whole, left = whole, taken;
+    double *now = c->contact.value[VAR_TIME], target = *now + whole, left = whole, taken;
     for (int stop = hand_over || watched;;) {
         enum Status status = kernel_advance(&c->contact, left, stop, &taken);
         const int at_event = taken < left;
@@ -97,7 +97,7 @@ static enum Status advance(struct Component *c, double whole, struct StepEnd *en
 
 enum Answer component_step(struct Component *c, double time, double step, struct StepEnd *end)
 {
-    const double now = c->contact.value[TIME][0];
+    const double now = c->contact.value[VAR_TIME][0];
     const double slack = 1e-6 * step + 4 * DBL_EPSILON * fabs(now);
     const double whole = time - now + step;
     *end = (struct StepEnd){.last_time = now};
@@ -111,7 +111,7 @@ enum Answer component_step(struct Component *c, double time, double step, struct
         return ANSWER_ERROR;
 
     const enum Status status = advance(c, whole, end);
-    c->life.last_time = end->last_time = c->contact.value[TIME][0];
+    c->life.last_time = end->last_time = c->contact.value[VAR_TIME][0];
     c->life.stale = 1;
     c->life.event_pending = (uint32_t)end->event;
     if (c->life.slope_set)
@@ -142,7 +142,7 @@ enum Answer component_event(struct Component *c, struct News *news)
     news->next_event_defined = c->life.interface == MODEL_EXCHANGE && isfinite(news->next_event);
     for (int i = 0; i < c->state_count; ++i)
         news->states_changed |= c->contact.value[c->state[i]][0] != before[i];
-    report(c, ANSWER_OK, "event at time %.17g s%s.", c->contact.value[TIME][0],
+    report(c, ANSWER_OK, "event at time %.17g s%s.", c->contact.value[VAR_TIME][0],
            news->states_changed ? ", states changed" : "");
     return component_warn(c);
 }

@@ -44,7 +44,7 @@ enum Answer give(struct Component *c, const char *what, const char *name, double
     if (isfinite(x))
         return ANSWER_OK;
     return report(c, out_of_reach(c), "at time %.17g s: %s%s is %g, which is no finite number. %s",
-                  c->contact.value[TIME][0], what, name, x,
+                  c->contact.value[VAR_TIME][0], what, name, x,
                   c->life.mode == INTEGRATING
                       ? "Try other states or a shorter step."
                       : "Reset the instance or restore an FMU state, and look for values far from any machine's.");

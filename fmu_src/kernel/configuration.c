@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-/* What changes with value[TIME] and the slopes of the inputs. */
+/* What changes with value[VAR_TIME] and the slopes of the inputs. */
 void wire_time(const struct Contact *contact, struct Configuration *w)
 {
     w->held = w->kinematics == KINEMATICS_EXTERNAL && w->on_count == 0;
@@ -17,10 +17,11 @@ void wire_time(const struct Contact *contact, struct Configuration *w)
     if (w->kinematics == KINEMATICS_EXTERNAL)
         return;
     for (int i = 0; i < LANES; ++i) {
-        const double turns = w->p[VIBRATION_FREQUENCY][i] * w->p[TIME][i];
-        const double omega = 2 * PI * w->p[VIBRATION_FREQUENCY][i], a = or_none(w->p[AMPLITUDE_X][i], NO_AMPLITUDE);
+        const double turns = w->p[VAR_VIBRATION_FREQUENCY][i] * w->p[VAR_TIME][i];
+        const double omega = 2 * PI * w->p[VAR_VIBRATION_FREQUENCY][i],
+                     a = or_none(w->p[VAR_AMPLITUDE_X][i], NO_AMPLITUDE);
         const double r =
-            a > 0 ? w->p[CUTTING_SPEED][i] / (a * omega) : INFINITY; /* to the bit as ellipse_at finds it */
+            a > 0 ? w->p[VAR_CUTTING_SPEED][i] / (a * omega) : INFINITY; /* to the bit as ellipse_at finds it */
         w->cycle[i] = turns - floor(turns);
         if (!(w->turn.r[i] == r))
             turn_at(r, &w->turn, i);
@@ -61,23 +62,23 @@ struct Configuration wire(const struct Contact *contact)
 {
     struct Configuration w; /* not zeroed: that would cost a tenth of a step */
     w.p = contact->value;
-    w.kinematics = (enum Kinematics)chosen(contact->value, KINEMATICS, 0);
-    const int law = chosen(contact->value, FRICTION_LAW, 0);
+    w.kinematics = (enum Kinematics)chosen(contact->value, VAR_KINEMATICS, 0);
+    const int law = chosen(contact->value, VAR_FRICTION_LAW, 0);
     w.law = kernel_law(law);
     w.law_p = contact->value + law_values(law);
-    w.proxy_source = (enum ProxySource)chosen(contact->value, PROXY_SOURCE, 0);
-    w.by_energy = chosen(contact->value, SHEAR_ANGLE_PRINCIPLE, 0) == MINIMUM_ENERGY;
-    w.dissipative = chosen(contact->value, DAMPING_MODE, 0) == DISSIPATIVE;
-    w.thermal_rate = chosen(contact->value, RATE_STIFFNESS, 0) == THERMAL_STIFFNESS;
+    w.proxy_source = (enum ProxySource)chosen(contact->value, VAR_PROXY_SOURCE, 0);
+    w.by_energy = chosen(contact->value, VAR_SHEAR_ANGLE_PRINCIPLE, 0) == MINIMUM_ENERGY;
+    w.dissipative = chosen(contact->value, VAR_DAMPING_MODE, 0) == DISSIPATIVE;
+    w.thermal_rate = chosen(contact->value, VAR_RATE_STIFFNESS, 0) == THERMAL_STIFFNESS;
     w.current_angle =
-        chosen(contact->value, CHIP_FLOW_ANGLE, 0) == CURRENT_ANGLE && w.kinematics != KINEMATICS_EXTERNAL;
+        chosen(contact->value, VAR_CHIP_FLOW_ANGLE, 0) == CURRENT_ANGLE && w.kinematics != KINEMATICS_EXTERNAL;
     w.on_count = w.stages = w.drivers = w.sensors = w.looks_back = w.bends = w.meets_again = 0;
     if (contact->effects_on)
         wire_effects(contact, &w);
     w.feedback = w.drivers >> DRIVEN_BY_FORCE & 1;
     w.iterates = w.feedback || w.bends || w.current_angle;
     EACH_LANE {
-        const double rake = contact->value[RAKE_ANGLE][i];
+        const double rake = contact->value[VAR_RAKE_ANGLE][i];
         w.cos_rake[i] = 1;
         w.sin_rake[i] = 0;
         if (rake != 0)
@@ -86,13 +87,13 @@ struct Configuration wire(const struct Contact *contact)
         w.tan_flow[i] = 0;
         if (w.kinematics == KINEMATICS_EXTERNAL && w.on_count == 0)
             continue;
-        const double phase_x = contact->value[PHASE_X][i], phase_y = contact->value[PHASE_Y][i];
-        w.tan_flow[i] = tan(contact->value[CONSTANT_SHEAR_ANGLE][i] - rake);
+        const double phase_x = contact->value[VAR_PHASE_X][i], phase_y = contact->value[VAR_PHASE_Y][i];
+        w.tan_flow[i] = tan(contact->value[VAR_CONSTANT_SHEAR_ANGLE][i] - rake);
         cos_sin_of(phase_x, &w.cos_x[i], &w.sin_x[i]);
         cos_sin_of(phase_y, &w.cos_y[i], &w.sin_y[i]);
     }
     EACH_LANE
-        w.longest[i] = w.kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w.p[VIBRATION_FREQUENCY][i]);
+        w.longest[i] = w.kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w.p[VAR_VIBRATION_FREQUENCY][i]);
     resolving_step(&w, w.longest);
     wire_time(contact, &w);
     return w;

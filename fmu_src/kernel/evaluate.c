@@ -30,20 +30,20 @@ static const struct {
     int index;
     size_t field;
 } plain[] = {
-    {FRICTION_FORCE, offsetof(struct Point, F)},
-    {PRINCIPAL_FORCE, offsetof(struct Point, F_p)},
-    {FEED_FORCE, offsetof(struct Point, F_f)},
-    {NORMAL_FORCE, offsetof(struct Point, N)},
-    {TOOL_FORCE_Y, offsetof(struct Point, F_f)},
-    {MEASURED_FRICTION_FORCE, offsetof(struct Point, measured[0])},
-    {MEASURED_PRINCIPAL_FORCE, offsetof(struct Point, measured[1])},
-    {MEASURED_FEED_FORCE, offsetof(struct Point, measured[2])},
-    {SLIP_VELOCITY_USED, offsetof(struct Point, v)},
-    {THETA_USED, offsetof(struct Point, theta)},
-    {SPEED_RATIO, offsetof(struct Point, speed_ratio)},
-    {IN_CONTACT, offsetof(struct Point, cutting)},
-    {CONTACT_RATE, offsetof(struct Point, cutting)},
-    {BRISTLE_RATE, offsetof(struct Point, dz)},
+    {VAR_FRICTION_FORCE, offsetof(struct Point, F)},
+    {VAR_PRINCIPAL_FORCE, offsetof(struct Point, F_p)},
+    {VAR_FEED_FORCE, offsetof(struct Point, F_f)},
+    {VAR_NORMAL_FORCE, offsetof(struct Point, N)},
+    {VAR_TOOL_FORCE_Y, offsetof(struct Point, F_f)},
+    {VAR_MEASURED_FRICTION_FORCE, offsetof(struct Point, measured[0])},
+    {VAR_MEASURED_PRINCIPAL_FORCE, offsetof(struct Point, measured[1])},
+    {VAR_MEASURED_FEED_FORCE, offsetof(struct Point, measured[2])},
+    {VAR_SLIP_VELOCITY_USED, offsetof(struct Point, v)},
+    {VAR_THETA_USED, offsetof(struct Point, theta)},
+    {VAR_SPEED_RATIO, offsetof(struct Point, speed_ratio)},
+    {VAR_IN_CONTACT, offsetof(struct Point, cutting)},
+    {VAR_CONTACT_RATE, offsetof(struct Point, cutting)},
+    {VAR_BRISTLE_RATE, offsetof(struct Point, dz)},
 };
 enum { PLAIN_COUNT = sizeof plain / sizeof plain[0] };
 
@@ -88,18 +88,18 @@ static void show_means(struct Contact *contact, const struct Point *x)
 void show_outputs(struct Contact *contact, const struct Configuration *w, const struct Point *x, int angles)
 {
     lanes *value = contact->value;
-    watched_indicators(contact, w, x, value + CONTACT_INDICATOR);
+    watched_indicators(contact, w, x, value + VAR_CONTACT_INDICATOR);
     for (int n = 0; n < PLAIN_COUNT; ++n)
         show_plain(contact, x, n);
     EACH_LANE {
-        value[TOOL_FORCE_X][i] = -x->F_p[i];
-        value[UNCUT_THICKNESS_USED][i] = x->cutting[i] * x->h[i];
-        value[DISSIPATED_POWER][i] = x->F[i] * x->v[i];
-        value[SLIDING_SPEED][i] = x->cutting[i] * x->speed[i];
+        value[VAR_TOOL_FORCE_X][i] = -x->F_p[i];
+        value[VAR_UNCUT_THICKNESS_USED][i] = x->cutting[i] * x->h[i];
+        value[VAR_DISSIPATED_POWER][i] = x->F[i] * x->v[i];
+        value[VAR_SLIDING_SPEED][i] = x->cutting[i] * x->speed[i];
     }
     show_means(contact, x);
     for (int i = 0; i < LANES && angles; ++i)
-        value[SHEAR_ANGLE][i] = shear_angle(w, x, i);
+        value[VAR_SHEAR_ANGLE][i] = shear_angle(w, x, i);
     if (w->drivers)
         show_rates(contact, w, x);
     warn(contact, x);
@@ -110,8 +110,8 @@ void show_outputs(struct Contact *contact, const struct Configuration *w, const 
 int ordered_temperatures(const struct Contact *contact)
 {
     EACH_LANE
-        if (chosen(contact->value, PROXY_SOURCE, i) == PROXY_IS_TEMPERATURE &&
-            !(contact->value[REFERENCE_TEMPERATURE][i] - contact->value[AMBIENT_TEMPERATURE][i] >= LEAST_RISE))
+        if (chosen(contact->value, VAR_PROXY_SOURCE, i) == PROXY_IS_TEMPERATURE &&
+            !(contact->value[VAR_REFERENCE_TEMPERATURE][i] - contact->value[VAR_AMBIENT_TEMPERATURE][i] >= LEAST_RISE))
             return 0;
     return 1;
 }
@@ -127,7 +127,7 @@ static int rows_lost(const lanes *row, int count)
 
 enum Status shows_finite(const struct Contact *contact, const struct Configuration *w)
 {
-    int lost = rows_lost(contact->value + FRICTION_FORCE, BASE_COUNT - FRICTION_FORCE);
+    int lost = rows_lost(contact->value + VAR_FRICTION_FORCE, BASE_COUNT - VAR_FRICTION_FORCE);
     for (int n = 0; n < w->on_count; ++n)
         lost |= rows_lost(contact->value + w->on_value[n], 2 * w->on[n]->states);
     return lost ? KERNEL_DIVERGED : KERNEL_OK;
@@ -180,11 +180,11 @@ enum Status kernel_event(struct Contact *contact)
     const struct Configuration w = wire(contact);
     struct Point x;
     /* hosts find events to some roundings of the time, and stop on either side */
-    act_on_event(contact, &w, here, 1e-9 / w.p[VIBRATION_FREQUENCY][0] + 1e-12 * fabs(w.p[TIME][0]), none, &x);
+    act_on_event(contact, &w, here, 1e-9 / w.p[VAR_VIBRATION_FREQUENCY][0] + 1e-12 * fabs(w.p[VAR_TIME][0]), none, &x);
     for (int i = 0; i < LANES && w.looks_back; ++i)
         remember_host_step(contact, i, &x); /* what stands before and behind a jump */
     EACH_LANE
-        if (contact->value[TIME][i] >= window_end(contact, i) - 1e-9 * window_length(contact, i))
+        if (contact->value[VAR_TIME][i] >= window_end(contact, i) - 1e-9 * window_length(contact, i))
             close_window(contact, i);
     return kernel_evaluate(contact);
 }
@@ -197,7 +197,7 @@ enum Status kernel_step_completed(struct Contact *contact)
         return KERNEL_OK;
     point_at(contact, &w, here, &x);
     for (int i = 0; i < LANES && w.meets_again; ++i)
-        leave_surface(contact, i, meeting_time(&w, i), w.p[FEED][i], &x);
+        leave_surface(contact, i, meeting_time(&w, i), w.p[VAR_FEED][i], &x);
     for (int i = 0; i < LANES && w.looks_back; ++i) {
         remember_host_step(contact, i, &x);
         if (!recall_reaches(contact, i, x.t[i] - look_back(&w, i)))

@@ -33,7 +33,7 @@ static const char *flaw_of_values(const struct Contact *contact)
     for (int place = 0; place < kernel_state_count(); ++place)
         if (!FINITE(contact->value[kernel_state(place)]))
             return "a continuous state is no finite number";
-    return FINITE(contact->value[TIME]) ? NULL : "the time is no finite number";
+    return FINITE(contact->value[VAR_TIME]) ? NULL : "the time is no finite number";
 }
 
 /* What the start has made of values that are fixed since. */

@@ -36,10 +36,10 @@ void load_at(const struct Contact *contact, const struct Configuration *w, const
     if (w->on_count > 0)
         EACH_LANE
             x->theta_ratio[i] =
-                smaller(x->theta[i] / p[THETA_REF][i], 1e30); /* its powers, up to the 10th, stay finite */
+                smaller(x->theta[i] / p[VAR_THETA_REF][i], 1e30); /* its powers, up to the 10th, stay finite */
     EACH_LANE {
-        x->tau_s[i] = p[SHEAR_STRESS][i];
-        x->w[i] = p[WIDTH][i];
+        x->tau_s[i] = p[VAR_SHEAR_STRESS][i];
+        x->w[i] = p[VAR_WIDTH][i];
         x->edge_p[i] = x->edge_f[i] = 0;
     }
     act(w, STAGE_SHEAR, x);
@@ -49,7 +49,7 @@ void load_at(const struct Contact *contact, const struct Configuration *w, const
     if (w->on_count > 0) {
         const int given = w->kinematics == KINEMATICS_EXTERNAL;
         EACH_LANE
-            x->load[i] = given ? input_at(contact, NORMAL_LOAD, i, tau[i]) : normal_force(w, 0, x->k[i], i);
+            x->load[i] = given ? input_at(contact, VAR_NORMAL_LOAD, i, tau[i]) : normal_force(w, 0, x->k[i], i);
     }
 }
 
@@ -77,5 +77,5 @@ void forces_at(const struct Configuration *w, struct Point *x)
 double shear_angle(const struct Configuration *w, const struct Point *x, int lane)
 {
     const double beta = x->F[lane] == 0 ? 0 : atan2(x->F[lane], x->N[lane]);
-    return PI / 4 - (w->by_energy ? 0.5 : 1) * (beta - w->p[RAKE_ANGLE][lane]);
+    return PI / 4 - (w->by_energy ? 0.5 : 1) * (beta - w->p[VAR_RAKE_ANGLE][lane]);
 }

@@ -10,16 +10,16 @@ static double of_temperature(const struct Contact *contact, const struct Configu
                              struct Point *x)
 {
     const lanes *p = w->p;
-    const double rise = input_at(contact, CONTACT_TEMPERATURE, i, tau) - p[AMBIENT_TEMPERATURE][i];
-    const double share = rise / (p[REFERENCE_TEMPERATURE][i] - p[AMBIENT_TEMPERATURE][i]);
+    const double rise = input_at(contact, VAR_CONTACT_TEMPERATURE, i, tau) - p[VAR_AMBIENT_TEMPERATURE][i];
+    const double share = rise / (p[VAR_REFERENCE_TEMPERATURE][i] - p[VAR_AMBIENT_TEMPERATURE][i]);
     x->clamped[i] += share < 0;
     x->warnings |= share < 0 ? WARN_TEMPERATURE : 0u;
-    return p[THETA_REF][i] * pow(larger(share, 0), 1 / p[ALPHA_T][i]);
+    return p[VAR_THETA_REF][i] * pow(larger(share, 0), 1 / p[VAR_ALPHA_T][i]);
 }
 
 void proxy_open(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
-    const int given = w->proxy_source == PROXY_IS_CUTTING_SPEED ? CUTTING_SPEED : PROXY_SPEED;
+    const int given = w->proxy_source == PROXY_IS_CUTTING_SPEED ? VAR_CUTTING_SPEED : VAR_PROXY_SPEED;
     x->warnings = 0;
     EACH_LANE {
         x->clamped[i] = 0;
@@ -42,20 +42,20 @@ void friction_open(const struct Contact *contact, const struct Configuration *w,
     const lanes *p = w->p;
     EACH_LANE {
         x->sticking[i] = 0;
-        x->applied[i] = input_at(contact, APPLIED_FORCE, i, tau[i]);
-        x->F_C[i] = p[F_C][i];
-        x->F_S[i] = p[F_S][i];
-        x->v_s[i] = p[V_S][i];
-        x->P[i] = x->s0[i] = p[SIGMA0][i];
-        x->s1[i] = p[SIGMA1][i];
-        x->sigma2[i] = p[SIGMA2][i];
-        x->margin[i] = w->dissipative ? p[DAMPING_MARGIN][i] : INFINITY;
+        x->applied[i] = input_at(contact, VAR_APPLIED_FORCE, i, tau[i]);
+        x->F_C[i] = p[VAR_F_C][i];
+        x->F_S[i] = p[VAR_F_S][i];
+        x->v_s[i] = p[VAR_V_S][i];
+        x->P[i] = x->s0[i] = p[VAR_SIGMA0][i];
+        x->s1[i] = p[VAR_SIGMA1][i];
+        x->sigma2[i] = p[VAR_SIGMA2][i];
+        x->margin[i] = w->dissipative ? p[VAR_DAMPING_MARGIN][i] : INFINITY;
         x->flat_from[i] = INFINITY;
     }
     act(w, STAGE_FRICTION, x);
     int softest = 0;
     EACH_LANE {
-        const double floor = p[STIFFNESS_FLOOR][i] * p[SIGMA0][i];
+        const double floor = p[VAR_STIFFNESS_FLOOR][i] * p[VAR_SIGMA0][i];
         const int below = x->s0[i] < floor;
         x->clamped[i] += below;
         softest |= below;
@@ -78,7 +78,7 @@ void friction_rates(const struct Configuration *w, struct Point *x)
     if (!apart)
         return;
     EACH_LANE {
-        const double release_time = or_none(w->p[RELEASE_TIME][i], NO_TIME),
+        const double release_time = or_none(w->p[VAR_RELEASE_TIME][i], NO_TIME),
                      release = release_time > 0 ? 1 / release_time : 0;
         x->rate[i] = x->cutting[i] == 0 ? release : x->rate[i];
         x->drive[i] = x->cutting[i] == 0 ? 0 : x->drive[i];
@@ -119,7 +119,7 @@ static void answer(const struct Contact *contact, const struct Configuration *w,
 static double slip_of_angle(const struct Configuration *w, const struct Point *x, int i, double angle)
 {
     const double flattest = 0.02, steepest = 1.5; /* planes beyond them are no chip formation; they bound the search */
-    return slip_along_rake(w, x, i, tan(smaller(larger(angle, flattest) - w->p[RAKE_ANGLE][i], steepest)));
+    return slip_along_rake(w, x, i, tan(smaller(larger(angle, flattest) - w->p[VAR_RAKE_ANGLE][i], steepest)));
 }
 
 static double excess(const struct Configuration *w, const struct Point *x, int i)
@@ -236,7 +236,7 @@ void friction_solved(const struct Contact *contact, const struct Configuration *
     struct Point beside = *x;
     lanes step;
     EACH_LANE {
-        step[i] = 1e-7 * larger(fabs(x->z[i]), w->p[F_C][i] / w->p[SIGMA0][i]);
+        step[i] = 1e-7 * larger(fabs(x->z[i]), w->p[VAR_F_C][i] / w->p[VAR_SIGMA0][i]);
         beside.z[i] = x->z[i] + step[i];
     }
     solve_slip(contact, w, tau, &beside);

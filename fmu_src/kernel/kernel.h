@@ -40,108 +40,109 @@ enum Stage {
     STAGE_COUNT
 };
 
-/* The indices of the base table. Tables of laws and effects follow it in the order of registry.c. */
+/* The indices of the base table. Tables of laws and effects follow it in the order of registry.c; their own indices
+ * stand without VAR_, so that one of them may be TIME. */
 enum Base {
-    TIME,
+    VAR_TIME,
     /* inputs */
-    SLIP_VELOCITY,
-    PROXY_SPEED,
-    CONTACT_TEMPERATURE,
-    UNCUT_THICKNESS,
-    NORMAL_LOAD,
-    CUTTING_SPEED,
-    APPLIED_FORCE,
-    TOOL_DISPLACEMENT_X,
-    TOOL_DISPLACEMENT_Y,
-    TOOL_VELOCITY_X,
-    TOOL_VELOCITY_Y,
+    VAR_SLIP_VELOCITY,
+    VAR_PROXY_SPEED,
+    VAR_CONTACT_TEMPERATURE,
+    VAR_UNCUT_THICKNESS,
+    VAR_NORMAL_LOAD,
+    VAR_CUTTING_SPEED,
+    VAR_APPLIED_FORCE,
+    VAR_TOOL_DISPLACEMENT_X,
+    VAR_TOOL_DISPLACEMENT_Y,
+    VAR_TOOL_VELOCITY_X,
+    VAR_TOOL_VELOCITY_Y,
     /* choices, fixed */
-    KINEMATICS,
-    FRICTION_LAW,
-    SHEAR_ANGLE_PRINCIPLE,
-    CHIP_FLOW_ANGLE,
-    PROXY_SOURCE,
-    DAMPING_MODE,
-    RATE_STIFFNESS,
-    INITIAL_STATE,
-    AVERAGING,
+    VAR_KINEMATICS,
+    VAR_FRICTION_LAW,
+    VAR_SHEAR_ANGLE_PRINCIPLE,
+    VAR_CHIP_FLOW_ANGLE,
+    VAR_PROXY_SOURCE,
+    VAR_DAMPING_MODE,
+    VAR_RATE_STIFFNESS,
+    VAR_INITIAL_STATE,
+    VAR_AVERAGING,
     /* numbers, fixed */
-    VIBRATION_FREQUENCY,
-    PHASE_X,
-    PHASE_Y,
-    AVERAGING_WINDOW,
-    RELATIVE_TOLERANCE,
+    VAR_VIBRATION_FREQUENCY,
+    VAR_PHASE_X,
+    VAR_PHASE_Y,
+    VAR_AVERAGING_WINDOW,
+    VAR_RELATIVE_TOLERANCE,
     /* the process, tunable */
-    AMPLITUDE_X,
-    AMPLITUDE_Y,
-    FEED,
-    WIDTH,
-    RAKE_ANGLE,
-    SHEAR_STRESS,
-    CONSTANT_SHEAR_ANGLE,
+    VAR_AMPLITUDE_X,
+    VAR_AMPLITUDE_Y,
+    VAR_FEED,
+    VAR_WIDTH,
+    VAR_RAKE_ANGLE,
+    VAR_SHEAR_STRESS,
+    VAR_CONSTANT_SHEAR_ANGLE,
     /* friction, tunable */
-    SIGMA0,
-    SIGMA1,
-    SIGMA2,
-    F_C,
-    F_S,
-    V_S,
-    DAMPING_MARGIN,
-    STIFFNESS_FLOOR,
-    RELEASE_TIME,
+    VAR_SIGMA0,
+    VAR_SIGMA1,
+    VAR_SIGMA2,
+    VAR_F_C,
+    VAR_F_S,
+    VAR_V_S,
+    VAR_DAMPING_MARGIN,
+    VAR_STIFFNESS_FLOOR,
+    VAR_RELEASE_TIME,
     /* the temperature proxy, tunable */
-    THETA_REF,
-    ALPHA_T,
-    AMBIENT_TEMPERATURE,
-    REFERENCE_TEMPERATURE,
+    VAR_THETA_REF,
+    VAR_ALPHA_T,
+    VAR_AMBIENT_TEMPERATURE,
+    VAR_REFERENCE_TEMPERATURE,
     /* outputs */
-    FRICTION_FORCE,
-    PRINCIPAL_FORCE,
-    FEED_FORCE,
-    NORMAL_FORCE,
-    TOOL_FORCE_X,
-    TOOL_FORCE_Y,
-    MEAN_FRICTION_FORCE,
-    MEAN_PRINCIPAL_FORCE,
-    MEAN_FEED_FORCE,
-    MEAN_NORMAL_FORCE,
-    MEAN_CONTACT_RATIO,
-    MEASURED_FRICTION_FORCE,
-    MEASURED_PRINCIPAL_FORCE,
-    MEASURED_FEED_FORCE,
-    MEAN_MEASURED_FRICTION_FORCE,
-    MEAN_MEASURED_PRINCIPAL_FORCE,
-    MEAN_MEASURED_FEED_FORCE,
-    SLIP_VELOCITY_USED,
-    UNCUT_THICKNESS_USED,
-    THETA_USED,
-    SHEAR_ANGLE,
-    SPEED_RATIO,
-    IN_CONTACT,
-    BRISTLE_DEFLECTION,
-    DISSIPATED_POWER,
-    DISSIPATED_ENERGY,
-    SLIDING_SPEED,
-    SLIDING_DISTANCE,
-    CLAMPED_COUNT,
-    STEP_COUNT,
-    AVERAGING_ERROR,
+    VAR_FRICTION_FORCE,
+    VAR_PRINCIPAL_FORCE,
+    VAR_FEED_FORCE,
+    VAR_NORMAL_FORCE,
+    VAR_TOOL_FORCE_X,
+    VAR_TOOL_FORCE_Y,
+    VAR_MEAN_FRICTION_FORCE,
+    VAR_MEAN_PRINCIPAL_FORCE,
+    VAR_MEAN_FEED_FORCE,
+    VAR_MEAN_NORMAL_FORCE,
+    VAR_MEAN_CONTACT_RATIO,
+    VAR_MEASURED_FRICTION_FORCE,
+    VAR_MEASURED_PRINCIPAL_FORCE,
+    VAR_MEASURED_FEED_FORCE,
+    VAR_MEAN_MEASURED_FRICTION_FORCE,
+    VAR_MEAN_MEASURED_PRINCIPAL_FORCE,
+    VAR_MEAN_MEASURED_FEED_FORCE,
+    VAR_SLIP_VELOCITY_USED,
+    VAR_UNCUT_THICKNESS_USED,
+    VAR_THETA_USED,
+    VAR_SHEAR_ANGLE,
+    VAR_SPEED_RATIO,
+    VAR_IN_CONTACT,
+    VAR_BRISTLE_DEFLECTION,
+    VAR_DISSIPATED_POWER,
+    VAR_DISSIPATED_ENERGY,
+    VAR_SLIDING_SPEED,
+    VAR_SLIDING_DISTANCE,
+    VAR_CLAMPED_COUNT,
+    VAR_STEP_COUNT,
+    VAR_AVERAGING_ERROR,
     /* locals: the rate of the bristle and the running integrals behind the cycle means */
-    BRISTLE_RATE,
-    FRICTION_IMPULSE,
-    PRINCIPAL_IMPULSE,
-    FEED_IMPULSE,
-    NORMAL_IMPULSE,
-    CONTACT_TIME,
-    MEASURED_FRICTION_IMPULSE,
-    MEASURED_PRINCIPAL_IMPULSE,
-    MEASURED_FEED_IMPULSE,
-    CONTACT_RATE,
+    VAR_BRISTLE_RATE,
+    VAR_FRICTION_IMPULSE,
+    VAR_PRINCIPAL_IMPULSE,
+    VAR_FEED_IMPULSE,
+    VAR_NORMAL_IMPULSE,
+    VAR_CONTACT_TIME,
+    VAR_MEASURED_FRICTION_IMPULSE,
+    VAR_MEASURED_PRINCIPAL_IMPULSE,
+    VAR_MEASURED_FEED_IMPULSE,
+    VAR_CONTACT_RATE,
     /* locals: the event indicators, in the order of enum Indicator */
-    CONTACT_INDICATOR,
-    SURFACE_INDICATOR,
-    SLIP_INDICATOR,
-    LAW_INDICATOR,
+    VAR_CONTACT_INDICATOR,
+    VAR_SURFACE_INDICATOR,
+    VAR_SLIP_INDICATOR,
+    VAR_LAW_INDICATOR,
     BASE_COUNT
 };
 
@@ -164,8 +165,8 @@ enum Limits {
     CHANNELS = 3, /* forces that are measured: friction, principal, feed */
     MEANS = 8, /* quantities with a mean over the averaging window: four forces, contact, three measured forces */
     INDICATORS = 4, /* zero crossings that are events: see enum Indicator */
-    INPUT_FIRST = SLIP_VELOCITY,
-    INPUT_END = TOOL_VELOCITY_Y + 1
+    INPUT_FIRST = VAR_SLIP_VELOCITY,
+    INPUT_END = VAR_TOOL_VELOCITY_Y + 1
 };
 
 /* Each is a number whose change of sign is an event. */
@@ -294,17 +295,17 @@ enum Status kernel_check(int index, double value);
 const char *kernel_flaw(const struct Contact *contact);
 /* Begin at `time` [s]: sides of the events, bristles at rest or in the periodic steady state. */
 enum Status kernel_start(struct Contact *contact, double time);
-/* Outputs and derivatives from value[TIME], the states and the inputs as they stand. With averaging = cycle outputs
+/* Outputs and derivatives from value[VAR_TIME], the states and the inputs as they stand. With averaging = cycle outputs
  * hold the means of the last step. */
 enum Status kernel_evaluate(struct Contact *contact);
-/* Event indicators at value[TIME]; 1 for an event that does not matter at present. kernel_evaluate shows the same as
- * variables. */
+/* Event indicators at value[VAR_TIME]; 1 for an event that does not matter at present. kernel_evaluate shows the same
+ * as variables. */
 void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS]);
-/* Model exchange: the host's integrator has completed a step that ends at value[TIME]; effects that look back keep it.
- */
+/* Model exchange: the host's integrator has completed a step that ends at value[VAR_TIME]; effects that look back
+ * keep it. */
 enum Status kernel_step_completed(struct Contact *contact);
-/* An event has happened at value[TIME]: take sides anew, let separated bristles go, close an averaging window that has
- * ended. */
+/* An event has happened at value[VAR_TIME]: take sides anew, let separated bristles go, close an averaging window that
+ * has ended. */
 enum Status kernel_event(struct Contact *contact);
 /* Time of the next averaging-window end, of lane 0; infinity where no means are formed. */
 double kernel_next_event(const struct Contact *contact);
@@ -389,6 +390,7 @@ struct Point {
 /* A friction law: dz/dt = drive - rate z and F(z, dz/dt). p: the values of its own table. */
 struct FrictionLaw {
     const char *meaning, *equation, *source; /* its name is its place in the choice friction_law */
+    const char *reads; /* parameters and inputs of the base table in its equation, comma-separated, beside the slip */
     const struct Variable *variables; /* may be NULL */
     int count;
     int relaxes; /* z strives for target at rate; else it integrates drive */

@@ -21,8 +21,8 @@ enum Status kernel_set(struct Contact *contact, int index, int lane, double valu
     if (status != KERNEL_OK)
         return status;
     contact->value[index][lane] = value;
-    if (index == SLIP_VELOCITY && value != 0 && contact->started &&
-        chosen(contact->value, KINEMATICS, 0) == KINEMATICS_INTERNAL)
+    if (index == VAR_SLIP_VELOCITY && value != 0 && contact->started &&
+        chosen(contact->value, VAR_KINEMATICS, 0) == KINEMATICS_INTERNAL)
         contact->warnings |= WARN_UNUSED_SLIP;
     return KERNEL_OK;
 }
@@ -44,17 +44,17 @@ void kernel_reset(struct Contact *contact)
 
 double largest_difference(const struct Contact *contact, int i)
 {
-    return pow(10 * contact->value[RELATIVE_TOLERANCE][i], 0.6); /* see badness in tolerance.c */
+    return pow(10 * contact->value[VAR_RELATIVE_TOLERANCE][i], 0.6); /* see badness in tolerance.c */
 }
 
-/* Bristles unloaded, sides as the point at value[TIME] says. */
+/* Bristles unloaded, sides as the point at value[VAR_TIME] says. */
 static enum Status begin(struct Contact *contact)
 {
     const struct Configuration w = wire(contact);
     struct Point x;
     const lanes now = {0};
     EACH_LANE {
-        contact->next_step[i] = 1 / (200 * contact->value[VIBRATION_FREQUENCY][i]);
+        contact->next_step[i] = 1 / (200 * contact->value[VAR_VIBRATION_FREQUENCY][i]);
         contact->largest_difference[i] = largest_difference(contact, i);
     }
     if (w.law->rest) {
@@ -80,13 +80,13 @@ enum Status kernel_start(struct Contact *contact, double time)
     if (kernel_averages(contact) && w.kinematics == KINEMATICS_EXTERNAL)
         return KERNEL_NO_CYCLE;
     EACH_LANE
-        contact->value[TIME][i] = contact->window_origin = time;
+        contact->value[VAR_TIME][i] = contact->window_origin = time;
     contact->started = 1;
     enum Status status = begin(contact);
     if (status == KERNEL_OK && kernel_averages(contact))
         return average_start(contact);
-    if (chosen(contact->value, INITIAL_STATE, 0) == PERIODIC && status == KERNEL_OK) {
-        const int cyclic = chosen(contact->value, KINEMATICS, 0) != KINEMATICS_EXTERNAL;
+    if (chosen(contact->value, VAR_INITIAL_STATE, 0) == PERIODIC && status == KERNEL_OK) {
+        const int cyclic = chosen(contact->value, VAR_KINEMATICS, 0) != KINEMATICS_EXTERNAL;
         contact->warnings |= cyclic ? 0u : WARN_NOT_PERIODIC;
         status = cyclic ? find_periodic(contact) : KERNEL_OK;
         if (status == KERNEL_OK)
@@ -94,7 +94,7 @@ enum Status kernel_start(struct Contact *contact, double time)
     }
     EACH_LANE
         open_window(contact, i);
-    if (contact->value[SLIP_VELOCITY][0] != 0 && chosen(contact->value, KINEMATICS, 0) == KINEMATICS_INTERNAL)
+    if (contact->value[VAR_SLIP_VELOCITY][0] != 0 && chosen(contact->value, VAR_KINEMATICS, 0) == KINEMATICS_INTERNAL)
         contact->warnings |= WARN_UNUSED_SLIP;
     return status;
 }

@@ -74,17 +74,17 @@ static void open_path(const struct Contact *contact, const struct Configuration 
 {
     const int carried = w->kinematics == KINEMATICS_COMBINED;
     EACH_LANE {
-        x->t[i] = w->p[TIME][i] + tau[i];
-        x->a[i] = or_none(w->p[AMPLITUDE_X][i], NO_AMPLITUDE);
-        x->b[i] = w->p[AMPLITUDE_Y][i];
-        x->phase_y[i] = w->p[PHASE_Y][i];
+        x->t[i] = w->p[VAR_TIME][i] + tau[i];
+        x->a[i] = or_none(w->p[VAR_AMPLITUDE_X][i], NO_AMPLITUDE);
+        x->b[i] = w->p[VAR_AMPLITUDE_Y][i];
+        x->phase_y[i] = w->p[VAR_PHASE_Y][i];
         x->centre_y[i] = x->centre_u_x[i] = x->centre_u_y[i] = x->raised[i] = x->left[i] = 0;
     }
     if (carried)
         EACH_LANE {
-            x->centre_y[i] = input_at(contact, TOOL_DISPLACEMENT_Y, i, tau[i]);
-            x->centre_u_x[i] = input_at(contact, TOOL_VELOCITY_X, i, tau[i]);
-            x->centre_u_y[i] = input_at(contact, TOOL_VELOCITY_Y, i, tau[i]);
+            x->centre_y[i] = input_at(contact, VAR_TOOL_DISPLACEMENT_Y, i, tau[i]);
+            x->centre_u_x[i] = input_at(contact, VAR_TOOL_VELOCITY_X, i, tau[i]);
+            x->centre_u_y[i] = input_at(contact, VAR_TOOL_VELOCITY_Y, i, tau[i]);
         }
     for (int i = 0; w->meets_again && i < LANES; ++i)
         x->left[i] = surface_left(contact, i, x->t[i] - meeting_time(w, i));
@@ -116,9 +116,9 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
         t = &other;
     }
     EACH_LANE {
-        const double r = x->speed_ratio[i], turns = w->cycle[i] + p[VIBRATION_FREQUENCY][i] * tau[i];
+        const double r = x->speed_ratio[i], turns = w->cycle[i] + p[VAR_VIBRATION_FREQUENCY][i] * tau[i];
         const double turn = 2 * PI * (turns - whole(turns)),
-                     ahead = turn + p[PHASE_X][i] + PI / 2; /* -3/2 pi .. 9/2 pi */
+                     ahead = turn + p[VAR_PHASE_X][i] + PI / 2; /* -3/2 pi .. 9/2 pi */
         const double psi = ahead - 2 * PI * (whole(ahead / (2 * PI) + 1.5) - 1), place = r * psi + x->cos_x[i];
         const double surface = r * (t->last[i] - 2 * PI) + t->bend[i] - place;
         const int moving_on = (on_left[i] != 0) & (r > 0);
@@ -131,8 +131,9 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
     }
     angle_at(X, t, sought, there);
     EACH_LANE {
-        const double nominal = p[FEED][i] - p[AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i], y = nominal - x->h[i];
-        const double lead = x->phase_y[i] - p[PHASE_X][i] - PI / 2;
+        const double nominal = p[VAR_FEED][i] - p[VAR_AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i],
+                     y = nominal - x->h[i];
+        const double lead = x->phase_y[i] - p[VAR_PHASE_X][i] - PI / 2;
         double cosine, sine;
         cos_sin_of(there[i] + lead, &cosine, &sine);
         const double left = smaller(nominal, x->speed_ratio[i] > 0 ? x->b[i] * cosine : y) - y;
@@ -144,12 +145,12 @@ static void ellipse_at(const struct Contact *contact, const struct Configuration
 {
     const lanes *p = w->p;
     EACH_LANE {
-        const double f = p[VIBRATION_FREQUENCY][i], omega = 2 * PI * f, a = x->a[i], b = x->b[i];
-        const double v_c = input_at(contact, CUTTING_SPEED, i, tau[i]);
+        const double f = p[VAR_VIBRATION_FREQUENCY][i], omega = 2 * PI * f, a = x->a[i], b = x->b[i];
+        const double v_c = input_at(contact, VAR_CUTTING_SPEED, i, tau[i]);
         const double turns = w->cycle[i] + f * tau[i], share = turns - whole(turns);
         double c, s;
         cos_sin(share, &c, &s);
-        const int shifted = x->phase_y[i] != p[PHASE_Y][i];
+        const int shifted = x->phase_y[i] != p[VAR_PHASE_Y][i];
         double c_y = w->cos_y[i], s_y = w->sin_y[i];
         if (shifted)
             cos_sin_of(x->phase_y[i], &c_y, &s_y);
@@ -165,7 +166,7 @@ static void ellipse_at(const struct Contact *contact, const struct Configuration
         /* Heights over the vibration's centre; the previous cycle is taken to have had the same centre. Without
          * separation (r >= 1) no place is passed twice, and only the nominal surface stands, `feed` above the lowest
          * point of the undisturbed ellipse. */
-        const double y = b * cos_y, nominal = p[FEED][i] - p[AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i];
+        const double y = b * cos_y, nominal = p[VAR_FEED][i] - p[VAR_AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i];
         x->surface[i] = -1;
         x->h[i] = nominal - y;
     }
@@ -179,8 +180,8 @@ static void given_at(const struct Contact *contact, const struct Configuration *
         x->u_x[i] = x->centre_u_x[i];
         x->u_y[i] = x->centre_u_y[i];
         x->approach[i] = x->u_x[i] * w->cos_rake[i] + x->u_y[i] * w->sin_rake[i];
-        x->v[i] = input_at(contact, SLIP_VELOCITY, i, tau[i]) + slip_along_rake(w, x, i, w->tan_flow[i]);
-        x->h[i] = input_at(contact, UNCUT_THICKNESS, i, tau[i]) + x->raised[i] - x->centre_y[i];
+        x->v[i] = input_at(contact, VAR_SLIP_VELOCITY, i, tau[i]) + slip_along_rake(w, x, i, w->tan_flow[i]);
+        x->h[i] = input_at(contact, VAR_UNCUT_THICKNESS, i, tau[i]) + x->raised[i] - x->centre_y[i];
         x->speed_ratio[i] = 0;
         x->surface[i] = x->approach[i] = 1;
     }
@@ -190,8 +191,8 @@ static void given_at(const struct Contact *contact, const struct Configuration *
 static void given_alone(const struct Contact *contact, const lanes tau, struct Point *x)
 {
     EACH_LANE {
-        x->v[i] = input_at(contact, SLIP_VELOCITY, i, tau[i]);
-        x->h[i] = input_at(contact, UNCUT_THICKNESS, i, tau[i]);
+        x->v[i] = input_at(contact, VAR_SLIP_VELOCITY, i, tau[i]);
+        x->h[i] = input_at(contact, VAR_UNCUT_THICKNESS, i, tau[i]);
         x->surface[i] = x->approach[i] = 1;
         x->a[i] = x->u_x[i] = x->u_y[i] = x->speed_ratio[i] = 0;
     }

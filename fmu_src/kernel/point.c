@@ -21,10 +21,10 @@ static void coast(const struct Configuration *w, struct Point *x)
     EACH_LANE {
         x->k[i] = x->F[i] = x->N[i] = x->F_p[i] = x->F_f[i] = x->drive[i] = x->target[i] = x->clamped[i] =
             x->outside[i] = x->edge_p[i] = x->edge_f[i] = 0;
-        x->rate[i] = w->p[RELEASE_TIME][i] >= NO_TIME ? 1 / w->p[RELEASE_TIME][i] : 0;
-        x->F_C[i] = w->p[F_C][i];
-        x->F_S[i] = w->p[F_S][i];
-        x->P[i] = w->p[SIGMA0][i];
+        x->rate[i] = w->p[VAR_RELEASE_TIME][i] >= NO_TIME ? 1 / w->p[VAR_RELEASE_TIME][i] : 0;
+        x->F_C[i] = w->p[VAR_F_C][i];
+        x->F_S[i] = w->p[VAR_F_S][i];
+        x->P[i] = w->p[VAR_SIGMA0][i];
     }
     x->warnings = 0;
 }
@@ -39,7 +39,7 @@ void engage_point(const struct Contact *contact, const struct Configuration *w, 
         x->stuck[i] = x->law_side[i] > 0;
         x->direction[i] = x->cutting[i] != 0 ? contact->sign[AT_SLIP][i] : x->v[i] < 0 ? -1 : 1;
         x->law[i] = 1;
-        x->distance[i] = contact->value[SLIDING_DISTANCE][i];
+        x->distance[i] = contact->value[VAR_SLIDING_DISTANCE][i];
     }
     proxy_open(contact, w, tau, x);
 }
@@ -98,9 +98,9 @@ void let_go(struct Contact *contact, const struct Configuration *w, const struct
         if (contact->sign[AT_CONTACT][i] > 0)
             continue;
         contact->sign[AT_LAW][i] = 1;
-        if (w->p[RELEASE_TIME][i] >= NO_TIME)
+        if (w->p[VAR_RELEASE_TIME][i] >= NO_TIME)
             continue;
-        contact->value[BRISTLE_DEFLECTION][i] = 0;
+        contact->value[VAR_BRISTLE_DEFLECTION][i] = 0;
         for (int n = 0; w->law->rest && n < MEMORY; ++n)
             contact->memory[n][i] = fresh[n][i];
         forget_states(contact, w, i);
@@ -125,7 +125,7 @@ static int take_sides(struct Contact *contact, const struct Configuration *w, co
 void point_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     EACH_LANE
-        x->z[i] = contact->value[BRISTLE_DEFLECTION][i];
+        x->z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
     load_states(contact, w, x);
     forget_slip(x);
     engage_point(contact, w, tau, x);
@@ -189,7 +189,7 @@ void act_on_event(struct Contact *contact, const struct Configuration *w, const 
     settle_sides(contact, w, tau, ahead, chased, x);
     let_go(contact, w, x);
     if (w->law->event) {
-        w->law->event(w->law_p, x, contact->value[BRISTLE_DEFLECTION], contact->memory);
+        w->law->event(w->law_p, x, contact->value[VAR_BRISTLE_DEFLECTION], contact->memory);
         settle_sides(contact, w, tau, ahead, chased, x);
     }
     point_at(contact, w, tau, x);

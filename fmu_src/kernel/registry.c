@@ -53,10 +53,17 @@ const struct Variable *kernel_variable(int index)
     return NULL;
 }
 
-static const int base_states[BASE_STATES] = {
-    BRISTLE_DEFLECTION,   DISSIPATED_ENERGY, SLIDING_DISTANCE, FRICTION_IMPULSE,          PRINCIPAL_IMPULSE,
-    FEED_IMPULSE,         NORMAL_IMPULSE,    CONTACT_TIME,     MEASURED_FRICTION_IMPULSE, MEASURED_PRINCIPAL_IMPULSE,
-    MEASURED_FEED_IMPULSE};
+static const int base_states[BASE_STATES] = {VAR_BRISTLE_DEFLECTION,
+                                             VAR_DISSIPATED_ENERGY,
+                                             VAR_SLIDING_DISTANCE,
+                                             VAR_FRICTION_IMPULSE,
+                                             VAR_PRINCIPAL_IMPULSE,
+                                             VAR_FEED_IMPULSE,
+                                             VAR_NORMAL_IMPULSE,
+                                             VAR_CONTACT_TIME,
+                                             VAR_MEASURED_FRICTION_IMPULSE,
+                                             VAR_MEASURED_PRINCIPAL_IMPULSE,
+                                             VAR_MEASURED_FEED_IMPULSE};
 
 int kernel_state_count(void)
 {
@@ -89,7 +96,7 @@ int kernel_derivative_of(int index)
     return 0;
 }
 
-int kernel_indicator(int place) { return place >= 0 && place < INDICATORS ? CONTACT_INDICATOR + place : -1; }
+int kernel_indicator(int place) { return place >= 0 && place < INDICATORS ? VAR_CONTACT_INDICATOR + place : -1; }
 
 /* FNV-1a, 64 bits. */
 static uint64_t mix(uint64_t hash, const void *bytes, size_t size)
@@ -115,13 +122,14 @@ static uint64_t hash_tables(uint64_t hash)
         const int32_t kinds[] = {(int32_t)v->type, (int32_t)v->causality, (int32_t)v->variability,
                                  kernel_derivative_of(i)};
         hash = mix_text(mix_text(mix_text(hash, v->name), v->unit), v->display_unit);
-        hash = mix_text(mix_text(hash, v->meaning), v->source);
+        hash = mix_text(mix_text(mix_text(hash, v->meaning), v->source), v->required_with);
         hash = mix(mix(hash, numbers, sizeof numbers), kinds, sizeof kinds);
         for (const char *const *choice = v->choices; choice && *choice; ++choice)
             hash = mix_text(hash, *choice);
     }
     for (int i = 0; i < LAW_COUNT; ++i)
-        hash = mix_text(mix_text(mix_text(hash, laws[i]->meaning), laws[i]->equation), laws[i]->source);
+        hash = mix_text(mix_text(mix_text(mix_text(hash, laws[i]->meaning), laws[i]->equation), laws[i]->source),
+                        laws[i]->reads);
     for (int i = 0; i < EFFECT_COUNT; ++i)
         hash = mix_text(
             mix_text(mix_text(mix_text(hash, effects[i]->equation), effects[i]->signature), effects[i]->rivals),
@@ -192,11 +200,11 @@ void kernel_explain(const struct Contact *contact, enum Status status, char *tex
     if (status != KERNEL_TOO_MANY_STEPS && status != KERNEL_DIVERGED)
         return;
     append(text, size, " (");
-    append_choice(contact, FRICTION_LAW, text, size);
+    append_choice(contact, VAR_FRICTION_LAW, text, size);
     append(text, size, ", ");
-    append_choice(contact, KINEMATICS, text, size);
+    append_choice(contact, VAR_KINEMATICS, text, size);
     append(text, size, ", ");
-    append_choice(contact, CHIP_FLOW_ANGLE, text, size);
+    append_choice(contact, VAR_CHIP_FLOW_ANGLE, text, size);
     for (int n = 0, any = 0; n < EFFECT_COUNT; ++n)
         if (contact->effects_on >> n & 1) {
             append(text, size, any++ ? ", " : "; on: ");
@@ -232,7 +240,7 @@ static const char *const stage_names[STAGE_COUNT] = {
 };
 const char *kernel_stage_name(enum Stage stage) { return stage < STAGE_COUNT ? stage_names[stage] : "unknown stage"; }
 
-int kernel_averages(const struct Contact *contact) { return (int)contact->value[AVERAGING][0] == CYCLE; }
+int kernel_averages(const struct Contact *contact) { return (int)contact->value[VAR_AVERAGING][0] == CYCLE; }
 
 size_t kernel_size(void) { return sizeof(struct Contact); }
 int kernel_lanes(void) { return LANES; }

@@ -55,10 +55,10 @@ struct Configuration {
     int by_energy, dissipative, thermal_rate;
     lanes longest; /* internal step that resolves vibration and effects [s] */
     int current_angle; /* chip_flow_angle = current_shear_angle: slip and force are solved together */
-    lanes cycle; /* place in the vibration cycle at value[TIME], 0..1 */
+    lanes cycle; /* place in the vibration cycle at value[VAR_TIME], 0..1 */
     lanes cos_rake, sin_rake;
     lanes cos_x, sin_x, cos_y, sin_y; /* of the phases */
-    struct Turn turn; /* at the speed ratio that holds at value[TIME] */
+    struct Turn turn; /* at the speed ratio that holds at value[VAR_TIME] */
     lanes tan_flow; /* of chip_flow_shear_angle - rake_angle */
 };
 
@@ -128,7 +128,7 @@ void swing_in_mean(double h, double w, double zeta, double u_0, double u_m, doub
 
 /* path.c: r = v_c / (a w). */
 void turn_at(double r, struct Turn *turn, int lane);
-/* path.c: u, h, approach, slip, the path's indicators, at `tau` [s] after value[TIME]; uses the states in x. */
+/* path.c: u, h, approach, slip, the path's indicators, at `tau` [s] after value[VAR_TIME]; uses the states in x. */
 void path_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 /* path.c: chip slip along the rake; tan_flow: of the shear angle less the rake angle. */
 double slip_along_rake(const struct Configuration *w, const struct Point *x, int lane, double tan_flow);
@@ -218,7 +218,8 @@ void act_at_step_end(struct Contact *contact, const struct Configuration *w, con
 void take_law_side(struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
                    const int event[LANES], struct Point *x);
 
-/* advance.c: from value[TIME] on by `step`, s telling how far it went; the point reached is room[now], where known. */
+/* advance.c: from value[VAR_TIME] on by `step`, s telling how far it went; the point reached is room[now],
+ * where known. */
 struct Course {
     struct Room {
         ON_LINES struct Point point;
@@ -252,15 +253,15 @@ void show_some(struct Contact *contact, const struct Point *x, int count, const 
 enum Status shows_finite(const struct Contact *contact, const struct Configuration *w);
 /* evaluate.c: the contact's warnings at x. */
 void warn(struct Contact *contact, const struct Point *x);
-/* evaluate.c: show the point at value[TIME], with sides as the inputs say; but the point `passed`, where not NULL, in
- * the lanes in which it is whole. */
+/* evaluate.c: show the point at value[VAR_TIME], with sides as the inputs say; but the point `passed`, where not NULL,
+ * in the lanes in which it is whole. */
 enum Status show_here(struct Contact *contact, const struct Configuration *w, const struct Point *passed,
                       const int whole[LANES], int angles);
 
 /* mean_window.c: length and end [s] of the present averaging window, 0 and infinity where no means are formed. */
 extern const int mean_of[MEANS];
 double window_length(const struct Contact *contact, int i);
-/* mean_window.c: the windows that end while all means stand at the rates `mean` from `begin` to value[TIME]. */
+/* mean_window.c: the windows that end while all means stand at the rates `mean` from `begin` to value[VAR_TIME]. */
 void pass_windows(struct Contact *contact, int i, double begin, const double mean[MEANS]);
 double window_end(const struct Contact *contact, int i);
 void forms_means(const struct Contact *contact, int forms[LANES]); /* is there a window? */
@@ -273,8 +274,8 @@ double largest_difference(const struct Contact *contact, int lane);
 /* evaluate.c: reference above ambient, where the proxy is a temperature. */
 int ordered_temperatures(const struct Contact *contact);
 
-/* average.c: averaging = cycle: begin at value[TIME]; go on by `step` at the cost of a cycle or two; show the means of
- * the present inputs. */
+/* average.c: averaging = cycle: begin at value[VAR_TIME]; go on by `step` at the cost of a cycle or two; show the means
+ * of the present inputs. */
 enum Status average_start(struct Contact *contact);
 enum Status average_step(struct Contact *contact, double step);
 enum Status average_here(struct Contact *contact);
@@ -344,7 +345,7 @@ static inline double parabola(double share, double u_0, double u_m, double u_1)
 /* The place of a choice in its list. */
 static inline int chosen(const lanes *value, int index, int lane) { return (int)value[index][lane]; }
 
-/* An input at `tau` after value[TIME]. */
+/* An input at `tau` after value[VAR_TIME]. */
 static inline double input_at(const struct Contact *contact, int index, int lane, double tau)
 {
     return contact->value[index][lane] + contact->slope[index - INPUT_FIRST][lane] * tau;

@@ -17,6 +17,8 @@ struct Variable {
     enum Variability variability;
     const char *const *choices; /* CHOICE: the names, ended by NULL; the value is the place in the list */
     int derivative_of; /* index of the state whose rate this is; 0: none (of an effect's: see kernel_derivative_of) */
+    const char *required_with; /* of an input of the contact: the kinematics, comma-separated, with which whoever reads
+                                  it needs it given; with others it is computed, or its start will do; NULL: with all */
     double neutral; /* of an effect's parameter: with all at their neutral values on equals off; NAN: shape, has no say;
                        of a law's parameter: the published law's value, where that is not 0 */
 };

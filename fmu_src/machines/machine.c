@@ -113,7 +113,7 @@ enum Status kernel_start(struct Contact *contact, double time)
 {
     if (!isfinite(time))
         return KERNEL_NOT_FINITE;
-    contact->value[TIME][0] = time;
+    contact->value[VAR_TIME][0] = time;
     contact->started = 1;
     contact->step = 0;
     return kernel_evaluate(contact);
@@ -188,7 +188,7 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
             by += contact->once[n * count + k] * now[k] + contact->twice[n * count + k] * ((end[k] - now[k]) / step);
         contact->value[state[n]][0] += by;
     }
-    contact->value[TIME][0] += step;
+    contact->value[VAR_TIME][0] += step;
     *taken = step;
     return kernel_evaluate(contact);
 }
@@ -215,7 +215,7 @@ const char *kernel_flaw(const struct Contact *contact)
 {
     if (contact->started > 1 || contact->warnings)
         return "a flag is not there";
-    if (!isfinite(contact->value[TIME][0]))
+    if (!isfinite(contact->value[VAR_TIME][0]))
         return "the time is no finite number";
     for (int i = 0; i < part.count; ++i) { /* outputs are found anew from these */
         const enum Causality role = part.variables[i].causality;

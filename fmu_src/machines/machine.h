@@ -17,7 +17,7 @@
 typedef double lanes[1];
 
 /* A partner's table: time, then its inputs, then what it likes. */
-enum Limits { TIME = 0, INPUT_FIRST = 1, INPUT_END = INPUT_FIRST + 8, CAPACITY = 64, STATES = 8, INDICATORS = 0 };
+enum Limits { VAR_TIME = 0, INPUT_FIRST = 1, INPUT_END = INPUT_FIRST + 8, CAPACITY = 64, STATES = 8, INDICATORS = 0 };
 
 enum { TOLERANCE_ARGUMENT = CAPACITY }; /* FMI's `tolerance` of the experiment: no variable, the step is exact */
 

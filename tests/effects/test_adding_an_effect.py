@@ -2,44 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import re
-import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from evat.native.compile import PACKAGE, source_root
+from added import copied, evat, page, python
+from evat.native import kernel
+from evat.native.compile import compile_library, host_target, source_root
 
 CATALOGUE = Path(__file__).with_name("test_catalogue.py")
-PAGE = (source_root() / "kernel" / "effects" / "README.md").read_text(encoding="utf-8")
-(CODE,) = re.findall(r"```c\n(.*?)```", PAGE, re.DOTALL)
-(CHANGE,) = re.findall(r"```diff\n(.*?)```", PAGE, re.DOTALL)
-((PLACE, NAME),) = re.findall(r"`fmu_src/(kernel/effects/(\w+)\.c)`:\n", PAGE)
-
-
-def copied(folder: Path, code: str) -> dict[str, str]:
-    """A copy of package and kernel with the page's effect in it, compiled; the environment in which Python finds it first."""
-    shutil.copytree(PACKAGE, folder / "evat", ignore=shutil.ignore_patterns("_lib", "_source", "__pycache__"))
-    shutil.copytree(source_root() / "kernel", folder / "kernel")
-    (folder / PLACE).write_text(code, encoding="utf-8")
-    registry = folder / "kernel" / "registry.h"
-    before = "".join(line[1:] for line in CHANGE.splitlines(keepends=True) if not line.startswith("+"))
-    after = "".join(line[1:] for line in CHANGE.splitlines(keepends=True) if not line.startswith("-"))
-    text = registry.read_text(encoding="utf-8")
-    assert text.count(before) == 1, f"registry.h has no place for the page's line:\n{before}"
-    registry.write_text(text.replace(before, after), encoding="utf-8")
-    there = {**os.environ, "PYTHONPATH": str(folder)}
-    done = python(there, "-m", "evat.native.compile")
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith(str(folder))
-    return there
-
-
-def python(environment: dict[str, str], *arguments: str, folder: Path | None = None) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, *arguments]
-    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=600, check=False)
+PAGE = page("effects")
+NAME = PAGE.name
 
 
 def conformance(environment: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:
@@ -48,7 +22,7 @@ def conformance(environment: dict[str, str], *arguments: str) -> subprocess.Comp
 
 @pytest.fixture(scope="module")
 def added(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    return copied(tmp_path_factory.mktemp("added"), CODE)
+    return copied(tmp_path_factory.mktemp("added"), PAGE, PAGE.code)
 
 
 def test_the_pages_effect_passes_the_conformance_test(added: dict[str, str]) -> None:
@@ -59,7 +33,7 @@ def test_the_pages_effect_passes_the_conformance_test(added: dict[str, str]) -> 
 
 
 def test_the_command_line_knows_it_by_asking(added: dict[str, str], tmp_path: Path) -> None:
-    done = python(added, "-c", "from evat.commands.main import main; main()", "effects", NAME, folder=tmp_path)
+    done = evat(added, "effects", NAME, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "share |v|/(|v| + v_w)" in " ".join(done.stdout.split())
     assert (tmp_path / f"{NAME}.png").stat().st_size > 10_000
@@ -93,12 +67,24 @@ for times, lost in ((1e-3, 0), (1, share / 2), (1e3, share)):
     ],
 )
 def test_the_conformance_test_sees_a_mistake(tmp_path: Path, right: str, wrong: str, test: str) -> None:
-    code = CODE.replace(right, wrong) if right.startswith(".") else re.sub(rf"{right}[^\"]*", wrong, CODE)
-    assert code != CODE
-    done = conformance(copied(tmp_path, code), "-k", NAME)
+    code = PAGE.code.replace(right, wrong) if right.startswith(".") else re.sub(rf"{right}[^\"]*", wrong, PAGE.code)
+    assert code != PAGE.code
+    done = conformance(copied(tmp_path, PAGE, code), "-k", NAME)
     assert done.returncode == 1, done.stdout[-3000:]
     failed = set(re.findall(r"FAILED \S+::(\w+)", done.stdout))
     assert test in failed
+
+
+def test_its_own_values_may_be_called_like_any_variable(tmp_path: Path) -> None:
+    """The kernel's headers leave TIME, WIDTH, F_C, ... to the effects."""
+    base = kernel.variables()[: kernel.library()[1].BASE_COUNT]
+    names = ", ".join(variable.name.upper() for variable in base)
+    assert {"TIME", "F_C"} <= set(names.split(", "))
+    own = PAGE.code.replace("enum { ON, SHARE, V_W, COUNT };", f"enum {{ ON, SHARE, V_W, COUNT }};\nenum {{ {names} }};")
+    assert own != PAGE.code
+    (tmp_path / "own.c").write_text(own, encoding="utf-8")
+    include = (source_root() / "kernel", source_root() / "kernel" / "effects")
+    compile_library([tmp_path / "own.c"], tmp_path / "objects", host_target(), include=include, link=False)
 
 
 def test_every_field_and_file_that_the_page_names_is_there() -> None:
@@ -107,12 +93,12 @@ def test_every_field_and_file_that_the_page_names_is_there() -> None:
     point = header[header.index("struct Point {") :]
     point = re.sub(r"/\*.*?\*/", "", point[: point.index("\n};")], flags=re.DOTALL)
     fields = set(re.findall(r"\w+", point))
-    rows = re.findall(r"^\| `(STAGE_\w+)` \|.*\| (.*) \|$", PAGE, re.MULTILINE)
+    rows = re.findall(r"^\| `(STAGE_\w+)` \|.*\| (.*) \|$", PAGE.text, re.MULTILINE)
     assert len(rows) == 7
     for stage, named in rows:
         assert stage in header
         assert set(re.findall(r"`(\w+)`", named)) <= fields, stage
-    for name in re.findall(r"`(\w+\.c)`", PAGE):
+    for name in re.findall(r"`(\w+\.c)`", PAGE.text):
         assert (root / "effects" / name).is_file(), name
     for stage in set(re.findall(r"STAGE_[A-Z]+", " ".join(path.read_text() for path in (root / "effects").glob("*.c")))):
         assert stage in {row[0] for row in rows}, stage

@@ -214,7 +214,7 @@ void ramp_inputs(struct One *one)
 
 double time_of(struct One *one)
 {
-    unsigned reference = TIME;
+    unsigned reference = VAR_TIME;
     double time = NAN;
     const int status = CALL(one, get_names[one->version - 2][REALS], reading(one), MAY_FAIL,
                             get_numbers(one, REALS, &reference, 1, &time));

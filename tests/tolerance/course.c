@@ -21,7 +21,7 @@ static void set_inputs(struct Course *c, double t)
         c->contact->value[m->input_index[j]][0] = share >= 1 ? u_1 : u_0 + share * (u_1 - u_0);
         c->contact->slope[m->input_index[j] - INPUT_FIRST][0] = (u_1 - u_0) / length;
     }
-    c->contact->value[TIME][0] = t;
+    c->contact->value[VAR_TIME][0] = t;
 }
 
 void course_put(struct Course *c, double t, const double *y)
@@ -70,7 +70,7 @@ void course_take_states(struct Course *c)
 void course_sort_states(struct Course *c)
 {
     struct Radau *r = &c->radau;
-    const double reach = fmax(parameter(c, F_C), parameter(c, F_S)) / parameter(c, SIGMA0);
+    const double reach = fmax(parameter(c, VAR_F_C), parameter(c, VAR_F_S)) / parameter(c, VAR_SIGMA0);
     int on[STATES], sensor[STATES] = {0};
     for (int place = 0; place < kernel_state_count(); ++place)
         on[place] = place < BASE_STATES;
@@ -88,16 +88,18 @@ void course_sort_states(struct Course *c)
             ++rate;
         if (!on[place])
             continue;
-        if (place >= BASE_STATES || index == BRISTLE_DEFLECTION || (index == SLIDING_DISTANCE && contact_effects)) {
+        if (place >= BASE_STATES || index == VAR_BRISTLE_DEFLECTION ||
+            (index == VAR_SLIDING_DISTANCE && contact_effects)) {
             const double nominal = kernel_variable(index)->nominal;
             c->of_sensor[r->states] = sensor[place];
             c->state[r->states] = index;
             c->rate[r->states] = rate;
-            r->scale[r->states++] = index == BRISTLE_DEFLECTION ? reach : 1e-3 * (nominal > 0 ? nominal : 1);
+            r->scale[r->states++] = index == VAR_BRISTLE_DEFLECTION ? reach : 1e-3 * (nominal > 0 ? nominal : 1);
         } else {
             c->integral[r->integrals] = index;
             c->integrand[r->integrals] = rate;
-            r->integral_scale[r->integrals++] = rate == CONTACT_RATE ? 1 : fmax(parameter(c, F_C), parameter(c, F_S));
+            r->integral_scale[r->integrals++] =
+                rate == VAR_CONTACT_RATE ? 1 : fmax(parameter(c, VAR_F_C), parameter(c, VAR_F_S));
         }
     }
 }

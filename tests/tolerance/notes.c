@@ -5,13 +5,13 @@
 
 /* Each mean, and the integrand it is the mean of. */
 static const int means[][2] = {
-    {MEAN_FRICTION_FORCE, FRICTION_FORCE},
-    {MEAN_PRINCIPAL_FORCE, PRINCIPAL_FORCE},
-    {MEAN_FEED_FORCE, FEED_FORCE},
-    {MEAN_NORMAL_FORCE, NORMAL_FORCE},
-    {MEAN_MEASURED_FRICTION_FORCE, MEASURED_FRICTION_FORCE},
-    {MEAN_MEASURED_PRINCIPAL_FORCE, MEASURED_PRINCIPAL_FORCE},
-    {MEAN_MEASURED_FEED_FORCE, MEASURED_FEED_FORCE},
+    {VAR_MEAN_FRICTION_FORCE, VAR_FRICTION_FORCE},
+    {VAR_MEAN_PRINCIPAL_FORCE, VAR_PRINCIPAL_FORCE},
+    {VAR_MEAN_FEED_FORCE, VAR_FEED_FORCE},
+    {VAR_MEAN_NORMAL_FORCE, VAR_NORMAL_FORCE},
+    {VAR_MEAN_MEASURED_FRICTION_FORCE, VAR_MEASURED_FRICTION_FORCE},
+    {VAR_MEAN_MEASURED_PRINCIPAL_FORCE, VAR_MEASURED_PRINCIPAL_FORCE},
+    {VAR_MEAN_MEASURED_FEED_FORCE, VAR_MEASURED_FEED_FORCE},
 };
 
 static double shown(const struct Course *c, int index)
@@ -31,10 +31,10 @@ static void show(const struct Course *c, double *row)
 
 static double patience(const struct Course *c)
 {
-    if ((int)parameter(c, KINEMATICS) != KINEMATICS_EXTERNAL)
-        return 0.159 / parameter(c, VIBRATION_FREQUENCY);
-    const double reach = fmax(parameter(c, F_C), parameter(c, F_S)) / parameter(c, SIGMA0);
-    return reach / fmax(fabs(parameter(c, SLIP_VELOCITY_USED)), 1e-12);
+    if ((int)parameter(c, VAR_KINEMATICS) != KINEMATICS_EXTERNAL)
+        return 0.159 / parameter(c, VAR_VIBRATION_FREQUENCY);
+    const double reach = fmax(parameter(c, VAR_F_C), parameter(c, VAR_F_S)) / parameter(c, VAR_SIGMA0);
+    return reach / fmax(fabs(parameter(c, VAR_SLIP_VELOCITY_USED)), 1e-12);
 }
 
 static void note_jump(struct Course *c, double in_time)
@@ -56,7 +56,7 @@ void notes_both_sides(struct Course *c)
     const struct Motion *m = c->motion;
     for (int j = 0; j < m->inputs && m->rounds; ++j) {
         const double u_0 = m->begin[c->segment * m->inputs + j], u_1 = m->end[c->segment * m->inputs + j];
-        const int index = m->input_index[j], matters = index == SLIP_VELOCITY || index == UNCUT_THICKNESS;
+        const int index = m->input_index[j], matters = index == VAR_SLIP_VELOCITY || index == VAR_UNCUT_THICKNESS;
         if (!matters || u_1 != 0 || u_0 == 0 || c->found->jump_count == c->found->jump_room)
             continue;
         for (int after = 0; after < 2; ++after) {

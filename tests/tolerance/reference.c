@@ -57,7 +57,7 @@ enum Verdict reference_run(struct Contact *contact, const struct Motion *motion,
     c.t = c.counted_at = motion->times[0];
     c.next = motion->times[1] - c.t;
     c.turn = course_named(&c, "regenerative") != 0 ? course_named(&c, "regenerative.revolution_time") : 0;
-    c.slow = 0.1 * parameter(&c, V_S);
+    c.slow = 0.1 * parameter(&c, VAR_V_S);
     if (course_named(&c, "stribeck") != 0)
         c.slow *= fmin(course_named(&c, "stribeck.v_s_ratio"), 1);
     c.radau.tolerance = care->tolerance;
@@ -73,12 +73,12 @@ enum Verdict reference_run(struct Contact *contact, const struct Motion *motion,
     course_take_states(&c);
     for (int q = 0; q < c.radau.integrals; ++q)
         c.sums[q] = c.opened[q] = contact->value[c.integral[q]][0];
-    c.moved = (int)parameter(&c, CHIP_FLOW_ANGLE) == CURRENT_ANGLE || c.turn > 0;
+    c.moved = (int)parameter(&c, VAR_CHIP_FLOW_ANGLE) == CURRENT_ANGLE || c.turn > 0;
     for (int n = 0; n < kernel_effect_count(); ++n)
         c.moved |= contact->value[kernel_effect_switch(n)][0] != 0 && kernel_effect(n)->driver == DRIVEN_BY_FORCE;
-    c.window = parameter(&c, AVERAGING_WINDOW);
-    if (!(c.window > 0) && (int)parameter(&c, KINEMATICS) != KINEMATICS_EXTERNAL)
-        c.window = 1 / parameter(&c, VIBRATION_FREQUENCY);
+    c.window = parameter(&c, VAR_AVERAGING_WINDOW);
+    if (!(c.window > 0) && (int)parameter(&c, VAR_KINEMATICS) != KINEMATICS_EXTERNAL)
+        c.window = 1 / parameter(&c, VAR_VIBRATION_FREQUENCY);
     if (!course_look(&c))
         return NO_RATES;
     notes_row(&c, 0, 0);

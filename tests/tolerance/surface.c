@@ -53,17 +53,17 @@ void surface_meet(struct Course *c, double t)
 /* The height that the tool leaves at the contact's present time, over the nominal surface. */
 static double leaves(const struct Course *c)
 {
-    const double t = parameter(c, TIME);
+    const double t = parameter(c, VAR_TIME);
     double tool = 0;
-    if ((int)parameter(c, KINEMATICS) == KINEMATICS_COMBINED)
-        tool += parameter(c, TOOL_DISPLACEMENT_Y);
+    if ((int)parameter(c, VAR_KINEMATICS) == KINEMATICS_COMBINED)
+        tool += parameter(c, VAR_TOOL_DISPLACEMENT_Y);
     if (course_named(c, "holder_compliance") != 0)
         tool += course_named(c, "holder_compliance.displacement_y");
     if (course_named(c, "run_out") != 0)
         tool -= course_named(c, "run_out.amplitude") *
                 sin(6.283185307179586 * course_named(c, "run_out.spindle_frequency") * t +
                     course_named(c, "run_out.phase"));
-    return fmin(tool, course_named(c, "regenerative.share") * met(c, t) + parameter(c, FEED));
+    return fmin(tool, course_named(c, "regenerative.share") * met(c, t) + parameter(c, VAR_FEED));
 }
 
 void surface_leave(struct Course *c, double h, const struct Step *step)

@@ -18,12 +18,13 @@ static double motion_bound(const struct Course *c)
     for (int j = 0; j < m->inputs; ++j) {
         const double change = m->end[c->segment * m->inputs + j] - m->begin[c->segment * m->inputs + j];
         const double slope = fabs(change) / length, now = fabs(parameter(c, m->input_index[j]));
-        const double least = m->input_index[j] == SLIP_VELOCITY ? c->slow : 0.02 * fabs(change);
+        const double least = m->input_index[j] == VAR_SLIP_VELOCITY ? c->slow : 0.02 * fabs(change);
         if (slope > 0)
             bound = fmin(bound, fmax(0.3 * now, least) / slope);
     }
-    if ((int)parameter(c, KINEMATICS) != KINEMATICS_EXTERNAL)
-        bound = fmin(bound, 1 / (parameter(c, VIBRATION_FREQUENCY) * (parameter(c, IN_CONTACT) > 0 ? 40 : 150)));
+    if ((int)parameter(c, VAR_KINEMATICS) != KINEMATICS_EXTERNAL)
+        bound =
+            fmin(bound, 1 / (parameter(c, VAR_VIBRATION_FREQUENCY) * (parameter(c, VAR_IN_CONTACT) > 0 ? 40 : 150)));
     for (int n = 0; n < kernel_effect_count(); ++n) {
         const int at = kernel_effect_switch(n);
         if (c->contact->value[at][0] != 0 && kernel_effect(n)->longest_step)
@@ -33,7 +34,10 @@ static double motion_bound(const struct Course *c)
 }
 
 /* kernel_event looks so far ahead. */
-static double ahead(const struct Course *c) { return 1e-9 / parameter(c, VIBRATION_FREQUENCY) + 1e-12 * fabs(c->t); }
+static double ahead(const struct Course *c)
+{
+    return 1e-9 / parameter(c, VAR_VIBRATION_FREQUENCY) + 1e-12 * fabs(c->t);
+}
 
 /* The indicators at this state, and which of them has the wrong sign; -1: none. */
 static int past_event(struct Course *c, double t, const double *y, lanes indicator[INDICATORS])

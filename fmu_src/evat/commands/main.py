@@ -24,6 +24,7 @@ from evat.console import err, marked, out, show_warnings
 from evat.files.writing import usable
 from evat.model import Effect, EvatError, Law, Variable
 from evat.native import kernel
+from evat.required_inputs import KINEMATICS, MOTION
 from evat.studies.record import Columns
 from evat.units import display
 
@@ -189,8 +190,8 @@ def simulate(
             )
         times = table.clock(headers.pop("time"))
         inputs = {name: table.column(header, kernel.variable(name).unit) for name, header in headers.items()}
-        if "slip_velocity" in inputs:
-            values.setdefault("kinematics", "external")
+        if MOTION in inputs:
+            values.setdefault(KINEMATICS, kernel.variable(MOTION).required_with[0])
     trace = run_contact(values, effects, times=times, inputs=inputs, cycles=cycles, samples_per_cycle=samples)
     out.print(f"wrote {write_trace(trace, to)}")
     picture = plot_trace(trace, beside, ("principal_force", "feed_force", "friction_force", "slip_velocity_used"), to.stem)

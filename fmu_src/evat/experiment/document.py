@@ -14,13 +14,12 @@ from evat.experiment.checks import SETTABLE, Checks, is_number
 from evat.experiment.nominal import read_nominal
 from evat.files.read_toml import TomlError, read_toml
 from evat.model import Model, ParameterError, Variable
-from evat.required_inputs import KINEMATICS
+from evat.required_inputs import KINEMATICS, MOTION, lacks_motion
 from evat.units import affine
 
 FILE = "experiment.toml"
 FORMAT = 1
 CLOCK = "time"
-MOTION, EXTERNAL = "slip_velocity", "external"  # the input without which these kinematics say nothing
 MEAN = "mean_"  # how the names of averages begin
 
 KEYS = ("format", "title", "intended_use", "nominal", "signals", "trials", "means")
@@ -179,9 +178,10 @@ class _Reader(Checks):
 
 def check_inputs(model: Model, nominal: Nominal, given: Collection[str], where: str) -> None:
     """ExperimentError where the nominal model needs an input that is neither a signal nor has a value."""
-    if nominal.values.get(KINEMATICS) == EXTERNAL and MOTION not in given and MOTION not in nominal.values:
+    if lacks_motion(model, nominal.values, given):
+        kinematics = nominal.values[KINEMATICS]
         raise ExperimentError(
-            f"{where}: kinematics = {EXTERNAL} takes the motion from {MOTION}, which is neither a signal nor has a value."
+            f"{where}: kinematics = {kinematics} takes the motion from {MOTION}, which is neither a signal nor has a value."
         )
     for name, effects in model.missing_inputs(nominal.effects, nominal.values, given).items():
         raise ExperimentError(

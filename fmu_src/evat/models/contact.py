@@ -11,13 +11,11 @@ import numpy as np
 from evat.model import FloatArray, Rival, Run, Trace
 from evat.native import kernel
 from evat.native.batch import run_many
-from evat.required_inputs import check_needs, missing_inputs
+from evat.required_inputs import KINEMATICS, MOTION, check_needs, missing_inputs
 
 # Internal steps, far beyond what a sound set takes; a holder that chatters against a rigid law takes thousands.
 MOST_STEPS, STEPS_PER_SAMPLE, STEPS_PER_CYCLE = 2_000, 15, 120
 LAW = "friction_law"
-RIVALS = ("coulomb", "dahl", "lugre")  # karnopp needs an applied force, bristle draws random places, reset_integrator jumps
-FRICTION = ("sigma0", "sigma1", "sigma2", "F_C", "F_S", "v_s")
 SETTLING_TIME = 1.0  # s of steady slip, far beyond any presliding; means are taken over the second half
 
 
@@ -86,14 +84,14 @@ class ContactModel(kernel.Component):
         return 1 / float(values.get("vibration_frequency", kernel.variable("vibration_frequency").start))
 
     def rival_laws(self, values: Mapping[str, float | str]) -> Sequence[Rival]:
-        """The other friction laws for which a slip velocity is enough, that draw no random numbers."""
+        """The other friction laws for which a slip velocity is enough, and whose force follows their parameters without jumps: from the
+        slopes of one that has events of its own no fit finds its way."""
         known = kernel.variable(LAW)
         own = known.choices[int(known.check(values.get(LAW, known.start)))]
-        read = tuple(kernel.variable(name) for name in FRICTION)
         return tuple(
-            Rival(f"{LAW}={law.name}", {LAW: law.name}, (*read, *law.variables))
+            Rival(f"{LAW}={law.name}", {LAW: law.name}, (*law.reads, *law.variables))
             for law in kernel.laws()
-            if law.name in RIVALS and law.name != own
+            if law.name != own and not law.has_event and all(read.causality == "parameter" for read in law.reads)
         )
 
     def missing_inputs(self, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str]) -> Mapping[str, Sequence[str]]:
@@ -101,5 +99,6 @@ class ContactModel(kernel.Component):
 
     @staticmethod
     def _moves_by_itself(values: Mapping[str, float | str | FloatArray]) -> bool:
-        known = kernel.variable("kinematics")
-        return known.choices[int(known.check(values.get("kinematics", known.start)))] != "external"  # type: ignore[arg-type]
+        known = kernel.variable(KINEMATICS)
+        chosen = known.choices[int(known.check(values.get(KINEMATICS, known.start)))]  # type: ignore[arg-type]
+        return chosen not in kernel.variable(MOTION).required_with

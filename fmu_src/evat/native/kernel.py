@@ -62,8 +62,8 @@ def cffi_text(ffi: Any, pointer: Any) -> str:
     return ffi.string(pointer).decode() if pointer != ffi.NULL else ""
 
 
-def _names(pointer: Any) -> tuple[str, ...]:
-    return tuple(filter(None, re.split(r",\s*", _text(pointer))))
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(filter(None, re.split(r",\s*", text)))
 
 
 @functools.lru_cache(maxsize=1)
@@ -97,6 +97,7 @@ def read_table(ffi: Any, loaded: Any) -> tuple[Variable, ...]:
                 choices=tuple(choices),
                 derivative_of=cffi_text(ffi, rows[of].name) if (of := loaded.kernel_derivative_of(index)) else None,
                 neutral=row.neutral,
+                required_with=_names(cffi_text(ffi, row.required_with)),
                 index=index,
             )
         )
@@ -123,11 +124,21 @@ def variable(name: str) -> Variable:
 @functools.lru_cache(maxsize=1)
 def laws() -> tuple[Law, ...]:
     """The friction laws, in the order of the choice friction_law."""
-    _, loaded = library()
+    ffi, loaded = library()
     found, at = [], loaded.BASE_COUNT
     for place, name in enumerate(variable("friction_law").choices):
         row = loaded.kernel_law(place)
-        found.append(Law(name, _text(row.meaning), _text(row.equation), _text(row.source), variables()[at : at + row.count]))
+        found.append(
+            Law(
+                name=name,
+                meaning=_text(row.meaning),
+                equation=_text(row.equation),
+                source=_text(row.source),
+                variables=variables()[at : at + row.count],
+                reads=tuple(variable(each) for each in _names(_text(row.reads))),
+                has_event=row.indicator != ffi.NULL,
+            )
+        )
         at += row.count
     return tuple(found)
 
@@ -147,10 +158,10 @@ def effects() -> tuple[Effect, ...]:
                 equation=_text(row.equation),
                 source=own[0].source,
                 variables=own[1 : row.count - 2 * row.states],
-                rivals=_names(row.rivals),
+                rivals=_names(_text(row.rivals)),
                 signature=_text(row.signature),
                 stage=_text(loaded.kernel_stage_name(row.stage)),
-                needs=_names(row.needs),
+                needs=_names(_text(row.needs)),
                 states=own[row.count - 2 * row.states : row.count - row.states],
             )
         )

@@ -10,6 +10,6 @@
 
 #include "../kernel/kernel.h"
 
-enum { TOLERANCE_ARGUMENT = RELATIVE_TOLERANCE }; /* FMI's `tolerance` of the experiment */
+enum { TOLERANCE_ARGUMENT = VAR_RELATIVE_TOLERANCE }; /* FMI's `tolerance` of the experiment */
 
 #endif

@@ -12,14 +12,21 @@
 #include <string.h>
 
 /* What shows as the mean rate of each integral. */
-static const int rate_of[INTEGRALS] = {
-    DISSIPATED_POWER, SLIDING_SPEED, FRICTION_FORCE,          PRINCIPAL_FORCE,          FEED_FORCE,
-    NORMAL_FORCE,     CONTACT_RATE,  MEASURED_FRICTION_FORCE, MEASURED_PRINCIPAL_FORCE, MEASURED_FEED_FORCE};
+static const int rate_of[INTEGRALS] = {VAR_DISSIPATED_POWER,
+                                       VAR_SLIDING_SPEED,
+                                       VAR_FRICTION_FORCE,
+                                       VAR_PRINCIPAL_FORCE,
+                                       VAR_FEED_FORCE,
+                                       VAR_NORMAL_FORCE,
+                                       VAR_CONTACT_RATE,
+                                       VAR_MEASURED_FRICTION_FORCE,
+                                       VAR_MEASURED_PRINCIPAL_FORCE,
+                                       VAR_MEASURED_FEED_FORCE};
 
 /* Start of that cycle, of those that begin with the tool at its highest, whose middle is nearest to t. */
 static double cycle_at(const struct Contact *contact, double t)
 {
-    const double f = contact->value[VIBRATION_FREQUENCY][0], top = -contact->value[PHASE_Y][0] / (2 * PI);
+    const double f = contact->value[VAR_VIBRATION_FREQUENCY][0], top = -contact->value[VAR_PHASE_Y][0] / (2 * PI);
     return (floor(f * t - top) + top) / f;
 }
 
@@ -37,13 +44,13 @@ static void show_means(struct Contact *contact, lanes mean[INTEGRALS])
     for (int n = 0; n < INTEGRALS; ++n)
         EACH_LANE {
             contact->value[rate_of[n]][i] = mean[n][i];
-            if (n >= FIRST_MEAN && !(contact->value[AVERAGING_WINDOW][i] >= NO_WINDOW))
+            if (n >= FIRST_MEAN && !(contact->value[VAR_AVERAGING_WINDOW][i] >= NO_WINDOW))
                 contact->value[mean_of[n - FIRST_MEAN]][i] = mean[n][i];
         }
     EACH_LANE {
-        contact->value[TOOL_FORCE_X][i] = -mean[FIRST_FORCE + 1][i];
-        contact->value[TOOL_FORCE_Y][i] = mean[FIRST_FORCE + 2][i];
-        contact->value[IN_CONTACT][i] = mean[DUTY][i] > 0;
+        contact->value[VAR_TOOL_FORCE_X][i] = -mean[FIRST_FORCE + 1][i];
+        contact->value[VAR_TOOL_FORCE_Y][i] = mean[FIRST_FORCE + 2][i];
+        contact->value[VAR_IN_CONTACT][i] = mean[DUTY][i] > 0;
     }
 }
 
@@ -82,9 +89,9 @@ static double error_of(const struct Contact *contact, const struct CycleSums *se
 {
     const double period = period_of(contact), whole = larger(h, period),
                  at[2] = {contact->earlier_time[0][i], contact->earlier_time[1][i]};
-    const double loaded = larger(contact->value[F_C][i], contact->value[F_S][i]) * mean[DUTY][i];
-    const int first = at[1] == -INFINITY, at_rest = chosen(contact->value, INITIAL_STATE, i) == AT_REST;
-    double largest = 0.5 * contact->value[AVERAGING_ERROR][i];
+    const double loaded = larger(contact->value[VAR_F_C][i], contact->value[VAR_F_S][i]) * mean[DUTY][i];
+    const int first = at[1] == -INFINITY, at_rest = chosen(contact->value, VAR_INITIAL_STATE, i) == AT_REST;
+    double largest = 0.5 * contact->value[VAR_AVERAGING_ERROR][i];
     for (int k = 0; k < CHANNELS; ++k) {
         const double now = mean[FIRST_FORCE + k][i], was = contact->earlier_force[0][k][i],
                      had = contact->earlier_force[1][k][i];
@@ -94,10 +101,10 @@ static double error_of(const struct Contact *contact, const struct CycleSums *se
         const double bend = first ? fabs(rate) / h : per(fabs(rate - per(was - had, at[0] - at[1])), t - at[1]);
         const double unlike =
             (fabs(last - before) + fabs(seen->next[FIRST_FORCE + k][i])) / (seen->periodic[i] ? whole : period);
-        const double errors = contact->value[SIGMA0][i] * fabs(seen->departure[i]) * mean[DUTY][i] +
+        const double errors = contact->value[VAR_SIGMA0][i] * fabs(seen->departure[i]) * mean[DUTY][i] +
                               (first && at_rest ? loaded * period / whole : 0) + unlike + h * h / 12 * bend +
                               0.5 * period * fabs(rate) + (slow ? 0.15 * fabs(now - was) : 0) +
-                              contact->value[RELATIVE_TOLERANCE][i] * fabs(now);
+                              contact->value[VAR_RELATIVE_TOLERANCE][i] * fabs(now);
         largest = larger(largest, errors);
     }
     return largest;
@@ -130,7 +137,7 @@ static enum Status look_here(struct Contact *contact, lanes mean[INTEGRALS])
     struct Contact probe = *contact;
     struct Configuration w;
     struct CycleSums seen;
-    const enum Status status = look(&probe, contact->value[TIME][0], 1e9, &w, &seen, mean);
+    const enum Status status = look(&probe, contact->value[VAR_TIME][0], 1e9, &w, &seen, mean);
     if (status != KERNEL_OK)
         return status;
     measured_now(contact, (const lanes *)mean + FIRST_FORCE, mean + FIRST_MEASURED);
@@ -138,8 +145,8 @@ static enum Status look_here(struct Contact *contact, lanes mean[INTEGRALS])
     show_means(&probe, mean);
     for (int index = 0; index < kernel_variable_count(); ++index) {
         const enum Causality role = kernel_variable(index)->causality;
-        const int shown =
-            (role == OUTPUT || role == LOCAL) && index != STEP_COUNT && index != CLAMPED_COUNT; /* a look is no step */
+        const int shown = (role == OUTPUT || role == LOCAL) && index != VAR_STEP_COUNT &&
+                          index != VAR_CLAMPED_COUNT; /* a look is no step */
         for (int i = 0; i < LANES && shown && !is_state(index); ++i)
             contact->value[index][i] = probe.value[index][i];
     }
@@ -156,14 +163,14 @@ enum Status average_here(struct Contact *contact)
 
 enum Status average_start(struct Contact *contact)
 {
-    const double start = contact->value[TIME][0], begin = cycle_at(contact, start);
-    const int periodic = chosen(contact->value, INITIAL_STATE, 0) == PERIODIC;
+    const double start = contact->value[VAR_TIME][0], begin = cycle_at(contact, start);
+    const int periodic = chosen(contact->value, VAR_INITIAL_STATE, 0) == PERIODIC;
     const uint64_t all = contact->effects_on;
     lanes mean[INTEGRALS];
     contact->effects_on = all & ~sensors_on(contact);
     EACH_LANE {
-        contact->value[TIME][i] = begin;
-        contact->value[AVERAGING][i] = RESOLVED; /* as each cycle is */
+        contact->value[VAR_TIME][i] = begin;
+        contact->value[VAR_AVERAGING][i] = RESOLVED; /* as each cycle is */
         contact->earlier_time[0][i] = contact->earlier_time[1][i] = -INFINITY;
         contact->served[i] = MOST_SERVED;
     }
@@ -173,8 +180,8 @@ enum Status average_start(struct Contact *contact)
     if (status == KERNEL_OK && periodic)
         status = kernel_event(contact);
     EACH_LANE {
-        contact->value[TIME][i] = start;
-        contact->value[AVERAGING][i] = CYCLE;
+        contact->value[VAR_TIME][i] = start;
+        contact->value[VAR_AVERAGING][i] = CYCLE;
     }
     contact->effects_on = all;
     if (status == KERNEL_OK)
@@ -192,7 +199,7 @@ enum Status average_start(struct Contact *contact)
 
 enum Status average_step(struct Contact *contact, double step)
 {
-    const double start = contact->value[TIME][0], end = start + step, middle = start + 0.5 * step;
+    const double start = contact->value[VAR_TIME][0], end = start + step, middle = start + 0.5 * step;
     lanes before[OWN_ROWS], mean[INTEGRALS], from[EFFECT_STATES], halfway[EFFECT_STATES];
     const lanes *const value = (const lanes *)before, *const slope =
                                                           value + offsetof(struct Contact, slope) / sizeof(lanes);
@@ -214,7 +221,7 @@ enum Status average_step(struct Contact *contact, double step)
     EACH_LANE {
         for (int k = INPUT_FIRST; k < INPUT_END; ++k)
             contact->value[k][i] += 0.5 * step * slope[k - INPUT_FIRST][i];
-        contact->value[SLIDING_DISTANCE][i] += 0.5 * step * value[SLIDING_SPEED][i];
+        contact->value[VAR_SLIDING_DISTANCE][i] += 0.5 * step * value[VAR_SLIDING_SPEED][i];
     }
     enum Status status = look(contact, middle, step / period_of(contact), &w, &seen, mean);
     if (status == KERNEL_OK) {
@@ -222,7 +229,7 @@ enum Status average_step(struct Contact *contact, double step)
         slow_states_after(contact, &w, step, (const lanes *)from, halfway);
         set_slow_states(contact, &w, (const lanes *)halfway);
         EACH_LANE
-            contact->value[TIME][i] = start;
+            contact->value[VAR_TIME][i] = start;
         status = measure_means(contact, step, (const lanes *)mean + FIRST_FORCE, mean + FIRST_MEASURED);
         for (int n = 0; n < INTEGRALS; ++n)
             EACH_LANE
@@ -244,9 +251,9 @@ enum Status average_step(struct Contact *contact, double step)
         double rates[MEANS];
         for (int n = 0; n < MEANS; ++n)
             rates[n] = mean[FIRST_MEAN + n][i];
-        contact->value[TIME][i] = end;
-        contact->value[AVERAGING_ERROR][i] = error_of(contact, &seen, mean, middle, step, slow, i);
-        if (contact->value[AVERAGING_WINDOW][i] >= NO_WINDOW)
+        contact->value[VAR_TIME][i] = end;
+        contact->value[VAR_AVERAGING_ERROR][i] = error_of(contact, &seen, mean, middle, step, slow, i);
+        if (contact->value[VAR_AVERAGING_WINDOW][i] >= NO_WINDOW)
             pass_windows(contact, i, start, rates);
     }
     keep_for_error(contact, mean, middle);

@@ -20,11 +20,11 @@ static enum Status run_cycle(struct Contact *contact, struct Configuration *w, d
     for (int n = 0; n < INTEGRALS; ++n) { /* from 0, so that no digits are lost; but effects ask for the distance */
         lanes *const integral = &contact->value[kernel_state(1 + n)];
         EACH_LANE
-            start[n][i] = (*integral)[i] = kernel_state(1 + n) == SLIDING_DISTANCE ? (*integral)[i] : 0;
+            start[n][i] = (*integral)[i] = kernel_state(1 + n) == VAR_SLIDING_DISTANCE ? (*integral)[i] : 0;
     }
     EACH_LANE {
-        contact->value[TIME][i] = begin;
-        z[i] = contact->value[BRISTLE_DEFLECTION][i];
+        contact->value[VAR_TIME][i] = begin;
+        z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
     }
     wire_time(contact, w);
     course.now = course.known = 0;
@@ -39,7 +39,7 @@ static enum Status run_cycle(struct Contact *contact, struct Configuration *w, d
         if (seen->done[i])
             continue;
         seen->departure_before[i] = seen->departure[i];
-        seen->departure[i] = contact->value[BRISTLE_DEFLECTION][i] - z[i];
+        seen->departure[i] = contact->value[VAR_BRISTLE_DEFLECTION][i] - z[i];
         seen->cycles[i] += 1;
     }
     return status;
@@ -67,9 +67,9 @@ static void keep_for_later(struct Contact *contact, const struct CycleSums *seen
 static int goes_on_alike(struct Contact *contact, const struct Configuration *w, double cycles, struct CycleSums *seen,
                          int i)
 {
-    const double reach = larger(contact->value[F_C][i], contact->value[F_S][i]) / contact->value[SIGMA0][i],
+    const double reach = larger(contact->value[VAR_F_C][i], contact->value[VAR_F_S][i]) / contact->value[VAR_SIGMA0][i],
                  departure = fabs(seen->departure[i]);
-    if (departure * smaller(larger(cycles, 1), 1e3) <= contact->value[RELATIVE_TOLERANCE][i] * reach)
+    if (departure * smaller(larger(cycles, 1), 1e3) <= contact->value[VAR_RELATIVE_TOLERANCE][i] * reach)
         return 1;
     if (w->law->event)
         return 0;
@@ -96,13 +96,13 @@ enum Status run_cycles(struct Contact *contact, struct Configuration *w, double 
     memset(seen, 0, sizeof *seen);
     get_slow_states(contact, w, from);
     EACH_LANE
-        slid[i] = contact->value[SLIDING_DISTANCE][i];
+        slid[i] = contact->value[VAR_SLIDING_DISTANCE][i];
     for (int n = 0, all = 0; n < MOST_CYCLES && !all; ++n) {
         if (n > 0) {
             memcpy(aside, contact, sizeof aside);
             set_slow_states(contact, w, (const lanes *)from);
             EACH_LANE
-                contact->value[SLIDING_DISTANCE][i] = slid[i];
+                contact->value[VAR_SLIDING_DISTANCE][i] = slid[i];
         }
         const enum Status status = run_cycle(contact, w, begin, seen);
         if (status != KERNEL_OK)
@@ -137,6 +137,6 @@ void go_on(struct Contact *contact, const struct CycleSums *seen, double cycles,
                 seen->gain[n][i] + more * seen->last[n][i] + seen->next[n][i] * series_of_series(q, more);
             mean[n][i] = seen->periodic[i] ? gain / ((run + more) * period) : seen->gain[n][i] / (run * period);
         }
-        contact->value[BRISTLE_DEFLECTION][i] += seen->periodic[i] ? seen->departure[i] * series(q, more) : 0;
+        contact->value[VAR_BRISTLE_DEFLECTION][i] += seen->periodic[i] ? seen->departure[i] * series(q, more) : 0;
     }
 }

@@ -28,7 +28,7 @@ enum { OWN_ROWS = offsetof(struct Contact, window_origin) / sizeof(lanes) };
 
 enum { MOST_SERVED = 30 }; /* steps that go by what an earlier one has found of the bristle */
 
-static inline double period_of(const struct Contact *contact) { return 1 / contact->value[VIBRATION_FREQUENCY][0]; }
+static inline double period_of(const struct Contact *contact) { return 1 / contact->value[VAR_VIBRATION_FREQUENCY][0]; }
 
 /* Cycles from `begin`, again and again from the same slow states, until each lane knows how so many would go on. A lane
  * that does stays as it is, to the last bit. Effects that are on: all but sensors. */

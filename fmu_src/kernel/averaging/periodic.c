@@ -12,7 +12,7 @@ double most_steps_of_cycles(const struct Contact *contact)
 {
     double tightest = 1;
     EACH_LANE
-        tightest = smaller(tightest, contact->value[RELATIVE_TOLERANCE][i]);
+        tightest = smaller(tightest, contact->value[VAR_RELATIVE_TOLERANCE][i]);
     return MOST_STEPS * smaller(larger(1, sqrt(sqrt(1e-4 / tightest))), 10);
 }
 
@@ -24,7 +24,8 @@ static enum Status pass_cycle(struct Contact *contact)
     lanes s = {0};
     course.now = course.known = 0;
     course.most_steps = most_steps_of_cycles(contact);
-    const enum Status status = advance_internal(contact, &w, 1 / contact->value[VIBRATION_FREQUENCY][0], 0, s, &course);
+    const enum Status status =
+        advance_internal(contact, &w, 1 / contact->value[VAR_VIBRATION_FREQUENCY][0], 0, s, &course);
     move_on(contact, s);
     return status;
 }
@@ -33,14 +34,14 @@ static enum Status pass_cycle(struct Contact *contact)
  * z, and two cycles give z_0 = c / (1 - E); otherwise the same secant is repeated. */
 static enum Status find_deflection(struct Contact *contact)
 {
-    const double start = contact->value[TIME][0];
+    const double start = contact->value[VAR_TIME][0];
     struct Contact trial = *contact;
     lanes z = {0}, miss = {0}, z_before, miss_before;
     int found = 0, done[LANES] = {0}, given_up = 0;
     for (int n = 0; n < 20 && !found; ++n) {
         EACH_LANE {
-            trial.value[BRISTLE_DEFLECTION][i] = z[i];
-            trial.value[TIME][i] = start;
+            trial.value[VAR_BRISTLE_DEFLECTION][i] = z[i];
+            trial.value[VAR_TIME][i] = start;
             trial.past_count[i] = trial.past_first[i] = 0;
             z_before[i] = n == 0 ? 0 : z_before[i];
             miss_before[i] = n == 0 ? 0 : miss_before[i];
@@ -51,10 +52,11 @@ static enum Status find_deflection(struct Contact *contact)
             return status;
         found = 1;
         EACH_LANE {
-            const double reach = larger(trial.value[F_C][i], trial.value[F_S][i]) / trial.value[SIGMA0][i];
-            miss[i] = trial.value[BRISTLE_DEFLECTION][i] - z[i];
-            done[i] |= fabs(miss[i]) <= 1e-2 * trial.value[RELATIVE_TOLERANCE][i] * reach;
-            const double steps = trial.value[STEP_COUNT][i] - contact->value[STEP_COUNT][i]; /* of all cycles so far */
+            const double reach = larger(trial.value[VAR_F_C][i], trial.value[VAR_F_S][i]) / trial.value[VAR_SIGMA0][i];
+            miss[i] = trial.value[VAR_BRISTLE_DEFLECTION][i] - z[i];
+            done[i] |= fabs(miss[i]) <= 1e-2 * trial.value[VAR_RELATIVE_TOLERANCE][i] * reach;
+            const double steps =
+                trial.value[VAR_STEP_COUNT][i] - contact->value[VAR_STEP_COUNT][i]; /* of all cycles so far */
             const int gives_up = !done[i] & (steps * (n + 2) > most_steps_of_cycles(contact) * (n + 1));
             given_up |= gives_up;
             const double slope = n > 0 && z[i] != z_before[i] ? (miss[i] - miss_before[i]) / (z[i] - z_before[i]) : -1;
@@ -66,7 +68,7 @@ static enum Status find_deflection(struct Contact *contact)
         }
     }
     EACH_LANE
-        contact->value[BRISTLE_DEFLECTION][i] = z[i];
+        contact->value[VAR_BRISTLE_DEFLECTION][i] = z[i];
     for (int n = 0; n < MEMORY; ++n)
         EACH_LANE
             contact->memory[n][i] = trial.memory[n][i];
@@ -79,7 +81,7 @@ static enum Status find_deflection(struct Contact *contact)
 static int unknown_index(const struct Configuration *w, int n)
 {
     if (n == 0)
-        return BRISTLE_DEFLECTION;
+        return VAR_BRISTLE_DEFLECTION;
     for (int k = 0, left = n - 1; k < w->on_count; left -= w->on[k++]->states)
         if (left < w->on[k]->states)
             return w->on_value[k] + left;
@@ -89,9 +91,9 @@ static int unknown_index(const struct Configuration *w, int n)
 static double scale_of(const struct Contact *contact, int index, int i)
 {
     const double nominal = kernel_variable(index)->nominal,
-                 reach = larger(contact->value[F_C][i], contact->value[F_S][i]) / contact->value[SIGMA0][i];
-    return index == BRISTLE_DEFLECTION ? reach
-                                       : larger(1e-3 * (nominal > 0 ? nominal : 1), fabs(contact->value[index][i]));
+                 reach = larger(contact->value[VAR_F_C][i], contact->value[VAR_F_S][i]) / contact->value[VAR_SIGMA0][i];
+    return index == VAR_BRISTLE_DEFLECTION ? reach
+                                           : larger(1e-3 * (nominal > 0 ? nominal : 1), fabs(contact->value[index][i]));
 }
 
 /* What one cycle makes of the states `from`. */
@@ -159,10 +161,10 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             int near = 1;
             for (int n = 0; n < used; ++n) {
                 const double scale = larger(scale_of(&trial, unknown_index(w, n), i), fabs(from[n][i]));
-                near &= fabs(to[n][i] - from[n][i]) <= 1e-1 * trial.value[RELATIVE_TOLERANCE][i] * scale;
+                near &= fabs(to[n][i] - from[n][i]) <= 1e-1 * trial.value[VAR_RELATIVE_TOLERANCE][i] * scale;
             }
             done[i] |= near;
-            const double a_cycle = trial.value[STEP_COUNT][i] - contact->value[STEP_COUNT][i];
+            const double a_cycle = trial.value[VAR_STEP_COUNT][i] - contact->value[VAR_STEP_COUNT][i];
             steps[i] += (1 + used) * a_cycle; /* with the slopes of all states */
             const int gives_up = !done[i] & (steps[i] > most_steps_of_cycles(contact));
             for (int n = 0; n < used && gives_up; ++n)
@@ -215,7 +217,7 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
 /* Forces of the cycles before, for effects that look back. */
 static enum Status fill_history(struct Contact *contact, const struct Configuration *w)
 {
-    const double period = 1 / contact->value[VIBRATION_FREQUENCY][0];
+    const double period = 1 / contact->value[VAR_VIBRATION_FREQUENCY][0];
     double back = 0, taken;
     EACH_LANE
         back = larger(back, look_back(w, i));
@@ -223,7 +225,7 @@ static enum Status fill_history(struct Contact *contact, const struct Configurat
         return KERNEL_OK;
     struct Contact before = *contact;
     EACH_LANE {
-        before.value[TIME][i] = contact->value[TIME][i] - ceil(back / period) * period;
+        before.value[VAR_TIME][i] = contact->value[VAR_TIME][i] - ceil(back / period) * period;
         before.past_count[i] = before.past_first[i] = 0;
     }
     enum Status status = kernel_event(&before);

@@ -138,7 +138,7 @@ static void mean_point(const struct Contact *contact, const struct Configuration
     *x = still;
     load_states(contact, w, x);
     EACH_LANE {
-        x->t[i] = contact->value[TIME][i];
+        x->t[i] = contact->value[VAR_TIME][i];
         x->F[i] = x->measured[0][i] = force[0][i];
         x->F_p[i] = x->measured[1][i] = force[1][i];
         x->F_f[i] = x->measured[2][i] = force[2][i];

@@ -20,6 +20,7 @@ const struct FrictionLaw friction_coulomb = {
     .meaning = "constant force along the slip, none at rest",
     .equation = "F = F_C sgn(v)",
     .source = "Coulomb 1785; the paper, section 1",
+    .reads = "F_C",
     .rates = rates, .force = force,
 };
 /* clang-format on */

@@ -42,6 +42,7 @@ const struct FrictionLaw friction_karnopp = {
         "friction outside",
     .equation = "|v| < band: F = min(max(applied_force, -F_S), F_S);  else F = F_C sgn(v)",
     .source = "Karnopp 1985",
+    .reads = "F_C, F_S, applied_force",
     .variables = variables, .count = COUNT,
     .rates = rates, .force = force, .indicator = indicator,
 };

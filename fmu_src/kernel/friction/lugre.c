@@ -68,6 +68,7 @@ const struct FrictionLaw friction_lugre = {
     .equation = "dz/dt = v - P |v| z / g(v);  g(v) = F_C + (F_S - F_C) exp(-(|v|/v_s)^stribeck_exponent);  F = s0 z + "
         "s1 dz/dt + sigma2 v",
     .source = "Canudas de Wit et al. 1995, eqs. 2 to 5; the paper, eq. 8",
+    .reads = "sigma0, sigma1, sigma2, F_C, F_S, v_s",
     .relaxes = 1, .rates = rates, .force = force, .variables = variables, .count = COUNT,
 };
 /* clang-format on */

@@ -51,6 +51,7 @@ const struct FrictionLaw friction_reset_integrator = {
     .equation = "dz/dt = v, or 0 where |z| >= z0 and v z > 0;  F = s0 (1 + a) z + s1 dz/dt, a = F_S/F_C - 1 while "
         "sticking, else 0",
     .source = "Haessig and Friedland 1991",
+    .reads = "sigma0, sigma1, F_C, F_S",
     .rates = rates, .force = force, .indicator = indicator, .event = event,
 };
 /* clang-format on */

@@ -16,19 +16,19 @@ static void accumulate(struct Contact *contact, const struct Configuration *w, c
 {
     lanes *value = contact->value;
     EACH_LANE {
-        value[BRISTLE_DEFLECTION][i] = b->z[i];
-        value[DISSIPATED_ENERGY][i] += h[i] / 6 * (a->F[i] * a->v[i] + 4 * m->F[i] * m->v[i] + b->F[i] * b->v[i]);
-        value[SLIDING_DISTANCE][i] += a->cutting[i] * SUM(speed);
-        value[FRICTION_IMPULSE][i] += SUM(F);
-        value[PRINCIPAL_IMPULSE][i] += SUM(F_p);
-        value[FEED_IMPULSE][i] += SUM(F_f);
-        value[NORMAL_IMPULSE][i] += SUM(N);
-        value[CONTACT_TIME][i] += h[i] * a->cutting[i];
-        value[MEASURED_FRICTION_IMPULSE][i] += SUM(measured[0]);
-        value[MEASURED_PRINCIPAL_IMPULSE][i] += SUM(measured[1]);
-        value[MEASURED_FEED_IMPULSE][i] += SUM(measured[2]);
-        value[STEP_COUNT][i] += h[i] > 0;
-        value[CLAMPED_COUNT][i] += (h[i] > 0) & (b->cutting[i] != 0) & (b->clamped[i] + b->outside[i] > 0);
+        value[VAR_BRISTLE_DEFLECTION][i] = b->z[i];
+        value[VAR_DISSIPATED_ENERGY][i] += h[i] / 6 * (a->F[i] * a->v[i] + 4 * m->F[i] * m->v[i] + b->F[i] * b->v[i]);
+        value[VAR_SLIDING_DISTANCE][i] += a->cutting[i] * SUM(speed);
+        value[VAR_FRICTION_IMPULSE][i] += SUM(F);
+        value[VAR_PRINCIPAL_IMPULSE][i] += SUM(F_p);
+        value[VAR_FEED_IMPULSE][i] += SUM(F_f);
+        value[VAR_NORMAL_IMPULSE][i] += SUM(N);
+        value[VAR_CONTACT_TIME][i] += h[i] * a->cutting[i];
+        value[VAR_MEASURED_FRICTION_IMPULSE][i] += SUM(measured[0]);
+        value[VAR_MEASURED_PRINCIPAL_IMPULSE][i] += SUM(measured[1]);
+        value[VAR_MEASURED_FEED_IMPULSE][i] += SUM(measured[2]);
+        value[VAR_STEP_COUNT][i] += h[i] > 0;
+        value[VAR_CLAMPED_COUNT][i] += (h[i] > 0) & (b->cutting[i] != 0) & (b->clamped[i] + b->outside[i] > 0);
     }
     if (w->drivers)
         store_states(contact, w, b);
@@ -36,7 +36,7 @@ static void accumulate(struct Contact *contact, const struct Configuration *w, c
         if (h[i] > 0)
             remember(contact, i, h[i], a, m, b);
     for (int i = 0; w->meets_again && i < LANES; ++i)
-        leave_surface(contact, i, meeting_time(w, i), w->p[FEED][i], b);
+        leave_surface(contact, i, meeting_time(w, i), w->p[VAR_FEED][i], b);
 }
 
 /* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step and the
@@ -46,7 +46,7 @@ static int choose_step(const struct Contact *contact, const struct Configuration
 {
     int running = 0;
     EACH_LANE {
-        const double left = step - s[i], window = larger(window_ends[i] - contact->value[TIME][i] - s[i], 0);
+        const double left = step - s[i], window = larger(window_ends[i] - contact->value[VAR_TIME][i] - s[i], 0);
         const double whole = smaller(left, window), wanted = smaller(contact->next_step[i], w->longest[i]);
         const int last = whole <= wanted;
         h[i] = left <= 0            ? 0
@@ -59,7 +59,7 @@ static int choose_step(const struct Contact *contact, const struct Configuration
     for (int i = 0; w->looks_back && i < LANES; ++i) {
         const double chosen_step = h[i];
         if (step - s[i] > 0)
-            h[i] = until_late_jump(contact, w, i, contact->value[TIME][i] + s[i], h[i], start);
+            h[i] = until_late_jump(contact, w, i, contact->value[VAR_TIME][i] + s[i], h[i], start);
         to_window[i] *= h[i] == chosen_step;
     }
     return running;
@@ -91,7 +91,7 @@ struct Patience {
 
 static struct Patience patience_with(const struct Configuration *w)
 {
-    const double few = 20, tight = larger(1, sqrt(sqrt(1e-4 / w->p[RELATIVE_TOLERANCE][0]))),
+    const double few = 20, tight = larger(1, sqrt(sqrt(1e-4 / w->p[VAR_RELATIVE_TOLERANCE][0]))),
                  usual = w->current_angle ? 1000 : 4000;
     const struct Patience p = {few * w->longest[0], 0, 0, usual * tight * (w->law->rest ? 25 : 1)};
     return p;
@@ -129,12 +129,12 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         course->known = 0;
         return KERNEL_OK;
     }
-    const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VIBRATION_FREQUENCY][0];
+    const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][0];
     if (!course->known) {
         point_at(contact, w, s, start);
         let_go(contact, w, start);
         EACH_LANE {
-            start->z[i] = contact->value[BRISTLE_DEFLECTION][i];
+            start->z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
             course->window_end[i] = window_end(contact, i);
         }
     }
@@ -263,7 +263,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
 void move_on(struct Contact *contact, const lanes s)
 {
     EACH_LANE {
-        contact->value[TIME][i] += s[i];
+        contact->value[VAR_TIME][i] += s[i];
         for (int k = INPUT_FIRST; k < INPUT_END; ++k)
             contact->value[k][i] += contact->slope[k - INPUT_FIRST][i] * s[i];
     }
@@ -277,9 +277,9 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
     if (!ordered_temperatures(contact))
         return KERNEL_TEMPERATURES;
     if (kernel_averages(contact)) {
-        const double start = contact->value[TIME][0];
+        const double start = contact->value[VAR_TIME][0];
         const enum Status status = average_step(contact, step);
-        *taken = status == KERNEL_OK ? step : contact->value[TIME][0] - start;
+        *taken = status == KERNEL_OK ? step : contact->value[VAR_TIME][0] - start;
         return status;
     }
     const struct Configuration w = wire(contact);

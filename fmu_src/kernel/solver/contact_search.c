@@ -115,8 +115,8 @@ static int high_above(const struct Look *x, double span)
 static int resurfaces(const struct Search *search, const struct Look *a, const struct Look *b, const struct Look *x)
 {
     const int i = search->lane;
-    const double f = search->w->p[VIBRATION_FREQUENCY][i],
-                 begun = search->w->cycle[i] + search->w->p[PHASE_X][i] / 6.283185307179586 + 0.75;
+    const double f = search->w->p[VAR_VIBRATION_FREQUENCY][i],
+                 begun = search->w->cycle[i] + search->w->p[VAR_PHASE_X][i] / 6.283185307179586 + 0.75;
     const int near_end = x->surface > 0 && x->surface * x->a < 2 * fabs(x->u_x) * (b->tau - a->tau);
     return near_end || floor(begun + f * a->tau) < floor(begun + f * b->tau);
 }
@@ -178,7 +178,7 @@ int touches_within(const struct Contact *contact, const struct Configuration *w,
         !(apart(&a, &m, TURN) || apart(&m, &b, TURN) || apart(&a, &m, SURFACE_END) || apart(&m, &b, SURFACE_END));
     if (one_piece && plain(a.contact, m.contact, b.contact, b.approach <= 0))
         return 0;
-    const struct Search search = {contact, w, start, s, given ? 2e-3 * h : 1e-4 / w->p[VIBRATION_FREQUENCY][i], i};
+    const struct Search search = {contact, w, start, s, given ? 2e-3 * h : 1e-4 / w->p[VAR_VIBRATION_FREQUENCY][i], i};
     if (h < search.fine)
         return 0;
     int found = one_piece ? rises_between(&search, &a, m, &touch) : touches_between(&search, &a, m, &touch);

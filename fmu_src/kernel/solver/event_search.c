@@ -35,7 +35,8 @@ static void locate(const struct Contact *contact, const struct Configuration *w,
     int open = 0;
     for (int i = 0; i < LANES; ++i) {
         const double side = contact->sign[k][i], high = search->high[i];
-        close[i] = 1e-3 * w->p[RELATIVE_TOLERANCE][i] * (high - s[i]) + 4.4e-16 * high; /* the last: rounding of tau */
+        /* the last: rounding of tau */
+        close[i] = 1e-3 * w->p[VAR_RELATIVE_TOLERANCE][i] * (high - s[i]) + 4.4e-16 * high;
         b[i] = bracket(search->low[i], high, side * search->at_low[i], side * search->at_high[i]);
         tau[i] = search->open[i] ? high : s[i];
         open |= search->open[i] && b[i].high - b[i].low > close[i];

@@ -20,7 +20,7 @@ void act_in_lanes(struct Contact *contact, const struct Configuration *w, const 
         for (int i = 0; i < LANES; ++i) {
             copy_lane(aside.sign, (const lanes *)contact->sign, INDICATORS, i);
             copy_lane(aside.memory, (const lanes *)contact->memory, MEMORY, i);
-            aside.z[i] = contact->value[BRISTLE_DEFLECTION][i];
+            aside.z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
         }
     }
     act_on_event(contact, w, s, ahead, chased, x);
@@ -29,7 +29,7 @@ void act_in_lanes(struct Contact *contact, const struct Configuration *w, const 
             continue;
         copy_lane(contact->sign, (const lanes *)aside.sign, INDICATORS, i);
         copy_lane(contact->memory, (const lanes *)aside.memory, MEMORY, i);
-        contact->value[BRISTLE_DEFLECTION][i] = aside.z[i];
+        contact->value[VAR_BRISTLE_DEFLECTION][i] = aside.z[i];
         store_state_of(contact, w, &aside.point, i);
         copy_lane((lanes *)x, (const lanes *)&aside.point, POINT_LANES, i);
     }
@@ -40,14 +40,14 @@ void act_at_step_end(struct Contact *contact, const struct Configuration *w, con
 {
     lanes z, memory[MEMORY];
     EACH_LANE
-        z[i] = contact->value[BRISTLE_DEFLECTION][i];
+        z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
     for (int i = 0; i < LANES; ++i)
         copy_lane(memory, (const lanes *)contact->memory, MEMORY, i);
-    w->law->event(w->law_p, end, contact->value[BRISTLE_DEFLECTION], contact->memory);
+    w->law->event(w->law_p, end, contact->value[VAR_BRISTLE_DEFLECTION], contact->memory);
     for (int i = 0; i < LANES; ++i) {
         if (h[i] > 0 && !event[i])
             continue;
-        contact->value[BRISTLE_DEFLECTION][i] = z[i];
+        contact->value[VAR_BRISTLE_DEFLECTION][i] = z[i];
         copy_lane(contact->memory, (const lanes *)memory, MEMORY, i);
     }
 }

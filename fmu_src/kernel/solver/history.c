@@ -53,7 +53,7 @@ static int joined(struct Contact *contact, int lane, int64_t before, int64_t aft
     for (int k = 0; k < CHANNELS; ++k) {
         const lanes *a = contact->past_force[before][k], *b = contact->past_force[after][k];
         const double allowed =
-            0.3 * contact->value[RELATIVE_TOLERANCE][lane] * larger(fabs(a[0][lane]), fabs(b[2][lane]));
+            0.3 * contact->value[VAR_RELATIVE_TOLERANCE][lane] * larger(fabs(a[0][lane]), fabs(b[2][lane]));
         if (fabs(a[2][lane] - b[0][lane]) > allowed ||
             fabs(parabola(0.25, a[0][lane], b[0][lane], b[2][lane]) - a[1][lane]) > allowed ||
             fabs(parabola(0.75, a[0][lane], b[0][lane], b[2][lane]) - b[1][lane]) > allowed)

@@ -38,7 +38,7 @@ static void land(struct Contact *contact, const struct Record *r, int64_t n)
 {
     const double time = r->times[n];
     EACH_LANE
-        contact->value[TIME][i] = time;
+        contact->value[VAR_TIME][i] = time;
     for (int j = 0; j < r->input_count; ++j) {
         const double *const now = sample_of(r, n, j);
         double *const value = contact->value[r->input_index[j]], *const slope =
@@ -65,7 +65,7 @@ static int find_whole(const struct Contact *contact, const struct Configuration 
     int all = 1;
     EACH_LANE {
         const int given = w->kinematics == KINEMATICS_EXTERNAL;
-        const int zero = (contact->value[SLIP_VELOCITY][i] == 0) | (contact->value[UNCUT_THICKNESS][i] == 0);
+        const int zero = (contact->value[VAR_SLIP_VELOCITY][i] == 0) | (contact->value[VAR_UNCUT_THICKNESS][i] == 0);
         whole[i] = (x->cutting[i] != 0) & !w->iterates & !(given & zero);
         all &= whole[i];
     }
@@ -101,8 +101,8 @@ static enum Status within(const struct Contact *contact, double most, double *le
 {
     double taken = 0;
     for (int i = 0; i < LANES; ++i)
-        if (contact->value[STEP_COUNT][i] > taken)
-            taken = contact->value[STEP_COUNT][i];
+        if (contact->value[VAR_STEP_COUNT][i] > taken)
+            taken = contact->value[VAR_STEP_COUNT][i];
     *left = most - taken;
     return *left > 0 ? KERNEL_OK : KERNEL_TOO_MANY_STEPS;
 }
@@ -118,7 +118,7 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
     const int plainly = shows_plainly(yield->output_count, yield->output_index);
     int angles = 0;
     for (int j = 0; j < yield->output_count; ++j)
-        angles |= yield->output_index[j] == SHEAR_ANGLE;
+        angles |= yield->output_index[j] == VAR_SHEAR_ANGLE;
     enum Status status = ordered_temperatures(contact) ? KERNEL_OK : KERNEL_TEMPERATURES;
     for (int64_t n = 0; n < record->count && status == KERNEL_OK; ++n) {
         yield->samples_done = n;

@@ -9,7 +9,7 @@
 static double moved(const struct Configuration *w, const struct Point *x, const struct Point *before, int i)
 {
     const int bent = w->current_angle || w->bends;
-    const double allowed = 1e-3 * w->p[RELATIVE_TOLERANCE][i];
+    const double allowed = 1e-3 * w->p[VAR_RELATIVE_TOLERANCE][i];
     const double of_z = bent ? fabs(x->z[i] - before->z[i]) / (allowed * larger(fabs(x->z[i]), 1e-300)) : 0;
     if (!w->feedback)
         return of_z;

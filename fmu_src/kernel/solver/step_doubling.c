@@ -52,7 +52,7 @@ static int curved(const struct Configuration *w, double by, const struct Point *
     const double force = larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(a->F[i]), fabs(b->F[i])));
     const double bend = larger(fabs(a->F[i] - 2 * m->F[i] + b->F[i]) / force,
                                fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]) / larger(force, fabs(b->F_p[i])));
-    return bend > by * w->p[RELATIVE_TOLERANCE][i];
+    return bend > by * w->p[VAR_RELATIVE_TOLERANCE][i];
 }
 
 int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
@@ -66,7 +66,7 @@ int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a
     for (int i = 0; (of_slip || w->sensors || w->looks_back) && i < LANES; ++i) {
         const int hidden =
             of_slip && a->cutting[i] != 0 &&
-            (of_angle || slows_down(factor_of(w->p[RELATIVE_TOLERANCE][i]), a, m, b, i) || dips(a, m, b, i));
+            (of_angle || slows_down(factor_of(w->p[VAR_RELATIVE_TOLERANCE][i]), a, m, b, i) || dips(a, m, b, i));
         const int sensors = w->sensors > 0 ? sensors_that_remember(w, i) : 0;
         const int heard = sensors > 1 || (sensors > 0 && curved(w, CURVED, a, m, b, i));
         doubtful[i] =
@@ -165,7 +165,7 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
             doubtful[i]
                 ? larger(larger(larger(own, of_mean[i]), remembered),
                          (w->sensors > 0 && sensors_that_remember(w, i) > 0 ? SENSORS_REMEMBER * behind[i] : 0)) /
-                      (0.5 * w->p[RELATIVE_TOLERANCE][i])
+                      (0.5 * w->p[VAR_RELATIVE_TOLERANCE][i])
                 : 0;
     }
 }

@@ -51,7 +51,7 @@ enum {
 
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
-    [TIME] = CLOCK,
+    [VAR_TIME] = CLOCK,
     [POSITION_REFERENCE] = {.name = "position_reference", MOVED, ANYWHERE, GIVEN, .meaning = "position asked for",
         .source = "the path"},
     [VELOCITY_REFERENCE] = {.name = "velocity_reference", MOVING, ANYWHERE, GIVEN,

@@ -12,7 +12,7 @@ enum { CIRCLE = INPUT_FIRST, SPEED, RADIUS, RUN_UP_TIME, POSITION_X, VELOCITY_X,
 
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
-    [TIME] = CLOCK,
+    [VAR_TIME] = CLOCK,
     [CIRCLE] = {.name = "circle", .start = 1, SWITCH,
         .meaning = "both axes along a circle; else the first one along a ramp at constant speed", .source = DEFINITION},
     [SPEED] = {.name = "speed", .unit = "m/s", .display_unit = "mm/s", .start = 0.02, .min = 0, .max = 1e3,
@@ -32,7 +32,7 @@ static const struct Variable variables[COUNT] = {
 
 static void evaluate(lanes *value)
 {
-    const double t = value[TIME][0], v = value[SPEED][0], R = value[RADIUS][0], T = value[RUN_UP_TIME][0];
+    const double t = value[VAR_TIME][0], v = value[SPEED][0], R = value[RADIUS][0], T = value[RUN_UP_TIME][0];
     const double late = t > 0 ? exp(-t / T) : 1, a = v / R * (t > 0 ? t - T * (1 - late) : 0), speed = v * (1 - late);
     const int ramp = value[CIRCLE][0] == 0;
     value[POSITION_X][0] = ramp ? v * t : R * sin(a);

@@ -28,7 +28,7 @@ enum {
 
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
-    [TIME] = CLOCK,
+    [VAR_TIME] = CLOCK,
     [PRINCIPAL_FORCE] = {.name = "principal_force", .unit = "N", .min = -1e6, .max = 1e6, .nominal = 100, GIVEN,
         .meaning = "cutting force that brakes the work", .source = "the contact"},
     [SPEED_SET] = {.name = "speed_set", TURNS, .start = 25.0 / 3, .min = 0, .max = 1e4, TUNED,

@@ -30,7 +30,7 @@ enum {
 
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
-    [TIME] = CLOCK,
+    [VAR_TIME] = CLOCK,
     [DISSIPATED_POWER] = {.name = "dissipated_power", .unit = "W", .min = -1e9, .max = 1e9, GIVEN,
         .meaning = "power that friction turns into heat", .source = "the contact"},
     [SHARE] = {.name = "heat_share", .unit = "1", .start = 0.5, .min = 0, .max = 1, TUNED,

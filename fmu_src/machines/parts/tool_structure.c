@@ -43,7 +43,7 @@ enum {
 
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
-    [TIME] = CLOCK,
+    [VAR_TIME] = CLOCK,
     [FORCE_X] = {.name = "force_x", ON_THE_TOOL, .meaning = "force on the tool along the cutting direction"},
     [FORCE_Y] = {.name = "force_y", ON_THE_TOOL, .meaning = "force on the tool away from the machined surface"},
     [HOLDER_MASS] = {.name = "holder_mass", .start = 1.5, HEAVY,

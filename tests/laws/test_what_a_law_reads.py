@@ -1,0 +1,52 @@
+"""Does a friction law read of the base table what it says, and nothing else? And which laws may stand in for another one?"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from driving import started
+from evat.model import FloatArray, Variable
+from evat.models.contact import ContactModel
+from evat.native import kernel
+
+LAWS = kernel.laws()
+BASE = kernel.variables()[: kernel.library()[1].BASE_COUNT]
+READABLE = (*(v for v in BASE if v.causality == "parameter" and v.variability == "tunable"), kernel.variable("applied_force"))
+# Strokes of several break-away deflections, at speeds around v_s; as published, since the limit of the damping reads damping_margin.
+SETTING: dict[str, float | str] = {
+    "kinematics": "external", "damping_mode": "as_published", "relative_tolerance": 1e-8, "karnopp.zero_velocity_band": 5e-3,
+    "sigma0": 1e5, "sigma1": 100.0, "sigma2": 50.0, "F_C": 9.0, "F_S": 12.0, "v_s": 1e-2,
+}  # fmt: skip
+TIMES = np.linspace(0, 0.5, 301)
+SLIP = 2e-2 * np.sin(2 * np.pi * 8 * TIMES + 0.1)
+APPLIED = 60 * TIMES  # within F_S, then beyond
+
+
+def force(law: str, changed: Variable | None = None) -> FloatArray:
+    """Friction force along the strokes, (301,), with a tenth more of one variable."""
+    values, applied = {**SETTING, "friction_law": law}, APPLIED
+    if changed is not None and changed.causality == "input":
+        applied = 1.1 * APPLIED
+    elif changed is not None:
+        values[changed.name] = 1.1 * float(values.get(changed.name, changed.start)) + (0.0 if changed.start else 0.1 * changed.nominal)
+    contact = started({**values, "slip_velocity": float(SLIP[0])})
+    return contact.run(TIMES, {"slip_velocity": SLIP, "applied_force": applied}, ("friction_force",))[:, 0]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
+def test_the_force_follows_what_the_law_reads_and_nothing_else(law: kernel.Law) -> None:
+    """A tenth moves the force by a thousandth or more; what is not read moves internal steps at most, at a tolerance of 1e-8."""
+    first = force(law.name)
+    moved = {known.name: float(np.max(np.abs(force(law.name, known) - first)) / np.max(np.abs(first))) for known in READABLE}
+    assert {name for name, share in moved.items() if share > 1e-5} == {known.name for known in law.reads}
+    assert min(moved[known.name] for known in law.reads) > 1e-3
+
+
+def test_laws_that_jump_or_ask_for_more_than_a_slip_velocity_are_no_rivals() -> None:
+    names = {law.name for law in LAWS}
+    for law in LAWS:
+        rivals = {next(iter(rival.values.values())): rival for rival in ContactModel().rival_laws({"friction_law": law.name})}
+        assert set(rivals) == names - {law.name, "karnopp", "bristle", "reset_integrator"}
+        for other in LAWS:
+            if other.name in rivals:
+                assert rivals[other.name].variables == (*other.reads, *other.variables)
