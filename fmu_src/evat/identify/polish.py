@@ -99,7 +99,8 @@ def losses(objective: Objective, loss: Loss, points: FloatArray) -> FloatArray:
 def polish(objective: Objective, points: Sequence[FloatArray], whiten: bool, cancelled: Callable[[], bool] | None = None) -> Optimum:
     """The best of the optima near `points`, which a short descent from each tells; the noise is estimated along the way."""
     free, calls, point = np.ones(points[0].size, dtype=bool), 0, points[0]
-    plain = Loss(Weights(objective.weights), {})
+    usual = {channel: 1 / float(np.median(objective.weights[objective.places(channel)])) for channel in objective.channels}
+    plain = Loss(Weights(objective.weights), usual)
     if len(points) > 1:
         least = np.inf
         for start in points:
