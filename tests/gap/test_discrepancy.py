@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from evat.inference.discrepancy import known, likelihood
-from evat.inference.noise import estimate_noise
+from evat.inference.noise import BETWEEN, estimate_noise
 from evat.inference.prediction import Prediction
-from evat.inference.whitening import BETWEEN, Whitening
+from evat.inference.whitening import Whitening
 from toy import Toy, measured
 
 

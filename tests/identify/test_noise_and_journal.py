@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from evat.identify.journal import _checked, _with_sum
-from evat.identify.noise import coloured, whitened
+from evat.inference.autoregression import correlated, innovations
 from scipy.linalg import toeplitz
 
 TAPS = np.array([1.0, -1.1, 0.3])  # e_t = 1.1 e_(t-1) - 0.3 e_(t-2) + white
-RECORD = SimpleNamespace(segments=[SimpleNamespace(channel="friction_force", trial=0, at=slice(0, 60))])
 
 
 def test_coloured_slopes_have_the_correlation_of_the_noise() -> None:
@@ -19,11 +16,9 @@ def test_coloured_slopes_have_the_correlation_of_the_noise() -> None:
     J = np.random.default_rng(2).normal(size=(60, 3))
     whitens = toeplitz(np.r_[TAPS, np.zeros(57)], np.r_[1.0, np.zeros(59)])
     L = np.linalg.inv(whitens)
-    slopes = coloured(RECORD, {"friction_force": TAPS}, J)  # type: ignore[arg-type]
+    slopes = correlated(TAPS, J)
     assert slopes.T @ slopes == pytest.approx(J.T @ L @ L.T @ J, rel=1e-10)
-    white = whitened(RECORD, {"friction_force": TAPS}, J)  # type: ignore[arg-type]
-    assert white[2:] == pytest.approx((whitens @ J)[2:], rel=1e-10)
-    assert np.all(white[:2] == 0)
+    assert innovations(TAPS, J) == pytest.approx((whitens @ J)[2:], rel=1e-10)
 
 
 def test_a_torn_line_is_none() -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evat.inference.checks import opposed, unit_ratio
 from evat.inference.prediction import Prediction
 from evat.model import Effect, FloatArray
 
@@ -16,8 +17,6 @@ FEWEST = 30  # recorded samples, and FEWEST_MEANS means, below which nothing is 
 FEWEST_MEANS = 4
 PER_CYCLE = 6  # samples of a vibration cycle, below which its phase is not seen
 VARIES = 0.02  # of its size: what changes by less does not vary
-SCALE = 300.0  # a force that is so many times what the model says is one in another unit; static friction can be wrong by 80 times
-AGAINST = -0.3  # correlation of measured and simulated: a sign is turned
 SEEN = 5.0  # standard deviations of all samples together, below which a change cannot be seen
 STUCK, AT_RANGE = 0.001, 0.999  # share of samples at the end of a sensor's range
 COARSE = 0.5  # numerical error over noise, above which nothing is claimed
@@ -122,10 +121,11 @@ def _stated(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, f
 def _channel(channel: str, measured: FloatArray, simulated: FloatArray) -> list[str]:
     if np.ptp(measured) == 0:
         return [f"{channel}: it is {measured[0]:g} all the time; is the sensor connected?"]
-    ours, theirs = float(np.sqrt(np.mean(measured**2))), float(np.sqrt(np.mean(simulated**2)))
-    if theirs > 0 and not 1 / SCALE < ours / theirs < SCALE:
-        return [f"{channel}: measured is {ours / theirs:.3g} times the model; check its unit"]
-    if theirs > 0 and float(measured @ simulated) / (measured.size * ours * theirs) < AGAINST:
+    if not np.any(simulated):
+        return []
+    if (ratio := unit_ratio(measured, simulated)) is not None:
+        return [f"{channel}: measured is {ratio:.3g} times the model; check its unit"]
+    if opposed(measured, simulated) is not None:
         return [
             f"{channel}: measured runs against the model; check its sign (forces act on the tool, positive slip gives positive friction)"
         ]

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evat.inference.noise import differing, impulse_response
+from evat.inference.autoregression import impulse_response
+from evat.inference.noise import differing
 from evat.inference.whitening import Whitening
 from evat.model import FloatArray
 

@@ -17,9 +17,10 @@ from scipy.stats import qmc
 from evat.experiment import Experiment
 from evat.inference.discrepancy import Likelihood, likelihood
 from evat.inference.fit import Fit
+from evat.inference.noise import BETWEEN
 from evat.inference.parameters import Parameter, Scales, amplitude_parameter, amplitudes, shape_parameter, shapes
 from evat.inference.prediction import Prediction
-from evat.inference.whitening import BETWEEN, Sums, Whitening
+from evat.inference.whitening import Sums, Whitening
 from evat.model import Effect, FloatArray, Variable
 
 PLAUSIBLE = 0.1  # of the rms of a channel: what an effect does, a priori (one standard deviation)

@@ -100,10 +100,9 @@ def _information(objective: Objective, optimum: Optimum, point: FloatArray, seve
         own = {name: value for name, value in motion.values.items() if name in like.values}
         trials.append(Trial(motion.condition, motion.condition, {**like.values, **own}, motion.times, {**others, **motion.inputs}, outputs))
     prediction = Prediction(objective.prediction.model, replace(experiment, trials=tuple(trials), means=None))
-    level = {channel: float(np.median(optimum.noise.weights[objective.places(channel)])) for channel in objective.channels}
     weights = np.empty(prediction.measured.size)
     for segment in prediction.segments:
-        weights[segment.at] = level[segment.channel]
+        weights[segment.at] = 1 / optimum.loss.sd[segment.channel]
     try:
         _, table = slopes(prediction, objective.space, objective.values, objective.on, point)
     except EvatError:

@@ -4,28 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from evat.experiment import Experiment, ExperimentError
+from evat.experiment import ExperimentError
 from evat.identify.objective import Objective
-from evat.model import FloatArray, ParameterError
+from evat.inference.checks import opposed, rms, unit_ratio
+from evat.model import ParameterError
 
-JUMP = 100.0  # median sample steps: a record that goes on after such a gap is two records
-AGAINST = -0.5  # correlation of measured and calculated below which one of them has its sign turned
-FACTOR = 100.0  # between the rms of measured and calculated, beyond which a unit is suspect
 PROBES = 4
-
-
-def check_clocks(experiment: Experiment) -> None:
-    """ExperimentError where a clock jumps: between the samples the inputs would be made up."""
-    for trial in experiment.trials:
-        steps = np.diff(trial.times)
-        if steps.size < 2:
-            raise ExperimentError(f"{trial.file}: {trial.times.size} samples; a recording has at least three.")
-        usual, place = float(np.median(steps)), int(np.argmax(steps))
-        if steps[place] > JUMP * usual:
-            raise ExperimentError(
-                f"{trial.file}: the clock jumps by {steps[place]:.4g} s after sample {place + 1} (t = {trial.times[place]:.6g} s), "
-                f"its usual step is {usual:.4g} s. What moved in between is not known: cut the file there into two trials."
-            )
 
 
 def check_influence(objective: Objective, seed: int) -> None:
@@ -57,33 +41,24 @@ def check_signs(objective: Objective) -> None:
     nominal = prediction.one(objective.values, objective.on)
     for channel in objective.channels:
         places = objective.places(channel)
-        measured, calculated = prediction.measured[places], nominal[places]
-        if not np.all(np.isfinite(calculated)):
+        if not np.all(np.isfinite(nominal[places])):
             raise ExperimentError(f"{channel}: the nominal model fails on this record; check its values against the units of the inputs.")
-        both = float(np.sqrt(np.sum(measured**2) * np.sum(calculated**2)))
-        cosine = float(np.sum(measured * calculated)) / both if both > 0 else 0.0
-        if cosine < AGAINST:
+        if (correlation := opposed(prediction.measured[places], nominal[places])) is not None:
             raise ExperimentError(
-                f"{channel}: measured runs against calculated (correlation {cosine:.2f}). Positive slip gives positive friction here; "
+                f"{channel}: measured runs against calculated (correlation {correlation:.2f}). Positive slip gives positive friction here; "
                 "turn the sign of the force's column, or of the motion's."
             )
 
 
 def suspicious_scales(objective: Objective) -> list[str]:
     """Channels whose size is far from what the nominal model says: a sentence for each."""
-    prediction, found = objective.prediction, []
+    prediction, sentences = objective.prediction, []
     nominal = prediction.one(objective.values, objective.on)
     for channel in objective.channels:
-        places = objective.places(channel)
-        measured, calculated = _rms(prediction.measured[places]), _rms(nominal[places])
-        ratio = measured / calculated if calculated > 0 else np.inf
-        if not 1 / FACTOR < ratio < FACTOR:
-            found.append(
-                f"{channel}: measured is {ratio:.3g} times what the nominal model gives (rms {measured:.4g} against {calculated:.4g}). "
-                "Is the column in the unit that the experiment says?"
+        measured, calculated = prediction.measured[objective.places(channel)], nominal[objective.places(channel)]
+        if (ratio := unit_ratio(measured, calculated)) is not None:
+            sentences.append(
+                f"{channel}: measured is {ratio:.3g} times what the nominal model gives (rms {rms(measured):.4g} against "
+                f"{rms(calculated):.4g}). Is the column in the unit that the experiment says?"
             )
-    return found
-
-
-def _rms(column: FloatArray) -> float:
-    return float(np.sqrt(np.mean(column**2)))
+    return sentences

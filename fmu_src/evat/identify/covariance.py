@@ -5,27 +5,46 @@ Noise that goes on from sample to sample widens what was not whitened: a sandwic
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from evat.identify.noise import Colour, colour, coloured, rows_of, whitened
 from evat.identify.objective import Objective
+from evat.inference.autoregression import WHITE, autoregression, correlated, innovations
+from evat.inference.generalised_least_squares import Whitener
 from evat.model import FloatArray
 
 LOOSE = 1e3  # sd, in widths of the bounds, that a parameter without any influence gets
+MANY = 1e9  # degrees of freedom of what needs no repeats to be known
 
 
 @dataclass(frozen=True, eq=False)
-class Noise:
-    """Weights (N,), the whitening filters, and the loss: scale of its bend (inf: none) and where it is flat in slope."""
+class Weights:
+    """Residuals and slopes over the sd (N,) of each number, as if these were independent."""
 
     weights: FloatArray
-    colours: Colour
-    bend: float
-    magnitudes: bool
 
-    def loss(self, residual: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def __call__(self, columns: FloatArray) -> FloatArray:
+        weighted: FloatArray = columns * (self.weights if columns.ndim == 1 else self.weights[:, None])
+        return weighted
+
+
+@dataclass(frozen=True, eq=False)
+class Loss:
+    """What is summed up: `weigh` makes residuals or slopes those of unit variance, `sd[channel]` is the usual sd of a number [its unit],
+    `bend` the scale from which the loss is no square any more (inf: none), `magnitudes` whether it is a rounded-off magnitude there."""
+
+    weigh: Weights | Whitener
+    sd: Mapping[str, float]
+    bend: float = np.inf
+    magnitudes: bool = False
+
+    @property
+    def whitened(self) -> bool:
+        return isinstance(self.weigh, Whitener)
+
+    def __call__(self, residual: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """rho, psi = rho', psi' of weighted residuals; rho is r^2/2 near zero."""
         if self.magnitudes:
             root = np.sqrt(1 + (residual / self.bend) ** 2)
@@ -39,52 +58,92 @@ class Noise:
 class Optimum:
     """The optimum in the cube with what is needed to judge its surroundings.
 
-    residual : (N,), calculated less measured, SI; loss : sum of rho there; unit : the loss's rise that is one sd, squared, over 2
+    residual : (N,), calculated less measured, SI; least : sum of rho there; unit : the loss's rise that is one sd, squared, over 2
     (`2 * (loss - least) / unit` is chi-squared with 1 degree of freedom); stretch : (p,) the factor of a parameter's variance by which
-    correlated noise exceeds white one; covariance : of the point of the cube.
+    correlated noise exceeds white one; covariance : of the point of the cube; degrees : (p,) of freedom from which a parameter's sd is
+    known.
     """
 
     point: FloatArray
     residual: FloatArray
-    noise: Noise
-    loss: float
+    loss: Loss
+    least: float
     unit: float
     stretch: FloatArray
     covariance: FloatArray
+    degrees: FloatArray
     calls: int
 
 
-def judged(objective: Objective, noise: Noise, point: FloatArray, loss: float, calls: int) -> Optimum:
+def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float, calls: int) -> Optimum:
     """The optimum with its covariance."""
     predicted, table = objective.jacobian(point)
     residual = predicted - objective.prediction.measured
-    scaled = whitened(objective.prediction, noise.colours, residual * noise.weights)
-    slopes = whitened(objective.prediction, noise.colours, table * noise.weights[:, None])
-    _, psi, curve = noise.loss(scaled)
+    scaled, slopes = loss.weigh(residual), loss.weigh(table)
+    _, psi, curve = loss(scaled)
     count = max(scaled.size - point.size, 1)
     unit = float(np.sum(psi**2) / count / max(float(np.mean(curve)), 1e-12))
     if objective.kind == "least_squares" and all(objective.has_sd(channel) for channel in objective.channels):
         unit = max(unit, 1.0)  # few averages may lie closer to the model than their sd, by chance: that makes nothing better known
-    information = slopes.T @ slopes * float(np.mean(curve)) / unit
-    covariance = np.linalg.inv(information + np.eye(point.size) / LOOSE**2)
+    covariance = _inverse(slopes.T @ slopes * float(np.mean(curve)) / unit)
     stretch: FloatArray = np.ones(point.size)
-    if not noise.colours:
-        colours = {channel: colour(rows) for channel, rows in rows_of(objective.prediction, psi).items()}
-        power = _powers(objective, colours, psi)
-        meat = coloured(objective.prediction, colours, slopes * power[:, None])
+    if not loss.whitened:
+        filters = {channel: autoregression(rows) for channel, rows in objective.prediction.recordings(psi).items()}
+        meat = _each(objective, filters, slopes * _innovation_sd(objective, filters, psi)[:, None], correlated)
         sandwich = covariance @ (meat.T @ meat) @ covariance / unit**2
         # correlated noise that happens to suit a parameter is no reason to believe in less than white noise
         stretch = np.maximum(np.diag(sandwich) / np.diag(covariance), 1.0)
         grown = np.sqrt(stretch)
-        covariance = covariance * grown[:, None] * grown[None, :]
-    return Optimum(point, residual, noise, loss, unit, stretch, np.asarray(covariance, dtype=np.float64), calls + 1 + point.size)
+        covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
+    degrees = _degrees(objective, loss, table, covariance, unit)
+    return Optimum(point, residual, loss, least, unit, stretch, covariance, degrees, calls + 1 + point.size)
 
 
-def _powers(objective: Objective, colours: Colour, psi: FloatArray) -> FloatArray:
-    """sd of the innovations of each number."""
-    inner = whitened(objective.prediction, colours, psi)
-    found = np.ones(psi.size)
+def _inverse(information: FloatArray) -> FloatArray:
+    inverse: FloatArray = np.asarray(np.linalg.inv(information + np.eye(len(information)) / LOOSE**2), dtype=np.float64)
+    return inverse
+
+
+def _degrees(objective: Objective, loss: Loss, table: FloatArray, covariance: FloatArray, unit: float) -> FloatArray:
+    """Effective degrees of freedom of each parameter's variance, (p,): what differs between trials is known from few repeats only (Welch
+    and Satterthwaite; GUM, annex G.4)."""
+    size, channels = objective.prediction.measured.size, objective.channels
+    count = size - covariance.shape[0]
+    if not all(objective.has_sd(channel) for channel in channels):
+        # the scale of the noise is estimated from the residual, of each channel apart: that with the fewest numbers knows it worst
+        count = int(count / size * min(int(objective.places(channel).sum()) for channel in channels))
+    within = float(max(count, 1))
+    if not isinstance(loss.weigh, Whitener) or not loss.weigh.mixed:
+        return np.full(covariance.shape[0], within)
+    slopes = loss.weigh.within()(table)
+    noise = np.diag(_inverse(slopes.T @ slopes / unit))
+    whole = np.diag(covariance)
+    between = np.clip(whole - noise, 0.0, None)
+    repeats = min((degrees for degrees in loss.weigh.noise.degrees.values() if degrees), default=MANY)
+    degrees: FloatArray = whole**2 / (np.minimum(noise, whole) ** 2 / within + between**2 / repeats)
+    return degrees
+
+
+def _each(
+    objective: Objective,
+    filters: Mapping[str, FloatArray],
+    columns: FloatArray,
+    change: Callable[[FloatArray, FloatArray], FloatArray],
+) -> FloatArray:
+    """Every recording of the columns (N, ...) changed by the filter of its channel."""
+    changed = np.array(columns, dtype=np.float64)
+    for segment in objective.prediction.segments:
+        filter_ = filters.get(segment.channel, WHITE)
+        if filter_.size > 1 and segment.trial >= 0:
+            rows = change(filter_, changed[segment.at])
+            changed[segment.at][-len(rows) :] = rows
+    return changed
+
+
+def _innovation_sd(objective: Objective, filters: Mapping[str, FloatArray], psi: FloatArray) -> FloatArray:
+    """sd of the innovations of each number, (N,)."""
+    inner, sd = _each(objective, filters, psi, innovations), np.ones(psi.size)
     for channel in objective.channels:
         places = objective.places(channel)
-        found[places] = np.sqrt(np.mean(inner[places] ** 2))
-    return found
+        sd[places] = np.sqrt(np.mean(inner[places] ** 2))
+    return sd

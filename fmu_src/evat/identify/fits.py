@@ -8,9 +8,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from evat.experiment import Experiment
-from evat.identify import noise
-from evat.identify.objective import Objective, noise_floor, relative_error
+from evat.identify.objective import Objective, relative_error
 from evat.identify.result import Fit
+from evat.inference.autoregression import lag_one_correlation
+from evat.inference.noise import repeatability
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Model
 
@@ -21,7 +22,7 @@ FEW = 30  # numbers of a channel, from whose residual the noise is told badly
 
 
 def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, Fit]:
-    floor, error, rows = noise_floor(prediction), relative_error(prediction, residual), noise.rows_of(prediction, residual)
+    floor, error, rows = repeatability(prediction), relative_error(prediction, residual), prediction.recordings(residual)
     found = {}
     for channel in error:
         places = prediction.places(channel)
@@ -31,7 +32,7 @@ def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, Fit]:
             share=rms / whole if whole else math.inf,
             relative_error=error[channel],
             noise=floor.get(channel, math.nan),
-            follows_itself=noise.follows_itself(rows.get(channel, [])),
+            follows_itself=lag_one_correlation(rows.get(channel, [])),
             samples=places.size,
         )
     return found

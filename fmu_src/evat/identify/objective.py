@@ -3,7 +3,7 @@
 least_squares : mean of ((measured - calculated)/scale)^2
 huber         : the same, beyond HUBER scales linear
 relative      : the paper's eq. 9, sum|measured - calculated| / sum|measured|, averaged over the channels
-The scale of a channel is its noise, where repeats or a stated sd give it, otherwise SHARE of its rms.
+The scale of a channel is its noise, where repeats or a stated sd give it, otherwise MEANS_SD of its rms.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ import numpy.typing as npt
 
 from evat.experiment import ExperimentError
 from evat.identify.space import Space
+from evat.inference.noise import MEANS_SD, repeatability, stated_sd
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, ParameterError
 
 Kind = Literal["least_squares", "huber", "relative"]
 HUBER = 1.345  # scales: 95 % efficient on Gaussian noise
-SHARE = 0.05
 FAILED = 1e30  # cost of a set that the model cannot run; finite, so that populations have a spread
 MOST_BYTES = 150e6  # of predictions held at a time
 
@@ -35,7 +35,7 @@ class Objective:
             raise ParameterError(f"objective {kind!r}: allowed are {', '.join(get_args(Kind))}.")
         self.prediction, self.space, self.on, self.kind, self.values = prediction, space, tuple(on), kind, dict(values)
         self.channels = prediction.channels
-        self.noise = noise_floor(prediction)
+        self.noise = repeatability(prediction)
         measured, scale = prediction.measured, np.empty_like(prediction.measured)
         self.shares = np.empty_like(measured)  # of |residual| in eq. 9
         for channel in self.channels:
@@ -46,7 +46,7 @@ class Objective:
                     f"{prediction.experiment.title!r}: {channel} is zero in every sample. A sensor that was off, or a wrong column? "
                     "There is nothing to identify from it; leave it out of the signals."
                 )
-            scale[places] = self.noise.get(channel) or SHARE * rms
+            scale[places] = self.noise.get(channel) or MEANS_SD * rms
             self.shares[places] = 1 / (whole * len(self.channels))
         stated = stated_sd(prediction)
         self._stated = np.isfinite(stated)
@@ -126,37 +126,3 @@ def relative_error(prediction: Prediction, residual: FloatArray) -> dict[str, fl
         sums[0] += float(np.abs(residual[segment.at]).sum())
         sums[1] += float(np.abs(prediction.measured[segment.at]).sum())
     return {channel: difference / whole if whole else float("inf") for channel, (difference, whole) in found.items()}
-
-
-def repeats(prediction: Prediction) -> dict[str, list[FloatArray]]:
-    """Deviations of repeats from their mean, channel by channel, scaled to the noise's own sd; only of trials on one clock."""
-    groups: dict[tuple[str, str], list[tuple[FloatArray, FloatArray]]] = {}
-    for segment in prediction.segments:
-        if segment.trial >= 0:
-            times = prediction.experiment.trials[segment.trial].times
-            groups.setdefault((segment.channel, segment.condition), []).append((times, prediction.measured[segment.at]))
-    found: dict[str, list[FloatArray]] = {}
-    for (channel, _), members in groups.items():
-        clock = members[0][0]
-        columns = [column for times, column in members if times.shape == clock.shape and np.allclose(times - times[0], clock - clock[0])]
-        if len(columns) > 1:
-            table = np.array(columns)
-            found.setdefault(channel, []).extend((table - table.mean(axis=0)) * np.sqrt(len(columns) / (len(columns) - 1)))
-    return found
-
-
-def noise_floor(prediction: Prediction) -> dict[str, float]:
-    """sd of each channel that was measured more than once under the same condition."""
-    found = {channel: float(np.sqrt(np.mean(np.concatenate(rows) ** 2))) for channel, rows in repeats(prediction).items()}
-    return {channel: level for channel, level in found.items() if level > 0}
-
-
-def stated_sd(prediction: Prediction) -> FloatArray:
-    """sd that came with means; nan where none did."""
-    found, means, rows = np.full(prediction.measured.size, np.nan), prediction.experiment.means, dict[str, int]()
-    for segment in prediction.segments:
-        if segment.trial < 0 and means is not None:
-            row = rows[segment.channel] = rows.get(segment.channel, -1) + 1
-            if segment.channel in means.sd:
-                found[segment.at] = means.sd[segment.channel][row] or np.nan
-    return found

@@ -1,8 +1,8 @@
 """Where exactly is the optimum, and how well is it known? Whitened nonlinear least squares from the search's best points; its covariance.
 
-least_squares is whitened: by the correlation of repeats, where there are any, else of the residual itself. huber and relative (as a smooth
-sum of magnitudes) are M-estimates: not whitened; their covariance, and that of least squares that one asked not to whiten, takes the
-residual's correlation in (a sandwich).
+least_squares is generalised: whitened by what repeats say of the noise within trials and of what differs between them, where there are any,
+else by the correlation of the residual itself. huber and relative (as a smooth sum of magnitudes) are M-estimates: not whitened; their
+covariance, and that of least squares that one asked not to whiten, takes the residual's correlation in (a sandwich).
 """
 
 from __future__ import annotations
@@ -12,9 +12,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.optimize import least_squares
 
-from evat.identify.covariance import Noise, Optimum, judged
-from evat.identify.noise import Colour, colour, rows_of, whitened
-from evat.identify.objective import HUBER, Objective, repeats
+from evat.identify.covariance import Loss, Optimum, Weights, optimum_at
+from evat.identify.objective import HUBER, Objective
+from evat.inference.autoregression import impulse_response
+from evat.inference.generalised_least_squares import Whitener
+from evat.inference.noise import Noise, estimate_noise
 from evat.model import FloatArray
 
 SMOOTH = 0.1  # of the residual's spread: below it the magnitude of eq. 9 is rounded off, lest its slope jump
@@ -27,8 +29,8 @@ class _Runs:
     Both come from one call of the model, side by side, which costs hardly more than the residual alone.
     """
 
-    def __init__(self, objective: Objective, noise: Noise, point: FloatArray, free: FloatArray) -> None:
-        self.objective, self.noise, self.point, self.free, self.calls = objective, noise, point, free, 0
+    def __init__(self, objective: Objective, loss: Loss, point: FloatArray, free: FloatArray) -> None:
+        self.objective, self.loss, self.point, self.free, self.calls = objective, loss, point, free, 0
         self._at, self._slopes = np.empty(0), np.empty((0, 0))
 
     def whole(self, moved: FloatArray) -> FloatArray:
@@ -40,8 +42,7 @@ class _Runs:
         self.calls += 1 + len(moved)
         prediction = self.objective.prediction
         row, table = self.objective.jacobian(self.whole(moved), only=np.flatnonzero(self.free).tolist())
-        both = np.column_stack([row - prediction.measured, table]) * self.noise.weights[:, None]
-        both = whitened(prediction, self.noise.colours, both)
+        both = self.loss.weigh(np.column_stack([row - prediction.measured, table]))
         self._at, self._slopes = moved.copy(), both[:, 1:]
         return both[:, 0]
 
@@ -52,20 +53,20 @@ class _Runs:
 
 
 def descend(
-    objective: Objective, noise: Noise, point: FloatArray, free: FloatArray, most: int = 60, exact: float = 1e-9
+    objective: Objective, loss: Loss, point: FloatArray, free: FloatArray, most: int = 60, exact: float = 1e-9
 ) -> tuple[FloatArray, float, int]:
     """The least loss over the places `free` of the cube from `point`: the point, the loss, and how many runs it took."""
-    runs = _Runs(objective, noise, point, free)
+    runs = _Runs(objective, loss, point, free)
 
     def scipy_loss(z: FloatArray) -> FloatArray:
         residual = np.sqrt(z)
-        rho, psi, curve = noise.loss(residual)
+        rho, psi, curve = loss(residual)
         slope = np.where(residual > 0, psi / np.where(residual > 0, residual, 1.0), 1.0)
         bend = np.where(residual > 0, (curve - slope) / np.where(z > 0, 2 * z, 1.0), 0.0)
         return np.array([2 * rho, slope, bend])
 
     if not free.any():
-        return point, float(losses(objective, noise, point[None, :])[0]), 1
+        return point, float(losses(objective, loss, point[None, :])[0]), 1
     begin = np.clip(point[free], 1e-9, 1 - 1e-9)
     found = least_squares(
         runs.residual,
@@ -73,7 +74,7 @@ def descend(
         runs.slopes,
         bounds=(0.0, 1.0),
         x_scale="jac",
-        loss="linear" if np.isinf(noise.bend) else scipy_loss,
+        loss="linear" if np.isinf(loss.bend) else scipy_loss,
         max_nfev=most,
         ftol=exact,
         xtol=exact,
@@ -82,50 +83,71 @@ def descend(
     return runs.whole(found.x), float(found.cost), runs.calls
 
 
-def losses(objective: Objective, noise: Noise, points: FloatArray) -> FloatArray:
+def losses(objective: Objective, loss: Loss, points: FloatArray) -> FloatArray:
     """The loss at points of the cube, (K, p) -> (K,); inf where the model fails."""
-    found = []
+    sums = list[float]()
     for first in range(0, len(points), objective.at_once):
         for row in objective.predicted(points[first : first + objective.at_once]):
-            scaled = whitened(objective.prediction, noise.colours, (row - objective.prediction.measured) * noise.weights)
-            found.append(float(noise.loss(scaled)[0].sum()) if np.all(np.isfinite(scaled)) else np.inf)
-    return np.array(found)
+            if not np.all(np.isfinite(row)):
+                sums.append(np.inf)
+                continue
+            scaled = loss.weigh(row - objective.prediction.measured)
+            sums.append(float(loss(scaled)[0].sum()))
+    return np.array(sums)
 
 
 def polish(objective: Objective, points: Sequence[FloatArray], whiten: bool, cancelled: Callable[[], bool] | None = None) -> Optimum:
     """The best of the optima near `points`, which a short descent from each tells; the noise is estimated along the way."""
     free, calls, point = np.ones(points[0].size, dtype=bool), 0, points[0]
+    usual = {channel: 1 / float(np.median(objective.weights[objective.places(channel)])) for channel in objective.channels}
+    plain = Loss(Weights(objective.weights), usual)
     if len(points) > 1:
-        plain, least = Noise(objective.weights, {}, np.inf, False), np.inf
+        least = np.inf
         for start in points:
             if cancelled is not None and cancelled():
                 break
-            end, loss, used = descend(objective, plain, start, free, most=20, exact=1e-4)
+            end, cost, used = descend(objective, plain, start, free, most=20, exact=1e-4)
             calls += used
-            if loss < least:
-                point, least = end, loss
-    repeated = repeats(objective.prediction)
-    from_repeats = {channel: colour(rows) for channel, rows in repeated.items()}
-    noise = Noise(objective.weights, {}, np.inf, False)
-    if objective.kind != "least_squares":
-        noise = _noise(objective, _residual(objective, point), from_repeats, whiten)
+            if cost < least:
+                point, least = end, cost
+    loss = plain if objective.kind == "least_squares" else _loss(objective, point, whiten)
     for _ in range(ROUNDS):
         if cancelled is not None and cancelled():
             break
-        point, _, used = descend(objective, noise, point, free)
+        point, _, used = descend(objective, loss, point, free)
         calls += used
-        noise = _noise(objective, _residual(objective, point), from_repeats, whiten)
-    point, loss, used = descend(objective, noise, point, free)
-    return judged(objective, noise, point, loss, calls + used)
+        loss = _loss(objective, point, whiten)
+    point, least, used = descend(objective, loss, point, free)
+    return optimum_at(objective, loss, point, least, calls + used)
 
 
-def _residual(objective: Objective, point: FloatArray) -> FloatArray:
-    found: FloatArray = objective.predicted(point[None, :])[0] - objective.prediction.measured
-    return found
+def _loss(objective: Objective, point: FloatArray, whiten: bool) -> Loss:
+    """The loss with the noise that repeats tell, or the residual at a point of the cube."""
+    predicted = objective.predicted(point[None, :])[0]
+    noise = estimate_noise(objective.prediction, predicted, prior=False, from_residual=True)
+    sd = _usual_sd(objective, noise)
+    if objective.kind == "least_squares" and whiten:
+        return Loss(Whitener(objective.prediction, noise, predicted), sd)
+    weights = _weights(objective, predicted - objective.prediction.measured)
+    if objective.kind == "huber":
+        return Loss(Weights(weights), sd, HUBER)
+    if objective.kind == "relative":
+        return Loss(Weights(objective.shares / objective.shares.mean() * float(np.median(weights))), sd, SMOOTH, True)
+    return Loss(Weights(weights), sd)
 
 
-def _noise(objective: Objective, residual: FloatArray, from_repeats: Colour, whiten: bool) -> Noise:
-    """Weights by channel: the repeats' noise, else the residual's spread; filters where least squares is to be whitened."""
+def _usual_sd(objective: Objective, noise: Noise) -> dict[str, float]:
+    """Of a number of each channel, correlated or not [unit of the channel]."""
+    usual = dict[str, float]()
+    for channel in objective.channels:
+        places = [place for place, segment in enumerate(objective.prediction.segments) if segment.channel == channel]
+        growth = float(np.sqrt(np.sum(impulse_response(noise.filters[channel]) ** 2))) if channel in noise.filters else 1.0
+        usual[channel] = float(np.median(noise.sizes[places])) * growth
+    return usual
+
+
+def _weights(objective: Objective, residual: FloatArray) -> FloatArray:
+    """Of each number (N,): by the repeatability of its channel or its stated sd, else by the residual's spread."""
     weights = objective.weights.copy()
     robust = objective.kind != "least_squares"
     for channel in objective.channels:
@@ -134,11 +156,4 @@ def _noise(objective: Objective, residual: FloatArray, from_repeats: Colour, whi
             left = residual[places]
             spread = float(np.median(np.abs(left)) / 0.6745) if robust else float(np.sqrt(np.mean(left**2)))
             weights[places] = 1 / max(spread, 1e-9 / float(objective.weights[places][0]))
-    if objective.kind == "huber":
-        return Noise(weights, {}, HUBER, False)
-    if objective.kind == "relative":
-        return Noise(objective.shares / objective.shares.mean() * float(np.median(weights)), {}, SMOOTH, True)
-    if not whiten:
-        return Noise(weights, {}, np.inf, False)
-    own = {channel: colour(rows) for channel, rows in rows_of(objective.prediction, residual).items()}
-    return Noise(weights, {**own, **from_repeats}, np.inf, False)
+    return weights

@@ -49,19 +49,14 @@ class BetterPoint(Exception):
         self.point = point
 
 
-def threshold(objective: Objective, optimum: Optimum) -> float:
-    """Rise at the ends of the interval: chi-squared, with the scale of the noise estimated from the residual: that of each channel apart,
-    unless sd were stated, so that the channel with the fewest numbers decides how well it is known."""
-    size, channels = objective.prediction.measured.size, objective.channels
-    count = size - optimum.point.size
-    if not all(objective.has_sd(channel) for channel in channels):
-        count = int(count / size * min(int(objective.places(channel).sum()) for channel in channels))
-    return float(f_distribution.ppf(LEVEL, 1, max(count, 1)))
+def threshold(optimum: Optimum, place: int) -> float:
+    """Rise at the ends of a parameter's interval: Fisher's F, since its variance is estimated, too, from so many degrees of freedom."""
+    return float(f_distribution.ppf(LEVEL, 1, float(optimum.degrees[place])))
 
 
 def profile(objective: Objective, optimum: Optimum, place: int, strict: bool = True) -> Profile:
     """The profile of one parameter; strict : raises BetterPoint where the optimum turns out to be none."""
-    limit = threshold(objective, optimum)
+    limit = threshold(optimum, place)
     sides = [_side(objective, optimum, place, way, limit, strict) for way in (-1.0, 1.0)]
     points = sorted([*sides[0][0], (float(optimum.point[place]), 0.0), *sides[1][0]])
     u, rise = (np.array(column) for column in zip(*points, strict=True))
@@ -142,11 +137,11 @@ def _beyond(
     free = np.ones(optimum.point.size, dtype=bool)
     free[place] = False
     best: tuple[FloatArray, float] | None = None
-    for start in probes[np.argsort(losses(objective, optimum.noise, probes))[:DESCENTS]]:
-        point, loss, _ = descend(objective, optimum.noise, start, free, most=12, exact=1e-4)
+    for start in probes[np.argsort(losses(objective, optimum.loss, probes))[:DESCENTS]]:
+        point, loss, _ = descend(objective, optimum.loss, start, free, most=12, exact=1e-4)
         rise = _scaled(optimum, place, loss)
         if rise >= limit:
-            point, loss, _ = descend(objective, optimum.noise, point, np.ones_like(free), most=12, exact=1e-4)
+            point, loss, _ = descend(objective, optimum.loss, point, np.ones_like(free), most=12, exact=1e-4)
             rise = _scaled(optimum, place, loss) if (point[place] - end) * way > 0 else np.inf
         if strict and rise < -BETTER:
             raise BetterPoint(point)
@@ -156,7 +151,7 @@ def _beyond(
 
 
 def _scaled(optimum: Optimum, place: int, loss: float) -> float:
-    return 2 * (loss - optimum.loss) / (optimum.unit * float(optimum.stretch[place]))
+    return 2 * (loss - optimum.least) / (optimum.unit * float(optimum.stretch[place]))
 
 
 def _rise(objective: Objective, optimum: Optimum, place: int, at: float, warm: FloatArray, strict: bool) -> tuple[float, FloatArray]:
@@ -170,8 +165,8 @@ def _rise(objective: Objective, optimum: Optimum, place: int, at: float, warm: F
         start[place] = at
     if np.allclose(starts[0], starts[1]):
         starts = starts[:1]
-    costs = losses(objective, optimum.noise, np.array(starts))
-    point, loss, _ = descend(objective, optimum.noise, starts[int(np.argmin(costs))], free, most=12, exact=1e-5)
+    costs = losses(objective, optimum.loss, np.array(starts))
+    point, loss, _ = descend(objective, optimum.loss, starts[int(np.argmin(costs))], free, most=12, exact=1e-5)
     rise = _scaled(optimum, place, loss)
     if strict and rise < -BETTER:
         raise BetterPoint(point)

@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from evat.experiment import Experiment, ExperimentError
-from evat.identify.check import check_clocks, check_influence, check_signs, suspicious_scales
+from evat.identify.check import check_influence, check_signs, suspicious_scales
 from evat.identify.covariance import Optimum
 from evat.identify.fits import fit_doubts, fits_of, held_out_fits
 from evat.identify.journal import Journal
@@ -21,6 +21,7 @@ from evat.identify.result import Identification
 from evat.identify.search import Found, Search, check_size, search
 from evat.identify.space import space
 from evat.identify.verdict import correlation, estimates
+from evat.inference.checks import check_clocks
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Model, ParameterError
 from evat.native import kernel

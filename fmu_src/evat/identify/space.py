@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evat.inference.parameters import Parameter
 from evat.model import FloatArray, ParameterError, Tables, Variable
 
 REACH = 20.0  # bounds that nobody gave: the nominal value over this, and times this
@@ -35,10 +36,15 @@ class Free:
     def log(self) -> bool:
         return self.low > 0 and self.high > DECADES * self.low
 
+    @property
+    def coordinate(self) -> Parameter:
+        """The unit interval: its ends are the bounds."""
+        width = math.log(self.high / self.low) if self.log else self.high - self.low
+        return Parameter(self.name, self.variable.unit, self.low, width, self.low, self.high, self.log)
+
     def value(self, u: float) -> float:
         """From the unit interval; never beyond the bounds by a rounding error."""
-        found = self.low * math.pow(self.high / self.low, u) if self.log else self.low + u * (self.high - self.low)
-        return min(max(found, self.low), self.high)
+        return self.coordinate.value(u)
 
     def values(self, u: FloatArray) -> FloatArray:
         """Number by number: numpy's powers differ in the last bit with an array's length, and a set must not change with its neighbours."""
@@ -46,12 +52,11 @@ class Free:
 
     def place(self, value: float) -> float:
         """Into the unit interval."""
-        inside = min(max(value, self.low), self.high)
-        return math.log(inside / self.low) / math.log(self.high / self.low) if self.log else (inside - self.low) / (self.high - self.low)
+        return self.coordinate.place(min(max(value, self.low), self.high))
 
     def slope(self, u: float) -> float:
         """d value / d u."""
-        return self.value(u) * math.log(self.high / self.low) if self.log else self.high - self.low
+        return self.coordinate.slope(u)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evat.inference.whitening import BETWEEN, Sums, Whitening
+from evat.inference.noise import BETWEEN
+from evat.inference.whitening import Sums, Whitening
 from evat.model import BoolArray, FloatArray
 
 SIZES = np.concatenate([[0.0], np.geomspace(5e-4, 1.0, 23)])  # of the rms of a channel

@@ -6,48 +6,40 @@ and clock differ; their spread belongs to the channel. Both are read off the dif
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from evat.inference.autoregression import WHITE, autoregression, innovations, robust_sd
 from evat.inference.bursts_and_lines import Irregular, bursts, irregular
 from evat.inference.discontinuities import SHARPNESS, bends
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 
-MOST_LAGS = 6
-CLIP = 4.0  # robust standard deviations, beyond which a sample counts as no more than that
 PRIOR_TRIALS = 2.0  # what the priors below weigh, in repeats
 PRIOR_GAIN, PRIOR_OFFSET, PRIOR_DELAY = 0.003, 0.003, 0.1  # spread: of the gain, of the zero in rms, of the clock in samples
 MEANS_SD = 0.03  # of a mean that nobody has repeated or given a standard deviation for
 NO_SIGNAL = 1e-100
-WHITE = np.array([1.0])
+BETWEEN = 3  # random effects between trials: gain, zero, clock
 
 
 @dataclass(frozen=True)
 class Noise:
-    """What repeats say. `filters[channel]` turns noise into innovations; `sizes[place]` is their sd in each segment [unit of the channel].
+    """What an experiment says of its noise.
 
-    `spread[channel]` are standard deviations from trial to trial of gain [1], zero [unit of the channel] and clock [s];
+    `filters[channel]` turns noise within a trial into innovations; `sizes[place]` is their sd in each segment [unit of the channel].
+    `spread[channel]` (BETWEEN,) are the standard deviations of the random effects between trials: gain [1], zero [unit of the channel],
+    clock [s]; `degrees[channel]` from how many differences between repeats they were estimated, 0 where from none.
     `irregular[channel]` tells what repeats do not share and is no noise.
     """
 
     filters: Mapping[str, FloatArray]
     sizes: FloatArray
     spread: Mapping[str, FloatArray]
+    degrees: Mapping[str, int]
     repeated: bool
     irregular: Mapping[str, Irregular]
-
-
-def impulse_response(filter_: FloatArray, length: int = 400) -> FloatArray:
-    """What the inverse of an autoregressive filter answers to one innovation."""
-    found = np.zeros(length)
-    found[0] = 1.0
-    for n in range(1, length):
-        past = found[max(0, n - filter_.size + 1) : n][::-1]
-        found[n] = -float(filter_[1 : past.size + 1] @ past)
-    return found
 
 
 def differing(predicted: FloatArray, times: FloatArray) -> FloatArray:
@@ -56,10 +48,17 @@ def differing(predicted: FloatArray, times: FloatArray) -> FloatArray:
     return np.column_stack([predicted, np.ones_like(predicted), -slope])
 
 
-def estimate_noise(prediction: Prediction, predicted: FloatArray) -> Noise:
-    """From repeats where there are any; else from the second differences of each recording, with no more than priors from trial to trial.
+def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool = True, from_residual: bool = False) -> Noise:
+    """Noise within trials and random effects between them, from repeats where there are any.
 
-    predicted : (N,), of a model near the truth; only its shape is used.
+    Parameters
+    ----------
+    predicted : (N,), of a model near the truth. Of repeats only its shape is used.
+    prior : whether the random effects have the priors above, which count as PRIOR_TRIALS repeats and are all there is without repeats. A
+        diagnosis needs them, lest a change of the gain pass for an effect; an interval that is to cover the truth as often as it says
+        counts what these data show, and nothing else.
+    from_residual : a channel without repeats has the noise that the residual of `predicted` shows, whatever the model lacks in it; else
+        that of the second differences of each recording, which are next to free of what a model lacks.
     """
     residual = prediction.measured - predicted
     groups: dict[tuple[str, str], list[int]] = {}
@@ -67,45 +66,100 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray) -> Noise:
         groups.setdefault((segment.channel, segment.condition), []).append(place)
     recorded = tuple(dict.fromkeys(s.channel for s in prediction.segments if s.trial >= 0))
     sizes = np.full(len(prediction.segments), np.nan)
-    filters, spread, repeated, comes = dict[str, FloatArray](), dict[str, FloatArray](), False, dict[str, Irregular]()
+    filters, spread, degrees, irregulars = dict[str, FloatArray](), dict[str, FloatArray](), dict[str, int](), dict[str, Irregular]()
     for channel in recorded:
-        own = {condition: places for (name, condition), places in groups.items() if name == channel}
-        left, slopes = dict[int, FloatArray](), list[tuple[FloatArray, FloatArray]]()
+        own = {
+            condition: [place for place in places if prediction.segments[place].trial >= 0]
+            for (name, condition), places in groups.items()
+            if name == channel
+        }
+        left, slopes, degrees[channel] = dict[int, FloatArray](), list[tuple[FloatArray, FloatArray]](), 0
         for places in own.values():
             for alike in _same_length(prediction, places):
                 rows = np.array([residual[prediction.segments[place].at] for place in alike])
                 rows = (rows - rows.mean(axis=0)) * np.sqrt(len(alike) / (len(alike) - 1))
+                degrees[channel] += len(alike) - 1
                 for place, row in zip(alike, rows, strict=True):
                     basis = _basis(prediction, predicted, place)
                     coefficients, *_ = np.linalg.lstsq(basis / _scale(basis), row, rcond=None)
                     slopes.append((coefficients / _scale(basis), basis))
                     left[place] = without_jumps(row - basis / _scale(basis) @ coefficients, predicted[prediction.segments[place].at])
-        repeated = repeated or bool(left)
-        comes[channel] = irregular(list(left.values()), [_step(prediction, place) for place in left])
-        calm = {place: np.where(bursts(row), np.nan, row) for place, row in left.items()}
-        filters[channel] = _autoregression([np.nan_to_num(row) for row in calm.values()]) if calm else WHITE
-        for places in own.values():
-            with_repeats = [place for place in places if place in left]
-            if left:
-                innovations = np.concatenate([_filtered(filters[channel], calm[place]) for place in with_repeats or left])
-                sizes[places] = _robust_sd(innovations[np.isfinite(innovations)])
-            else:
-                for place in places:
-                    row = residual[prediction.segments[place].at]
-                    sizes[place] = _robust_sd(np.diff(row, 2)) / np.sqrt(6) if row.size > 4 else np.std(row)
-        spread[channel] = _spread(prediction, channel, predicted, slopes, filters[channel], sizes)
-    _means(prediction, groups, sizes)
+        irregulars[channel] = irregular(list(left.values()), [_step(prediction, place) for place in left])
+        if left:
+            filters[channel] = _of_repeats(left, own.values(), sizes)
+        else:
+            rows_of = {place: residual[prediction.segments[place].at] for places in own.values() for place in places}
+            filters[channel] = autoregression(list(rows_of.values())) if from_residual else WHITE
+            _unrepeated(rows_of, filters[channel], sizes, from_residual)
+        spread[channel] = _spread(prediction, channel, predicted, slopes, filters[channel], sizes, prior)
+    _means(prediction, residual, sizes, from_residual)
     floor = 1e-9 * float(np.sqrt(np.mean(prediction.measured**2))) + 1e-300
-    return Noise(filters, np.maximum(sizes, floor), spread, repeated, comes)
+    return Noise(filters, np.maximum(sizes, floor), spread, degrees, any(degrees.values()), irregulars)
+
+
+def repeat_deviations(prediction: Prediction) -> dict[str, list[FloatArray]]:
+    """Deviations of repeats on one clock from their mean, channel by channel, scaled to the sd of one of them: with all that differs."""
+    groups: dict[tuple[str, str], list[tuple[FloatArray, FloatArray]]] = {}
+    for segment in prediction.segments:
+        if segment.trial >= 0:
+            times = prediction.experiment.trials[segment.trial].times
+            groups.setdefault((segment.channel, segment.condition), []).append((times, prediction.measured[segment.at]))
+    deviations: dict[str, list[FloatArray]] = {}
+    for (channel, _), members in groups.items():
+        clock = members[0][0]
+        columns = [column for times, column in members if times.shape == clock.shape and np.allclose(times - times[0], clock - clock[0])]
+        if len(columns) > 1:
+            table = np.array(columns)
+            deviations.setdefault(channel, []).extend((table - table.mean(axis=0)) * np.sqrt(len(columns) / (len(columns) - 1)))
+    return deviations
+
+
+def repeatability(prediction: Prediction) -> dict[str, float]:
+    """Standard deviation of one recording of a condition about the mean of all, noise and random effects together [unit of the channel];
+    of the channels that were recorded more than once."""
+    level = {channel: float(np.sqrt(np.mean(np.concatenate(rows) ** 2))) for channel, rows in repeat_deviations(prediction).items()}
+    return {channel: sd for channel, sd in level.items() if sd > 0}
+
+
+def stated_sd(prediction: Prediction) -> FloatArray:
+    """Standard deviations that came with means, (N,); nan where none did."""
+    sd, means, rows = np.full(prediction.measured.size, np.nan), prediction.experiment.means, dict[str, int]()
+    for segment in prediction.segments:
+        if segment.trial < 0 and means is not None:
+            row = rows[segment.channel] = rows.get(segment.channel, -1) + 1
+            if segment.channel in means.sd:
+                sd[segment.at] = means.sd[segment.channel][row] or np.nan
+    return sd
 
 
 def without_jumps(row: FloatArray, predicted: FloatArray) -> FloatArray:
     """What repeats do not share, with lines drawn across the jumps of the prediction: there a clock that differs leaves what is no noise,
     and comes back in every cycle."""
-    unsure = SHARPNESS * bends(predicted) > _robust_sd(row)
+    unsure = SHARPNESS * bends(predicted) > robust_sd(row)
     unsure[[0, -1]] = False
     places = np.arange(row.size)
     return np.where(unsure, np.interp(places, places[~unsure], row[~unsure]), row)
+
+
+def _of_repeats(left: Mapping[int, FloatArray], conditions: Iterable[Sequence[int]], sizes: FloatArray) -> FloatArray:
+    """The filter of a channel, and into `sizes` the innovations' sd in each condition, from what repeats do not share."""
+    calm = {place: np.where(bursts(row), np.nan, row) for place, row in left.items()}
+    filter_ = autoregression([np.nan_to_num(row) for row in calm.values()])
+    for places in conditions:
+        repeated = [place for place in places if place in left]
+        shocks = np.concatenate([innovations(filter_, calm[place]) for place in repeated or left])
+        sizes[places] = robust_sd(shocks[np.isfinite(shocks)])
+    return filter_
+
+
+def _unrepeated(rows: Mapping[int, FloatArray], filter_: FloatArray, sizes: FloatArray, from_residual: bool) -> None:
+    """Into `sizes` the innovations' sd of a channel that nothing was recorded twice of."""
+    if from_residual:
+        shocks = np.concatenate([innovations(filter_, row) if row.size > filter_.size else row for row in rows.values()])
+        sizes[list(rows)] = np.sqrt(np.mean(shocks**2))
+        return
+    for place, row in rows.items():
+        sizes[place] = robust_sd(np.diff(row, 2)) / np.sqrt(6) if row.size > 4 else np.std(row)
 
 
 def _step(prediction: Prediction, place: int) -> float:
@@ -131,38 +185,6 @@ def _scale(basis: FloatArray) -> FloatArray:
     return scale
 
 
-def _filtered(filter_: FloatArray, row: FloatArray) -> FloatArray:
-    return np.convolve(row, filter_, mode="valid")
-
-
-def _robust_sd(row: FloatArray) -> float:
-    """Median absolute deviation as a standard deviation, or that of the clipped row where it is larger (heavy tails)."""
-    middle = 1.4826 * float(np.median(np.abs(row)))
-    return float(np.sqrt(np.mean(np.clip(row, -CLIP * middle, CLIP * middle) ** 2))) if middle > 0 else float(np.std(row))
-
-
-def _autoregression(rows: Sequence[FloatArray]) -> FloatArray:
-    """Coefficients (1, a_1, ...) of the order that Schwarz's criterion prefers, from pooled autocovariances of clipped rows."""
-    covariance, count = np.zeros(MOST_LAGS + 1), 0
-    for row in rows:
-        limit = CLIP * max(_robust_sd(row), 1e-300)
-        clipped = np.clip(row, -limit, limit)
-        for lag in range(MOST_LAGS + 1):
-            covariance[lag] += float(clipped[lag:] @ clipped[: clipped.size - lag])
-        count += row.size
-    if covariance[0] <= 0:
-        return WHITE
-    best, found = np.inf, WHITE
-    for order in range(MOST_LAGS + 1):
-        matrix = covariance[np.abs(np.subtract.outer(np.arange(order), np.arange(order)))]
-        weights = np.linalg.solve(matrix + 1e-9 * covariance[0] * np.eye(order), covariance[1 : order + 1]) if order else np.empty(0)
-        variance = max(covariance[0] - float(weights @ covariance[1 : order + 1]), 1e-12 * covariance[0])
-        score = count * np.log(variance) + order * np.log(count)
-        if score < best:
-            best, found = score, np.concatenate([[1.0], -weights])
-    return found
-
-
 def _spread(
     prediction: Prediction,
     channel: str,
@@ -170,39 +192,42 @@ def _spread(
     slopes: Sequence[tuple[FloatArray, FloatArray]],
     filter_: FloatArray,
     sizes: FloatArray,
+    prior: bool,
 ) -> FloatArray:
-    """Standard deviations of gain, zero and clock from trial to trial, beyond what noise alone would show."""
-    own = [place for place, segment in enumerate(prediction.segments) if segment.channel == channel]
+    """Standard deviations of the random effects, (BETWEEN,): the variance of their estimates less what noise alone gives these."""
+    own = [place for place, segment in enumerate(prediction.segments) if segment.channel == channel and segment.trial >= 0]
     level = float(np.sqrt(np.mean(np.concatenate([predicted[prediction.segments[place].at] for place in own]) ** 2)))
     steps = [_step(prediction, place) for place in own]
-    prior = np.array([PRIOR_GAIN, PRIOR_OFFSET * level, PRIOR_DELAY * float(np.median(steps))])
+    usual = np.array([PRIOR_GAIN, PRIOR_OFFSET * level, PRIOR_DELAY * float(np.median(steps))])
     size = float(np.median(sizes[own]))
-    total, weight = PRIOR_TRIALS * prior**2, np.full(3, PRIOR_TRIALS)
+    share = 0.5  # two repeats share one difference
+    excess, weight = np.zeros(BETWEEN), np.zeros(BETWEEN)
     for coefficients, basis in slopes:
-        white = np.column_stack([_filtered(filter_, column) for column in basis.T]) / size
+        white = np.column_stack([innovations(filter_, column) for column in basis.T]) / size
         scale = _scale(white)
         normal = (white / scale).T @ (white / scale)
         errors = np.where(scale > NO_SIGNAL, np.diag(np.linalg.pinv(normal)) / np.maximum(scale, NO_SIGNAL) ** 2, np.inf)
-        known = errors < 100 * prior**2 + coefficients**2  # a clock cannot be read off a force that stands still
-        share = 0.5  # two repeats share one difference
-        total += np.where(known, np.maximum(coefficients**2 - errors, 0.0) * share, 0.0)
-        weight += np.where(known, share, 0.0)
-    found: FloatArray = np.sqrt(total / weight)
-    return found
+        known = errors < 100 * usual**2 + coefficients**2  # a clock cannot be read off a force that stands still
+        beyond = coefficients**2 - errors
+        excess += share * np.where(known, np.maximum(beyond, 0.0) if prior else beyond, 0.0)
+        weight += share * known
+    if prior:
+        excess, weight = excess + PRIOR_TRIALS * usual**2, weight + PRIOR_TRIALS
+    spread: FloatArray = np.sqrt(np.maximum(excess, 0.0) / np.maximum(weight, 1.0))
+    return spread
 
 
-def _means(prediction: Prediction, groups: Mapping[tuple[str, str], Sequence[int]], sizes: FloatArray) -> None:
-    means = prediction.experiment.means
-    if means is None:
-        return
-    seen: dict[str, int] = {}
+def _means(prediction: Prediction, residual: FloatArray, sizes: FloatArray, from_residual: bool) -> None:
+    means, stated = prediction.experiment.means, stated_sd(prediction)
     for place, segment in enumerate(prediction.segments):
-        if segment.trial >= 0:
+        if segment.trial >= 0 or means is None:
             continue
-        row = seen.get(segment.channel, 0)
-        seen[segment.channel] = row + 1
-        column = means.outputs[segment.channel]
+        level = float(np.sqrt(np.mean(means.outputs[segment.channel] ** 2)))
+        sd = float(stated[segment.at][0])
         if segment.channel in means.sd:
-            sizes[place] = max(float(means.sd[segment.channel][row]), 1e-6 * float(np.sqrt(np.mean(column**2))))
+            sizes[place] = max(sd if np.isfinite(sd) else 0.0, 1e-6 * level)
+        elif from_residual:
+            alike = [s.at for s in prediction.segments if s.trial < 0 and s.channel == segment.channel]
+            sizes[place] = np.sqrt(np.mean(np.concatenate([residual[at] for at in alike]) ** 2))
         else:
-            sizes[place] = MEANS_SD * float(np.sqrt(np.mean(column**2)))
+            sizes[place] = MEANS_SD * level

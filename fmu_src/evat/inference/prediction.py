@@ -70,6 +70,14 @@ class Prediction:
         """Where one channel stands in the long vectors."""
         return np.concatenate([np.arange(s.at.start, s.at.stop) for s in self.segments if s.channel == channel])
 
+    def recordings(self, column: FloatArray) -> dict[str, list[FloatArray]]:
+        """A long vector (N,) channel by channel, a row for each recording; means have no neighbours and are left out."""
+        rows: dict[str, list[FloatArray]] = {}
+        for segment in self.segments:
+            if segment.trial >= 0:
+                rows.setdefault(segment.channel, []).append(column[segment.at])
+        return rows
+
     def shown(self, output: str) -> str:
         """The model's variable that stands for a measured output."""
         head, tail = ("mean_", output[5:]) if output.startswith("mean_") else ("", output)

@@ -15,13 +15,13 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from evat.inference.autoregression import WHITE
 from evat.inference.cycles import cycle_samples
 from evat.inference.discontinuities import Jumps
-from evat.inference.noise import WHITE, Noise, differing
+from evat.inference.noise import BETWEEN, Noise, differing
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 
-BETWEEN = 3  # ways in which trials differ: gain, zero, clock
 BANDS = 20  # of the harmonics, and again as many of all between them; those that no record has are left out
 CORRELATION_SAMPLES = (0.3, 2.0, 8.0, 32.0, 128.0)  # over which a discrepancy may be correlated
 OUTLYING = 5.0  # robust standard deviations of the repeats from each other

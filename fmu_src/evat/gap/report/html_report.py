@@ -20,8 +20,8 @@ from evat.gap.report.parts import TITLES, parts
 from evat.gap.report.pictures import charts
 from evat.gap.report.series import Series, unlike
 from evat.gap.report.words import number, percent, said, sentence, with_unit
+from evat.inference.autoregression import impulse_response
 from evat.inference.fit import Fit
-from evat.inference.noise import impulse_response
 from evat.inference.whitening import CORRELATION_SAMPLES
 from evat.plots.cycles import clock_unit
 from evat.units import display

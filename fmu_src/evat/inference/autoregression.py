@@ -1,0 +1,77 @@
+"""How does noise go on from sample to sample? As an autoregression: Yule and Walker's equations, the order by Schwarz's criterion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.linalg import solve_toeplitz
+from scipy.signal import lfilter
+
+from evat.model import FloatArray
+
+MOST_LAGS = 6
+SHORTEST = 20  # samples for each coefficient; from fewer none is estimated
+CLIP = 4.0  # robust standard deviations, beyond which a sample counts as no more than that
+WHITE: FloatArray = np.array([1.0])
+
+
+def robust_sd(row: FloatArray) -> float:
+    """Median absolute deviation as a standard deviation, or that of the clipped row (n,) where it is larger (heavy tails)."""
+    middle = 1.4826 * float(np.median(np.abs(row)))
+    return float(np.sqrt(np.mean(np.clip(row, -CLIP * middle, CLIP * middle) ** 2))) if middle > 0 else float(np.std(row))
+
+
+def autoregression(rows: Sequence[FloatArray]) -> FloatArray:
+    """The whitening filter (1, a_1, ..., a_p) of noise of which each row is a recording; [1] where it is white or too short to tell.
+
+    From pooled autocovariances of clipped rows (Brockwell and Davis 1991, sections 8.1 and 9.3): neither a burst in one row nor the step
+    from one row to the next is taken for correlation.
+    """
+    rows = [row for row in rows if row.size >= SHORTEST]
+    count = sum(row.size for row in rows)
+    most = min(MOST_LAGS, count // SHORTEST)
+    covariance = np.zeros(most + 1)
+    for row in rows:
+        limit = CLIP * max(robust_sd(row), 1e-300)
+        clipped = np.clip(row, -limit, limit)
+        covariance += [float(clipped[lag:] @ clipped[: clipped.size - lag]) / count for lag in range(most + 1)]
+    if covariance[0] <= 0:
+        return WHITE
+    best, whitening = count * np.log(covariance[0]), WHITE
+    for order in range(1, most + 1):
+        weights = solve_toeplitz(covariance[:order], covariance[1 : order + 1])
+        variance = covariance[0] - float(weights @ covariance[1 : order + 1])
+        if variance <= 1e-12 * covariance[0]:
+            break
+        score = count * np.log(variance) + order * np.log(count)
+        if score < best:
+            best, whitening = score, np.concatenate([[1.0], -weights])
+    return whitening
+
+
+def innovations(whitening: FloatArray, columns: FloatArray) -> FloatArray:
+    """Columns (n,) or (n, p) through the filter; the first samples, whose past is unknown, are left out: (n - order, ...)."""
+    filtered: FloatArray = lfilter(whitening, [1.0], columns, axis=0)[whitening.size - 1 :]
+    return filtered
+
+
+def correlated(whitening: FloatArray, columns: FloatArray) -> FloatArray:
+    """A J of columns J (n, p), where A A' is the correlation matrix of the noise up to a factor: (A J)'(A J) = J' correlation J."""
+    coloured: FloatArray = lfilter([1.0], whitening, columns[::-1], axis=0)[::-1]
+    return coloured
+
+
+def impulse_response(whitening: FloatArray, length: int = 400) -> FloatArray:
+    """What the noise is after one innovation of size 1: (length,)."""
+    impulse = np.zeros(length)
+    impulse[0] = 1.0
+    response: FloatArray = lfilter([1.0], whitening, impulse)
+    return response
+
+
+def lag_one_correlation(rows: Sequence[FloatArray]) -> float:
+    """Correlation of neighbouring samples: 0 for white noise, near 1 where a residual holds something slow."""
+    above = sum(float(np.sum(row[1:] * row[:-1])) for row in rows)
+    below = sum(float(np.sum(row * row)) for row in rows)
+    return above / below if below > 0 else 0.0

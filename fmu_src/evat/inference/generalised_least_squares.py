@@ -1,0 +1,63 @@
+"""How are residuals weighed that go together? By the covariance of the noise: autoregressive within a trial, random effects between trials.
+
+Generalised least squares (Aitken 1936) with the random effects of a linear mixed model (Laird and Ware 1982): with the covariance
+S = size^2 (A' A)^-1 + B D B' of a trial, A the autoregressive filter, B what gain, zero and clock change in it and D their variances,
+S^-1/2 is the filter, followed by shrinking what lies in the span of B.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evat.inference.autoregression import SHORTEST, WHITE, innovations
+from evat.inference.noise import Noise, differing
+from evat.inference.prediction import Prediction
+from evat.model import FloatArray
+
+
+class Whitener:
+    """Turns residuals and slopes of an experiment into ones whose noise is independent and of variance 1."""
+
+    def __init__(self, prediction: Prediction, noise: Noise, predicted: FloatArray) -> None:
+        """predicted : (N,), near the truth: how gain, zero and clock of a trial show."""
+        self.prediction, self.noise = prediction, noise
+        self._between = [self._random_effects(place, predicted) for place in range(len(prediction.segments))]
+
+    def __call__(self, columns: FloatArray) -> FloatArray:
+        """A residual (N,) or slopes (N, p), whitened. The first samples of a recording, whose past is unknown, become 0."""
+        white = np.array(columns, dtype=np.float64)
+        for place, segment in enumerate(self.prediction.segments):
+            filter_ = self._filter(place)
+            inner = innovations(filter_, white[segment.at]) / self.noise.sizes[place]
+            if (between := self._between[place]) is not None:
+                axes, lost = between
+                inner = inner - axes @ (lost[:, None] * (axes.T @ inner) if inner.ndim == 2 else lost * (axes.T @ inner))
+            white[segment.at.start : segment.at.start + filter_.size - 1] = 0.0
+            white[segment.at.start + filter_.size - 1 : segment.at.stop] = inner
+        return white
+
+    def within(self) -> Whitener:
+        """The same without random effects between trials."""
+        other = Whitener.__new__(Whitener)
+        other.prediction, other.noise, other._between = self.prediction, self.noise, [None] * len(self._between)
+        return other
+
+    @property
+    def mixed(self) -> bool:
+        """Whether there are random effects between trials."""
+        return any(between is not None for between in self._between)
+
+    def _filter(self, place: int) -> FloatArray:
+        segment = self.prediction.segments[place]
+        filter_ = self.noise.filters.get(segment.channel, WHITE) if segment.trial >= 0 else WHITE
+        return filter_ if segment.at.stop - segment.at.start >= SHORTEST * filter_.size else WHITE
+
+    def _random_effects(self, place: int, predicted: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        """Orthonormal axes (n, k) of what differs between trials, and the share (k,) by which whitening shrinks each."""
+        segment = self.prediction.segments[place]
+        if segment.trial < 0 or not np.any(self.noise.spread[segment.channel]):
+            return None
+        times = self.prediction.experiment.trials[segment.trial].times
+        columns = differing(predicted[segment.at], times) * self.noise.spread[segment.channel]
+        axes, sizes, _ = np.linalg.svd(innovations(self._filter(place), columns) / self.noise.sizes[place], full_matrices=False)
+        return axes, 1 - 1 / np.sqrt(1 + sizes**2)

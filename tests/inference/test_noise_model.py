@@ -1,0 +1,121 @@
+"""Is there one answer about the noise of a record, and is it right? Repeats whose noise and scatter between trials are known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from evat.experiment import Experiment, ExperimentError
+from evat.gap.compare import compare
+from evat.identify import identify
+from evat.inference.autoregression import WHITE, autoregression, impulse_response
+from evat.inference.checks import OPPOSED, UNIT, opposed, unit_ratio
+from evat.inference.generalised_least_squares import Whitener
+from evat.inference.noise import estimate_noise, repeatability
+from evat.inference.prediction import Prediction
+from known_rigs import FREE, MODEL, TIMES, TO_AND_FRO, TRUTH, experiment, force, trial
+from scipy.signal import lfilter
+
+NOISE, REPEATS = 0.01, 6
+GAINS = 1 + 0.03 * np.array([1.2, -0.9, 0.4, -1.4, 0.9, -0.2])
+FORCE = force(TO_AND_FRO)
+LEVEL = float(np.sqrt(np.mean(FORCE**2)))
+FORCE_REPEATED = np.tile(FORCE, REPEATS)
+
+
+def repeats(gains: Sequence[float] = GAINS) -> Experiment:  # type: ignore[assignment]
+    trials = [trial(TO_AND_FRO, seed=place, measured=FORCE * gain, noise=NOISE) for place, gain in enumerate(gains)]
+    return experiment(*trials, nominal=TRUTH)
+
+
+@pytest.fixture(scope="module")
+def rig() -> Prediction:
+    return Prediction(MODEL, repeats())
+
+
+def test_an_autoregression_is_told_by_its_recordings() -> None:
+    """e_t = 1.1 e_(t-1) - 0.3 e_(t-2) + white; one burst, and the steps between recordings, change nothing."""
+    rng = np.random.default_rng(3)
+    rows = [lfilter([1.0], [1.0, -1.1, 0.3], rng.standard_normal(4000)) + 0.0 for _ in range(3)]
+    rows[1][2000:2004] += 300.0
+    found = autoregression(rows)
+    assert found[:3] == pytest.approx([1.0, -1.1, 0.3], abs=0.05)
+    assert impulse_response(found, 3) == pytest.approx([1.0, 1.1, 0.91], abs=0.08)
+    assert np.array_equal(autoregression([rng.standard_normal(4000)]), WHITE)
+    assert np.array_equal(autoregression([np.arange(10.0)]), WHITE)
+
+
+def test_a_gain_that_scatters_is_no_noise_within_a_trial(rig: Prediction) -> None:
+    """Noise of 1 % of the rms, white; gains with a standard deviation of 3.2 %. Taken together they would be 3.4 % and correlated."""
+    noise = estimate_noise(rig, FORCE_REPEATED, prior=False, from_residual=True)
+    assert np.array_equal(noise.filters["friction_force"], WHITE)
+    assert noise.sizes == pytest.approx(NOISE * LEVEL, rel=0.05)
+    gain, zero, clock = noise.spread["friction_force"]
+    assert gain == pytest.approx(float(GAINS.std(ddof=1)), rel=0.05)
+    assert zero < 0.01 * LEVEL
+    assert clock < 1e-4
+    assert noise.degrees["friction_force"] == REPEATS - 1
+    assert repeatability(rig)["friction_force"] > 3 * NOISE * LEVEL
+
+
+def test_identification_and_diagnosis_say_the_same_of_it(rig: Prediction) -> None:
+    of_gap = compare(rig).noise
+    of_fit = estimate_noise(rig, FORCE_REPEATED, prior=False, from_residual=True)
+    assert np.array_equal(of_gap.filters["friction_force"], of_fit.filters["friction_force"])
+    assert of_gap.sizes == pytest.approx(of_fit.sizes, rel=0.02)
+    assert of_gap.spread["friction_force"][0] == pytest.approx(of_fit.spread["friction_force"][0], rel=0.3)  # its prior weighs two repeats
+
+
+def test_standard_errors_know_of_the_scatter_and_no_doubt_is_cast_on_the_model() -> None:
+    """Six gains tell their mean to 1.3 %, and with all parameters free a gain cannot be told from them; noise alone would tell F_C far
+    better."""
+    scattered = identify(repeats(), FREE, model=MODEL, search_by="none", profiles=False)
+    alone = identify(repeats([1.0] * REPEATS), FREE, model=MODEL, search_by="none", profiles=False)
+    expected = float(GAINS.std(ddof=1)) / np.sqrt(REPEATS)
+    assert scattered["F_C"].sd / float(TRUTH["F_C"]) == pytest.approx(expected, rel=0.1)
+    assert alone["F_C"].sd / float(TRUTH["F_C"]) < 0.2 * expected
+    assert not [doubt for doubt in scattered.doubts if "the model misses something" in doubt]
+
+
+def test_whitening_makes_the_covariance_one() -> None:
+    """W S W' = I with S = size^2 (A' A)^-1 + B D B' of a recording, but for the first samples, whose past is unknown."""
+    short = trial(TO_AND_FRO[:120])
+    alike = [
+        replace(short, file=f"{k}.csv", outputs={"friction_force": short.outputs["friction_force"] * gain})
+        for k, gain in enumerate((1.0, 1.04))
+    ]
+    prediction = Prediction(MODEL, experiment(*alike, nominal=TRUTH))
+    predicted = prediction.one()
+    filter_ = np.array([1.0, -0.6])
+    noise = estimate_noise(prediction, predicted, prior=False)
+    noise = replace(
+        noise, filters={"friction_force": filter_}, sizes=np.array([0.2, 0.3]), spread={"friction_force": np.array([0.05, 0.4, 1e-3])}
+    )
+    whiten = Whitener(prediction, noise, predicted)
+    matrix = whiten(np.eye(240))
+    A = np.eye(120) - 0.6 * np.eye(120, k=-1)
+    for place, size in enumerate((0.2, 0.3)):
+        at = slice(120 * place, 120 * place + 120)
+        times, clean = alike[0].times, predicted[at]
+        B = np.column_stack([clean, np.ones(120), -np.gradient(clean, times)]) * [0.05, 0.4, 1e-3]
+        S = size**2 * np.linalg.inv(A) @ np.linalg.inv(A).T + B @ B.T
+        W = matrix[at, at][1:]
+        # rows beyond the first are those of the stationary noise that the filter assumes
+        assert pytest.approx(np.eye(119), abs=1e-8) == W @ S @ W.T
+    assert not np.any(matrix[:120, 120:])
+
+
+def test_checks_have_one_threshold() -> None:
+    rng = np.random.default_rng(0)
+    simulated = np.sin(TIMES)
+    assert opposed(-simulated, simulated) == pytest.approx(-1.0)
+    assert opposed(simulated + rng.standard_normal(TIMES.size), simulated) is None
+    assert OPPOSED < 0
+    assert unit_ratio(1e3 * simulated, simulated) == pytest.approx(1e3)
+    assert unit_ratio(UNIT / 2 * simulated, simulated) is None
+    turned = experiment(trial(TO_AND_FRO, measured=-FORCE), nominal=TRUTH)
+    with pytest.raises(ExperimentError, match="turn the sign"):
+        identify(turned, ["F_C"], model=MODEL, search_by="none")
+    assert any("check its sign" in said for said in compare(Prediction(MODEL, turned)).audit.refused)
