@@ -27,8 +27,8 @@ static inline int64_t bits_of(double value)
     return both.bits;
 }
 
-#define ROUNDER 6755399441055744.0 /* 1.5 * 2^52: adding it rounds to a whole number and shows it in the lowest bits   \
-                                    */
+/* 1.5 * 2^52: adding it rounds to a whole number and shows it in the lowest bits */
+#define ROUNDER 6755399441055744.0
 
 /* e^x; 0 below -700, where it is less than 1e-304; e^700 above 700. x = n ln 2 + r, |r| < 0.35: Taylor's series to
  * r^13. */
