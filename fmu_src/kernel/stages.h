@@ -297,7 +297,7 @@ enum Status measure_means(struct Contact *contact, double step, const lanes *for
 enum Status find_periodic(struct Contact *contact);
 double most_steps_of_cycles(const struct Contact *contact);
 enum { UNKNOWNS = 1 + EFFECT_STATES };
-void solve(int count, double A[UNKNOWNS][UNKNOWNS], double x[UNKNOWNS]);
+void solve_linear(int count, double A[UNKNOWNS][UNKNOWNS], double x[UNKNOWNS]);
 
 /* integrate.c: I[k] = integral from 0 to D of e^-(D - A) A^k dA, D >= 0. */
 void moments(double D, double I[3]);

@@ -57,7 +57,7 @@ static void rest_of(const struct Affine *move, int count, int lane, double x[UNK
         for (int k = 0; k < count; ++k)
             A[r][k] = (r == k) - move->M[r][k][lane];
     }
-    solve(count, A, x);
+    solve_linear(count, A, x);
 }
 
 void slow_states_after(const struct Contact *contact, const struct Configuration *w, double h, const lanes *from,

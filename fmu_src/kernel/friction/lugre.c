@@ -35,19 +35,14 @@ static void powers(const lanes *p, struct Point *x, lanes power)
     }
 }
 
-static void rates(const lanes *p, struct Point *x)
+/* The damping that stands in the force: with damping_mode = dissipative |v| s1 <= 4 c g, from which v F is at least
+ * what the bristles store; with s0 below P that bound shrinks by s0/P. `most`: steady deflection g(v)/P. */
+static void limit_damping(struct Point *x, const lanes most)
 {
-    lanes power;
-    powers(p, x, power);
-    lanes bound; /* dissipative: |v| s1 <= 4 c g; with s0 below P the bound that keeps v F above the growth of s0 z^2/2
-                    shrinks by s0/P */
+    lanes bound;
     int bounded = 0;
     EACH_LANE {
-        const double most = (x->F_C[i] + (x->F_S[i] - x->F_C[i]) * exponential(-power[i])) / x->P[i]; /* g(v)/P */
-        x->drive[i] = x->v[i];
-        x->rate[i] = x->speed[i] / most;
-        x->target[i] = x->direction[i] * most;
-        bound[i] = 4 * x->margin[i] * most * x->s0[i];
+        bound[i] = 4 * x->margin[i] * most[i] * x->s0[i];
         bounded |= x->s1[i] * x->speed[i] > 0.999 * bound[i];
     }
     if (bounded)
@@ -55,6 +50,21 @@ static void rates(const lanes *p, struct Point *x)
             x->s1[i] = smaller(x->s1[i], bound[i] / larger(x->speed[i], 1e-300));
 }
 
+static void rates(const lanes *p, struct Point *x)
+{
+    lanes power;
+    powers(p, x, power);
+    lanes most; /* steady deflection g(v)/P */
+    EACH_LANE {
+        most[i] = (x->F_C[i] + (x->F_S[i] - x->F_C[i]) * exponential(-power[i])) / x->P[i];
+        x->drive[i] = x->v[i];
+        x->rate[i] = x->speed[i] / most[i];
+        x->target[i] = x->direction[i] * most[i];
+    }
+    limit_damping(x, most);
+}
+
+/* F = s0 z + s1 dz/dt + sigma2 v, with the damping s1 that limit_damping() leaves. */
 static void force(const lanes *p, struct Point *x)
 {
     (void)p;

@@ -110,16 +110,137 @@ static int worn_out(struct Patience *p, double step, const lanes s)
     return p->taken++ >= p->most;
 }
 
+/* One internal step while it is tried. */
+struct Trial {
+    struct Point *start, *middle, *end;
+    lanes h, to_window;      /* its length [s]; nonzero where it ends with an averaging window */
+    lanes next, difference;  /* the step that the tolerance asks for [s], and what a lower order would change */
+    double shortest;         /* length at which the tolerance gives way [s] */
+    int cut[LANES];          /* the event that h ends at, NO_EVENT or JUMP */
+    int fits[LANES];         /* whether it is within the tolerance */
+};
+
+static void compute(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t)
+{
+    try_step(contact, w, s, t->h, t->start, t->middle, t->end, t->difference);
+}
+
+static int is_accurate(const struct Contact *contact, const struct Configuration *w, struct Trial *t)
+{
+    return accurate(contact, w, t->shortest, t->h, t->start, t->middle, t->end, t->difference, t->next, t->fits);
+}
+
+static int is_accurate_in_halves(const struct Contact *contact, const struct Configuration *w, const lanes s,
+                                 struct Trial *t)
+{
+    return accurate_in_halves(contact, w, t->shortest, s, t->h, t->start, t->middle, t->end, t->next, t->fits);
+}
+
+/* The lanes that are beyond the tolerance ask for a shorter step. */
+static void ask_again(struct Contact *contact, const struct Trial *t)
+{
+    int misfits[LANES];
+    EACH_LANE
+        misfits[i] = !t->fits[i];
+    try_again(contact, misfits, t->next);
+}
+
+/* Which events fall into the step? It is cut short at the first; true where it is shorter then. */
+static int cut_short(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t)
+{
+    int known[LANES], asked[LANES], shorter = 0;
+    lanes wanted;
+    for (int i = 0; i < LANES; ++i) {
+        t->cut[i] = known[i] = NO_EVENT;
+        wanted[i] = t->h[i];
+    }
+    if (!any_event(contact, w, t->start, t->middle, t->end))
+        return 0;
+    for (int i = 0; i < LANES; ++i) {
+        cut_at_touch(contact, w, i, s, t->h, t->start, t->middle, t->end, t->cut);
+        asked[i] = t->cut[i] == NO_EVENT && t->h[i] > 0 && sees_event(contact, w, i, t->middle, t->end);
+    }
+    cut_at_events(contact, w, asked, known, s, t->h, t->start, t->middle, t->end, t->cut);
+    for (int i = 0; i < LANES; ++i) {
+        shorter |= t->h[i] < wanted[i];
+        t->to_window[i] *= t->cut[i] == NO_EVENT;
+    }
+    return shorter;
+}
+
+/* A step that was cut short is computed anew, and may show an event that the long one had at both of its ends, as a
+ * narrow band of sticking; 0 where it is beyond the tolerance. */
+static int settle(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t)
+{
+    int shorter = 1;
+    for (int tries = 0; shorter && tries < INDICATORS; ++tries) {
+        int known[LANES], asked[LANES];
+        lanes wanted;
+        compute(contact, w, s, t);
+        if (!is_accurate(contact, w, t) || !is_accurate_in_halves(contact, w, s, t))
+            return 0;
+        shorter = 0;
+        for (int i = 0; i < LANES; ++i) {
+            asked[i] = t->cut[i] >= 0;
+            known[i] = t->cut[i];
+            t->cut[i] = NO_EVENT;
+            wanted[i] = t->h[i];
+        }
+        cut_at_events(contact, w, asked, known, s, t->h, t->start, t->middle, t->end, t->cut);
+        for (int i = 0; i < LANES; ++i) {
+            t->cut[i] = t->cut[i] >= 0 ? t->cut[i] : known[i];
+            shorter |= t->h[i] < wanted[i];
+        }
+    }
+    if (shorter)
+        compute(contact, w, s, t);
+    return 1;
+}
+
+/* The step is taken: s moves on, and with it the integrals, the history and the averaging windows. */
+static enum Status take(struct Contact *contact, const struct Configuration *w, double step, lanes s, struct Trial *t,
+                        struct Course *course)
+{
+    EACH_LANE
+        contact->next_step[i] = t->next[i];
+    warn(contact, t->end);
+    measure_step(contact, w, t->h, t->start, t->middle, t->end);
+    accumulate(contact, w, t->h, t->start, t->middle, t->end);
+    for (int i = 0; w->looks_back && i < LANES; ++i)
+        if (!recall_reaches(contact, i, t->end->t[i] - look_back(w, i)))
+            return KERNEL_HISTORY_SHORT;
+    int windows_ended = 0;
+    EACH_LANE {
+        s[i] = t->h[i] == step - s[i] ? step : s[i] + t->h[i];
+        windows_ended |= t->to_window[i] != 0;
+    }
+    for (int i = 0; windows_ended && i < LANES; ++i)
+        if (t->to_window[i] != 0) {
+            close_window(contact, i);
+            course->window_end[i] = window_end(contact, i);
+        }
+    return KERNEL_OK;
+}
+
+static int is_any(const int cut[LANES], int jumps)
+{
+    int any = 0;
+    EACH_LANE
+        any |= jumps ? cut[i] == JUMP : cut[i] >= 0;
+    return any;
+}
+
 enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
                              lanes s, struct Course *course)
 {
     struct Patience patience = patience_with(w);
     const double most_steps = course->most_steps > 0 ? course->most_steps : INFINITY;
     struct Room *const room = course->room;
-    struct Point *start = &room[course->now].point, *middle = &room[(course->now + 1) % 3].point,
-                 *end = &room[(course->now + 2) % 3].point;
-    lanes h, to_window, difference;
-    int jumps = 0, chased[LANES] = {0};
+    struct Trial t = {.start = &room[course->now].point,
+                      .middle = &room[(course->now + 1) % 3].point,
+                      .end = &room[(course->now + 2) % 3].point,
+                      .shortest = 1e-12 * step};
+    int jumps = 0, acts[LANES], chased[LANES] = {0};
     lanes quiet_for;
     EACH_LANE
         quiet_for[i] = INFINITY; /* since the last event [s] */
@@ -131,129 +252,62 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
     }
     const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][0];
     if (!course->known) {
-        point_at(contact, w, s, start);
-        let_go(contact, w, start);
+        point_at(contact, w, s, t.start);
+        let_go(contact, w, t.start);
         EACH_LANE {
-            start->z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
+            t.start->z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
             course->window_end[i] = window_end(contact, i);
         }
     }
     course->known = 0;
-    for (double n = 0; choose_step(contact, w, step, s, course->window_end, start, h, to_window); ++n) {
-        int cut[LANES], known[LANES], asked[LANES], acts[LANES], fits[LANES], misfits[LANES], shorter = 0, event = 0,
-                                                                                              jump = 0;
-        lanes next;
+    for (double n = 0; choose_step(contact, w, step, s, course->window_end, t.start, t.h, t.to_window); ++n) {
         EACH_LANE
-            next[i] = contact->next_step[i];
+            t.next[i] = contact->next_step[i];
         if (n >= most_steps || worn_out(&patience, step, s))
             return KERNEL_TOO_MANY_STEPS;
-        try_step(contact, w, s, h, start, middle, end, difference);
-        if (!all_finite(end))
+        compute(contact, w, s, &t);
+        if (!all_finite(t.end))
             return KERNEL_DIVERGED;
-        if (!accurate(contact, w, 1e-12 * step, h, start, middle, end, difference, next, fits)) {
-            EACH_LANE
-                misfits[i] = !fits[i];
-            try_again(contact, misfits, next);
+        if (!is_accurate(contact, w, &t)) {
+            ask_again(contact, &t);
             continue;
         }
-        const int quiet = !any_event(contact, w, start, middle, end);
-        lanes wanted;
-        for (int i = 0; i < LANES; ++i) {
-            cut[i] = known[i] = NO_EVENT;
-            wanted[i] = h[i];
-        }
-        if (!quiet) {
-            for (int i = 0; i < LANES; ++i) {
-                cut_at_touch(contact, w, i, s, h, start, middle, end, cut);
-                asked[i] = cut[i] == NO_EVENT && h[i] > 0 && sees_event(contact, w, i, middle, end);
-            }
-            cut_at_events(contact, w, asked, known, s, h, start, middle, end, cut);
-        }
-        for (int i = 0; !quiet && i < LANES; ++i) {
-            shorter |= h[i] < wanted[i];
-            jump |= cut[i] == JUMP;
-            event |= cut[i] >= 0;
-            to_window[i] *= cut[i] == NO_EVENT;
-        }
-        if (jump && jumps++ < INDICATORS) { /* an input has jumped across an event */
+        const int shorter = cut_short(contact, w, s, &t);
+        if (is_any(t.cut, 1) && jumps++ < INDICATORS) { /* an input has jumped across an event */
             EACH_LANE
-                acts[i] = cut[i] == JUMP; /* the same step again: it says nothing yet of a longer one */
-            act_in_lanes(contact, w, s, ahead, chased, acts, start);
+                acts[i] = t.cut[i] == JUMP; /* the same step again: it says nothing yet of a longer one */
+            act_in_lanes(contact, w, s, ahead, chased, acts, t.start);
             continue;
         }
         jumps = 0;
-        if (!shorter && !accurate_in_halves(contact, w, 1e-12 * step, s, h, start, middle, end, next, fits)) {
-            EACH_LANE
-                misfits[i] = !fits[i];
-            try_again(contact, misfits, next);
+        if (shorter ? !settle(contact, w, s, &t) : !is_accurate_in_halves(contact, w, s, &t)) {
+            ask_again(contact, &t);
             continue;
         }
-        /* the shortened step may show an event that the long one had at both of its ends, as a narrow band of sticking
-         */
-        int within = 1;
-        for (int tries = 0; shorter && within && tries < INDICATORS; ++tries) {
-            try_step(contact, w, s, h, start, middle, end, difference);
-            within = accurate(contact, w, 1e-12 * step, h, start, middle, end, difference, next, fits) &&
-                     accurate_in_halves(contact, w, 1e-12 * step, s, h, start, middle, end, next, fits);
-            shorter = 0;
-            for (int i = 0; i < LANES; ++i) {
-                asked[i] = cut[i] >= 0;
-                known[i] = cut[i];
-                cut[i] = NO_EVENT;
-                wanted[i] = h[i];
-            }
-            cut_at_events(contact, w, asked, known, s, h, start, middle, end, cut);
-            for (int i = 0; i < LANES; ++i) {
-                cut[i] = cut[i] >= 0 ? cut[i] : known[i];
-                shorter |= h[i] < wanted[i];
-            }
-        }
-        if (!within) {
-            EACH_LANE
-                misfits[i] = !fits[i];
-            try_again(contact, misfits, next);
-            continue;
-        }
-        EACH_LANE
-            contact->next_step[i] = next[i];
-        if (shorter)
-            try_step(contact, w, s, h, start, middle, end, difference);
-        warn(contact, end);
-        measure_step(contact, w, h, start, middle, end);
-        accumulate(contact, w, h, start, middle, end);
-        for (int i = 0; w->looks_back && i < LANES; ++i)
-            if (!recall_reaches(contact, i, end->t[i] - look_back(w, i)))
-                return KERNEL_HISTORY_SHORT;
-        int windows_ended = 0;
-        EACH_LANE {
-            s[i] = h[i] == step - s[i] ? step : s[i] + h[i];
-            windows_ended |= to_window[i] != 0;
-        }
-        for (int i = 0; windows_ended && i < LANES; ++i)
-            if (to_window[i] != 0) {
-                close_window(contact, i);
-                course->window_end[i] = window_end(contact, i);
-            }
+        const int event = is_any(t.cut, 0);
+        const enum Status taken = take(contact, w, step, s, &t, course);
+        if (taken != KERNEL_OK)
+            return taken;
         if (event && stop_at_events)
             break;
-        struct Point *const reached = end;
-        end = start;
-        start = reached;
+        struct Point *const reached = t.end;
+        t.end = t.start;
+        t.start = reached;
         for (int i = 0; i < LANES; ++i) {
-            acts[i] = cut[i] >= 0;
-            quiet_for[i] += h[i];
+            acts[i] = t.cut[i] >= 0;
+            quiet_for[i] += t.h[i];
             chased[i] = quiet_for[i] < ahead;
             quiet_for[i] = acts[i] ? 0 : quiet_for[i];
         }
         if (w->current_angle && w->law->event) {
-            act_at_step_end(contact, w, h, acts, start);
-            point_at(contact, w, s, start);
-            take_law_side(contact, w, s, h, acts, start);
+            act_at_step_end(contact, w, t.h, acts, t.start);
+            point_at(contact, w, s, t.start);
+            take_law_side(contact, w, s, t.h, acts, t.start);
         }
         if (event)
-            act_in_lanes(contact, w, s, ahead, chased, acts, start);
+            act_in_lanes(contact, w, s, ahead, chased, acts, t.start);
     }
-    while (start != &room[course->now].point)
+    while (t.start != &room[course->now].point)
         course->now = (course->now + 1) % 3;
     course->known = 1;
     return KERNEL_OK;
