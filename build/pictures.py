@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from evat import parameter_sets
-from evat.identify.figures import save_profiles
+from evat.identification.figures import save_profiles
 from evat.studies import recovery
 from evat.studies.coupling import study
 from evat.studies.recovery_plot import plot_recovery

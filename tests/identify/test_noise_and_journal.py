@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from evat.identify.journal import _checked, _with_sum
-from evat.identify.noise import coloured, whitened
+from evat.identification.journal import _checked, _with_sum
+from evat.identification.noise import coloured, whitened
 from scipy.linalg import toeplitz
 
 TAPS = np.array([1.0, -1.1, 0.3])  # e_t = 1.1 e_(t-1) - 0.3 e_(t-2) + white

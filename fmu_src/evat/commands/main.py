@@ -164,9 +164,9 @@ def simulate(
     Example: evat simulate -s regularised/al-7075-t6 --law lugre -v 'cutting_speed=20 m/min' -v feed=50um -o cut.csv
     """
     from evat.files.table import RecordError, read_table, write_trace
+    from evat.models.simulate import SHOWN
+    from evat.models.simulate import simulate as run_contact
     from evat.plots.cycles import plot_trace
-    from evat.simulate import SHOWN
-    from evat.simulate import simulate as run_contact
 
     values: dict[str, float | str] = {}
     effects: list[str] = []

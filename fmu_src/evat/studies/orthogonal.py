@@ -15,11 +15,11 @@ from evat import motions
 from evat.experiment import Experiment, Nominal, Signal, Trial
 from evat.experiment.document import CLOCK
 from evat.model import FloatArray, ParameterError
+from evat.models.simulate import simulate
 from evat.motions import KINDS, Motion
 from evat.native import kernel
 from evat.paper_tables import materials, table_1
 from evat.parameter_sets import softening_limit
-from evat.simulate import simulate
 
 TOP_SPEED = 1.0  # m/s, 60 m/min: ordinary in turning; guess, the paper states no test speeds
 SPEEDS = (1 / 12, 1 / 6, 1 / 3, 2 / 3, 1.0)  # test speeds as shares of the top one

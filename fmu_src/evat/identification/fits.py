@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from evat.experiment import Experiment
-from evat.identify import noise
-from evat.identify.objective import Objective, noise_floor, relative_error
-from evat.identify.result import Fit
+from evat.identification import noise
+from evat.identification.objective import Objective, noise_floor, relative_error
+from evat.identification.result import Fit
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Model
 

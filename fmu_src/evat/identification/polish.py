@@ -12,9 +12,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.optimize import least_squares
 
-from evat.identify.covariance import Noise, Optimum, judged
-from evat.identify.noise import Colour, colour, rows_of, whitened
-from evat.identify.objective import HUBER, Objective, repeats
+from evat.identification.covariance import Noise, Optimum, judged
+from evat.identification.noise import Colour, colour, rows_of, whitened
+from evat.identification.objective import HUBER, Objective, repeats
 from evat.model import FloatArray
 
 SMOOTH = 0.1  # of the residual's spread: below it the magnitude of eq. 9 is rounded off, lest its slope jump

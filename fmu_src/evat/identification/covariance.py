@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evat.identify.noise import Colour, colour, coloured, rows_of, whitened
-from evat.identify.objective import Objective
+from evat.identification.noise import Colour, colour, coloured, rows_of, whitened
+from evat.identification.objective import Objective
 from evat.model import FloatArray
 
 LOOSE = 1e3  # sd, in widths of the bounds, that a parameter without any influence gets

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evat.experiment import Experiment, ExperimentError
-from evat.identify.objective import Objective
+from evat.identification.objective import Objective
 from evat.model import FloatArray, ParameterError
 
 JUMP = 100.0  # median sample steps: a record that goes on after such a gap is two records

@@ -10,17 +10,17 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from evat.experiment import Experiment, ExperimentError
-from evat.identify.check import check_clocks, check_influence, check_signs, suspicious_scales
-from evat.identify.covariance import Optimum
-from evat.identify.fits import fit_doubts, fits_of, held_out_fits
-from evat.identify.journal import Journal
-from evat.identify.objective import Kind, Objective
-from evat.identify.polish import polish
-from evat.identify.profile import BetterPoint, Profile, profile
-from evat.identify.result import Identification
-from evat.identify.search import Found, Search, check_size, search
-from evat.identify.space import space
-from evat.identify.verdict import correlation, estimates
+from evat.identification.check import check_clocks, check_influence, check_signs, suspicious_scales
+from evat.identification.covariance import Optimum
+from evat.identification.fits import fit_doubts, fits_of, held_out_fits
+from evat.identification.journal import Journal
+from evat.identification.objective import Kind, Objective
+from evat.identification.polish import polish
+from evat.identification.profile import BetterPoint, Profile, profile
+from evat.identification.result import Identification
+from evat.identification.search import Found, Search, check_size, search
+from evat.identification.space import space
+from evat.identification.verdict import correlation, estimates
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Model, ParameterError
 from evat.native import kernel
@@ -57,13 +57,13 @@ def identify(
     ----------
     free : names of the parameters to find; on : effects beside the nominal ones; values : others to hold, SI, in place of the nominal ones.
     bounds : SI, by name; without them from a twentieth to twenty times the nominal value.
-    objective : least_squares, huber, or relative (the paper's eq. 9); see evat.identify.objective.
+    objective : least_squares, huber, or relative (the paper's eq. 9); see evat.identification.objective.
     search_by : ga (genetic algorithm), de (differential evolution), none (polish from the nominal values).
     whiten : least_squares takes the noise's correlation from sample to sample into account.
     profiles : make profile intervals; without them the standard errors decide.
     hold_out : conditions that the fit does not see, on which it is judged.
     journal : file that holds the generations, so that a search that was cut off can go on with `resume`.
-    spread : evaluates a generation elsewhere; see evat.identify.cluster.
+    spread : evaluates a generation elsewhere; see evat.identification.cluster.
     progress : told what is done and its share; cancelled : asked between generations and runs whether to stop with the best so far.
 
     Raises
