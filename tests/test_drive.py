@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat.model import EvatError, ParameterError, Run, SimulationError
-from evat.models.drive import Driver, FmuError, drive
+from evat.model import EvatError, FmuError, ParameterError, Run, SimulationError
+from evat.models.drive import Driver, drive
 from evat.models.simulate import simulate
 from evat.native import kernel
 
