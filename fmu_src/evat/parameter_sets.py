@@ -81,7 +81,7 @@ def load(name_or_path: str | PathLike[str], *, speed_unit: str = "m/min", strict
     ----------
     name_or_path : str or path
         One of `names()`, or a file.
-    speed_unit : {"m/min", "m/s"}
+    speed_unit : "m/min" or "m/s"
         The unit that the paper's coefficients are read in; only for sets that rest on its table 1, which states none.
     strict : bool
         Refuse a set that breaks the paper's eq. 7 within its speed range.

@@ -35,7 +35,7 @@ def write_experiment(experiment: Experiment, folder: str | PathLike[str], *, suf
         What to write. The nominal values are written in full beside the name of a shipped set.
     folder : path
         A new folder, or an empty one.
-    suffix : {".csv", ".parquet"}
+    suffix : ".csv" or ".parquet"
         Of the data files.
 
     Returns

@@ -72,7 +72,7 @@ def build_fmu(
 
     Parameters
     ----------
-    version : {2, 3}
+    version : 2 or 3
         Of FMI.
     output : path
         The .fmu to write; it appears whole or not at all.

@@ -67,9 +67,9 @@ def identify(
         Others to hold, SI, in place of the nominal ones.
     bounds : mapping of str to pair of float, optional
         SI, by name; without them from a twentieth to twenty times the nominal value.
-    objective : {"least_squares", "huber", "relative"}
+    objective : "least_squares", "huber" or "relative"
         "relative" is the paper's eq. 9; see `evat.identification.objective`.
-    search_by : {"ga", "de", "none"}
+    search_by : "ga", "de" or "none"
         Genetic algorithm, differential evolution, or only a polish from the nominal values.
     population : int
         Members of a generation.

@@ -212,7 +212,7 @@ def run_many(
         Effects that are on in all sets.
     at : array of shape (m,), optional
         Times [s] at which outputs are wanted, such as the clock of a slow sensor; without it the sample times.
-    give : {"rows", "sums"}
+    give : "rows" or "sums"
         "rows" for whole traces, "sums" for the sum of each output over the kept samples: then any number of sets fits into memory.
     data : mapping of str to array of shape (m,), optional
         Measured values of outputs at the kept times, nan where there is none: also gives squares of the distance.

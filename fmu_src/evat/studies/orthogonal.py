@@ -71,7 +71,7 @@ def orthogonal(
         Samples per second [Hz].
     speeds : sequence of float, optional
         Test speeds [m/s]; without them five up to 1 m/s, or up to where the paper's eq. 7 stops to hold.
-    proxy : {"contact_temperature", "proxy_speed"}
+    proxy : "contact_temperature" or "proxy_speed"
         The input that heated motions heat by.
     outputs : sequence of str
         What is measured.

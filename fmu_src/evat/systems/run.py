@@ -49,9 +49,9 @@ def run_system(
         Stop time [s]; without it the system's own.
     every : int, optional
         Keep every n-th step; without it as the system says.
-    order : {"gauss-seidel", "jacobi"}
+    order : "gauss-seidel" or "jacobi"
         One component after the other, or all from the same values.
-    inputs : {"linear", "constant"}
+    inputs : "linear" or "constant"
         How inputs go on within a step whose end is not known yet.
     progress : callable, optional
         Told the share that is done.
