@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-EXTRAS = "build,importers,test"
+EXTRAS = "build,guide,importers,test"
 # What pip says when it cannot reach a registry; it has no exit status of its own for that. Every package named here exists, so finding no
 # version of one is such a sign too, and the only one where pip is told not to retry.
 UNREACHABLE = (
@@ -61,6 +61,7 @@ def test(scripts: Path, arguments: Sequence[str]) -> int:
         "imports": [str(scripts / "lint-imports")],
         "types": [python, "-m", "mypy"],
         "build the FMUs": [str(scripts / "evat"), "build"],
+        "build the guide": [str(scripts / "evat"), "guide", "--build"],
         "tests": [python, "-m", "pytest", *side_by_side, *arguments],
     }
     failed: dict[str, int] = {}

@@ -1,4 +1,4 @@
-"""What does a wheel hold beside the Python files? The kernel compiled for this machine, and the C sources that `evat build` compiles."""
+"""What does a wheel hold beside the Python files? The kernel compiled for this machine, the C sources for `evat build`, the guide."""
 
 from __future__ import annotations
 
@@ -12,15 +12,24 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
-def load_compile(root: Path) -> ModuleType:
-    """fmu_src/evat/native/compile.py without the package around it, whose dependencies are not installed while it is built."""
-    spec = importlib.util.spec_from_file_location("evat_compile", root / "fmu_src" / "evat" / "native" / "compile.py")
+def load_alone(root: Path, file: str) -> ModuleType:
+    """A file of fmu_src/evat without the package around it, whose dependencies are not installed while it is built."""
+    spec = importlib.util.spec_from_file_location(f"evat_{Path(file).stem}", root / "fmu_src" / "evat" / file)
     if spec is None or spec.loader is None:
-        raise FileNotFoundError(f"fmu_src/evat/native/compile.py is missing in {root}")
+        raise FileNotFoundError(f"fmu_src/evat/{file} is missing in {root}")
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses look their module up by name
     spec.loader.exec_module(module)
     return module
+
+
+def guide_included(root: Path) -> dict[str, str]:
+    """The guide's pages, and the site if it was built from these very sources; without it `evat guide` says how it is built."""
+    site = root / "build" / "out" / "guide"
+    included = {str(root / "fmu_src" / "guide"): "evat/_source/guide"}
+    if load_alone(root, "guide/seal.py").is_fresh(site, root / "fmu_src"):
+        included[str(site)] = "evat/_guide"
+    return included
 
 
 class KernelHook(BuildHookInterface[Any]):
@@ -30,7 +39,7 @@ class KernelHook(BuildHookInterface[Any]):
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         root = Path(self.root)
-        compile_c = load_compile(root)
+        compile_c = load_alone(root, "native/compile.py")
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{compile_c.host_target().wheel}"
         if version == "editable":
@@ -44,6 +53,7 @@ class KernelHook(BuildHookInterface[Any]):
         for part in ("kernel", "machines", "fmi", "fmus"):
             included[str(root / "fmu_src" / part)] = f"evat/_source/{part}"
         included[str(root / "ssp")] = "evat/_source/ssp"
+        included.update(guide_included(root))
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
         if self.folder is not None:

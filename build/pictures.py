@@ -1,7 +1,8 @@
-"""How are the README's pictures of identification and of two time scales made? .venv/bin/python build/pictures.py writes them; the same
+"""How are the guide's pictures of identification and of two time scales made? .venv/bin/python build/pictures.py writes them; the same
 sources, the same bytes.
 
-The other two come out of `python3 build/run.py` and of the README's `evat run --record`.
+Of the others feed-force.png comes out of `python3 build/run.py`; record.png, diagnosis.png and speed-ratio.png of commands that stand
+beside them in the guide.
 """
 
 from __future__ import annotations
@@ -10,14 +11,14 @@ from pathlib import Path
 
 import numpy as np
 from evat import parameter_sets
-from evat.identify.figures import save_profiles
+from evat.identification.figures import save_profiles
 from evat.studies import recovery
 from evat.studies.coupling import study
 from evat.studies.recovery_plot import plot_recovery
 from evat.studies.two_scales import TwoScales, changing_speed, compare
 from evat.studies.two_scales_plot import plot_coupling, plot_two_scales
 
-FOLDER = Path(__file__).resolve().parent / "pictures"
+FOLDER = Path(__file__).resolve().parent.parent / "fmu_src" / "guide" / "pictures"
 MATERIAL, MOTION = "regularised/al-7075-t6", "ramp"  # the paper's own tests
 
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat.model import EvatError, ParameterError, Run, SimulationError
-from evat.models.drive import Driver, FmuError, drive
+from evat.model import EvatError, FmuError, ParameterError, Run, SimulationError
+from evat.models.drive import Driver, drive
+from evat.models.simulate import simulate
 from evat.native import kernel
-from evat.simulate import simulate
 
 SLIDING: dict[str, float | str | bool] = {"kinematics": "external", "friction_law": "lugre", "F_C": 3.0, "F_S": 4.0}
 OUTPUTS = ("friction_force", "friction_impulse", "in_contact", "step_count")

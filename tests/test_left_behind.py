@@ -25,7 +25,7 @@ with writing.whole(Path(sys.argv[1]) / "result.csv") as made:
 IDENTIFIES = """
 import sys, time
 from evat.commands.main import main
-from evat.identify import output
+from evat.identification import output
 def stop(found):
     print("ready", flush=True)
     time.sleep(600)

@@ -15,9 +15,9 @@ from evat.experiment import Experiment
 from evat.experiment.read import read_experiment, write_experiment
 from evat.model import EvatError, ParameterError
 from evat.models.contact import ContactModel
+from evat.models.simulate import simulate
 from evat.motions import ACCELERATION, KINDS, PLATEAU
 from evat.native import kernel
-from evat.simulate import simulate
 from evat.studies.orthogonal import HEATED, orthogonal, uncertain
 
 FAMILIES = ("lugre-1995", "regularised/copper", "regularised/al-6061", "regularised/al-7075-t6", "regularised/inconel-718")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from evat import parameter_sets
 from evat.experiment import Experiment
-from evat.identify import identify
+from evat.identification import identify
 from evat.model import FloatArray, ParameterError
 from evat.models.contact import ContactModel
 from evat.motions import KINDS

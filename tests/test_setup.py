@@ -121,7 +121,7 @@ def test_the_status_is_that_of_the_first_failing_step(failing: tuple[str, ...], 
     result = run_script("test.py", before)
     assert result.returncode == status
     steps = [line for line in result.stdout.splitlines() if line.startswith("step")]
-    assert [line.split()[1] for line in steps] == ["format", "C", "lint", "imports", "types", "build", "tests"]
+    assert [line.split()[1] for line in steps] == ["format", "C", "lint", "imports", "types", "build", "build", "tests"]
     assert steps[-1].endswith("-k law")
 
 
@@ -246,7 +246,7 @@ def test_the_wheel_is_for_one_platform_and_holds_library_and_sources(tmp_path: P
     library = f"evat/_lib/{kernel_library_path().name}"
     assert held.read(library) == kernel_library_path().read_bytes()
     assert held.read(f"{library}.sha256") == seal_of(kernel_library_path()).read_bytes()  # what says that it is whole
-    for source in ("kernel/kernel.h", "kernel/friction/lugre.c", "fmi/fmi2.c", "fmi/fmi3.c"):
+    for source in ("kernel/kernel.h", "kernel/friction/lugre.c", "fmi/fmi2.c", "fmi/fmi3.c", "guide/index.md", "guide/pictures/record.png"):
         assert held.read(f"evat/_source/{source}") == (ROOT / "fmu_src" / source).read_bytes()
     assert {"evat/parameters/lugre-1995.toml", "evat/parameters/paper/table-1.toml", "evat/py.typed"} <= names
     assert "Root-Is-Purelib: false" in held.read(next(name for name in names if name.endswith("/WHEEL"))).decode()

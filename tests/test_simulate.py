@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from evat.model import EvatError, ParameterError
+from evat.models.simulate import SHOWN, simulate, vibration_clock
 from evat.native import kernel
-from evat.simulate import SHOWN, simulate, vibration_clock
 
 SLIDING: Mapping[str, float | str] = {"kinematics": "external", "friction_law": "coulomb", "F_C": 3.0}
 

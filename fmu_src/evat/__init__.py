@@ -1,5 +1,104 @@
-"""Chip-tool friction and elliptical vibration assisted turning as a component: kernel, FMUs, parameter sets, command line."""
+"""Where does one come in? `import evat`: the names that a user needs, each loaded when it is first asked for.
 
+Chip-tool friction and elliptical vibration assisted turning as a component: simulate it, identify it, diagnose it, build its FMUs, run
+it in a machine. `evat.__all__` lists the names; `help(evat.simulate)` shows one, with its units, its errors and an example.
+"""
+
+from __future__ import annotations
+
+import importlib
 from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # the same as _PLACES, for type checkers and editors; a test holds the two together
+    from evat import parameter_sets
+    from evat.experiment import ExperimentError
+    from evat.experiment.read import read_experiment
+    from evat.experiment.write import write_experiment
+    from evat.files.writing import OutputError
+    from evat.fmu import build_fmu
+    from evat.gap import diagnose
+    from evat.identification import identify
+    from evat.model import EvatError, FmuError, Model, ParameterError, Run, SimulationError, Trace
+    from evat.models.contact import ContactModel
+    from evat.models.fmu import FmuModel
+    from evat.models.simulate import simulate
+    from evat.native.batch import run_many
+    from evat.native.compile import CompileError
+    from evat.native.kernel import Contact, effects, laws, variables
+    from evat.studies.orthogonal import orthogonal
+    from evat.studies.sensitivity import sensitivities
+    from evat.systems.model import SspError
+    from evat.systems.run import run_system
 
 __version__ = version("evat")
+
+__all__ = [
+    "CompileError",
+    "Contact",
+    "ContactModel",
+    "EvatError",
+    "ExperimentError",
+    "FmuError",
+    "FmuModel",
+    "Model",
+    "OutputError",
+    "ParameterError",
+    "Run",
+    "SimulationError",
+    "SspError",
+    "Trace",
+    "build_fmu",
+    "diagnose",
+    "effects",
+    "identify",
+    "laws",
+    "orthogonal",
+    "parameter_sets",
+    "read_experiment",
+    "run_many",
+    "run_system",
+    "sensitivities",
+    "simulate",
+    "variables",
+    "write_experiment",
+]
+
+_PLACES = {
+    "evat.experiment": ("ExperimentError",),
+    "evat.experiment.read": ("read_experiment",),
+    "evat.experiment.write": ("write_experiment",),
+    "evat.files.writing": ("OutputError",),
+    "evat.fmu": ("build_fmu",),
+    "evat.gap": ("diagnose",),
+    "evat.identification": ("identify",),
+    "evat.model": ("EvatError", "FmuError", "Model", "ParameterError", "Run", "SimulationError", "Trace"),
+    "evat.models.contact": ("ContactModel",),
+    "evat.models.fmu": ("FmuModel",),
+    "evat.models.simulate": ("simulate",),
+    "evat.native.batch": ("run_many",),
+    "evat.native.compile": ("CompileError",),
+    "evat.native.kernel": ("Contact", "effects", "laws", "variables"),
+    "evat.studies.orthogonal": ("orthogonal",),
+    "evat.studies.sensitivity": ("sensitivities",),
+    "evat.systems.model": ("SspError",),
+    "evat.systems.run": ("run_system",),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load what is asked for, once (PEP 562): `import evat` alone loads no library."""
+    found: Any
+    if name == "parameter_sets":
+        found = importlib.import_module("evat.parameter_sets")
+    else:
+        places = [module for module, names in _PLACES.items() if name in names]
+        if not places:
+            raise AttributeError(f"module 'evat' has no attribute {name!r}; it has {', '.join(__all__)}.")
+        found = getattr(importlib.import_module(places[0]), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -18,15 +18,61 @@ BoolArray = npt.NDArray[np.bool_]
 
 
 class EvatError(Exception):
-    """Base of every error that this package raises on purpose; its text says what was asked, found, allowed, and what to do."""
+    """Base of every error that this package raises on purpose; its text says what was asked, found, allowed, and what to do.
+
+    Examples
+    --------
+    >>> import evat
+    >>> try:
+    ...     evat.parameter_sets.load("regularised/wood")
+    ... except evat.EvatError as error:
+    ...     print(type(error).__name__)
+    ParameterError
+    """
 
 
 class ParameterError(EvatError):
-    """A value, name or unit that a variable does not allow."""
+    """A value, name or unit that a variable does not allow.
+
+    Examples
+    --------
+    >>> import evat
+    >>> try:
+    ...     evat.simulate({"F_C": -1.0})
+    ... except evat.ParameterError as error:
+    ...     print(error)
+    F_C = -1 N: allowed is 1e-06 to 1e+06 N.
+    """
 
 
 class SimulationError(EvatError):
-    """A run that could not be carried to its end."""
+    """A run that could not be carried to its end; the text says when it broke off, and why.
+
+    Examples
+    --------
+    >>> import evat
+    >>> contact = evat.Contact({"kinematics": "external"})
+    >>> contact.start()
+    >>> try:
+    ...     contact.advance(-1e-3)
+    ... except evat.SimulationError as error:
+    ...     print(error)
+    step of -0.001 s at t = 0 s: the step is not a number above 0 and up to 1e9 s.
+    """
+
+
+class FmuError(EvatError):
+    """An FMU that cannot be built, cannot be loaded, or is not what it was taken for.
+
+    Examples
+    --------
+    >>> import evat
+    >>> try:
+    ...     evat.build_fmu(1, "EvatContact.fmu")
+    ... except evat.FmuError as error:
+    ...     print(error)
+    FMI version 1: FMUs are built for version 2 or 3.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +156,26 @@ class Effect:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """What to drive a model with: sample times [s] and the values of its inputs at them, linear in between (SI)."""
+    """What to drive a model with: sample times, the values of its inputs at them (linear in between), and what to bring back.
+
+    Parameters
+    ----------
+    times : array of shape (n,)
+        Sample times [s], increasing.
+    inputs : mapping of str to array of shape (n,)
+        Values of the inputs at the sample times, SI, by the model's names. `run_many` also takes shape (K, n).
+    outputs : sequence of str
+        The variables to record; without any a model gives all that it has, and `run_many` refuses.
+
+    Examples
+    --------
+    >>> import evat
+    >>> import numpy as np
+    >>> times = np.linspace(0, 1, 101)
+    >>> run = evat.Run(times, {"slip_velocity": 0.02 * np.sin(2 * np.pi * times)}, ("friction_force",))
+    >>> run.outputs
+    ('friction_force',)
+    """
 
     times: FloatArray
     inputs: Mapping[str, FloatArray] = field(default_factory=dict)
@@ -119,7 +184,26 @@ class Run:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What came out: `columns[name]` has the shape of `times`; `units[name]` its SI unit; `made_by` how it was made."""
+    """What came out of a run: columns over time, `trace["name"]` gives one.
+
+    Attributes
+    ----------
+    times : array of shape (n,)
+        Sample times [s].
+    columns : mapping of str to array of shape (n,)
+        Each recorded variable, in the unit that `units` says.
+    units : mapping of str to str
+        The SI unit of each column.
+    made_by : mapping of str
+        How it was made: version, model, values, effects, warnings.
+
+    Examples
+    --------
+    >>> import evat
+    >>> trace = evat.simulate({"friction_law": "coulomb"}, cycles=1, samples_per_cycle=50)
+    >>> trace["friction_force"].shape, trace.units["friction_force"]
+    ((51,), 'N')
+    """
 
     times: FloatArray
     columns: Mapping[str, FloatArray]
@@ -150,7 +234,28 @@ class Tables(Protocol):
 
 
 class Model(Tables, Protocol):
-    """Anything that can be simulated, compared with a measurement and diagnosed."""
+    """Anything that can be simulated, compared with a measurement and diagnosed.
+
+    `identify` and `diagnose` know a model by these words alone, so that a model of your own can stand in: a class with these attributes
+    and methods will do, nothing need be inherited. `ContactModel` and `FmuModel` are two.
+
+    Attributes
+    ----------
+    variables : tuple of Variable
+        Its quantities: name, unit, start, min, max, meaning, source, role.
+    effects : tuple of Effect
+        What can be switched on, each with its own variables.
+
+    Examples
+    --------
+    >>> import evat
+    >>> import numpy as np
+    >>> model: evat.Model = evat.ContactModel()
+    >>> values = {"friction_law": "coulomb", "kinematics": "external", "F_C": 3.0, "slip_velocity": 0.1}
+    >>> trace = model.simulate(evat.Run(np.array([0.0, 0.1]), outputs=("friction_force",)), (), values)
+    >>> print(trace["friction_force"])
+    [3. 3.]
+    """
 
     def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
         """Drive the model through `run` with the effects `on` and the parameter `values` (SI)."""

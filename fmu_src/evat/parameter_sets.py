@@ -1,4 +1,14 @@
-"""Which parameter sets are there, and what is in one? Values in SI with their sources, shipped (TOML) or a user's (.ssv or .toml)."""
+"""Which parameter sets are there, and what is in one? Values in SI with their sources, shipped (TOML) or a user's (.ssv or .toml).
+
+Examples
+--------
+>>> import evat
+>>> evat.parameter_sets.names()[0]
+'lugre-1995'
+>>> found = evat.parameter_sets.load("published/copper")
+>>> print(f"F_C = {found.values['F_C']:g} N: {found.sources['F_C']}")  # doctest: +ELLIPSIS
+F_C = 0.1127 N: ...table 1, F_C of copper
+"""
 
 from __future__ import annotations
 
@@ -40,7 +50,24 @@ class ParameterSet:
 
 
 def names() -> tuple[str, ...]:
-    """The shipped sets."""
+    """The shipped sets.
+
+    Returns
+    -------
+    tuple of str
+        Names, such as "regularised/copper".
+
+    Raises
+    ------
+    ParameterError
+        Where a shipped file is damaged.
+
+    Examples
+    --------
+    >>> import evat
+    >>> "regularised/inconel-718" in evat.parameter_sets.names()
+    True
+    """
     found: list[str] = []
     for path in sorted(FOLDER.glob("*.toml")):
         found += [f"{path.stem}/{material}" for material in materials()] if _is_family(path.stem) else [path.stem]
@@ -52,8 +79,28 @@ def load(name_or_path: str | PathLike[str], *, speed_unit: str = "m/min", strict
 
     Parameters
     ----------
-    speed_unit : the unit that the paper's coefficients are read in; only for sets that rest on its table 1.
-    strict : refuse a set that breaks the paper's eq. 7 within its speed range.
+    name_or_path : str or path
+        One of `names()`, or a file.
+    speed_unit : "m/min" or "m/s"
+        The unit that the paper's coefficients are read in; only for sets that rest on its table 1, which states none.
+    strict : bool
+        Refuse a set that breaks the paper's eq. 7 within its speed range.
+
+    Returns
+    -------
+    ParameterSet
+        `values` (SI), `effects` that are on, `sources` of each value, `notes`, `speed_range` [m/s].
+
+    Raises
+    ------
+    ParameterError
+        Where there is no such set or file, or it holds what the component does not allow.
+
+    Examples
+    --------
+    >>> import evat
+    >>> evat.parameter_sets.load("regularised/copper").effects
+    ('thermal_softening', 'thermal_damping')
     """
     if speed_unit not in SPEED_UNITS:
         raise ParameterError(f"speed unit {speed_unit!r}: allowed is {' or '.join(SPEED_UNITS)}.")
@@ -73,7 +120,30 @@ def load(name_or_path: str | PathLike[str], *, speed_unit: str = "m/min", strict
 
 
 def load_ssv(path: str | PathLike[str]) -> ParameterSet:
-    """A set from an SSP parameter values file."""
+    """A set from an SSP parameter values file.
+
+    Parameters
+    ----------
+    path : path
+        The .ssv file.
+
+    Returns
+    -------
+    ParameterSet
+        Values in SI, whatever the units of the file.
+
+    Raises
+    ------
+    ParameterError
+        Where the file cannot be read, or holds what the component does not allow.
+
+    Examples
+    --------
+    >>> import evat
+    >>> path = evat.parameter_sets.save_ssv(evat.parameter_sets.load("lugre-1995"), "lugre.ssv")
+    >>> evat.parameter_sets.load_ssv(path).values["sigma0"]  # N/m
+    100000.0
+    """
     content = ssv.read(Path(path), kernel.by_name())
     switches = [effect.name for effect in kernel.effects()]
     return ParameterSet(
@@ -88,7 +158,33 @@ def load_ssv(path: str | PathLike[str]) -> ParameterSet:
 
 
 def save_ssv(parameter_set: ParameterSet, path: str | PathLike[str]) -> Path:
-    """Write a set as an SSP 1.0 parameter values file, units and sources included; the file appears whole or not at all."""
+    """Write a set as an SSP 1.0 parameter values file, units and sources included; the file appears whole or not at all.
+
+    Parameters
+    ----------
+    parameter_set : ParameterSet
+        What to write.
+    path : path
+        The .ssv file.
+
+    Returns
+    -------
+    Path
+        Of the file.
+
+    Raises
+    ------
+    ParameterError
+        For a value that the component does not allow.
+    OutputError
+        Where the file cannot be written.
+
+    Examples
+    --------
+    >>> import evat
+    >>> evat.parameter_sets.save_ssv(evat.parameter_sets.load("regularised/copper"), "copper.ssv").name
+    'copper.ssv'
+    """
     values = kernel.check_values(parameter_set.values, parameter_set.effects)
     content = ssv.Content(
         parameter_set.name, parameter_set.title, values, dict(parameter_set.sources), parameter_set.notes, parameter_set.speed_range

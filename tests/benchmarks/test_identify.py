@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 from evat.experiment import Experiment, Nominal, Trial
-from evat.identify.objective import Objective
-from evat.identify.polish import polish
-from evat.identify.search import Search, search
-from evat.identify.space import space
+from evat.identification.objective import Objective
+from evat.identification.polish import polish
+from evat.identification.search import Search, search
+from evat.identification.space import space
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Run
 from evat.models.contact import ContactModel

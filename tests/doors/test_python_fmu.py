@@ -16,8 +16,8 @@ from typing import Any
 import fmpy
 import pytest
 from evat.fmu.description.simple_types import FIRST_ITEM
-from evat.fmu.fmu_facts import FmuError
 from evat.fmu.python_fmu import build_python_fmu
+from evat.model import FmuError
 from evat.models import reference as reference_model
 from evat.models.reference import Contact
 from evat.native import kernel

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 from evat.model import ParameterError
+from evat.models.simulate import simulate
 from evat.native import kernel
 from evat.native.kernel import Component
 from evat.required_inputs import check_needs, missing_inputs
-from evat.simulate import simulate
 
 MODEL = Component()
 THERMAL = tuple(effect.name for effect in kernel.effects() if "proxy_speed" in effect.needs)

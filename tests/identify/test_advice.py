@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from evat import motions, parameter_sets
 from evat.experiment import Experiment, Nominal, Signal, Trial
-from evat.identify import identify
+from evat.identification import identify
 from evat.model import FloatArray, Run
 from evat.models.contact import ContactModel
 from evat.native import kernel

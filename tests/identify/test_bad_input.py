@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from evat.experiment import ExperimentError, Trial
-from evat.identify import identify
+from evat.identification import identify
 from evat.model import ParameterError
 from known_rigs import FREE, GUESS, MODEL, TIMES, TO_AND_FRO, TRUTH, experiment, force, trial
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from evat.identify import identify
-from evat.identify.cluster import Cluster, ClusterError
-from evat.identify.objective import Objective
+from evat.identification import identify
+from evat.identification.cluster import Cluster, ClusterError
+from evat.identification.objective import Objective
 from evat.models.contact import ContactModel
 from known_rigs import FREE, TO_AND_FRO, experiment, trial
 

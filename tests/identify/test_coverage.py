@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from evat.identify import identify
+from evat.identification import identify
 from known_rigs import FREE, MODEL, TIMES, TRUTH, experiment, trial
 
 TRUTHS = 50

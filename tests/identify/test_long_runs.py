@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat.identify import Identification, identify
-from evat.identify.journal import Journal, JournalError
-from evat.identify.search import Search, search
+from evat.identification import Identification, identify
+from evat.identification.journal import Journal, JournalError
+from evat.identification.search import Search, search
 from evat.models.contact import ContactModel
 from known_rigs import FREE, MODEL, TO_AND_FRO, experiment, trial
 

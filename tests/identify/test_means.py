@@ -12,7 +12,7 @@ from evat import parameter_sets
 from evat.experiment import Experiment, Means, Nominal
 from evat.experiment.read import read_experiment
 from evat.experiment.write import write_experiment
-from evat.identify import identify
+from evat.identification import identify
 from evat.models.contact import ContactModel
 from evat.native import kernel
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat.experiment import Experiment, Nominal, Signal, Trial
-from evat.identify import Identification, identify
+from evat.identification import Identification, identify
 from evat.model import Model
 from evat.models.axis import AxisModel
 from evat.models.contact import ContactModel

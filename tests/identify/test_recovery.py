@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from evat.identify import Identification, identify
+from evat.identification import Identification, identify
 from evat.model import ParameterError
 from known_rigs import FREE, GUESS, MODEL, SLIDING, STEP, TIMES, TO_AND_FRO, TRUTH, experiment, force, trial
 
@@ -141,8 +141,8 @@ def test_held_out_conditions_are_not_seen() -> None:
 
 
 def test_the_cost_of_a_set_does_not_depend_on_its_neighbours() -> None:
-    from evat.identify.objective import Objective
-    from evat.identify.space import space
+    from evat.identification.objective import Objective
+    from evat.identification.space import space
     from evat.inference.prediction import Prediction
 
     rig = experiment(trial(TO_AND_FRO))

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat.experiment import Experiment, Nominal, Trial
-from evat.identify import Identification, identify
+from evat.identification import Identification, identify
 from evat.model import FloatArray, Run, Variable
 from plain_model import PlainModel
 from scipy.optimize import brentq

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from evat.experiment import Experiment, ExperimentError
 from evat.gap.compare import compare
-from evat.identify import identify
+from evat.identification import identify
 from evat.inference.autoregression import WHITE, autoregression, impulse_response
 from evat.inference.checks import OPPOSED, UNIT, opposed, unit_ratio
 from evat.inference.generalised_least_squares import Whitener

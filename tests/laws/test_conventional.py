@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from evat.simulate import simulate
+from evat.models.simulate import simulate
 
 A, OMEGA, F_C = 5e-6, 2 * np.pi * 20e3, 9.0
 

@@ -15,8 +15,8 @@ import pytest
 from coupled import run
 from evat.files import unpack
 from evat.files.table import read_table
-from evat.model import ParameterError
-from evat.models.drive import Driver, FmuError
+from evat.model import FmuError, ParameterError
+from evat.models.drive import Driver
 from evat.systems import write_full
 from evat.systems.couple import Coupled, Given, plan
 from evat.systems.model import SspError, SystemStopped

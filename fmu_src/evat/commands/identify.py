@@ -20,7 +20,7 @@ from evat.native import kernel
 from evat.units import display, to_si
 
 if TYPE_CHECKING:
-    from evat.identify import Identification
+    from evat.identification import Identification
 
 STOPPED = 130  # exit status, as of a process that Ctrl-C ends
 COLOURS = {"identified": "green", "weak": "yellow", "not identifiable": "red"}
@@ -57,9 +57,9 @@ def identify(
     Ctrl-C stops with the best so far. Example: evat identify rig -f F_C -f sigma0 -b 'F_C=1..30 N' --search de -o found
     """
     from evat.experiment.read import read_experiment
-    from evat.identify import identify as run
-    from evat.identify import output
-    from evat.identify.cluster import Cluster
+    from evat.identification import identify as run
+    from evat.identification import output
+    from evat.identification.cluster import Cluster
     from evat.models.contact import ContactModel
 
     model = ContactModel(threads)

@@ -17,6 +17,7 @@ from evat.commands.calibrate import benchmark, calibrate
 from evat.commands.diagnose import diagnose
 from evat.commands.effects import effects
 from evat.commands.experiment import experiment
+from evat.commands.guide import guide
 from evat.commands.identify import identify
 from evat.commands.shared import SpeedUnit, Values, lines_done, picture_beside, share_done, typed_values
 from evat.commands.system import system
@@ -35,7 +36,8 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     help="Chip-tool friction and elliptical vibration assisted turning as a component.\n\n"
     "`evat build` makes the FMUs, `evat run` shows what they do, `evat simulate` answers a question of your own, "
-    "`evat effects` shows what can be switched on, `evat experiment` checks measurements, `evat system` runs the contact in a machine. "
+    "`evat effects` shows what can be switched on, `evat experiment` checks measurements, `evat system` runs the contact in a machine, "
+    "`evat guide` opens the manual. "
     "Numbers take units: `--value 'cutting_speed=30 m/min'`; a bare number is SI.",
 )
 Effects = Annotated[
@@ -52,6 +54,7 @@ app.command()(diagnose)
 app.command()(calibrate)
 app.command()(benchmark)
 app.add_typer(system)
+app.command()(guide)
 
 
 def _row(variable: Variable) -> list[str]:
@@ -78,7 +81,7 @@ def info(
     entries_of_all: tuple[Law | Effect, ...] = (*laws, *effects)
     own = {v.name for entry in entries_of_all if entry.name == name for v in entry.variables}
     shown = [v for v in kernel.variables() if name is None or v.name == name or v.name in own]
-    if not shown:
+    if not shown and name not in {entry.name for entry in entries_of_all}:
         kernel.variable(name or "")
     for causality in ("input", "parameter", "output", "local"):
         rows = [v for v in shown if v.causality == causality]
@@ -165,9 +168,9 @@ def simulate(
     Example: evat simulate -s regularised/al-7075-t6 --law lugre -v 'cutting_speed=20 m/min' -v feed=50um -o cut.csv
     """
     from evat.files.table import RecordError, read_table, write_trace
+    from evat.models.simulate import SHOWN
+    from evat.models.simulate import simulate as run_contact
     from evat.plots.cycles import plot_trace
-    from evat.simulate import SHOWN
-    from evat.simulate import simulate as run_contact
 
     values: dict[str, float | str] = {}
     effects: list[str] = []

@@ -21,7 +21,7 @@ from evat.native import kernel
 from evat.units import display, to_si
 
 if TYPE_CHECKING:
-    from evat.identify import Identification
+    from evat.identification import Identification
     from evat.studies.recovery import Recovery
 
 COLOURS = {"identified": "green", "weak": "yellow", "cannot come back": "red"}

@@ -13,7 +13,18 @@ Role = Literal["input", "output"]
 
 
 class ExperimentError(EvatError):
-    """An experiment that cannot be used as it stands; names file, line, column or row, and what to do."""
+    """An experiment that cannot be used as it stands; names file, line, column or row, and what to do.
+
+    Examples
+    --------
+    >>> import evat
+    >>> made = evat.orthogonal({"friction_law": "coulomb", "F_C": 3.0}, repeats=1, speeds=[0.5], rate=100.0)
+    >>> try:
+    ...     made.only(["speed 7"])
+    ... except evat.ExperimentError as error:
+    ...     print(error)
+    'Orthogonal cutting tests, simulated: ramp': asked for conditions 'speed 7'; it has 'speed 1'.
+    """
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ import hashlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -55,14 +56,40 @@ class Scan:
     data_hash: str
 
 
-def read_experiment(folder_or_toml: Path, model: Model, *, progress: Progress | None = None, most: int | None = None) -> Experiment:
-    """The experiment of a folder, or of its experiment.toml, in SI and checked throughout.
+def read_experiment(
+    folder_or_toml: str | PathLike[str], model: Model, *, progress: Progress | None = None, most: int | None = None
+) -> Experiment:
+    """Read a measured experiment, in SI and checked throughout.
 
-    most : samples of a trial to keep, its first; None: all. Those beyond are checked, too.
+    Parameters
+    ----------
+    folder_or_toml : path
+        Its folder, or the experiment.toml in it.
+    model : Model
+        What the measurements are of; its variables are what signals may be called.
+    progress : callable, optional
+        Told the share that is done.
+    most : int, optional
+        Samples of a trial to keep, its first; without it all. Those beyond are checked, too.
+
+    Returns
+    -------
+    Experiment
+        Trials and means with the nominal model; nothing is resampled or filled.
 
     Raises
     ------
-    ExperimentError, which names the file and the key, column or row, what is allowed, and what to do.
+    ExperimentError
+        Names the file and the key, column or row, what is allowed, and what to do.
+
+    Examples
+    --------
+    >>> import evat
+    >>> made = evat.orthogonal({"friction_law": "coulomb", "F_C": 3.0}, repeats=2, speeds=[0.5], rate=100.0)
+    >>> folder = evat.write_experiment(made, "rig")
+    >>> experiment = evat.read_experiment(folder, evat.ContactModel())
+    >>> experiment.conditions, experiment.outputs, experiment.nominal.values["friction_law"]
+    (('speed 1',), ('friction_force',), 'coulomb')
     """
     document = read_document(Path(folder_or_toml), model)
     done = _ShareDone(document, progress)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from os import PathLike
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -25,13 +26,36 @@ SUFFIXES = (".csv", ".parquet")
 USUAL_SD = Nominal({}, (), {}).default_relative_sd  # what a value has that the document gives none
 
 
-def write_experiment(experiment: Experiment, folder: Path, *, suffix: str = ".csv") -> Path:
-    """Write a folder that read_experiment reads back; data files get `suffix`, values are written in full beside the name of a shipped set.
+def write_experiment(experiment: Experiment, folder: str | PathLike[str], *, suffix: str = ".csv") -> Path:
+    """Write a folder that `read_experiment` reads back; it appears whole or not at all.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        What to write. The nominal values are written in full beside the name of a shipped set.
+    folder : path
+        A new folder, or an empty one.
+    suffix : ".csv" or ".parquet"
+        Of the data files.
+
+    Returns
+    -------
+    Path
+        The folder.
 
     Raises
     ------
-    ExperimentError, where something recorded has no signal or the folder holds something already; OutputError, where it cannot be written.
-    Nothing is left behind then.
+    ExperimentError
+        Where something recorded has no signal, or the folder holds something already.
+    OutputError
+        Where it cannot be written. Nothing is left behind then.
+
+    Examples
+    --------
+    >>> import evat
+    >>> made = evat.orthogonal({"friction_law": "coulomb", "F_C": 3.0}, repeats=2, speeds=[0.5], rate=100.0)
+    >>> sorted(path.name for path in evat.write_experiment(made, "ramps").iterdir())
+    ['experiment.toml', 'trials']
     """
     folder = Path(folder)
     if suffix not in SUFFIXES:

@@ -32,7 +32,19 @@ _one_at_a_time = threading.Lock()
 
 
 class OutputError(EvatError):
-    """A file or folder that cannot be written."""
+    """A file or folder that cannot be written.
+
+    Examples
+    --------
+    >>> import evat
+    >>> made = evat.orthogonal({"friction_law": "coulomb", "F_C": 3.0}, repeats=1, speeds=[0.5], rate=100.0)
+    >>> _ = open("a-file", "w").close()
+    >>> try:
+    ...     evat.write_experiment(made, "a-file/rig")
+    ... except evat.OutputError:
+    ...     print("a file is no folder")
+    a file is no folder
+    """
 
     cause: OSError | None = None  # where the system said so
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from os import PathLike
 from pathlib import Path
 
 from evat.files.writing import temporary, usable
@@ -13,10 +14,11 @@ from evat.fmu.description import fmi2, fmi3
 from evat.fmu.description.model_description import Facts
 from evat.fmu.description.terminals import terminal_files
 from evat.fmu.documentation.contact import copyright_line
-from evat.fmu.fmu_facts import TOLERANCE, FmuError, Shown, Version
+from evat.fmu.fmu_facts import TOLERANCE, Shown, Version
 from evat.fmu.part_model import parts, shown_by, told
 from evat.fmu.reference_results import reference_files
 from evat.fmu.sources import binary_name, compile_binary, source_files, source_names
+from evat.model import FmuError
 from evat.native.compile import CONTACT, TARGETS, host_target
 
 __all__ = ["FmuError", "Version", "build_all", "build_fmu", "facts", "file_name", "parts", "shown"]
@@ -60,18 +62,48 @@ def _silent(line: str) -> None:
 
 
 def build_fmu(
-    version: Version, output: Path, targets: Iterable[str] | None = None, progress: Progress = _silent, part: str = CONTACT
+    version: Version,
+    output: str | PathLike[str],
+    targets: Iterable[str] | None = None,
+    progress: Progress = _silent,
+    part: str = CONTACT,
 ) -> Path:
-    """Build one FMU, for Co-Simulation and Model Exchange, and return its path.
+    """Build one FMU, for Co-Simulation and Model Exchange.
 
     Parameters
     ----------
-    version : 2 or 3, the FMI version.
-    output : the .fmu to write; it appears whole or not at all.
-    targets : platforms to compile for, by FMI 3 platform tuple; all that the compiler serves by default.
-    progress : is told what is being done, a line each.
-    part : the contact or one of its partners.
+    version : 2 or 3
+        Of FMI.
+    output : path
+        The .fmu to write; it appears whole or not at all.
+    targets : iterable of str, optional
+        Platforms to compile for, by FMI 3 platform tuple, such as "x86_64-linux"; without it all five.
+    progress : callable, optional
+        Told what is being done, a line each.
+    part : str
+        The contact, "evat_contact", or one of its partners; `evat.fmu.parts()` lists them.
+
+    Returns
+    -------
+    Path
+        Of the FMU.
+
+    Raises
+    ------
+    FmuError
+        For a version or platform that there is none of.
+    CompileError
+        Where there is no C compiler (`pip install 'evat[build]'`).
+    OutputError
+        Where it cannot be written.
+
+    Examples
+    --------
+    >>> import evat
+    >>> evat.build_fmu(3, "EvatSpindle.fmu", ["x86_64-linux"], part="spindle").name
+    'EvatSpindle.fmu'
     """
+    output = Path(output)
     if version not in (2, 3):
         raise FmuError(f"FMI version {version!r}: FMUs are built for version 2 or 3.")
     names = list(TARGETS) if targets is None else list(targets)

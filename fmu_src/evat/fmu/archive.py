@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
 from evat.files.writing import whole
-from evat.fmu.fmu_facts import FmuError
+from evat.model import FmuError
 
 _EARLIEST = 315532800  # 1980-01-01T00:00:00Z, the first moment that ZIP can write
 

@@ -9,14 +9,10 @@ from typing import Any, Literal
 
 from evat.files.read_toml import read_toml
 from evat.fmu.xml import Scalar
-from evat.model import EvatError
+from evat.model import FmuError
 
 Version = Literal[2, 3]
 TOLERANCE = "relative_tolerance"  # the parameter that is FMI's tolerance, where a model has it
-
-
-class FmuError(EvatError):
-    """An FMU that could not be built."""
 
 
 @dataclass(frozen=True, slots=True)

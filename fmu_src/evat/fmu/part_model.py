@@ -10,11 +10,11 @@ from evat.fmu.documentation import contact as documentation
 from evat.fmu.documentation import partner as machine_documentation
 from evat.fmu.documentation import picture
 from evat.fmu.documentation.picture import Picture
-from evat.fmu.fmu_facts import FmuError, Shown, load
+from evat.fmu.fmu_facts import Shown, load
 from evat.fmu.reference_results import Follow
 from evat.fmu.structure.model_structure import Structure, model_structure
 from evat.fmu.structure.partner import machine_structure
-from evat.model import FloatArray, Law, Variable
+from evat.model import FloatArray, FmuError, Law, Variable
 from evat.native import kernel, machine
 from evat.native.compile import CONTACT, source_root
 

@@ -28,7 +28,8 @@ from evat.fmu import archive
 from evat.fmu.description import fmi2
 from evat.fmu.description.simple_types import FIRST_ITEM
 from evat.fmu.documentation.contact import license_text
-from evat.fmu.fmu_facts import FmuError, Shown
+from evat.fmu.fmu_facts import Shown
+from evat.model import FmuError
 from evat.models import reference as reference_model
 from evat.native import kernel
 

@@ -20,10 +20,23 @@ SETTLING_TIME = 1.0  # s of steady slip, far beyond any presliding; means are ta
 
 
 class ContactModel(kernel.Component):
-    """The contact with its laws and effects."""
+    """The contact with its laws and effects as a `Model`: what `identify` and `diagnose` are given.
+
+    Parameters
+    ----------
+    threads : int, optional
+        How many may be used side by side; without it as many as there are processors. The answer does not depend on it.
+
+    Examples
+    --------
+    >>> import evat
+    >>> model = evat.ContactModel()
+    >>> len(model.effects) == len(evat.effects())
+    True
+    >>> model.effects = tuple(effect for effect in model.effects if effect.name == "dwell_strengthening")  # the only candidate now
+    """
 
     def __init__(self, threads: int | None = None) -> None:
-        """threads : how many run_many may use; the answer does not depend on it."""
         super().__init__()
         self.threads = threads
 

@@ -15,13 +15,9 @@ from fmpy.fmi3 import FMU3Slave
 
 from evat.files.unpack import ArchiveError, opened, unpack
 from evat.files.writing import OutputError, temporary
-from evat.model import EvatError, FloatArray, ParameterError, Run, SimulationError, Trace
+from evat.model import FloatArray, FmuError, ParameterError, Run, SimulationError, Trace
 
 Progress = Callable[[float], None]
-
-
-class FmuError(EvatError):
-    """An FMU that cannot be loaded or is not what it was taken for."""
 
 
 def _log(lines: list[str]) -> Callable[..., None]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +14,31 @@ from evat.models.drive import drive
 
 
 class FmuModel(ContactModel):
-    """The contact, run by its FMU (co-simulation, FMI 2 or 3) instead of by the library. Slower: sets run one after the other, and every
-    sample is a communication step."""
+    """The contact as a `Model`, run by its FMU (co-simulation, FMI 2 or 3) instead of by the library.
 
-    def __init__(self, fmu: Path) -> None:
+    Slower: sets run one after the other, and every sample is a communication step.
+
+    Parameters
+    ----------
+    fmu : path
+        A .fmu of the contact, as `evat build` or `build_fmu` writes it.
+
+    Examples
+    --------
+    After `evat build --host-only --out fmus`:
+
+    >>> import evat
+    >>> import numpy as np
+    >>> model = evat.FmuModel("fmus/EvatContact-fmi3.fmu")
+    >>> values = {"friction_law": "coulomb", "kinematics": "external", "F_C": 3.0, "slip_velocity": 0.1}
+    >>> trace = model.simulate(evat.Run(np.array([0.0, 0.1]), outputs=("friction_force",)), (), values)
+    >>> print(trace["friction_force"], trace.made_by["fmi"])
+    [3. 3.] 3.0
+    """
+
+    def __init__(self, fmu: str | PathLike[str]) -> None:
         super().__init__()
-        self.fmu = fmu
+        self.fmu = Path(fmu)
 
     def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
         switches = {effect.name: float(effect.name in on) for effect in self.effects}

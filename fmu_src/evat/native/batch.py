@@ -204,23 +204,50 @@ def run_many(
 
     Parameters
     ----------
-    run : sample times [s], shape (n,); inputs of shape (n,) for all sets or (K, n), linear between the samples; the outputs wanted.
-    values : SI; a number or a choice's name for all sets, an array of shape (K,) for a value of each.
-    on : effects that are on in all sets.
-    at : times [s] at which outputs are wanted, such as the clock of a slow sensor; without it the sample times.
-    give : "rows" for whole traces, "sums" for the sum of each output over the kept samples: then any number of sets fits into memory.
-    data : output name -> measured values at the kept times, nan where there is none: also gives squares of the distance.
-    threads : how many; without it as many as there are processors. The answer does not depend on it.
-    most_steps : internal steps of a set over the whole run, beyond which it fails; 0 for as many as it takes.
-    progress : told the share that is done; cancelled : asked about ten times a second whether to stop.
+    run : Run
+        Sample times [s] of shape (n,); inputs of shape (n,) for all sets or (K, n), linear between the samples; the outputs wanted.
+    values : mapping of str to float, str or array of shape (K,)
+        SI; a number or a choice's name for all sets, an array for a value of each.
+    on : sequence of str
+        Effects that are on in all sets.
+    at : array of shape (m,), optional
+        Times [s] at which outputs are wanted, such as the clock of a slow sensor; without it the sample times.
+    give : "rows" or "sums"
+        "rows" for whole traces, "sums" for the sum of each output over the kept samples: then any number of sets fits into memory.
+    data : mapping of str to array of shape (m,), optional
+        Measured values of outputs at the kept times, nan where there is none: also gives squares of the distance.
+    threads : int, optional
+        How many; without it as many as there are processors. The answer does not depend on it.
+    progress : callable, optional
+        Told the share that is done.
+    cancelled : callable, optional
+        Asked about ten times a second whether to stop.
+    most_steps : float
+        Internal steps of a set over the whole run, beyond which it fails; 0 for as many as it takes.
 
     Returns
     -------
-    Batch; a set that fails is nan there, and `failed` says why. Others are not touched by it.
+    Batch
+        `rows[name]` of shape (K, m), or `sums[name]` of shape (K,). A set that fails is nan there, and `failed` says why; others are not
+        touched by it.
 
     Raises
     ------
-    ParameterError for names, shapes or values that are not allowed; Cancelled.
+    ParameterError
+        For names, shapes or values that are not allowed.
+    SimulationError
+        Where it was stopped on request.
+
+    Examples
+    --------
+    >>> import evat
+    >>> import numpy as np
+    >>> times = np.linspace(0, 1, 101)
+    >>> run = evat.Run(times, {"slip_velocity": 0.02 * np.sin(2 * np.pi * 3 * times)}, ("friction_force",))
+    >>> levels = np.array([5.0, 10.0])  # N
+    >>> batch = evat.run_many(run, {"kinematics": "external", "friction_law": "coulomb", "F_C": levels})
+    >>> print(batch.rows["friction_force"].shape, batch.rows["friction_force"].max(axis=1))
+    (2, 101) [ 5. 10.]
     """
     names = tuple(run.outputs)
     if not names:

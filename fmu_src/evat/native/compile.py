@@ -81,7 +81,14 @@ WIDER: dict[str, tuple[Processor, ...]] = {
 
 
 class CompileError(EvatError):
-    """C that could not be compiled, or no compiler to do it."""
+    """C that could not be compiled, or no compiler to do it (`pip install 'evat[build]'`).
+
+    Examples
+    --------
+    >>> import evat
+    >>> issubclass(evat.CompileError, evat.EvatError)
+    True
+    """
 
 
 @dataclass(frozen=True)

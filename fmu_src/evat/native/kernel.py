@@ -68,7 +68,25 @@ def _names(text: str) -> tuple[str, ...]:
 
 @functools.lru_cache(maxsize=1)
 def variables() -> tuple[Variable, ...]:
-    """Every quantity of the component, in the order of its value references."""
+    """Every quantity of the component, in the order of its value references.
+
+    Returns
+    -------
+    tuple of Variable
+        Each with name, unit, start, min, max, meaning, source, type and role.
+
+    Raises
+    ------
+    EvatError
+        Where the compiled kernel cannot be loaded.
+
+    Examples
+    --------
+    >>> import evat
+    >>> F_C = next(variable for variable in evat.variables() if variable.name == "F_C")
+    >>> F_C.unit, F_C.min, F_C.max, F_C.meaning
+    ('N', 1e-06, 1000000.0, 'Coulomb friction force')
+    """
     return read_table(*library())
 
 
@@ -123,7 +141,24 @@ def variable(name: str) -> Variable:
 
 @functools.lru_cache(maxsize=1)
 def laws() -> tuple[Law, ...]:
-    """The friction laws, in the order of the choice friction_law."""
+    """The friction laws, in the order of the choice friction_law.
+
+    Returns
+    -------
+    tuple of Law
+        Each with name, meaning, equation, source, and the variables that it alone has.
+
+    Raises
+    ------
+    EvatError
+        Where the compiled kernel cannot be loaded.
+
+    Examples
+    --------
+    >>> import evat
+    >>> [law.name for law in evat.laws()]
+    ['coulomb', 'lugre', 'dahl', 'karnopp', 'bristle', 'reset_integrator']
+    """
     ffi, loaded = library()
     found, at = [], loaded.BASE_COUNT
     for place, name in enumerate(variable("friction_law").choices):
@@ -145,7 +180,25 @@ def laws() -> tuple[Law, ...]:
 
 @functools.lru_cache(maxsize=1)
 def effects() -> tuple[Effect, ...]:
-    """The switchable effects; each one's name is also its Boolean variable."""
+    """The switchable effects; each one's name is also its Boolean variable.
+
+    Returns
+    -------
+    tuple of Effect
+        Each with name, meaning, equation, source, signature, stage, parameters, rivals, and the inputs without which it says nothing.
+
+    Raises
+    ------
+    EvatError
+        Where the compiled kernel cannot be loaded.
+
+    Examples
+    --------
+    >>> import evat
+    >>> softening = next(effect for effect in evat.effects() if effect.name == "thermal_softening")
+    >>> [variable.name for variable in softening.variables]
+    ['thermal_softening.k_Q', 'thermal_softening.Q']
+    """
     _, loaded = library()
     found = []
     for place in range(loaded.kernel_effect_count()):
@@ -219,12 +272,30 @@ def by_choice(values: Mapping[str, float]) -> dict[str, float | str | bool]:
 
 
 class Contact:
-    """One contact: set values, start, advance, read. Values in SI, choices by name or place.
+    """One contact, step by step: set values, start, advance, read. SI, choices by name or place.
 
     Parameters
     ----------
-    values : name -> value of parameters and inputs; what is not named has its start value.
-    on : names of the effects that are on.
+    values : mapping of str to float, int, bool or str
+        Parameters and inputs by name; what is not named has its start value.
+    on : sequence of str
+        Names of the effects that are on.
+
+    Raises
+    ------
+    ParameterError
+        For a name or value that is not allowed.
+
+    Examples
+    --------
+    >>> import evat
+    >>> contact = evat.Contact({"kinematics": "external", "friction_law": "coulomb", "F_C": 3.0})
+    >>> contact.start(0.0)
+    >>> contact.set("slip_velocity", 0.1)  # m/s
+    >>> contact.advance(1e-4)  # s, in as many internal steps as the tolerance asks for; how far it went
+    0.0001
+    >>> contact.get("friction_force")  # N
+    3.0
     """
 
     def __init__(self, values: Mapping[str, float | int | bool | str] | None = None, on: Sequence[str] = ()) -> None:

@@ -12,9 +12,9 @@ from evat.files.writing import put
 from evat.html import render
 from evat.model import Run, Trace
 from evat.models.drive import drive
+from evat.models.simulate import vibration_clock
 from evat.native import kernel
 from evat.plots.cycles import plot_cycles
-from evat.simulate import vibration_clock
 
 SAMPLES_PER_CYCLE = 400
 CYCLES = 6  # bristles are let go at separation, so the second cycle is periodic already; the rest shows that it is

@@ -15,11 +15,11 @@ from evat import motions
 from evat.experiment import Experiment, Nominal, Signal, Trial
 from evat.experiment.document import CLOCK
 from evat.model import FloatArray, ParameterError
+from evat.models.simulate import simulate
 from evat.motions import KINDS, Motion
 from evat.native import kernel
 from evat.paper_tables import materials, table_1
 from evat.parameter_sets import softening_limit
-from evat.simulate import simulate
 
 TOP_SPEED = 1.0  # m/s, 60 m/min: ordinary in turning; guess, the paper states no test speeds
 SPEEDS = (1 / 12, 1 / 6, 1 / 3, 2 / 3, 1.0)  # test speeds as shares of the top one
@@ -51,21 +51,55 @@ def orthogonal(
     outputs: Sequence[str] = ("friction_force",),
     nominal_off: float = 0.3,
 ) -> Experiment:
-    """Simulated tests of a contact, each motion repeated, with white noise.
+    """Make an experiment whose truth is known: simulated tests of a contact, each motion repeated, with white noise.
 
     Parameters
     ----------
-    values, effects : the truth, SI, by the component's names.
-    motion : ramp (the paper's), steps, reversal, presliding, temperature or heated_presliding; see evat.motions.
-    repeats : trials of each condition.
-    noise : standard deviation over the root mean square of the output, over all trials.
-    seed : of the noise and of the nominal values; the same seed gives the same experiment.
-    rate : samples per second.
-    speeds : test speeds [m/s]; without them five up to 1 m/s, or up to where the paper's eq. 7 stops to hold.
-    proxy : the input that heated motions heat by, contact_temperature or proxy_speed.
-    outputs : what is measured.
-    nominal_off : the coefficients of the paper's table 1 that the truth names are off by up to that share in the nominal model; 0: it is
-        the truth.
+    values : mapping of str to float or str
+        The truth, SI, by the component's names.
+    effects : sequence of str
+        Effects that are on in the truth.
+    motion : str
+        ramp (the paper's), steps, reversal, presliding, temperature or heated_presliding; see `evat.motions`.
+    repeats : int
+        Trials of each condition.
+    noise : float
+        Standard deviation over the root mean square of the output, over all trials.
+    seed : int
+        Of the noise and of the nominal values; the same seed gives the same experiment.
+    rate : float
+        Samples per second [Hz].
+    speeds : sequence of float, optional
+        Test speeds [m/s]; without them five up to 1 m/s, or up to where the paper's eq. 7 stops to hold.
+    proxy : "contact_temperature" or "proxy_speed"
+        The input that heated motions heat by.
+    outputs : sequence of str
+        What is measured.
+    nominal_off : float
+        The coefficients of the paper's table 1 that the truth names are off by up to that share in the nominal model; 0: it is the truth.
+
+    Returns
+    -------
+    Experiment
+        Its nominal model has the truth's effects; its nominal values are off.
+
+    Raises
+    ------
+    ParameterError
+        For a motion, number or name that is not allowed.
+    SimulationError
+        Where the truth does not run.
+
+    Notes
+    -----
+    The paper, section 4.1: a rake angle of 0, so that the friction force is the feed force; the slip velocity is given.
+
+    Examples
+    --------
+    >>> import evat
+    >>> made = evat.orthogonal({"friction_law": "coulomb", "F_C": 3.0}, motion="reversal", repeats=2, speeds=[0.1, 0.5], rate=200.0)
+    >>> made.conditions, len(made.trials)
+    (('speed 1', 'speed 2'), 4)
     """
     _check(motion, repeats, noise, rate, nominal_off, proxy, outputs)
     truth = truth_of(values, motion, proxy)

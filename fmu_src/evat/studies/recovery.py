@@ -26,7 +26,7 @@ from evat.studies.orthogonal import orthogonal, uncertain
 from evat.studies.sensitivity import sensitivities
 
 if TYPE_CHECKING:
-    from evat.identify import Identification
+    from evat.identification import Identification
 
 Word = Literal["identified", "weak", "cannot come back"]
 IDENTIFIED, WEAK = 0.05, 0.5  # sd over the truth, below which a parameter is called so
@@ -151,7 +151,7 @@ def fitted(
     progress: Callable[[str, float], None] | None = None,
 ) -> Identification:
     """Tests with noise, whose nominal model is off, identified: every parameter that the forecast speaks of is free."""
-    from evat.identify import identify
+    from evat.identification import identify
 
     tests = orthogonal(
         kernel.by_choice(found.values),

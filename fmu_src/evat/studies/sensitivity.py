@@ -35,17 +35,45 @@ def sensitivities(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, dict[str, FloatArray]]:
-    """d output / d parameter at every kept time, SI: `found[output][parameter]` of shape (n,).
+    """How outputs change with parameters at every time: d output / d parameter, SI, by central differences.
 
     Parameters
     ----------
-    run, on, at, threads, progress : as run_many; inputs are shared by all sets.
-    values : the point, SI; a parameter that is not named stands at its start. Its relative_tolerance counts where it is below 1e-9.
-    parameters : those to differentiate with respect to; tunable or fixed numbers, no choices.
+    run : Run
+        Sample times [s] of shape (n,), inputs of shape (n,), and the outputs to differentiate.
+    values : mapping of str to float or str
+        The point, SI; what is not named stands at its start. Its relative_tolerance counts where it is below 1e-9.
+    parameters : sequence of str
+        Those to differentiate with respect to; numbers, no choices.
+    on : sequence of str
+        Effects that are on.
+    at : array of shape (m,), optional
+        Times [s] at which the answer is wanted; without it the sample times.
+    threads : int, optional
+        How many; without it as many as there are processors.
+    progress : callable, optional
+        Told the share that is done.
+
+    Returns
+    -------
+    dict of str to dict of str to array of shape (m,)
+        `found[output][parameter]`.
 
     Raises
     ------
-    ParameterError for a parameter that is no number; SimulationError where a run fails.
+    ParameterError
+        For a parameter that is no number.
+    SimulationError
+        Where a run fails.
+
+    Examples
+    --------
+    >>> import evat
+    >>> import numpy as np
+    >>> run = evat.Run(np.array([0.0, 0.5, 1.0]), {"slip_velocity": np.full(3, 0.1)}, ("friction_force",))
+    >>> slopes = evat.sensitivities(run, {"kinematics": "external", "friction_law": "coulomb"}, ["F_C"])
+    >>> print(np.round(slopes["friction_force"]["F_C"], 6))  # the force of Coulomb's law is F_C itself
+    [1. 1. 1.]
     """
     point = kernel.check_values(values)
     tolerance = min(point.get("relative_tolerance", TOLERANCE), TOLERANCE)

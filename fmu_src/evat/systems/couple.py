@@ -15,8 +15,8 @@ from typing import Literal
 
 import numpy as np
 
-from evat.model import FloatArray, ParameterError, SimulationError, Trace
-from evat.models.drive import Driver, FmuError
+from evat.model import FloatArray, FmuError, ParameterError, SimulationError, Trace
+from evat.models.drive import Driver
 from evat.systems.model import Component, Port, SspError, System, SystemStopped
 from evat.systems.power import Power
 

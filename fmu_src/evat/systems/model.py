@@ -10,7 +10,17 @@ from evat.model import EvatError, SimulationError, Trace
 
 
 class SspError(EvatError):
-    """A system that cannot be read, built or coupled."""
+    """A system that cannot be read, built or coupled.
+
+    Examples
+    --------
+    >>> import evat
+    >>> try:
+    ...     evat.run_system("fmus/stick_slip.ssp", {"spindle": {"speed_set": 25.0}})
+    ... except evat.SspError as error:
+    ...     print(error)
+    there is no component 'spindle'; the system has path, guideway, drive.
+    """
 
 
 class SystemStopped(SimulationError):

@@ -1,7 +1,7 @@
 within ;
 package EvatSystems "The contact of EVAT between mechanical connectors, for tools that import FMUs"
   annotation(
-    version = "0.1.0",
+    version = "0.2.0",
     uses(Modelica(version = "4.0.0")),
     Documentation(info = "<html>
 <p>Import <code>EvatTurning-fmi2.fmu</code> and <code>EvatGuideway-fmi2.fmu</code> (written by <code>evat build</code>) with the tool's own

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from evat.fmu.documentation import picture
 from evat.fmu.documentation.picture import Picture
-from evat.fmu.fmu_facts import FmuError, Shown
+from evat.fmu.fmu_facts import Shown
 from evat.fmu.xml import Scalar, add, serialised, top
-from evat.model import Variable
+from evat.model import FmuError, Variable
 
 _FOLDER = "terminalsAndIcons"
 _EXTENT = {"x1": -100.0, "y1": -100.0, "x2": 100.0, "y2": 100.0}

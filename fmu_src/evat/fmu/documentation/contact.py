@@ -11,9 +11,9 @@ from markupsafe import Markup
 
 from evat import __version__, parameter_sets
 from evat.fmu.documentation import picture
-from evat.fmu.fmu_facts import FmuError, Shown
+from evat.fmu.fmu_facts import Shown
 from evat.html import render
-from evat.model import Variable
+from evat.model import FmuError, Variable
 from evat.native import kernel
 
 _TITLES = {

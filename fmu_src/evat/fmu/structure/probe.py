@@ -13,10 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evat.fmu.fmu_facts import FmuError
 from evat.fmu.structure.dependency_kinds import Factors, Mask
 from evat.fmu.structure.random_values import draw, other, put, read
-from evat.model import FloatArray, SimulationError, Variable
+from evat.model import FloatArray, FmuError, SimulationError, Variable
 from evat.native import kernel
 from evat.native.kernel import Contact
 

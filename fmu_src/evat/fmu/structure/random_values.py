@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import random
 
-from evat.fmu.fmu_facts import FmuError
-from evat.model import Variable
+from evat.model import FmuError, Variable
 from evat.native.kernel import Contact
 
 

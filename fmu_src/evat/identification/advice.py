@@ -14,8 +14,8 @@ import numpy as np
 
 from evat import motions
 from evat.experiment import Experiment, Trial
-from evat.identify.covariance import Optimum
-from evat.identify.objective import Objective, slopes
+from evat.identification.covariance import Optimum
+from evat.identification.objective import Objective, slopes
 from evat.inference.prediction import Prediction
 from evat.model import EvatError, FloatArray
 from evat.motions import Motion

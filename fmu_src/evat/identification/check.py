@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evat.experiment import ExperimentError
-from evat.identify.objective import Objective
+from evat.identification.objective import Objective
 from evat.inference.checks import opposed, rms, unit_ratio
 from evat.model import ParameterError
 

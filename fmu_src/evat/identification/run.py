@@ -10,17 +10,17 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from evat.experiment import Experiment, ExperimentError
-from evat.identify.check import check_influence, check_signs, suspicious_scales
-from evat.identify.covariance import Optimum
-from evat.identify.fits import fit_doubts, fits_of, held_out_fits
-from evat.identify.journal import Journal
-from evat.identify.objective import Kind, Objective
-from evat.identify.polish import polish
-from evat.identify.profile import BetterPoint, Profile, profile
-from evat.identify.result import Identification
-from evat.identify.search import Found, Search, check_size, search
-from evat.identify.space import space
-from evat.identify.verdict import correlation, estimates
+from evat.identification.check import check_influence, check_signs, suspicious_scales
+from evat.identification.covariance import Optimum
+from evat.identification.fits import fit_doubts, fits_of, held_out_fits
+from evat.identification.journal import Journal
+from evat.identification.objective import Kind, Objective
+from evat.identification.polish import polish
+from evat.identification.profile import BetterPoint, Profile, profile
+from evat.identification.result import Identification
+from evat.identification.search import Found, Search, check_size, search
+from evat.identification.space import space
+from evat.identification.verdict import correlation, estimates
 from evat.inference.checks import check_clocks
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Model, ParameterError
@@ -56,20 +56,69 @@ def identify(
 
     Parameters
     ----------
-    free : names of the parameters to find; on : effects beside the nominal ones; values : others to hold, SI, in place of the nominal ones.
-    bounds : SI, by name; without them from a twentieth to twenty times the nominal value.
-    objective : least_squares, huber, or relative (the paper's eq. 9); see evat.identify.objective.
-    search_by : ga (genetic algorithm), de (differential evolution), none (polish from the nominal values).
-    whiten : least_squares takes the noise's correlation from sample to sample into account.
-    profiles : make profile intervals; without them the standard errors decide.
-    hold_out : conditions that the fit does not see, on which it is judged.
-    journal : file that holds the generations, so that a search that was cut off can go on with `resume`.
-    spread : evaluates a generation elsewhere; see evat.identify.cluster.
-    progress : told what is done and its share; cancelled : asked between generations and runs whether to stop with the best so far.
+    experiment : Experiment
+        Recorded trials, means, or both, with the nominal model.
+    free : sequence of str
+        Names of the parameters to find.
+    model : Model
+        What simulates it, such as a `ContactModel`.
+    on : sequence of str
+        Effects that are on beside the nominal ones.
+    values : mapping of str to float or str, optional
+        Others to hold, SI, in place of the nominal ones.
+    bounds : mapping of str to pair of float, optional
+        SI, by name; without them from a twentieth to twenty times the nominal value.
+    objective : "least_squares", "huber" or "relative"
+        "relative" is the paper's eq. 9; see `evat.identification.objective`.
+    search_by : "ga", "de" or "none"
+        Genetic algorithm, differential evolution, or only a polish from the nominal values.
+    population : int
+        Members of a generation.
+    generations : int
+        At most; the search ends earlier where nothing more is gained.
+    seed : int
+        Of the search; the same seed gives the same result.
+    whiten : bool
+        "least_squares" takes the noise's correlation from sample to sample into account.
+    profiles : bool
+        Make profile intervals; without them the standard errors decide.
+    hold_out : sequence of str
+        Conditions that the fit does not see, on which it is judged.
+    journal : Path, optional
+        File that holds the generations, so that a search that was cut off can go on.
+    resume : bool
+        Go on with the journal's search.
+    spread : callable, optional
+        Evaluates a generation elsewhere; see `evat.identification.cluster`.
+    progress : callable, optional
+        Told what is done and its share.
+    cancelled : callable, optional
+        Asked between generations and runs whether to stop with the best so far.
+
+    Returns
+    -------
+    Identification
+        `found[name]` has value, sd, the 90 % interval from low to high, and a verdict: identified, weak or not identifiable.
 
     Raises
     ------
-    ParameterError and ExperimentError for what would be a nonsense fit: names, bounds, a clock that jumps, signs, a force of zero.
+    ParameterError
+        For names and bounds that are not allowed.
+    ExperimentError
+        For what would be a nonsense fit: a clock that jumps, signs, a force of zero.
+
+    Notes
+    -----
+    The paper, section 4.2, searches with a genetic algorithm and eq. 9; the intervals are made in `evat.identification.profile`.
+
+    Examples
+    --------
+    >>> import evat
+    >>> truth = {"friction_law": "coulomb", "F_C": 8.0}
+    >>> made = evat.orthogonal(truth, motion="reversal", repeats=2, speeds=[0.1, 0.5], rate=100.0, seed=1)
+    >>> found = evat.identify(made, ["F_C"], model=evat.ContactModel(), search_by="none")
+    >>> print(f"{found['F_C'].value:.2f} N, {found['F_C'].verdict}")
+    8.00 N, identified
     """
     begin = time.perf_counter()
     check_size(population, generations, seed)

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from evat.experiment import ExperimentError
-from evat.identify.space import Space
+from evat.identification.space import Space
 from evat.inference.noise import MEANS_SD, repeatability, stated_sd
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, ParameterError

@@ -53,23 +53,49 @@ def simulate(
     samples_per_cycle: int = 200,
     outputs: Sequence[str] = SHOWN,
 ) -> Trace:
-    """Run the contact.
+    """Run the contact: over some vibration cycles, or along a motion of your own.
 
     Parameters
     ----------
-    values : parameters and constant inputs by the component's names, in SI, choices by name.
-    effects : effects that are on.
-    times, inputs : a measured or given motion: sample times [s], shape (n,), and inputs at them, linear in between.
-        Without them the run is `cycles` vibration cycles long, with `samples_per_cycle` samples.
-    outputs : the variables to record.
+    values : mapping of str to float or str
+        Parameters and constant inputs by the component's names (`evat info` lists them), SI, choices by name. What is not named stands at
+        its start value.
+    effects : sequence of str
+        Names of the effects that are on.
+    times : array of shape (n,), optional
+        Sample times [s] of a given motion. Without them the run is `cycles` vibration cycles long.
+    inputs : mapping of str to array of shape (n,), optional
+        Inputs at the sample times, SI, linear in between.
+    cycles : float
+        Without `times`: how many vibration cycles.
+    samples_per_cycle : int
+        Without `times`: samples in each.
+    outputs : sequence of str
+        The variables to record.
 
     Returns
     -------
-    Trace with one column for each output, units and provenance.
+    Trace
+        A column of shape (n,) for each output, its unit, and how it was made.
 
     Raises
     ------
-    ParameterError for an unknown name or a value out of bounds; SimulationError where the run breaks off.
+    ParameterError
+        For an unknown name or a value out of bounds.
+    SimulationError
+        Where the run breaks off.
+
+    Notes
+    -----
+    Canudas de Wit et al. 1995 (LuGre), and the paper's modification of it; each variable, law and effect names its own source.
+
+    Examples
+    --------
+    >>> import evat
+    >>> found = evat.parameter_sets.load("regularised/al-7075-t6")
+    >>> trace = evat.simulate({**found.values, "cutting_speed": 20 / 60}, found.effects, cycles=5)
+    >>> print(f"{trace['mean_feed_force'][-1]:.2f} {trace.units['mean_feed_force']}")
+    1.94 N
     """
     values = dict(values or {})
     if times is None:

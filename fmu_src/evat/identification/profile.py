@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import f as f_distribution
 
-from evat.identify.covariance import Optimum
-from evat.identify.objective import Objective
-from evat.identify.polish import descend, losses
+from evat.identification.covariance import Optimum
+from evat.identification.objective import Objective
+from evat.identification.polish import descend, losses
 from evat.model import FloatArray
 
 LEVEL = 0.90

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from evat.experiment import Experiment
-from evat.identify.objective import Objective, relative_error
-from evat.identify.result import Fit
+from evat.identification.objective import Objective, relative_error
+from evat.identification.result import Fit
 from evat.inference.autoregression import lag_one_correlation
 from evat.inference.noise import repeatability
 from evat.inference.prediction import Prediction

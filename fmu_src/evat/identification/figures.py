@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from evat.identify.result import Curve, Identification
+from evat.identification.result import Curve, Identification
 from evat.model import FloatArray, ParameterError
 from evat.plots.cycles import COLOURS, STYLE, as_it_stands, clock_unit, label, new_figure, save_figure
 from evat.units import affine

@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.optimize import least_squares
 
-from evat.identify.covariance import Loss, Optimum, Weights, optimum_at
-from evat.identify.objective import HUBER, Objective
+from evat.identification.covariance import Loss, Optimum, Weights, optimum_at
+from evat.identification.objective import HUBER, Objective
 from evat.inference.autoregression import impulse_response
 from evat.inference.generalised_least_squares import Whitener
 from evat.inference.noise import Noise, estimate_noise

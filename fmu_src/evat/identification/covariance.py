@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evat.identify.objective import Objective
+from evat.identification.objective import Objective
 from evat.inference.autoregression import WHITE, autoregression, correlated, innovations
 from evat.inference.generalised_least_squares import Whitener
 from evat.model import FloatArray

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from evat.identify.objective import Objective
+from evat.identification.objective import Objective
 from evat.model import EvatError, FloatArray
 
 TRIES = 5  # of a generation, while workers die and come back

@@ -12,8 +12,8 @@ from typing import Any
 from evat import parameter_sets
 from evat.files.writing import scratch, told
 from evat.html import render
-from evat.identify.figures import figures
-from evat.identify.result import Estimate, Identification
+from evat.identification.figures import figures
+from evat.identification.result import Estimate, Identification
 from evat.native import kernel
 
 SSV, JSON, REPORT = "identified.ssv", "identification.json", "report.html"

@@ -1,0 +1,148 @@
+"""What stands in the guide where a page says `<!-- table: NAME -->`? Tables asked of the kernel. A hook, which mkdocs loads by its path."""
+
+from __future__ import annotations
+
+import html
+import itertools
+import math
+import re
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import evat
+from evat import parameter_sets
+from evat.fmu import parts, shown
+from evat.model import Effect, Law, Variable
+from evat.native import kernel
+from evat.native.compile import source_root
+from evat.units import display
+
+MARK = re.compile(r"^<!-- (table|include): (.+?) -->$", re.MULTILINE)
+OF_SETS = ("names", "load", "load_ssv", "save_ssv")
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """mkdocs: a page before it becomes HTML."""
+    return MARK.sub(lambda found: TABLES[found[2]]() if found[1] == "table" else _included(found[2]), markdown)
+
+
+def _included(path: str) -> str:
+    """A how-to that lies beside the code that it speaks of."""
+    return (source_root() / path).read_text(encoding="utf-8")
+
+
+def _text(text: str) -> str:
+    """As Markdown, inside a table too."""
+    return re.sub(r"([*_])(?=\S)", r"\\\1", html.escape(text, quote=False)).replace("|", "&#124;")
+
+
+def _code(text: str, kind: str = "name") -> str:
+    """A name, in one piece, or an equation; inside a table too."""
+    escaped = html.escape(text, quote=False)
+    for mark, entity in (("|", "&#124;"), ("*", "&#42;"), ("_", "&#95;")):
+        escaped = escaped.replace(mark, entity)
+    return f'<code class="{kind}">{escaped}</code>' if text else ""
+
+
+def _table(headers: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    headers = tuple(headers)
+    lines = [headers, ("---",) * len(headers), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
+def _number(value: float, variable: Variable) -> str:
+    return "" if math.isnan(value) else _text(display(value, variable, digits=4))
+
+
+def _allowed(variable: Variable) -> str:
+    if variable.choices:
+        return ", ".join(map(_code, variable.choices))
+    if variable.type == "boolean":
+        return "true, false"
+    unit = "" if variable.unit == "1" else f" {variable.unit}"
+    return f"{variable.min:g} to {variable.max:g}{_text(unit)}"
+
+
+def _variables(rows: Iterable[Variable]) -> str:
+    return _table(
+        ("name", "start", "allowed", "meaning", "source"),
+        ((_code(each.name), _number(each.start, each), _allowed(each), _text(each.meaning), _text(each.source)) for each in rows),
+    )
+
+
+def _outputs(rows: Iterable[Variable]) -> str:
+    return _table(("name", "unit", "meaning"), ((_code(each.name), _text(each.unit), _text(each.meaning)) for each in rows))
+
+
+def _of_the_contact(causality: str) -> list[Variable]:
+    """Variables of the contact itself: neither of a law nor of an effect alone."""
+    entries: tuple[Law | Effect, ...] = (*kernel.laws(), *kernel.effects())
+    owned = {variable.name for entry in entries for variable in entry.variables}
+    owned |= {effect.name for effect in kernel.effects()}
+    return [variable for variable in kernel.variables() if variable.causality == causality and variable.name not in owned]
+
+
+def _laws() -> str:
+    def row(law: Law) -> tuple[str, ...]:
+        own = ", ".join(_code(variable.name) for variable in law.variables)
+        return (_code(law.name), _text(law.meaning), _code(law.equation, "equation"), own, _text(law.source))
+
+    return _table(("law", "what it is", "equation", "parameters of its own", "source"), map(row, kernel.laws()))
+
+
+def _what(effect: Effect) -> str:
+    return effect.meaning.removeprefix("switch: ")
+
+
+def _effects() -> str:
+    rows = ((_text(e.stage), f"[{_code(e.name)}](#{e.name})", _text(_what(e)), ", ".join(map(_code, e.needs))) for e in kernel.effects())
+    return _table(("stage", "effect", "what it is", "needs the input"), rows)
+
+
+def _own(variables: Iterable[Variable]) -> str:
+    """The parameters of an effect."""
+    rows = ((_code(v.name), _number(v.start, v), _allowed(v), _number(v.neutral, v), _text(f"{v.meaning} [{v.source}]")) for v in variables)
+    return _table(("parameter", "start", "allowed", "neutral", "meaning [source]"), rows)
+
+
+def _effects_in_full() -> str:
+    lines: list[str] = []
+    for stage, group in itertools.groupby(kernel.effects(), key=lambda effect: effect.stage):
+        lines.append(f"## Stage: {stage}\n")
+        for effect in group:
+            facts = [f"{_text(_what(effect)[:1].upper() + _what(effect)[1:])}.", ""]
+            facts += [f"- **Equation:** {_code(effect.equation, 'equation')}", f"- **In a record:** {_text(effect.signature)}"]
+            facts += [f"- **Source:** {_text(effect.source)}"]
+            facts += [f"- **Rivals:** {', '.join(map(_code, effect.rivals))}"] if effect.rivals else []
+            table = _own(effect.variables) if effect.variables else ""
+            lines.append(f"### {_text(effect.name)} {{#{effect.name}}}\n\n" + "\n".join(facts) + f"\n\n{table}")
+    return "\n".join(lines)
+
+
+def _sets() -> str:
+    found = map(parameter_sets.load, parameter_sets.names())
+    rows = ((_code(each.name), _text(each.title), ", ".join(map(_code, each.effects))) for each in found)
+    return _table(("set", "what it is", "effects on"), rows)
+
+
+def _parts() -> str:
+    rows = ((_code(shown(part).model_name), _text(shown(part).description), _code(part)) for part in parts())
+    return _table(("FMU", "what it is", "part, for `evat.build_fmu`"), rows)
+
+
+def _names(prefix: str, names: Iterable[str]) -> str:
+    return "\n".join(f"::: {prefix}.{name}\n" for name in names)
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "laws": _laws,
+    "effects": _effects,
+    "effects in full": _effects_in_full,
+    "inputs": lambda: _variables(_of_the_contact("input")),
+    "parameters": lambda: _variables(_of_the_contact("parameter")),
+    "outputs": lambda: _outputs(_of_the_contact("output")),
+    "sets": _sets,
+    "parts": _parts,
+    "names": lambda: _names("evat", sorted((name for name in evat.__all__ if name != "parameter_sets"), key=str.lower)),
+    "names of parameter_sets": lambda: _names("evat.parameter_sets", OF_SETS),
+}

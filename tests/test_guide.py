@@ -1,0 +1,247 @@
+"""Is the guide true, and does it read without a network? Every block of its pages and of the README is run, page by page."""
+
+from __future__ import annotations
+
+import contextlib
+import doctest
+import io
+import re
+import shlex
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import evat
+import pytest
+from evat import guide
+from evat.commands.main import main
+from evat.guide import seal, tables
+from evat.native import kernel
+from evat.native.compile import source_root
+from evat.systems.write import write_all
+
+README = Path(__file__).resolve().parent.parent / "README.md"
+PAGES = {path.name: path for path in (*sorted(guide.pages().glob("*.md")), README)}
+BLOCK = re.compile(
+    r"(?:^<!-- not run: (?P<reason>[^\n]+) -->\n)?^(?P<fence>`{3,4})(?P<kind>\w*)\n(?P<text>.*?)^(?P=fence)$", re.DOTALL | re.MULTILINE
+)
+PRINTED = "# -> "
+# What is not run, and why: longer than these tests may take, or in need of what they have not.
+NOT_RUN = {
+    "README.md": [
+        "makes an environment and builds for five platforms, which takes minutes",
+        "it takes ten seconds; the guide's page on measuring runs another",
+    ],
+    "contributing.md": ["sets up an environment and runs every test", "the tests build the guide by themselves"],
+    "extend.md": ["build/test.py compiles by itself, which takes a minute"],
+    "first-run.md": [
+        "makes an environment of its own and builds for five platforms, which takes minutes; build/test.py itself is how the tests are run",
+        "installs packages",
+        "the compiler takes minutes, and fmpy opens a window",
+    ],
+    "machine.md": ["minutes; emps also needs a file with a reference motion"],
+    "measure.md": [
+        "a full search takes minutes",
+        "five sets and six motions take a minute, real fits many",
+        "the record is public but no part of this repository",
+    ],
+}
+SHOWN_ONLY = ("", "toml", "c", "diff")  # kinds of block that are not programs
+
+
+@dataclass(frozen=True)
+class Block:
+    """One fenced block of a page; `reason` says why it is not run."""
+
+    kind: str
+    text: str
+    reason: str | None
+
+
+def blocks(page: Path) -> list[Block]:
+    return [Block(found["kind"], found["text"], found["reason"]) for found in BLOCK.finditer(page.read_text(encoding="utf-8"))]
+
+
+def agrees(expected: str, printed: str) -> bool:
+    """As doctest compares: `...` stands for anything, runs of blanks are one."""
+    return doctest.OutputChecker().check_output(expected, printed, doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
+
+
+def run_python(block: Block, names: dict[str, object]) -> None:
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(compile(block.text, "a block of the guide", "exec"), names)
+    expected = [line[len(PRINTED) :] for line in block.text.splitlines() if line.startswith(PRINTED)]
+    assert agrees("\n".join(expected) + "\n" * bool(expected), printed.getvalue()), printed.getvalue()
+
+
+def commands(text: str) -> list[tuple[str, str]]:
+    """Each command of a console block with what stands below it."""
+    found: list[list[str]] = []
+    for line in text.replace("\\\n", " ").splitlines():
+        if line.startswith("$ "):
+            found.append([line[2:]])
+        else:
+            found[-1].append(line)
+    return [(lines[0], "\n".join(lines[1:])) for lines in found]
+
+
+def run_console(block: Block, monkeypatch: pytest.MonkeyPatch) -> None:
+    for command, expected in commands(block.text):
+        words = shlex.split(command, comments=True)
+        assert words[0] == "evat", f"{command}: say why it is not run"
+        printed, complaints = io.StringIO(), io.StringIO()
+        monkeypatch.setattr(sys, "argv", words)
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(complaints), pytest.raises(SystemExit) as end:
+            main()  # in this process: a new one would load everything anew
+        assert end.value.code in (None, 0), f"{command}: {complaints.getvalue()}"
+        if expected.strip():
+            assert agrees(expected + "\n", printed.getvalue()), f"{command} printed:\n{printed.getvalue()}"
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_every_block_of_a_page_runs(name: str, tmp_path: Path, fmus: dict[str, Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    todo = [block for block in blocks(PAGES[name]) if block.reason is None and block.kind not in SHOWN_ONLY]
+    if any("fmus/" in block.text for block in todo):  # what `evat build --out fmus` would leave
+        (tmp_path / "fmus").mkdir()
+        for path in fmus.values():
+            (tmp_path / "fmus" / path.name).symlink_to(path)
+        write_all(tmp_path / "fmus", fmus["fmi2"].parent)
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {"__name__": "__main__"}
+    for block in todo:
+        if block.kind == "python":
+            run_python(block, names)
+        else:
+            assert block.kind == "console", f"a block of kind {block.kind!r} is neither run nor known to be no program"
+            run_console(block, monkeypatch)
+
+
+def test_what_is_not_run_is_listed_with_its_reason() -> None:
+    found = {name: [block.reason for block in blocks(page) if block.reason is not None] for name, page in PAGES.items()}
+    assert {name: reasons for name, reasons in found.items() if reasons} == NOT_RUN
+    for name, page in PAGES.items():
+        text = page.read_text(encoding="utf-8")
+        assert text.count("<!-- not run:") - text.count("`<!-- not run:") == len(NOT_RUN.get(name, [])), f"{name}: a reason above no block"
+
+
+def test_the_experiment_that_is_shown_is_one(tmp_path: Path) -> None:
+    """The only block of TOML: it is read with a data file that has its columns."""
+    (block,) = [block for block in blocks(PAGES["measure.md"]) if block.kind == "toml"]
+    (tmp_path / "trials").mkdir()
+    (tmp_path / "experiment.toml").write_text(block.text, encoding="utf-8")
+    (tmp_path / "trials" / "c1_a.csv").write_text("t [s],v,F\n0,0,0\n0.1,10,5\n0.2,20,6\n", encoding="utf-8")
+    found = evat.read_experiment(tmp_path, evat.ContactModel())
+    assert found.trials[0].inputs["slip_velocity"][1] == pytest.approx(0.01)
+    assert found.nominal.relative_sd == {"F_C": 0.2}
+
+
+def test_the_readme_is_short_and_uses_the_front_door_alone() -> None:
+    text = README.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 100
+    for block in blocks(README):
+        if block.kind == "python":
+            assert not re.findall(r"^\s*from evat\b|^\s*import evat\.", block.text, flags=re.MULTILINE), block.text
+            assert set(re.findall(r"\bevat\.(\w+)", block.text)) <= set(evat.__all__)
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_every_file_that_a_page_names_is_there(name: str) -> None:
+    text = PAGES[name].read_text(encoding="utf-8")
+    root = README.parent
+    for path in re.findall(r"`((?:fmu_src|build|tests|ssp)/[\w./-]+)`", text):
+        assert (root / path).exists(), f"{name} names {path}"
+    for target in re.findall(r"\]\((?!https:)([^)#]+)", text):
+        assert (PAGES[name].parent / target).exists(), f"{name} links to {target}"
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return guide.build(tmp_path_factory.mktemp("guide") / "site").parent
+
+
+def test_the_site_is_built_without_a_warning_and_asks_no_network(site: Path) -> None:
+    """mkdocs is strict: a dead link or an unknown name would have stopped it. Pictures, styles and scripts all lie beside the pages."""
+    pages = sorted(site.rglob("*.html"))
+    assert {path.with_suffix(".html").name for path in PAGES.values()} - {"README.html"} <= {page.name for page in pages}
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        for tag in re.findall(r"<(?:script|link|img|iframe|source)\b[^>]*>", text):
+            assert not re.search(r"(?:src|href)=[\"']?(?:https?:)?//", tag), f"{page.name}: {tag}"
+            if found := re.search(r"(?:src|href)=[\"']?([^\"'>\s]+)", tag):
+                assert found[1].startswith("data:") or (page.parent / found[1].partition("?")[0].partition("#")[0]).exists(), tag
+        assert "<!-- table:" not in text, page.name
+        assert "<!-- include:" not in text, page.name
+
+
+def test_the_tables_are_the_kernels(site: Path) -> None:
+    effects = (site / "effects.html").read_text(encoding="utf-8")
+    for effect in kernel.effects():
+        assert f'id="{effect.name}"' in effects
+        for variable in effect.variables:
+            assert variable.name.replace("_", "&#95;") in effects or variable.name in effects
+    for law in kernel.laws():
+        assert f'<code class="name">{law.name}</code>' in effects.replace("&#95;", "_")
+    listed = (site / "variables.html").read_text(encoding="utf-8").replace("&#95;", "_")
+    for causality in ("input", "parameter", "output"):
+        for variable in tables._of_the_contact(causality):
+            assert f'<code class="name">{variable.name}</code>' in listed, variable.name
+    how_to = (source_root() / "kernel" / "effects" / "README.md").read_text(encoding="utf-8").splitlines()[0]
+    assert how_to.removeprefix("# ") in (site / "add-an-effect.html").read_text(encoding="utf-8")
+
+
+def test_the_guide_is_opened_or_says_how_it_is_built(
+    site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", lambda url: opened.append(url) or True)
+    monkeypatch.setattr(guide, "built_to", lambda: site)
+    for words in (["evat", "guide"], ["evat", "guide", "--path"]):
+        monkeypatch.setattr(sys, "argv", words)
+        with pytest.raises(SystemExit):
+            main()
+    assert opened == [(site / "index.html").as_uri()]
+    assert str(site / "index.html") in capsys.readouterr().out.replace("\n", "")
+    monkeypatch.setattr(guide, "built_to", lambda: tmp_path / "nowhere")
+    with pytest.raises(guide.GuideError, match="evat guide --build"):
+        guide.first_page()
+
+
+def test_a_folder_that_is_no_guide_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.txt").write_text("years of work", encoding="utf-8")
+    with pytest.raises(guide.GuideError, match="no guide"):
+        guide.check_place(tmp_path / "mine")
+    assert (tmp_path / "mine" / "thesis.txt").read_text(encoding="utf-8") == "years of work"
+
+
+def test_the_seal_sees_what_the_guide_is_made_from(tmp_path: Path) -> None:
+    for part in ("guide", "kernel"):
+        (tmp_path / part).mkdir()
+    (tmp_path / "guide" / "index.md").write_text("a", encoding="utf-8")
+    first = seal.digest(tmp_path)
+    (tmp_path / "guide" / "__pycache__").mkdir()
+    (tmp_path / "guide" / "__pycache__" / "x.py").write_text("", encoding="utf-8")
+    assert seal.digest(tmp_path) == first
+    (tmp_path / "kernel" / "lugre.c").write_text("b", encoding="utf-8")
+    assert seal.digest(tmp_path) != first
+
+
+def test_a_wheel_holds_the_site_if_it_is_of_these_sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("hatchling")
+    monkeypatch.syspath_prepend(str(README.parent / "build"))
+    import hatch_build
+
+    own = tmp_path / "fmu_src" / "evat" / "guide"
+    own.mkdir(parents=True)
+    (own / "seal.py").write_bytes(Path(str(seal.__file__)).read_bytes())
+    (tmp_path / "fmu_src" / "guide").mkdir()
+    (tmp_path / "fmu_src" / "guide" / "index.md").write_text("a", encoding="utf-8")
+    built = tmp_path / "build" / "out" / "guide"
+    built.mkdir(parents=True)
+    pages = {str(tmp_path / "fmu_src" / "guide"): "evat/_source/guide"}
+    assert hatch_build.guide_included(tmp_path) == pages
+    (built / seal.SEAL).write_text(seal.digest(tmp_path / "fmu_src"), encoding="ascii")
+    assert hatch_build.guide_included(tmp_path) == {**pages, str(built): "evat/_guide"}
+    (tmp_path / "fmu_src" / "guide" / "index.md").write_text("b", encoding="utf-8")
+    assert hatch_build.guide_included(tmp_path) == pages
