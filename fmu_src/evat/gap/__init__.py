@@ -5,7 +5,6 @@ Knows a model by the words of evat.model alone: no effect by name, no kernel.
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Callable
 
@@ -57,7 +56,7 @@ def diagnose_with(
 
 
 def _diagnosed(prediction: Prediction, cut: str, version: str, report: Report | None, known: Constants) -> tuple[Diagnosis, Comparison]:
-    model, comparison = prediction.model, compare(prediction, report)
+    comparison = compare(prediction, report)
     judgement = judge(features(comparison), known)
     verdict, missing = CANNOT_TELL if comparison.audit.refused else judgement.verdict, tuple(filter(None, (cut, *_missing(comparison))))
     if report:
@@ -76,15 +75,11 @@ def _diagnosed(prediction: Prediction, cut: str, version: str, report: Report | 
         advice=next_experiment(comparison, judgement.probabilities),
         made_by={
             "version": version,
-            "model": _digest([*(v.name for v in model.variables), *(e.equation for e in model.effects)]),
+            "model": prediction.model.digest,
             "data": prediction.experiment.data_hash,
         },
     )
     return answer, comparison
-
-
-def _digest(words: list[str]) -> str:
-    return hashlib.sha256("\n".join(words).encode()).hexdigest()[:16]
 
 
 def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:

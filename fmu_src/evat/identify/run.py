@@ -23,7 +23,6 @@ from evat.identify.space import space
 from evat.identify.verdict import correlation, estimates
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Model, ParameterError
-from evat.native import kernel
 
 Spread = Callable[[Objective, FloatArray], FloatArray]
 RESTARTS = 4  # of the polish, from better points that profiles came across
@@ -122,7 +121,7 @@ def identify(
         doubts=(*suspicious_scales(aim), *fit_doubts(aim, fits, whiten)),
         made_by={
             "evat": importlib.metadata.version("evat"),
-            "model": kernel.token(),
+            "model": model.digest,
             "data": experiment.data_hash,
             "seed": seed,
             "population": population,
@@ -150,7 +149,7 @@ def _journal(path: Path | None, resume: bool, aim: Objective, kind: Search, popu
     experiment: Experiment = aim.prediction.experiment
     facts = {
         "evat": importlib.metadata.version("evat"),
-        "model": kernel.token(),
+        "model": aim.prediction.model.digest,
         "data": experiment.data_hash,
         "conditions": list(experiment.conditions),
         "nominal": {name: value for name, value in sorted(aim.prediction.nominal.items())},

@@ -29,6 +29,11 @@ class ContactModel(kernel.Component):
         super().__init__()
         self.threads = threads
 
+    @property
+    def digest(self) -> str:
+        """The token of the kernel's tables, which is that of the FMUs, too."""
+        return kernel.token()
+
     def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
         """Drive the contact through `run`; see evat.model.Model."""
         first = {name: float(column[0]) for name, column in run.inputs.items() if np.size(column) and math.isfinite(column[0])}
@@ -43,7 +48,7 @@ class ContactModel(kernel.Component):
             units={name: kernel.variable(name).unit for name in names},
             made_by={
                 "evat": importlib.metadata.version("evat"),
-                "model": kernel.token(),
+                "model": self.digest,
                 "values": dict(values),
                 "effects": ", ".join(on),
                 "internal_steps": int(contact.get("step_count")),
