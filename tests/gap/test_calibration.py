@@ -13,6 +13,7 @@ import pytest
 from evat.commands.main import app
 from evat.gap.calibrate import Case, fit_constants, probability, with_unknown
 from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Constants, Features, judge, store, stored
+from evat.inference.hypothesis import Hypothesis
 from evat.model import EvatError
 from evat.studies import campaign as campaigns
 from evat.studies.campaign import KINDS, REPEATS, campaign, draw_case, numbers
@@ -29,7 +30,7 @@ def _features(
     unsure: float = 0.0,
 ) -> Features:
     """gap : structural square over that of the noise; unsure : its sd over the same; gains : effects by + -> log evidence, share left."""
-    sets = {tuple(name.split("+")): value for name, value in gains.items()}
+    sets = {Hypothesis(tuple(name.split("+"))): value for name, value in gains.items()}
     floor = 1e-4
     return Features(
         nominal={"F": (before if before is not None else gap) * floor},
@@ -65,7 +66,7 @@ def _features(
 )
 def test_verdicts(found: Features, verdict: str, chosen: tuple[str, ...]) -> None:
     said = judge(found, Constants())
-    assert (said.verdict, said.chosen) == (verdict, chosen)
+    assert (said.verdict, said.chosen) == (verdict, Hypothesis(chosen))
     assert math.isclose(sum(said.probabilities.values()) + said.unknown, 1.0, rel_tol=1e-9)
 
 
@@ -170,7 +171,7 @@ def test_constants_of_a_campaign_are_truer_than_those_before_it() -> None:
 def test_an_effect_that_is_taken_out_is_unknown() -> None:
     cases = with_unknown([Case(_features(30, {"a": (300, 0.01), "a+b": (310, 0.01), "b": (20, 0.9)}), "a"), Case(_features(1, {}), NO_GAP)])
     assert [case.truth for case in cases] == ["a", UNKNOWN, NO_GAP]
-    assert list(cases[1].features.gain) == [("b",)]
+    assert list(cases[1].features.gain) == [Hypothesis(("b",))]
     assert judge(cases[1].features, Constants()).verdict == UNKNOWN
 
 

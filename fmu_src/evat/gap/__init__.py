@@ -101,7 +101,8 @@ def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:
             for variable in values
             if variable in own.get(name, fitted_by_law)
         }
-        named.append(Named(name, probability, {key.removeprefix(f"{name}."): value for key, value in parameters.items()}, tuple(twins)))
+        own_names = {key.removeprefix(f"{name}."): value for key, value in parameters.items()}
+        named.append(Named(name, probability, own_names, tuple(twins), name == judgement.chosen.law))
     return tuple(named)
 
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 from scipy.optimize import minimize
 
 from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Constants, Features, judge
+from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.model import FloatArray
 
 LEAST = 1e-3  # probability, below which a case counts no worse
@@ -30,9 +31,9 @@ class Case:
 
     def line(self) -> str:
         """As a line of JSON."""
-        held = asdict(self.features)
+        held = {field.name: getattr(self.features, field.name) for field in fields(Features)}
         for name in ("gain", "left"):
-            held[name] = {"+".join(on): value for on, value in held[name].items()}
+            held[name] = [[hypothesis.document(), value] for hypothesis, value in getattr(self.features, name).items()]
         return json.dumps({"truth": self.truth, **held}, sort_keys=True)
 
     @staticmethod
@@ -40,7 +41,7 @@ class Case:
         held = json.loads(line)
         truth = held.pop("truth")
         for name in ("gain", "left"):
-            held[name] = {tuple(on.split("+")): value for on, value in held[name].items()}
+            held[name] = {Hypothesis.read(hypothesis): value for hypothesis, value in held[name]}
         return Case(Features(**held), truth)
 
 
@@ -57,14 +58,14 @@ def with_unknown(cases: Iterable[Case]) -> tuple[Case, ...]:
 def probability(case: Case, constants: Constants) -> float:
     """What the judgement gives the truth."""
     found = judge(case.features, constants)
-    none = found.probabilities[()]
+    none = found.probabilities[NOMINAL]
     if case.truth == NO_GAP:
         return none * found.no_gap
     if case.truth == MISTUNED:
         return none * (1 - found.no_gap)
     if case.truth == UNKNOWN:
         return found.unknown
-    return found.probabilities.get(tuple(sorted(case.truth.split("+"))), 0.0)
+    return found.probabilities.get(Hypothesis(tuple(case.truth.split("+"))), 0.0)
 
 
 def fit_constants(cases: Sequence[Case], start: Constants | None = None) -> tuple[Constants, float]:

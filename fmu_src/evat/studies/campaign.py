@@ -39,6 +39,7 @@ EXPONENT = (0.8, 2.6)  # of the Stribeck curve, there
 CURVE = "lugre.stribeck_exponent"
 BELIEF = 0.15  # usual prior standard deviation of a nominal parameter, of its value
 EXACT = ("vibration_frequency", "width")  # known to whoever set them
+FORMAT = 2  # of a line of the campaign's file
 SAMPLES, CONDITIONS, REPEATS = 900, 4, 2
 
 
@@ -267,17 +268,21 @@ def _library() -> str:
 
 
 def _line(entry: Mapping[str, Any]) -> str:
-    text = json.dumps({**entry, "kernel": _library()}, sort_keys=True)
+    text = json.dumps({**entry, "kernel": _library(), "format": FORMAT}, sort_keys=True)
     return json.dumps({"digest": hashlib.sha256(text.encode()).hexdigest()[:16], "entry": text})
 
 
 def _entry(line: str) -> Mapping[str, Any] | None:
-    """What a line says; None where it is cut off, damaged, or of another kernel."""
+    """What a line says; None where it is cut off, damaged, of another kernel or of another format."""
     try:
         held = json.loads(line)
         text, digest = str(held["entry"]), held["digest"]
         entry: dict[str, Any] = json.loads(text)
-        return entry if hashlib.sha256(text.encode()).hexdigest()[:16] == digest and entry["kernel"] == _library() else None
+        return (
+            entry
+            if hashlib.sha256(text.encode()).hexdigest()[:16] == digest and (entry["kernel"], entry["format"]) == (_library(), FORMAT)
+            else None
+        )
     except (ValueError, KeyError, TypeError, RecursionError):
         return None
 
