@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from evat.model import ParameterError
 from evat.native import kernel
-from evat.native.kernel import Component
+from evat.native.kernel import ContactTables
 from evat.required_inputs import TAKEN_WITH, check_needs, missing_inputs
 from evat.simulate import simulate
 
-MODEL = Component()
+MODEL = ContactTables()
 THERMAL = tuple(effect.name for effect in kernel.effects() if "proxy_speed" in effect.needs)
 LOADED = tuple(effect.name for effect in kernel.effects() if "normal_load" in effect.needs)
 

@@ -10,7 +10,7 @@ from evat.fmu.documentation import contact as documentation
 from evat.fmu.documentation import partner as machine_documentation
 from evat.fmu.documentation import picture
 from evat.fmu.documentation.picture import Picture
-from evat.fmu.fmu_facts import FmuError, Shown, load
+from evat.fmu.fmu_facts import BuildError, Shown, load
 from evat.fmu.reference_results import Follow
 from evat.fmu.structure.model_structure import Structure, model_structure
 from evat.fmu.structure.partner import machine_structure
@@ -28,7 +28,7 @@ def parts() -> tuple[str, ...]:
 def shown_by(part: str) -> Shown:
     """What the FMU shows beside its model's tables."""
     if part not in parts():
-        raise FmuError(f"there is no part {part!r}; allowed are {', '.join(parts())}.")
+        raise BuildError(f"there is no part {part!r}; allowed are {', '.join(parts())}.")
     return load(source_root() / "fmus" / f"{part}.toml")
 
 

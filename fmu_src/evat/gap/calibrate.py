@@ -23,7 +23,7 @@ SPREAD = 0.14  # prior sd of each constant about its start, in units of 1 or of 
 
 
 @dataclass(frozen=True)
-class Case:
+class CalibrationCase:
     """Features and the truth: no_gap, mistuned, unknown, or effects joined by +."""
 
     features: Features
@@ -37,25 +37,25 @@ class Case:
         return json.dumps({"truth": self.truth, **held}, sort_keys=True)
 
     @staticmethod
-    def read(line: str) -> Case:
+    def read(line: str) -> CalibrationCase:
         held = json.loads(line)
         truth = held.pop("truth")
         for name in ("gain", "left"):
             held[name] = {Hypothesis.read(hypothesis): value for hypothesis, value in held[name]}
-        return Case(Features(**held), truth)
+        return CalibrationCase(Features(**held), truth)
 
 
-def with_unknown(cases: Iterable[Case]) -> tuple[Case, ...]:
+def with_unknown(cases: Iterable[CalibrationCase]) -> tuple[CalibrationCase, ...]:
     """The cases, and each of one effect once more without that in the library."""
-    found = list[Case]()
+    found = list[CalibrationCase]()
     for case in cases:
         found.append(case)
         if case.truth not in (NO_GAP, MISTUNED, UNKNOWN) and "+" not in case.truth:
-            found.append(Case(case.features.without(case.truth), UNKNOWN))
+            found.append(CalibrationCase(case.features.without(case.truth), UNKNOWN))
     return tuple(found)
 
 
-def probability(case: Case, constants: Constants) -> float:
+def probability(case: CalibrationCase, constants: Constants) -> float:
     """What the judgement gives the truth."""
     found = judge(case.features, constants)
     none = found.probabilities[NOMINAL]
@@ -68,7 +68,7 @@ def probability(case: Case, constants: Constants) -> float:
     return found.probabilities.get(Hypothesis(tuple(case.truth.split("+"))), 0.0)
 
 
-def fit_constants(cases: Sequence[Case], start: Constants | None = None) -> tuple[Constants, float]:
+def fit_constants(cases: Sequence[CalibrationCase], start: Constants | None = None) -> tuple[Constants, float]:
     """The constants, and the mean log loss; cases of each kind weigh alike."""
     first = start or Constants()
     names = [field.name for field in fields(Constants)]

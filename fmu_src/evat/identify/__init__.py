@@ -1,6 +1,6 @@
 """How is a contact identified from an experiment, and what can the experiment not tell? `identify`, and the words of its answer."""
 
-from evat.identify.result import Estimate, Fit, Identification
+from evat.identify.result import ChannelFit, Estimate, Identification
 from evat.identify.run import identify
 
-__all__ = ["Estimate", "Fit", "Identification", "identify"]
+__all__ = ["ChannelFit", "Estimate", "Identification", "identify"]

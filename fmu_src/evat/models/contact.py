@@ -21,7 +21,7 @@ FRICTION = ("sigma0", "sigma1", "sigma2", "F_C", "F_S", "v_s")
 SETTLING_TIME = 1.0  # s of steady slip, far beyond any presliding; means are taken over the second half
 
 
-class ContactModel(kernel.Component):
+class ContactModel(kernel.ContactTables):
     """The contact with its laws and effects."""
 
     def __init__(self, threads: int | None = None) -> None:

@@ -229,7 +229,7 @@ def run_many(
     if not names:
         raise ParameterError("no outputs were asked for; name at least one, for example friction_force.")
     single: dict[str, float | str] = {name: value for name, value in values.items() if isinstance(value, (int, float, str))}
-    check_needs(kernel.Component(), on, single, {*run.inputs, *values})
+    check_needs(kernel.ContactTables(), on, single, {*run.inputs, *values})
     count, constants, columns = value_sets(values, on, run)
     clock, keep = _clock(run, at)
     inputs, shared, each = _columns(run, clock, count)

@@ -22,7 +22,7 @@ import numpy as np
 
 from evat.experiment import Experiment, Nominal, Trial
 from evat.files.writing import told, usable
-from evat.gap.calibrate import Case
+from evat.gap.calibrate import CalibrationCase
 from evat.gap.compare import compare
 from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, features
 from evat.inference.parameters import Scales, amplitudes, shape_parameter, shapes
@@ -255,7 +255,7 @@ def run_case(number: int) -> str:
         if drawn is None:
             return _line({"number": number})
         experiment, truth = drawn
-        case = Case(features(compare(Prediction(ContactModel(1), experiment))), truth)
+        case = CalibrationCase(features(compare(Prediction(ContactModel(1), experiment))), truth)
         return _line({"number": number, "case": case.line()})
     except EvatError as error:
         return _line({"number": number, "error": str(error)[:200]})
@@ -287,7 +287,7 @@ def _entry(line: str) -> Mapping[str, Any] | None:
         return None
 
 
-def campaign(path: Path, count: int, workers: int, tell: Callable[[int], None] | None = None) -> Iterator[Case]:
+def campaign(path: Path, count: int, workers: int, tell: Callable[[int], None] | None = None) -> Iterator[CalibrationCase]:
     """Cases 0 to count - 1; those that the file does not have whole, and run through this kernel, are run and appended to it."""
     text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
     entries = [entry for line in text.splitlines() if (entry := _entry(line)) is not None]
@@ -303,10 +303,10 @@ def campaign(path: Path, count: int, workers: int, tell: Callable[[int], None] |
                 tell(len(kept))
     for number in range(count):
         if "case" in kept[number]:
-            yield Case.read(kept[number]["case"])
+            yield CalibrationCase.read(kept[number]["case"])
 
 
-def numbers(cases: Sequence[Case]) -> dict[str, int]:
+def numbers(cases: Sequence[CalibrationCase]) -> dict[str, int]:
     """How many cases of each kind."""
     found: dict[str, int] = {}
     for case in cases:

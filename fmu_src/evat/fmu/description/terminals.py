@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from evat.fmu.documentation import picture
 from evat.fmu.documentation.picture import Picture
-from evat.fmu.fmu_facts import FmuError, Shown
+from evat.fmu.fmu_facts import BuildError, Shown
 from evat.fmu.xml import Scalar, add, serialised, top
 from evat.model import Variable
 
@@ -32,7 +32,9 @@ def terminals_xml(shown: Shown, variables: Sequence[Variable]) -> bytes:
         element = add(parent, "Terminal", head)
         for member in terminal["members"]:
             if causalities.get(member["variable"]) not in ("input", "output"):
-                raise FmuError(f"terminal {terminal['name']}: {member['variable']!r} is neither an input nor an output; correct the table.")
+                raise BuildError(
+                    f"terminal {terminal['name']}: {member['variable']!r} is neither an input nor an output; correct the table."
+                )
             names = {"variableName": member["variable"], "memberName": member["member"], "variableKind": member["kind"]}
             add(element, "TerminalMemberVariable", names)
         place = dict(zip(("x1", "y1", "x2", "y2"), terminal["place"], strict=True))
