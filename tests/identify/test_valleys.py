@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat.experiment import Experiment, Nominal, Trial
-from evat.identify import Identification, identify
+from evat.identify import Identification, Settings, identify
 from evat.model import FloatArray, Variable
 from plain_model import PlainModel
 from scipy.optimize import brentq
@@ -50,7 +50,7 @@ def found(depth: float, begin: float = 1.0) -> Identification:
     trial = Trial("a.csv", "a", {}, TIMES, {}, {"F": measured})
     nominal = Nominal({"p": begin, "q": 5.0, "e": depth * UNIT / 2}, (), {})
     tests = Experiment(Path(), "two valleys", "", nominal, {}, (trial,), None, "hash of no file")
-    return identify(tests, ["p", "q"], model=TwoValleys(), search_by="none", whiten=False, bounds={"p": (0.2, 8.0), "q": (1.0, 20.0)})
+    return identify(tests, TwoValleys(), ["p", "q"], Settings(search="none", whiten=False, bounds={"p": (0.2, 8.0), "q": (1.0, 20.0)}))
 
 
 def end(depth: float, low: float, high: float) -> float:

@@ -2,5 +2,6 @@
 
 from evat.identify.result import ChannelFit, Estimate, Identification
 from evat.identify.run import identify
+from evat.identify.settings import Execution, Settings
 
-__all__ = ["ChannelFit", "Estimate", "Identification", "identify"]
+__all__ = ["ChannelFit", "Estimate", "Execution", "Identification", "Settings", "identify"]
