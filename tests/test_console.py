@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from evat import console
 from evat.commands.main import main
-from evat.console import Terminal, printable
+from evat.console import PrintableConsole, printable
 from rich.progress import Progress, TextColumn
 from rich.table import Table
 
@@ -137,7 +137,7 @@ def test_a_parameter_set(tmp_path: Path) -> None:
 def test_the_text_beside_a_bar_and_a_warning_of_a_library(monkeypatch: pytest.MonkeyPatch) -> None:
     """Both come from other places than what is printed."""
     shown = io.StringIO()
-    terminal = Terminal(file=shown, force_terminal=True, width=100)
+    terminal = PrintableConsole(file=shown, force_terminal=True, width=100)
     with Progress(TextColumn("{task.description}", markup=False), console=terminal) as bar:
         bar.add_task(f"running {TITLE}{CLOSED}")
     monkeypatch.setattr(console, "err", terminal)
@@ -157,7 +157,7 @@ def test_columns_stay_in_line() -> None:
     table = Table("name", "value")
     table.add_row(f"a{TITLE}b", "1")
     table.add_row("plain", "2")
-    Terminal(file=shown, width=100).print(table)
+    PrintableConsole(file=shown, width=100).print(table)
     assert len({len(line) for line in shown.getvalue().splitlines()}) == 1
 
 

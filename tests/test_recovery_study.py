@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from evat import parameter_sets
 from evat.experiment import Experiment
-from evat.identification import identify
+from evat.identification import Settings, identify
 from evat.model import FloatArray, ParameterError
 from evat.models.contact import ContactModel
 from evat.motions import KINDS
@@ -53,7 +53,7 @@ def test_the_forecast_is_what_fits_scatter_by(name: str, motion: str, rate: floa
     model, sd, scores = ContactModel(threads=1), dict(zip(free, spread(table), strict=True)), []
     for seed in range(10):
         tests = made(name, motion, noise=NOISE, repeats=REPEATS, rate=rate, seed=seed)
-        fit = identify(tests, free, model=model, search_by="none", profiles=False)
+        fit = identify(tests, model, free, Settings(search="none", profiles=False))
         scores.append([(fit[each].value / forecast.truth[each] - 1) / sd[each] for each in free])
     scatter = np.sqrt(np.mean(np.square(scores), axis=0))
     assert np.all((scatter > 0.35) & (scatter < 1.8)), dict(zip(free, scatter, strict=True))

@@ -18,8 +18,8 @@ if TYPE_CHECKING:  # the same as _PLACES, for type checkers and editors; a test 
     from evat.files.writing import OutputError
     from evat.fmu import build_fmu
     from evat.gap import diagnose
-    from evat.identification import identify
-    from evat.model import EvatError, FmuError, Model, ParameterError, Run, SimulationError, Trace
+    from evat.identification import Execution, Settings, identify
+    from evat.model import BuildError, EvatError, FmuError, Model, ParameterError, Run, SimulationError, Trace
     from evat.models.contact import ContactModel
     from evat.models.fmu import FmuModel
     from evat.models.simulate import simulate
@@ -34,10 +34,12 @@ if TYPE_CHECKING:  # the same as _PLACES, for type checkers and editors; a test 
 __version__ = version("evat")
 
 __all__ = [
+    "BuildError",
     "CompileError",
     "Contact",
     "ContactModel",
     "EvatError",
+    "Execution",
     "ExperimentError",
     "FmuError",
     "FmuModel",
@@ -45,6 +47,7 @@ __all__ = [
     "OutputError",
     "ParameterError",
     "Run",
+    "Settings",
     "SimulationError",
     "SspError",
     "Trace",
@@ -71,8 +74,8 @@ _PLACES = {
     "evat.files.writing": ("OutputError",),
     "evat.fmu": ("build_fmu",),
     "evat.gap": ("diagnose",),
-    "evat.identification": ("identify",),
-    "evat.model": ("EvatError", "FmuError", "Model", "ParameterError", "Run", "SimulationError", "Trace"),
+    "evat.identification": ("Execution", "Settings", "identify"),
+    "evat.model": ("BuildError", "EvatError", "FmuError", "Model", "ParameterError", "Run", "SimulationError", "Trace"),
     "evat.models.contact": ("ContactModel",),
     "evat.models.fmu": ("FmuModel",),
     "evat.models.simulate": ("simulate",),

@@ -21,7 +21,7 @@ def printable(text: str) -> str:
     return _ACTS.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
 
 
-class Terminal(Console):
+class PrintableConsole(Console):
     """A console that shows any text as it stands; style is for what is no plain str (rich.text.Text)."""
 
     def __init__(self, **named: Any) -> None:
@@ -36,7 +36,7 @@ class Terminal(Console):
             yield Segment(printable(segment.text), segment.style) if acts else segment
 
 
-out, err = Terminal(), Terminal(stderr=True)
+out, err = PrintableConsole(), PrintableConsole(stderr=True)
 
 
 def marked(mark: str, style: str, text: str) -> Text:

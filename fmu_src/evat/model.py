@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -61,17 +62,28 @@ class SimulationError(EvatError):
     """
 
 
-class FmuError(EvatError):
-    """An FMU that cannot be built, cannot be loaded, or is not what it was taken for.
+class BuildError(EvatError):
+    """An FMU that could not be built.
 
     Examples
     --------
     >>> import evat
     >>> try:
     ...     evat.build_fmu(1, "EvatContact.fmu")
-    ... except evat.FmuError as error:
+    ... except evat.BuildError as error:
     ...     print(error)
     FMI version 1: FMUs are built for version 2 or 3.
+    """
+
+
+class FmuError(EvatError):
+    """An FMU that cannot be loaded, or is not what it was taken for.
+
+    Examples
+    --------
+    >>> import evat
+    >>> issubclass(evat.FmuError, evat.EvatError)  # what catches every error that this package raises on purpose
+    True
     """
 
 
@@ -239,6 +251,9 @@ class Model(Tables, Protocol):
     `identify` and `diagnose` know a model by these words alone, so that a model of your own can stand in: a class with these attributes
     and methods will do, nothing need be inherited. `ContactModel` and `FmuModel` are two.
 
+    Values are SI, choices by name. Names, values and shapes that the tables do not allow raise ParameterError, as does an effect that lacks
+    an input it needs; an input that does not change may stand in `values`. The same call gives the same bits.
+
     Attributes
     ----------
     variables : tuple of Variable
@@ -257,12 +272,23 @@ class Model(Tables, Protocol):
     [3. 3.]
     """
 
+    @property
+    def digest(self) -> str:
+        """A hash over all that the model consists of: two models of one digest give the same answers."""
+        ...
+
     def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
-        """Drive the model through `run` with the effects `on` and the parameter `values` (SI)."""
+        """Drive the model through `run` with the effects `on` and the parameter `values` (SI); all outputs where `run` names none.
+
+        The trace's `made_by["model"]` is the digest. SimulationError where the run breaks off.
+        """
         ...
 
     def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
-        """The same for K value sets, from values that are arrays of shape (K,): each output of shape (K, n), nan where a set fails."""
+        """The same for K value sets, from values that are arrays of shape (K,): each output of shape (K, n), nan where a set fails.
+
+        K = 1 where no value and no input is of several sets; `run` names at least one output.
+        """
         ...
 
     def settled(self, names: Sequence[str], on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
@@ -280,3 +306,17 @@ class Model(Tables, Protocol):
     def missing_inputs(self, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str]) -> Mapping[str, Sequence[str]]:
         """Inputs without which effects that are on say nothing, in neither `values` nor the columns `given`: input -> effects."""
         ...
+
+
+def hash_of(*parts: str | bytes) -> str:
+    """32 hexadecimal digits; parts are told apart, so that ("ab", "c") and ("a", "bc") differ."""
+    whole = hashlib.sha256()
+    for part in parts:
+        held = part.encode() if isinstance(part, str) else part
+        whole.update(f"{len(held)}:".encode() + held)
+    return whole.hexdigest()[:32]
+
+
+def table_hash(tables: Tables) -> str:
+    """Hash over the facts of all variables and effects, whatever their order."""
+    return hash_of(*sorted(map(repr, tables.variables)), *sorted(map(repr, tables.effects)))

@@ -21,7 +21,7 @@ CYCLES = 2
 
 
 def in_words(values: dict[str, float | str]) -> dict[str, Any]:
-    """All inputs, parameters and states as reference.Contact takes them."""
+    """All inputs, parameters and states as reference.ReferenceContact takes them."""
     known = {v.name: v.start for v in kernel.variables() if v.causality in ("parameter", "input") or v.name in kernel.states()}
     return kernel.by_choice({**known, **kernel.check_values(values)})
 
@@ -32,7 +32,7 @@ def test_python_twin(benchmark: Any, summary: Summary, fmi2: OpenFmu, twin: Open
     cost of a cycle is given beside it. Same set, same relative_tolerance of 1e-4, steps of two cycles, so that no call counts."""
     values = ellipse(set_name).values
     native, python = fmi2.started(values), twin.started(values)
-    own, plain = Contact(values), reference.Contact(in_words(values))
+    own, plain = Contact(values), reference.ReferenceContact(in_words(values))
     own.start(0.0)
     plain.start(0.0)
     clocks = dict.fromkeys(("native FMU", "Python FMU"), 0.0)

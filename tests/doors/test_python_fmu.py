@@ -16,10 +16,10 @@ from typing import Any
 import fmpy
 import pytest
 from evat.fmu.description.simple_types import FIRST_ITEM
+from evat.fmu.fmu_facts import BuildError
 from evat.fmu.python_fmu import build_python_fmu
-from evat.model import FmuError
 from evat.models import reference as reference_model
-from evat.models.reference import Contact
+from evat.models.reference import ReferenceContact
 from evat.native import kernel
 from fmpy import fmi2
 from fmpy.validation import validate_fmu
@@ -169,7 +169,7 @@ def test_same_input_gives_the_same_bytes_and_another_law_another_guid(fmu: Path,
 
 
 def test_laws_that_cannot_be_read_are_named(tmp_path: Path) -> None:
-    with pytest.raises(FmuError, match=r"nowhere\.py: the laws cannot be read"):
+    with pytest.raises(BuildError, match=r"nowhere\.py: the laws cannot be read"):
         build_python_fmu(tmp_path / "x.fmu", tmp_path / "nowhere.py")
 
 
@@ -210,7 +210,7 @@ def test_answers_are_those_of_reference_to_the_last_bit_and_of_the_kernel_to_1e_
     values = {"friction_law": "lugre", "shear_angle_principle": "minimum_energy", "rake_angle": 0.1, "relative_tolerance": 1e-12}
     words = {name: place(name, word) for name, word in values.items() if isinstance(word, str)}
     one.start(**{**values, **words}, thermal_damping=1)
-    python, c = Contact(complete({**values, "thermal_damping": True})), kernel.Contact(values, ["thermal_damping"])
+    python, c = ReferenceContact(complete({**values, "thermal_damping": True})), kernel.Contact(values, ["thermal_damping"])
     python.start(0.0)
     c.start()
     assert one.get(*WATCHED) == [python.get(name) for name in WATCHED]

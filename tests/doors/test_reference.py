@@ -17,7 +17,7 @@ import lugre_1995 as published
 import numpy as np
 import pytest
 from evat.models import reference
-from evat.models.reference import LAWS, Contact, ContactError
+from evat.models.reference import LAWS, ContactError, ReferenceContact
 from evat.native import kernel
 from scipy.optimize import brentq
 
@@ -44,13 +44,13 @@ def complete(values: Mapping[str, Any]) -> dict[str, Any]:
     return {**starts, **dict.fromkeys(kernel.states(), 0.0), **values}
 
 
-def started(values: Mapping[str, Any], time: float = 0.0) -> Contact:
-    contact = Contact(complete({"relative_tolerance": TIGHT, **values}))
+def started(values: Mapping[str, Any], time: float = 0.0) -> ReferenceContact:
+    contact = ReferenceContact(complete({"relative_tolerance": TIGHT, **values}))
     contact.start(time)
     return contact
 
 
-def sliding(values: Mapping[str, Any]) -> Contact:
+def sliding(values: Mapping[str, Any]) -> ReferenceContact:
     return started({"kinematics": "external", **values})
 
 
@@ -386,7 +386,7 @@ def test_state_goes_through_json_and_back_to_the_last_bit() -> None:
     one.advance(1.7e-6)
     kept = json.loads(json.dumps(one.state()))
     one.advance(6e-5)
-    other = Contact(complete({}))
+    other = ReferenceContact(complete({}))
     other.restore(kept)
     other.advance(6e-5)
     assert one.state() == other.state()

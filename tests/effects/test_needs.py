@@ -9,10 +9,10 @@ import pytest
 from evat.model import ParameterError
 from evat.models.simulate import simulate
 from evat.native import kernel
-from evat.native.kernel import Component
+from evat.native.kernel import ContactTables
 from evat.required_inputs import check_needs, missing_inputs
 
-MODEL = Component()
+MODEL = ContactTables()
 THERMAL = tuple(effect.name for effect in kernel.effects() if "proxy_speed" in effect.needs)
 LOADED = tuple(effect.name for effect in kernel.effects() if "normal_load" in effect.needs)
 

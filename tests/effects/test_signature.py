@@ -14,7 +14,7 @@ from evat.model import Effect, ParameterError
 from evat.native import kernel
 from evat.native.compile import PACKAGE
 from evat.plots.signature import plot_signature
-from evat.signature import Panel, Signature, effect_named, signature
+from evat.signature import Signature, SignaturePanel, effect_named, signature
 
 EFFECTS = {effect.name: effect for effect in kernel.effects()}
 FILES = (
@@ -27,7 +27,7 @@ FILES = (
 )
 
 
-def over(found: Signature, across: str, title: str = "") -> Panel:
+def over(found: Signature, across: str, title: str = "") -> SignaturePanel:
     """The panel of a condition, by what is varied."""
     (panel,) = (panel for panel in found.conditions if panel.across.name == across and title in panel.title)
     return panel

@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat.commands.main import app
-from evat.gap.calibrate import Case, fit_constants, probability, with_unknown
+from evat.gap.calibrate import CalibrationCase, fit_constants, probability, with_unknown
 from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Constants, Features, judge, store, stored
+from evat.inference.hypothesis import Hypothesis
 from evat.model import EvatError
 from evat.studies import campaign as campaigns
 from evat.studies.campaign import KINDS, REPEATS, campaign, draw_case, numbers
@@ -29,7 +30,7 @@ def _features(
     unsure: float = 0.0,
 ) -> Features:
     """gap : structural square over that of the noise; unsure : its sd over the same; gains : effects by + -> log evidence, share left."""
-    sets = {tuple(name.split("+")): value for name, value in gains.items()}
+    sets = {Hypothesis(tuple(name.split("+"))): value for name, value in gains.items()}
     floor = 1e-4
     return Features(
         nominal={"F": (before if before is not None else gap) * floor},
@@ -65,7 +66,7 @@ def _features(
 )
 def test_verdicts(found: Features, verdict: str, chosen: tuple[str, ...]) -> None:
     said = judge(found, Constants())
-    assert (said.verdict, said.chosen) == (verdict, chosen)
+    assert (said.verdict, said.chosen) == (verdict, Hypothesis(chosen))
     assert math.isclose(sum(said.probabilities.values()) + said.unknown, 1.0, rel_tol=1e-9)
 
 
@@ -97,7 +98,7 @@ def test_a_case_is_of_its_kind(number: int) -> None:
 
 
 def test_a_campaign_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    line = Case(_features(30, {"a": (300, 0.01)}), "a").line()
+    line = CalibrationCase(_features(30, {"a": (300, 0.01)}), "a").line()
     path, asked = tmp_path / "state.jsonl", list[int]()
 
     class Pool:
@@ -121,11 +122,11 @@ def test_a_campaign_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest
     found = list(campaign(path, 8, 1))
     assert asked == [0, 1, 2, 3, 4, 5, 6, 7]
     assert numbers(found) == {"single": 4}
-    assert found[0].features == Case.read(line).features
+    assert found[0].features == CalibrationCase.read(line).features
 
 
 def test_a_case_that_is_damaged_or_of_another_kernel_is_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    line = Case(_features(30, {"a": (300, 0.01)}), "a").line()
+    line = CalibrationCase(_features(30, {"a": (300, 0.01)}), "a").line()
     path, asked = tmp_path / "state.jsonl", list[int]()
 
     def run(number: int) -> str:
@@ -146,7 +147,7 @@ def test_a_case_that_is_damaged_or_of_another_kernel_is_run_again(tmp_path: Path
     asked.clear()
     found = list(campaign(path, 5, 1))
     assert sorted(asked) == [1, 2, 3, 4]
-    assert all(case.features == Case.read(line).features for case in found)
+    assert all(case.features == CalibrationCase.read(line).features for case in found)
     asked.clear()
     assert len(list(campaign(path, 5, 1))) == 5
     assert asked == []
@@ -154,11 +155,11 @@ def test_a_case_that_is_damaged_or_of_another_kernel_is_run_again(tmp_path: Path
 
 def test_constants_of_a_campaign_are_truer_than_those_before_it() -> None:
     """A world in which evidence is worth a tenth of what the reasoned constants take it for."""
-    draw, cases = np.random.default_rng(5), list[Case]()
+    draw, cases = np.random.default_rng(5), list[CalibrationCase]()
     for _ in range(60):
         a, b = draw.normal(size=2) * 60 + 300
         gains = {"a": (float(a), 0.05), "b": (float(b), 0.05)}
-        cases.append(Case(_features(30, gains), "a" if draw.random() < 1 / (1 + math.exp((b - a) / 150)) else "b"))
+        cases.append(CalibrationCase(_features(30, gains), "a" if draw.random() < 1 / (1 + math.exp((b - a) / 150)) else "b"))
     before = np.mean([-math.log(probability(case, Constants())) for case in cases])
     constants, loss = fit_constants(cases)
     after = np.mean([-math.log(probability(case, constants)) for case in cases])
@@ -168,9 +169,14 @@ def test_constants_of_a_campaign_are_truer_than_those_before_it() -> None:
 
 
 def test_an_effect_that_is_taken_out_is_unknown() -> None:
-    cases = with_unknown([Case(_features(30, {"a": (300, 0.01), "a+b": (310, 0.01), "b": (20, 0.9)}), "a"), Case(_features(1, {}), NO_GAP)])
+    cases = with_unknown(
+        [
+            CalibrationCase(_features(30, {"a": (300, 0.01), "a+b": (310, 0.01), "b": (20, 0.9)}), "a"),
+            CalibrationCase(_features(1, {}), NO_GAP),
+        ]
+    )
     assert [case.truth for case in cases] == ["a", UNKNOWN, NO_GAP]
-    assert list(cases[1].features.gain) == [("b",)]
+    assert list(cases[1].features.gain) == [Hypothesis(("b",))]
     assert judge(cases[1].features, Constants()).verdict == UNKNOWN
 
 

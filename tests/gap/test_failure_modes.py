@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +11,7 @@ import toy
 from evat.experiment import Experiment
 from evat.gap import Diagnosis, diagnose, diagnose_with
 from evat.gap.report.explanation import smallest_amplitudes
-from evat.model import FloatArray, Run, Variable
+from evat.model import FloatArray, Variable
 from rig import MODEL, SAMPLES, STEP, VALUES, measured
 
 LEAN = {"direction_asymmetry.a": 0.06}
@@ -132,9 +132,8 @@ def test_a_solver_that_is_too_coarse_is_told() -> None:
     class Coarse(toy.Toy):
         variables = (*toy.Toy.variables, Variable("relative_tolerance", "1", 1e-4, 1e-12, 1.0, "tolerance", "toy"))
 
-        def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
-            error = np.ravel(values["relative_tolerance"])[0] * np.sin(40 * run.times)
-            return {"F": super().simulate_many(run, on, values)["F"] + error}
+        def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
+            return {"F": super().formula(times, values, on)["F"] + values["relative_tolerance"] * np.sin(40 * times)}
 
     experiment = toy.measured(noise=0.1)
     for tolerance, verdict in ((1.0, "cannot_tell"), (1e-3, "no_gap")):
@@ -151,8 +150,8 @@ def test_a_channel_of_noise_changes_nothing(on: tuple[str, ...]) -> None:
     class Wider(toy.Toy):
         variables = (*toy.Toy.variables, Variable("G", "N", 0.0, -1e9, 1e9, "another force", "toy", causality="output"))
 
-        def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
-            force = super().simulate_many(run, on, values)["F"]
+        def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
+            force = super().formula(times, values, on)["F"]
             return {"F": force, "G": np.zeros_like(force)}
 
     draw = np.random.default_rng(8)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -26,17 +26,15 @@ class Toy(PlainModel):
     effects = (_effect("bend", "c", "1/m"), _effect("drift", "rate", "N/s"), _effect("lean", "a", "N/m"))
     variables = (WAY, FORCE, SPRING, *(own for effect in effects for own in effect.variables))
 
-    def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
-        def of(name: str) -> FloatArray:
-            return np.atleast_1d(np.asarray(values.get(name, 0.0), dtype=np.float64))[:, None]
-
-        x, force = run.inputs["x"], of("k") * run.inputs["x"]
+    def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
+        x = values["x"]
+        force = values["k"] * x
         if "bend" in on:
-            force = force * (1 + of("bend.c") * x)
+            force = force * (1 + values["bend.c"] * x)
         if "drift" in on:
-            force = force + of("drift.rate") * run.times
+            force = force + values["drift.rate"] * times
         if "lean" in on:
-            force = force + of("lean.a") * np.abs(x)
+            force = force + values["lean.a"] * np.abs(x)
         return {"F": force}
 
 

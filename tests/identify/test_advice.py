@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from evat import motions, parameter_sets
 from evat.experiment import Experiment, Nominal, Signal, Trial
-from evat.identification import identify
+from evat.identification import Settings, identify
 from evat.model import FloatArray, Run
 from evat.models.contact import ContactModel
 from evat.native import kernel
@@ -49,7 +49,7 @@ def test_temperature_steps_are_advised_where_only_they_tell() -> None:
     times = np.arange(1000) * 1e-3
     slip = 0.05 * np.sin(4 * np.pi * times) + 3 * WAY * 50 * np.pi * np.cos(50 * np.pi * times)
     one = recorded("warm", times, slip, np.full(times.size, WARM), 0.1, 1)
-    found = identify(rig(one), FREE, model=MODEL, search_by="none", seed=1)
+    found = identify(rig(one), MODEL, FREE, Settings(search="none", seed=1))
     assert found[Q].verdict == "not identifiable"
     assert "proxy does not vary" in found[Q].why
     assert found["F_C"].advice == found["sigma0"].advice == ""
@@ -66,7 +66,7 @@ def test_temperature_steps_are_advised_where_only_they_tell() -> None:
         recorded(each.condition, each.times, each.inputs["slip_velocity"], each.inputs["contact_temperature"], 0.1, 2 + place)
         for place, each in enumerate(heated)
     ]
-    again = identify(rig(one, *more), FREE, model=MODEL, search_by="none", seed=1, profiles=False)
+    again = identify(rig(one, *more), MODEL, FREE, Settings(search="none", seed=1, profiles=False))
     assert again[Q].verdict == "identified"
     assert abs(again[Q].value - float(TRUTH[Q])) < 4 * again[Q].sd
     assert 100 * again[Q].sd / float(TRUTH[Q]) == pytest.approx(float(said[2]), rel=0.3)
@@ -77,6 +77,6 @@ def test_nothing_is_advised_that_cannot_be_done() -> None:
     times = np.arange(1000) * 1e-3
     one = recorded("warm", times, 0.05 * np.sin(4 * np.pi * times), np.full(times.size, WARM), 0.1, 1)
     blind = replace(one, inputs={"slip_velocity": one.inputs["slip_velocity"]}, values={"contact_temperature": WARM})
-    found = identify(rig(blind), ("F_C", Q), model=MODEL, search_by="none", seed=1)
+    found = identify(rig(blind), MODEL, ("F_C", Q), Settings(search="none", seed=1))
     assert found[Q].verdict == "not identifiable"
     assert found[Q].advice == ""

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from evat.experiment import ExperimentError, Trial
-from evat.identification import identify
+from evat.identification import Settings, identify
 from evat.model import ParameterError
 from known_rigs import FREE, GUESS, MODEL, TIMES, TO_AND_FRO, TRUTH, experiment, force, trial
 
@@ -17,24 +17,24 @@ GOOD = trial(TO_AND_FRO)
 def test_a_force_of_zero() -> None:
     nothing = replace(GOOD, outputs={"friction_force": np.zeros(TIMES.size)})
     with pytest.raises(ExperimentError, match="friction_force is zero in every sample"):
-        identify(experiment(nothing), FREE, model=MODEL)
+        identify(experiment(nothing), MODEL, FREE)
 
 
 def test_a_sign_that_is_turned() -> None:
     turned = replace(GOOD, outputs={"friction_force": -GOOD.outputs["friction_force"]})
     with pytest.raises(ExperimentError, match=r"measured runs against calculated .*turn the sign"):
-        identify(experiment(turned), FREE, model=MODEL)
+        identify(experiment(turned), MODEL, FREE)
 
 
 def test_a_clock_that_jumps() -> None:
     times = TIMES + np.where(np.arange(TIMES.size) > 600, 3.0, 0.0)
     with pytest.raises(ExperimentError, match=r"c0-1.csv: the clock jumps by 3.002 s after sample 601 .*cut the file there"):
-        identify(experiment(replace(GOOD, times=times)), FREE, model=MODEL)
+        identify(experiment(replace(GOOD, times=times)), MODEL, FREE)
 
 
 def test_a_parameter_that_the_law_has_not() -> None:
     with pytest.raises(ParameterError, match=r"free parameter sigma0: nothing that was measured depends on it.*friction law coulomb"):
-        identify(experiment(GOOD, nominal={**GUESS, "friction_law": "coulomb"}), ["F_C", "sigma0"], model=MODEL)
+        identify(experiment(GOOD, nominal={**GUESS, "friction_law": "coulomb"}), MODEL, ["F_C", "sigma0"])
 
 
 @pytest.mark.parametrize(
@@ -45,29 +45,29 @@ def test_a_parameter_that_the_law_has_not() -> None:
         (["friction_law"], {}, "is a choice parameter"),
         (["friction_force"], {}, "is a real output"),
         (["direction_asymmetry.a"], {}, "belongs to the effect direction_asymmetry, which is off"),
-        (["F_C"], {"on": ["friction_of_the_third_kind"]}, "there is no effect 'friction_of_the_third_kind'"),
+        (["F_C"], {"on": ("friction_of_the_third_kind",)}, "there is no effect 'friction_of_the_third_kind'"),
         (["F_C"], {"bounds": {"F_C": (3.0, 2.0)}}, "the first must be below the second"),
         (["F_C"], {"bounds": {"F_C": (-3.0, 2.0)}}, "the model allows"),
         (["F_C"], {"bounds": {"F_S": (1.0, 2.0)}}, "F_S, not free here"),
         (["F_C"], {"values": {"F_C": 2.0}}, "held at a value and free at once"),
         (["F_C"], {"objective": "most_squares"}, "allowed are least_squares, huber, relative"),
-        (["F_C"], {"search_by": "luck"}, "allowed are ga, de, none"),
+        (["F_C"], {"search": "luck"}, "allowed are ga, de, none"),
         (["F_C"], {"population": 2}, "needed are 5 to 100000"),
         (["F_C"], {"population": 10**12}, "needed are 5 to 100000"),
         (["F_C"], {"seed": -1}, "seed -1: needed are .* at least 0"),
-        (["F_C"], {"hold_out": ["c0"]}, "all conditions are held out"),
-        (["F_C"], {"hold_out": ["c7"]}, "asked for conditions 'c7'"),
-        (["direction_asymmetry.a"], {"on": ["direction_asymmetry"]}, "gives no scale for bounds"),
+        (["F_C"], {"hold_out": ("c0",)}, "all conditions are held out"),
+        (["F_C"], {"hold_out": ("c7",)}, "asked for conditions 'c7'"),
+        (["direction_asymmetry.a"], {"on": ("direction_asymmetry",)}, "gives no scale for bounds"),
     ],
 )
 def test_a_question_that_makes_no_sense(free: list[str], named: dict[str, object], message: str) -> None:
     with pytest.raises((ParameterError, ExperimentError), match=message):
-        identify(experiment(GOOD), free, model=MODEL, **named)  # type: ignore[arg-type]
+        identify(experiment(GOOD), MODEL, free, Settings(**named))  # type: ignore[arg-type]
 
 
 def test_a_parameter_that_the_experiment_states() -> None:
     with pytest.raises(ParameterError, match="the experiment states this for its trials"):
-        identify(experiment(replace(GOOD, values={"F_C": 9.0})), ["F_C"], model=MODEL)
+        identify(experiment(replace(GOOD, values={"F_C": 9.0})), MODEL, ["F_C"])
 
 
 def test_one_speed_only() -> None:
@@ -75,7 +75,7 @@ def test_one_speed_only() -> None:
     slip = np.full(TIMES.size, 0.1)
     slip[0] = 0.0
     still = trial(slip, values={**TRUTH, "sigma0": 1e7, "sigma1": 20.0})
-    found = identify(experiment(still, nominal={**TRUTH, "sigma0": 1e7, "sigma1": 20.0}), ["F_C", "sigma2"], model=MODEL, seed=1)
+    found = identify(experiment(still, nominal={**TRUTH, "sigma0": 1e7, "sigma1": 20.0}), MODEL, ["F_C", "sigma2"], Settings(seed=1))
     assert {estimate.verdict for estimate in found.estimates} <= {"weak", "not identifiable"}
     assert abs(found.correlation[0, 1]) > 0.99
     assert "there is one speed only" in found["sigma2"].why
@@ -88,7 +88,7 @@ def test_a_column_in_the_wrong_unit(column: str) -> None:
         wrong = replace(GOOD, outputs={"friction_force": 1e3 * GOOD.outputs["friction_force"]})
     else:
         wrong = replace(GOOD, inputs={"slip_velocity": 1e3 * GOOD.inputs["slip_velocity"]})
-    found = identify(experiment(wrong), FREE, model=MODEL, seed=1, generations=40)
+    found = identify(experiment(wrong), MODEL, FREE, Settings(seed=1, generations=40))
     assert found.doubts
     assert any(estimate.verdict != "identified" for estimate in found.estimates)
     if column == "force":
@@ -98,11 +98,11 @@ def test_a_column_in_the_wrong_unit(column: str) -> None:
 
 def test_a_force_that_has_nothing_to_do_with_the_motion() -> None:
     noise = replace(GOOD, outputs={"friction_force": np.random.default_rng(3).standard_normal(TIMES.size)})
-    found = identify(experiment(noise), FREE, model=MODEL, seed=1, generations=30)
+    found = identify(experiment(noise), MODEL, FREE, Settings(seed=1, generations=30))
     assert any("These parameters say nothing" in doubt for doubt in found.doubts)
 
 
 def test_a_recording_of_two_samples() -> None:
     short = Trial("s.csv", "c0", {}, TIMES[:2], {"slip_velocity": TO_AND_FRO[:2]}, {"friction_force": force(TO_AND_FRO[:2])})
     with pytest.raises(ExperimentError, match=r"s.csv: 2 samples; a recording has at least three"):
-        identify(experiment(short), ["F_C"], model=MODEL)
+        identify(experiment(short), MODEL, ["F_C"])

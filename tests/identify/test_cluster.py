@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from evat.identification import identify
+from evat.identification import Execution, Settings, identify
 from evat.identification.cluster import Cluster, ClusterError
 from evat.identification.objective import Objective
 from evat.models.contact import ContactModel
@@ -30,7 +30,7 @@ def local() -> Iterator[Any]:
 def test_a_worker_that_is_killed_loses_nothing(local: Any) -> None:
     """Of two processes one is killed after some generations; the result is that of this process, to the last bit."""
     model, generations, killed = ContactModel(threads=1), [0], []
-    alone = identify(RIG, FREE, model=model, search_by="de", **SETTINGS)  # type: ignore[arg-type]
+    alone = identify(RIG, model, FREE, Settings(search="de", **SETTINGS))  # type: ignore[arg-type]
     with Cluster(local.scheduler_address) as cluster:
 
         def spread(objective: Objective, points: np.ndarray) -> np.ndarray:
@@ -41,7 +41,7 @@ def test_a_worker_that_is_killed_loses_nothing(local: Any) -> None:
                 killed.append(victim)
             return cluster.costs(objective, points)
 
-        found = identify(RIG, FREE, model=model, search_by="de", spread=spread, **SETTINGS)  # type: ignore[arg-type]
+        found = identify(RIG, model, FREE, Settings(search="de", **SETTINGS), execution=Execution(spread=spread))  # type: ignore[arg-type]
     assert killed
     assert generations[0] == len(found.history)
     assert [e.value for e in found.estimates] == [e.value for e in alone.estimates]

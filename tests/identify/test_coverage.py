@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from evat.identification import identify
+from evat.identification import Settings, identify
 from known_rigs import FREE, MODEL, TIMES, TRUTH, experiment, trial
 
 TRUTHS = 50
@@ -21,15 +21,7 @@ def covered(count: int, first: int = 0) -> tuple[int, int]:
         slip = 0.05 * np.sin(2 * np.pi * TIMES) + 0.002 * np.sin(2 * np.pi * rng.uniform(5, 9) * TIMES)
         nominal = {**truth, **{name: float(truth[name]) * rng.uniform(0.8, 1.25) for name in NAMES}}
         rig = experiment(trial(slip, values=truth, seed=place), nominal={**nominal, "sigma1": truth["sigma1"]})
-        found = identify(
-            rig,
-            NAMES,
-            model=MODEL,
-            search_by="de",
-            population=24,
-            generations=25,
-            seed=place,
-        )
+        found = identify(rig, MODEL, NAMES, Settings(search="de", population=24, generations=25, seed=place))
         for estimate in found.estimates:
             if estimate.verdict == "identified":
                 whole += 1

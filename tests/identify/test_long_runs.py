@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat.identification import Identification, identify
+from evat.identification import Execution, Identification, Settings, identify
 from evat.identification.journal import Journal, JournalError
 from evat.identification.search import Search, search
 from evat.models.contact import ContactModel
@@ -31,13 +31,13 @@ def same(one: Identification, other: Identification) -> bool:
 @pytest.mark.parametrize("kind", ["ga", "de"])
 def test_a_search_that_was_cut_off_goes_on_to_the_same_result(kind: Search, tmp_path: Path) -> None:
     """Cut after each of several generations, and in the middle of a line; what the journal holds is not calculated again."""
-    whole = identify(RIG, FREE, model=MODEL, search_by=kind, journal=tmp_path / "whole", **SETTINGS)  # type: ignore[arg-type]
+    whole = identify(RIG, MODEL, FREE, Settings(search=kind, **SETTINGS), execution=Execution(journal=tmp_path / "whole"))  # type: ignore[arg-type]
     lines = (tmp_path / "whole").read_bytes().splitlines(keepends=True)
     assert len(lines) == 1 + len(whole.history)
     for held, torn in ((0, 0), (1, 7), (5, 0), (5, 300), (11, 1), (12, 0)):
         cut = tmp_path / f"{held}-{torn}"
         cut.write_bytes(b"".join(lines[: 1 + held]) + (lines[1 + held][:torn] if torn else b""))
-        found = identify(RIG, FREE, model=MODEL, search_by=kind, journal=cut, resume=True, **SETTINGS)  # type: ignore[arg-type]
+        found = identify(RIG, MODEL, FREE, Settings(search=kind, **SETTINGS), execution=Execution(journal=cut, resume=True))  # type: ignore[arg-type]
         assert same(found, whole)
         assert cut.read_bytes() == (tmp_path / "whole").read_bytes()
 
@@ -69,11 +69,13 @@ def test_a_journal_is_read_instead_of_calculated(tmp_path: Path) -> None:
 
 
 def test_a_journal_of_another_search_is_refused(tmp_path: Path) -> None:
-    identify(RIG, FREE, model=MODEL, journal=tmp_path / "j", **SETTINGS)  # type: ignore[arg-type]
+    identify(RIG, MODEL, FREE, Settings(**SETTINGS), execution=Execution(journal=tmp_path / "j"))  # type: ignore[arg-type]
     with pytest.raises(JournalError, match="of another search; different are seed"):
-        identify(RIG, FREE, model=MODEL, journal=tmp_path / "j", resume=True, **{**SETTINGS, "seed": 4})  # type: ignore[arg-type]
+        identify(RIG, MODEL, FREE, Settings(**{**SETTINGS, "seed": 4}), execution=Execution(journal=tmp_path / "j", resume=True))  # type: ignore[arg-type]
     with pytest.raises(JournalError, match="different are bounds"):
-        identify(RIG, FREE, model=MODEL, journal=tmp_path / "j", resume=True, bounds={"F_C": (1.0, 30.0)}, **SETTINGS)  # type: ignore[arg-type]
+        identify(
+            RIG, MODEL, FREE, Settings(bounds={"F_C": (1.0, 30.0)}, **SETTINGS), execution=Execution(journal=tmp_path / "j", resume=True)
+        )  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("damage", ["empty", "torn", "a bit", "the sum", "not UTF-8", "no journal"])
@@ -101,8 +103,9 @@ KILLED = """
 import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
-from test_long_runs import RIG, SETTINGS, FREE, MODEL, identify
-identify(RIG, FREE, model=MODEL, search_by="de", journal=Path(sys.argv[1]), resume=True, **{**SETTINGS, "generations": 60})
+from test_long_runs import RIG, SETTINGS, FREE, MODEL, Execution, Settings, identify
+settings = Settings(search="de", **{**SETTINGS, "generations": 60})
+identify(RIG, MODEL, FREE, settings, execution=Execution(journal=Path(sys.argv[1]), resume=True))
 """
 
 
@@ -126,15 +129,15 @@ def test_kill_9_loses_at_most_one_generation(tmp_path: Path) -> None:
         assert left >= lines  # what was in the journal before the signal is in it after
         survived = left
     settings = {**SETTINGS, "generations": 60}
-    resumed = identify(RIG, FREE, model=MODEL, search_by="de", journal=path, resume=True, **settings)  # type: ignore[arg-type]
-    assert same(resumed, identify(RIG, FREE, model=MODEL, search_by="de", **settings))  # type: ignore[arg-type]
+    resumed = identify(RIG, MODEL, FREE, Settings(search="de", **settings), execution=Execution(journal=path, resume=True))  # type: ignore[arg-type]
+    assert same(resumed, identify(RIG, MODEL, FREE, Settings(search="de", **settings)))  # type: ignore[arg-type]
 
 
 def test_the_same_seed_gives_the_same_result_with_any_number_of_threads() -> None:
-    found = [identify(RIG, FREE, model=ContactModel(threads=threads), search_by="ga", **SETTINGS) for threads in (1, 2, 3)]  # type: ignore[arg-type]
+    found = [identify(RIG, ContactModel(threads=threads), FREE, Settings(search="ga", **SETTINGS)) for threads in (1, 2, 3)]  # type: ignore[arg-type]
     assert same(found[0], found[1])
     assert same(found[0], found[2])
-    other = identify(RIG, FREE, model=MODEL, search_by="ga", **{**SETTINGS, "seed": 4})  # type: ignore[arg-type]
+    other = identify(RIG, MODEL, FREE, Settings(search="ga", **{**SETTINGS, "seed": 4}))  # type: ignore[arg-type]
     assert other.history != found[0].history
 
 
@@ -148,12 +151,10 @@ def test_stopping_gives_the_best_so_far() -> None:
     told = []
     found = identify(
         RIG,
+        MODEL,
         FREE,
-        model=MODEL,
-        search_by="ga",
-        cancelled=after_four,
-        progress=lambda what, share: told.append((what, share)),
-        **SETTINGS,  # type: ignore[arg-type]
+        Settings(search="ga", **SETTINGS),
+        execution=Execution(cancelled=after_four, progress=lambda what, share: told.append((what, share))),
     )
     assert found.stopped
     assert len(found.history) == 4

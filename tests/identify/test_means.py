@@ -12,7 +12,7 @@ from evat import parameter_sets
 from evat.experiment import Experiment, Means, Nominal
 from evat.experiment.read import read_experiment
 from evat.experiment.write import write_experiment
-from evat.identification import identify
+from evat.identification import Settings, identify
 from evat.models.contact import ContactModel
 from evat.native import kernel
 
@@ -42,7 +42,7 @@ def averages(seed: int = 0, stated: float | None = 1.0) -> Experiment:
 
 def test_shear_stress_and_friction_come_back_from_mean_forces() -> None:
     """Principal force tells the shear stress, feed force the friction: within four standard errors, which are near 1 %/sqrt(6)."""
-    found = identify(averages(), FREE, model=MODEL, search_by="de", population=16, generations=20, seed=1)
+    found = identify(averages(), MODEL, FREE, Settings(search="de", population=16, generations=20, seed=1))
     for name in FREE:
         estimate = found[name]
         assert estimate.verdict == "identified", estimate
@@ -57,7 +57,7 @@ def test_stated_errors_count_even_where_the_averages_lie_closer() -> None:
     """Errors stated ten times too large: as much wider are the intervals, however well the model happens to fit. Ten times too small: the
     residual tells, and the answer is that of the true ones within the scatter of ten degrees of freedom."""
     true, large, small = (
-        identify(averages(stated=stated), FREE, model=MODEL, search_by="none", profiles=False) for stated in (1.0, 10.0, 0.1)
+        identify(averages(stated=stated), MODEL, FREE, Settings(search="none", profiles=False)) for stated in (1.0, 10.0, 0.1)
     )
     for name in FREE:
         assert large[name].value == pytest.approx(true[name].value, rel=1e-5)
@@ -66,7 +66,7 @@ def test_stated_errors_count_even_where_the_averages_lie_closer() -> None:
 
 
 def test_averages_without_errors_are_doubted() -> None:
-    found = identify(averages(stated=None), FREE, model=MODEL, search_by="none")
+    found = identify(averages(stated=None), MODEL, FREE, Settings(search="none"))
     for name in FREE:
         assert abs(found[name].value - float(TRUTH[name])) < 6 * found[name].sd
     assert len(found.doubts) == 2
@@ -91,7 +91,7 @@ def test_intervals_cover_the_truth(sets: int, stated: float | None, least: float
     for seed in range(sets):
         tests = averages(seed, stated)
         known = replace(tests, nominal=replace(tests.nominal, values=TRUTH))
-        for estimate in identify(known, names, model=MODEL, search_by="none").estimates:
+        for estimate in identify(known, MODEL, names, Settings(search="none")).estimates:
             whole += estimate.verdict == "identified"
             inside += estimate.verdict == "identified" and estimate.low <= float(TRUTH[estimate.name]) <= estimate.high
     assert whole >= 8 * sets / 3
@@ -113,6 +113,6 @@ def test_a_condition_can_be_kept_back_and_the_command_reads_the_file(tmp_path: P
     assert read["held_out"]["conditions"] == ["18 m/min"]
     assert read["parameters"]["F_C"]["value"] == pytest.approx(float(TRUTH["F_C"]), rel=0.05)
     assert "means: measured against calculated" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    same = identify(averages(), FREE, model=MODEL, search_by="none", hold_out=["18 m/min"], profiles=False)
+    same = identify(averages(), MODEL, FREE, Settings(search="none", hold_out=("18 m/min",), profiles=False))
     assert read["parameters"]["F_C"]["value"] == pytest.approx(same["F_C"].value, rel=1e-6)
     assert max(fit.relative_error for fit in same.held_out.values()) < 4 * SHARE

@@ -18,7 +18,7 @@ from evat import parameter_sets
 from evat.experiment.read import read_experiment
 from evat.experiment.write import write_experiment
 from evat.files.writing import OutputError
-from evat.identification import Identification, identify, output
+from evat.identification import Identification, Settings, identify, output
 from evat.model import Run
 from evat.models.drive import drive
 from evat.native import kernel
@@ -30,7 +30,7 @@ from typer.testing import CliRunner
 @pytest.fixture(scope="module")
 def found() -> Identification:
     rig = experiment(trial(TO_AND_FRO), trial(TO_AND_FRO, seed=2), trial(0.6 * TO_AND_FRO, "c1", seed=3))
-    return identify(rig, FREE, model=MODEL, seed=1, generations=60, hold_out=["c1"])
+    return identify(rig, MODEL, FREE, Settings(seed=1, generations=60, hold_out=("c1",)))
 
 
 def test_the_fmu_with_the_identified_set_gives_the_calculated_force(found: Identification, tmp_path: Path, fmi2_fmu: Path) -> None:

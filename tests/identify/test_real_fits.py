@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat.experiment import Experiment, Nominal, Signal, Trial
-from evat.identification import Identification, identify
+from evat.identification import Identification, Settings, identify
 from evat.model import Model
 from evat.models.axis import AxisModel
 from evat.models.contact import ContactModel
@@ -51,9 +51,21 @@ def test_the_tribometer_is_told_where_it_was_not_fitted(tribometer: Experiment) 
     for name, on in (("LuGre", ("sensor_offset",)), ("gate", ("sensor_offset", "elasto_plastic"))):
         free = ["F_C", "sigma0", ZERO, *(["elasto_plastic.break_away"] if "elasto_plastic" in on else [])]
         found = identify(
-            tribometer, free, model=ContactModel(threads=2), on=on, bounds={ZERO: (-1.0, 1.0)}, hold_out=["after"], whiten=False,
-            search_by="de", population=20, generations=25, seed=1, profiles=False,
-        )  # fmt: skip
+            tribometer,
+            ContactModel(threads=2),
+            free,
+            Settings(
+                on=on,
+                bounds={ZERO: (-1.0, 1.0)},
+                hold_out=("after",),
+                whiten=False,
+                search="de",
+                population=20,
+                generations=25,
+                seed=1,
+                profiles=False,
+            ),
+        )
         shares[name] = (found.fits["friction_force"].share, found.held_out["friction_force"].share)
     assert shares["LuGre"][0] < 0.1140
     assert shares["gate"][0] < 0.0515
@@ -97,9 +109,11 @@ def fitted(drive: Experiment, model: Model, on: tuple[str, ...], free: list[str]
     signed = {ZERO: (-20.0, 20.0), "direction_asymmetry.a": (-0.5, 0.5), "direction_asymmetry.a_viscous": (-0.5, 0.5)}
     bounds = {name: pair for name, pair in signed.items() if name in free}
     return identify(
-        drive, free, model=model, on=on, bounds=bounds, hold_out=["pulses"], whiten=False, search_by=search, population=24, generations=30,  # type: ignore[arg-type]
-        profiles=False,
-    )  # fmt: skip
+        drive,
+        model,
+        free,
+        Settings(on=on, bounds=bounds, hold_out=("pulses",), whiten=False, search=search, population=24, generations=30, profiles=False),
+    )
 
 
 @needs_emps

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from evat.identification import Identification, identify
+from evat.identification import Identification, Settings, identify
 from evat.model import ParameterError
 from known_rigs import FREE, GUESS, MODEL, SLIDING, STEP, TIMES, TO_AND_FRO, TRUTH, experiment, force, trial
 
@@ -12,7 +12,7 @@ from known_rigs import FREE, GUESS, MODEL, SLIDING, STEP, TIMES, TO_AND_FRO, TRU
 @pytest.fixture(scope="module")
 def by_search() -> dict[str, Identification]:
     rig = experiment(trial(TO_AND_FRO))
-    return {kind: identify(rig, FREE, model=MODEL, search_by=kind, seed=5, profiles=kind == "ga") for kind in ("ga", "de")}  # type: ignore[arg-type]
+    return {kind: identify(rig, MODEL, FREE, Settings(search=kind, seed=5, profiles=kind == "ga")) for kind in ("ga", "de")}  # type: ignore[arg-type]
 
 
 def test_ga_and_de_end_on_one_optimum(by_search: dict[str, Identification]) -> None:
@@ -21,7 +21,7 @@ def test_ga_and_de_end_on_one_optimum(by_search: dict[str, Identification]) -> N
     for name in FREE:
         assert abs(ga[name].value - de[name].value) < 0.01 * ga[name].sd
     assert ga.cost == pytest.approx(de.cost, rel=1e-8)
-    alone = identify(experiment(trial(TO_AND_FRO)), FREE, model=MODEL, search_by="none", profiles=False)
+    alone = identify(experiment(trial(TO_AND_FRO)), MODEL, FREE, Settings(search="none", profiles=False))
     assert alone.cost > 1.5 * ga.cost
 
 
@@ -47,7 +47,7 @@ def test_intervals_are_those_of_a_parabola_where_the_misfit_is_one(by_search: di
 def test_standard_errors_are_the_spread_over_repetitions() -> None:
     """Twenty repetitions of the same test: their spread is within a factor of the standard error that each states (99.9 %)."""
     found = [
-        identify(experiment(trial(TO_AND_FRO, seed=seed), nominal=TRUTH), ["F_C", "sigma0"], model=MODEL, search_by="none", profiles=False)
+        identify(experiment(trial(TO_AND_FRO, seed=seed), nominal=TRUTH), MODEL, ["F_C", "sigma0"], Settings(search="none", profiles=False))
         for seed in range(20)
     ]
     for name in ("F_C", "sigma0"):
@@ -62,7 +62,7 @@ def test_huber_and_eq_9_do_not_follow_outliers() -> None:
     rig = experiment(trial(TO_AND_FRO, measured=clean + np.where(hit, 5.0, 0.0)), nominal=TRUTH)
     off = {}
     for kind in ("least_squares", "huber", "relative"):
-        found = identify(rig, ["F_C", "sigma0"], model=MODEL, search_by="none", objective=kind, whiten=False)  # type: ignore[arg-type]
+        found = identify(rig, MODEL, ["F_C", "sigma0"], Settings(search="none", objective=kind, whiten=False))  # type: ignore[arg-type]
         off[kind] = abs(found["F_C"].value - 9.0) / 9.0
         if kind != "least_squares":
             assert found["F_C"].low < 9.0 * 1.01
@@ -81,7 +81,7 @@ def test_slow_noise_widens_the_intervals() -> None:
     white = experiment(trial(TO_AND_FRO, noise=0.0, measured=clean + np.std(slow) * rng.standard_normal(clean.size)), nominal=TRUTH)
     names = ["F_C", "sigma2"]
     whitened, plain, of_white = (
-        identify(one, names, model=MODEL, search_by="none", whiten=whiten) for one, whiten in ((rig, True), (rig, False), (white, True))
+        identify(one, MODEL, names, Settings(search="none", whiten=whiten)) for one, whiten in ((rig, True), (rig, False), (white, True))
     )
     for found in (whitened, plain):
         for name in names:
@@ -100,7 +100,7 @@ def test_sliding_one_way_does_not_tell_the_bristles() -> None:
     slip[0] = 0.0
     free, bounds = ["F_C", "sigma0", "sigma1", "sigma2"], {"sigma0": (3e6, 1e8), "sigma1": (1.0, 100.0)}
     sliding = trial(slip, values=stiff)
-    found = identify(experiment(sliding, nominal=stiff), free, model=MODEL, bounds=bounds, search_by="de", seed=1)
+    found = identify(experiment(sliding, nominal=stiff), MODEL, free, Settings(bounds=bounds, search="de", seed=1))
     for name in ("sigma0", "sigma1"):
         estimate = found[name]
         assert estimate.verdict == "not identifiable", estimate
@@ -115,11 +115,9 @@ def test_sliding_one_way_does_not_tell_the_bristles() -> None:
     bent = trial(strokes, "c1", values=stiff, seed=2)
     again = identify(
         experiment(sliding, bent, nominal=stiff),
+        MODEL,
         ["F_C", "sigma0", "sigma2"],
-        model=MODEL,
-        bounds={"sigma0": (3e6, 1e8)},
-        search_by="de",
-        seed=1,
+        Settings(bounds={"sigma0": (3e6, 1e8)}, search="de", seed=1),
     )
     assert all(estimate.verdict == "identified" for estimate in again.estimates)
     assert again["sigma0"].value == pytest.approx(1e7, rel=0.02)
@@ -130,14 +128,14 @@ def test_held_out_conditions_are_not_seen() -> None:
     good, other = trial(TO_AND_FRO, "c0"), trial(0.5 * TO_AND_FRO, "c1", seed=2)
     wild = trial(0.5 * TO_AND_FRO, "c1", measured=3 * force(0.5 * TO_AND_FRO), seed=2)
     found = [
-        identify(experiment(good, second, nominal=TRUTH), ["F_C", "sigma0"], model=MODEL, search_by="none", hold_out=["c1"])
+        identify(experiment(good, second, nominal=TRUTH), MODEL, ["F_C", "sigma0"], Settings(search="none", hold_out=("c1",)))
         for second in (other, wild)
     ]
     assert found[0]["F_C"].value == found[1]["F_C"].value
     assert found[0].held_out["friction_force"].relative_error < 0.011
     assert found[1].held_out["friction_force"].relative_error == pytest.approx(2 / 3, rel=0.05)
     with pytest.raises(ParameterError, match="F_C is named twice"):
-        identify(experiment(good), ["F_C", "F_C"], model=MODEL)
+        identify(experiment(good), MODEL, ["F_C", "F_C"])
 
 
 def test_the_cost_of_a_set_does_not_depend_on_its_neighbours() -> None:

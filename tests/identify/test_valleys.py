@@ -7,14 +7,14 @@ near p = 3 it has a second valley, as deep as |h| = 2 e there.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
 import pytest
 from evat.experiment import Experiment, Nominal, Trial
-from evat.identification import Identification, identify
-from evat.model import FloatArray, Run, Variable
+from evat.identification import Identification, Settings, identify
+from evat.model import FloatArray, Variable
 from plain_model import PlainModel
 from scipy.optimize import brentq
 
@@ -36,9 +36,8 @@ class TwoValleys(PlainModel):
     effects = ()
     variables = (P, LEVEL, DEPTH, FORCE)
 
-    def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
-        p, q, e = (np.atleast_1d(np.asarray(values.get(one.name, one.start), dtype=np.float64))[:, None] for one in (P, LEVEL, DEPTH))
-        return {"F": q + h(p, e) * np.cos(run.times)}
+    def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
+        return {"F": values["q"] + h(values["p"], values["e"]) * np.cos(times)}
 
 
 def found(depth: float, begin: float = 1.0) -> Identification:
@@ -51,7 +50,7 @@ def found(depth: float, begin: float = 1.0) -> Identification:
     trial = Trial("a.csv", "a", {}, TIMES, {}, {"F": measured})
     nominal = Nominal({"p": begin, "q": 5.0, "e": depth * UNIT / 2}, (), {})
     tests = Experiment(Path(), "two valleys", "", nominal, {}, (trial,), None, "hash of no file")
-    return identify(tests, ["p", "q"], model=TwoValleys(), search_by="none", whiten=False, bounds={"p": (0.2, 8.0), "q": (1.0, 20.0)})
+    return identify(tests, TwoValleys(), ["p", "q"], Settings(search="none", whiten=False, bounds={"p": (0.2, 8.0), "q": (1.0, 20.0)}))
 
 
 def end(depth: float, low: float, high: float) -> float:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from evat.model import ParameterError
 from evat.native.kernel import Contact
-from evat.studies.coupling import Coupled, couple
-from evat.systems.coupling import Bond, advise
+from evat.studies.coupling import CouplingRun, couple
+from evat.systems.coupling import PowerBalance, advise
 
 # A mass on bristles that never yield: elasto-plastic friction far below its break-away is a spring, and nothing takes energy away.
 MASS, STIFFNESS = 1.0, 1e6  # kg, N/m
@@ -40,7 +40,7 @@ class MassOnBristles:
         z = self.contact.get("bristle_deflection")
         return 0.5 * MASS * self.velocity**2 + 0.5 * STIFFNESS * z**2
 
-    def step(self, step: float) -> Bond:
+    def step(self, step: float) -> PowerBalance:
         told = np.array([self.velocity, self.velocity + (self.rate * step if self.straight else 0.0)])
         before = self.contact.get("friction_impulse")
         times = np.array([self.time, self.time + step])
@@ -49,7 +49,7 @@ class MassOnBristles:
         self.rate = force / MASS
         velocity, self.velocity = self.velocity, self.velocity + step * self.rate
         self.time += step
-        return Bond(force, float(told.mean()), force, 0.5 * (velocity + self.velocity))
+        return PowerBalance(force, float(told.mean()), force, 0.5 * (velocity + self.velocity))
 
 
 def growth(straight: bool, step: float, end: float = 0.02) -> tuple[float, float]:
@@ -109,7 +109,7 @@ def test_the_advice_keeps_each_step_within_the_tolerance() -> None:
 
 
 def test_a_step_that_makes_too_much_is_not_accepted() -> None:
-    bond = Bond(force=10.0, velocity=0.1, other_force=10.0, other_velocity=0.12)
+    bond = PowerBalance(force=10.0, velocity=0.1, other_force=10.0, other_velocity=0.12)
     good = advise(1e-3, [bond], stored=1.0, tolerance=1e-3)
     bad = advise(1e-3, [bond], stored=1e-3, tolerance=1e-3)
     assert good.residual == bad.residual == pytest.approx(2e-4)
@@ -117,15 +117,15 @@ def test_a_step_that_makes_too_much_is_not_accepted() -> None:
     assert bad.next_step < 1e-3 < good.next_step
     held = advise(1e-3, [bond], stored=1e-3, tolerance=0.05, order=0)  # falls with a lower power of the step, so it must shrink further
     assert held.next_step < advise(1e-3, [bond], stored=1e-3, tolerance=0.05, order=1).next_step < 1e-3
-    still = advise(1e-3, [Bond(0.0, 0.0, 0.0, 0.0)], stored=0.0)
+    still = advise(1e-3, [PowerBalance(0.0, 0.0, 0.0, 0.0)], stored=0.0)
     assert still.accept
     assert still.next_step == 2e-3
-    opposite = Bond(force=10.0, velocity=0.12, other_force=10.0, other_velocity=0.1)
+    opposite = PowerBalance(force=10.0, velocity=0.12, other_force=10.0, other_velocity=0.1)
     assert advise(1e-3, [bond, opposite], stored=1e-3).error > bad.error
     with pytest.raises(ParameterError, match="step"):
         advise(0.0, [bond], stored=1.0)
     with pytest.raises(ParameterError, match="finite"):
-        advise(1e-3, [Bond(math.nan, 1.0, 1.0, 1.0)], stored=1.0)
+        advise(1e-3, [PowerBalance(math.nan, 1.0, 1.0, 1.0)], stored=1.0)
 
 
 # ---- the cut on a compliant tool --------------------------------------------------------------------------------------------------------
@@ -134,18 +134,18 @@ END, VALUES = 0.02, {"cutting_speed": 0.3, "feed": 2e-5}
 
 
 @pytest.fixture(scope="module")
-def error() -> Callable[[Coupled], float]:
+def error() -> Callable[[CouplingRun], float]:
     """Of a run's displacement against steps of 4 us, a twelfth of a vibration cycle, as a share of the largest."""
     fine = couple(4e-6, END, values=VALUES)
 
-    def error(run: Coupled) -> float:
+    def error(run: CouplingRun) -> float:
         every = round((run.times[1] - run.times[0]) / 4e-6)
         return float(np.abs(run.displacement - fine.displacement[::every]).max() / np.abs(fine.displacement).max())
 
     return error
 
 
-def test_straight_inputs_are_of_second_order_and_held_ones_of_first(error: Callable[[Coupled], float]) -> None:
+def test_straight_inputs_are_of_second_order_and_held_ones_of_first(error: Callable[[CouplingRun], float]) -> None:
     held = [error(couple(step, END, inputs="held", values=VALUES)) for step in (2e-3, 1e-3, 5e-4)]
     straight = [error(couple(step, END, values=VALUES)) for step in (2e-3, 1e-3, 5e-4)]
     assert np.log2(held[0] / held[2]) / 2 == pytest.approx(1, abs=0.3)
@@ -153,14 +153,14 @@ def test_straight_inputs_are_of_second_order_and_held_ones_of_first(error: Calla
     assert straight[1] < 0.01 < held[1]
 
 
-def test_the_averaged_contact_moves_the_tool_alike(error: Callable[[Coupled], float]) -> None:
+def test_the_averaged_contact_moves_the_tool_alike(error: Callable[[CouplingRun], float]) -> None:
     """A hundredth of the displacement at 1 ms, where a tool of 200 Hz has five steps in an oscillation; what the vibration's own phase at
     the start does, half a cycle of 400, stays at short steps."""
     assert error(couple(1e-3, END, averaging="cycle", values=VALUES)) < 0.01
     assert error(couple(5e-4, END, averaging="cycle", values=VALUES)) < 0.006
 
 
-def test_a_force_that_is_sampled_from_a_vibration_says_nothing(error: Callable[[Coupled], float]) -> None:
+def test_a_force_that_is_sampled_from_a_vibration_says_nothing(error: Callable[[CouplingRun], float]) -> None:
     """The force of an instant, held over whole cycles: more than half of the displacement is wrong. Its mean is what a machine needs."""
     assert error(couple(1e-4, END, inputs="held", force="instant", values=VALUES)) > 0.5
 

@@ -18,7 +18,9 @@ from rich.text import Text
 from evat.console import err, marked, out
 
 if TYPE_CHECKING:
+    from evat.experiment import Experiment
     from evat.gap.answer import Diagnosis
+    from evat.model import Model
 
 SHOWN = 0.005  # of probability: less is not worth a line
 READING = 0.1  # of the time, usually
@@ -52,10 +54,10 @@ def diagnose(
 
     check_place(to)
     began, model = time.monotonic(), ContactModel(threads)
-    _known(why, [effect.name for effect in model.effects])
     _there(fmu)
     with _told() as tell:
         found = read_experiment(experiment, model, progress=lambda share: tell("reading", READING * share), most=MOST_SAMPLES + 1)
+        _known(why, found, model)
         answer, comparison = diagnose_with(
             found,
             model,
@@ -76,12 +78,14 @@ def diagnose(
         out.print(f"wrote {each}", highlight=False)
 
 
-def _known(effect: str, effects: list[str]) -> None:
-    """Asked before minutes of work; another law, such as friction_law=dahl, shows only then."""
+def _known(asked: str, experiment: Experiment, model: Model) -> None:
+    """Whether there is such an effect or base law to explain: asked before minutes of work."""
     from evat.model import ParameterError
 
-    if effect and "=" not in effect and effect not in effects:
-        raise ParameterError(f"there is no effect {effect!r} to explain; there are {', '.join(effects)}.")
+    effects = [effect.name for effect in model.effects]
+    laws = [rival.name for rival in model.rival_laws(experiment.nominal.values)]
+    if asked and asked not in (*effects, *laws):
+        raise ParameterError(f"there is no effect {asked!r} to explain; there are {', '.join((*effects, *laws))}.")
 
 
 def _there(fmu: Path | None) -> None:
@@ -118,11 +122,11 @@ def _told() -> Iterator[Callable[[str, float], None]]:
 
 
 def _table(answer: Diagnosis) -> Table:
-    from evat.gap.report.words import percent, said
+    from evat.gap.report.words import percent
 
     table = Table("effects", "probability")
     for on, probability in sorted(answer.judgement.probabilities.items(), key=lambda item: (-item[1], item[0]))[:6]:
         if probability > SHOWN:
-            table.add_row(said(on), percent(probability))
+            table.add_row(str(on), percent(probability))
     table.add_row("something else", percent(answer.judgement.unknown))
     return table

@@ -57,41 +57,33 @@ def identify(
     Ctrl-C stops with the best so far. Example: evat identify rig -f F_C -f sigma0 -b 'F_C=1..30 N' --search de -o found
     """
     from evat.experiment.read import read_experiment
+    from evat.identification import Execution, Settings, output
     from evat.identification import identify as run
-    from evat.identification import output
     from evat.identification.cluster import Cluster
     from evat.models.contact import ContactModel
 
     model = ContactModel(threads)
-    bounds = dict(_bound(text) for text in bound or [])
-    values = typed_values(value) | ({"friction_law": law} if law is not None else {})
+    settings = Settings(
+        on=tuple(effect or ()),
+        values=typed_values(value) | ({"friction_law": law} if law is not None else {}),
+        bounds=dict(_bound(text) for text in bound or []),
+        objective=objective,  # type: ignore[arg-type]  # checked there, with what is allowed
+        search=search,  # type: ignore[arg-type]
+        population=population,
+        generations=generations,
+        seed=seed,
+        whiten=whiten,
+        hold_out=tuple(hold_out or ()),
+    )
     with share_done(f"reading {experiment}") as progress:
         read = read_experiment(experiment, model, progress=progress)
     with nullcontext() if dask is None else Cluster(dask) as cluster, _told() as tell, _stoppable() as cancelled:
-        found = run(
-            read,
-            free,
-            model=model,
-            on=effect or (),
-            values=values,
-            bounds=bounds,
-            objective=objective,  # type: ignore[arg-type]  # checked there, with what is allowed
-            search_by=search,  # type: ignore[arg-type]
-            population=population,
-            generations=generations,
-            seed=seed,
-            whiten=whiten,
-            hold_out=hold_out or (),
-            journal=to / "search.journal",
-            resume=resume,
-            spread=None if cluster is None else cluster.costs,
-            progress=tell,
-            cancelled=cancelled,
-        )
-    _show(found)
-    for path in output.write(found, to):
+        execution = Execution(to / "search.journal", resume, None if cluster is None else cluster.costs, tell, cancelled)
+        answer = run(read, model, free, settings, execution=execution)
+    _show(answer)
+    for path in output.write(answer, to):
         out.print(f"wrote {path}")
-    if found.stopped:
+    if answer.stopped:
         err.print(f"stopped: the best so far was written; go on with --resume --out {to}")
         raise typer.Exit(STOPPED)
 
@@ -152,9 +144,11 @@ def _stoppable() -> Iterator[Callable[[], bool]]:
         signal.signal(signal.SIGINT, before)
 
 
-def _show(found: Identification) -> None:
-    table = Table("parameter", "estimate", "standard error", "90 % interval", "verdict", title=found.experiment.title, title_justify="left")
-    for estimate in found.estimates:
+def _show(answer: Identification) -> None:
+    table = Table(
+        "parameter", "estimate", "standard error", "90 % interval", "verdict", title=answer.experiment.title, title_justify="left"
+    )
+    for estimate in answer.estimates:
         interval = (
             f"{_end(estimate.low, estimate.open_below, estimate.variable)} .. {_end(estimate.high, estimate.open_above, estimate.variable)}"
         )
@@ -162,18 +156,18 @@ def _show(found: Identification) -> None:
         sd = "unbounded" if estimate.sd > 1e300 else _shown(estimate.sd, estimate.variable, 2)
         table.add_row(estimate.name, _shown(estimate.value, estimate.variable, 5), sd, interval, word)
     out.print(table)
-    for estimate in found.estimates:
+    for estimate in answer.estimates:
         if estimate.why:
             out.print(f"{estimate.name}: {estimate.verdict}: {estimate.why}", highlight=False)
         if estimate.advice:
             out.print(f"    to measure: {estimate.advice}", highlight=False)
-    for title, fits in (("fitted", found.fits), ("held out", found.held_out)):
+    for title, fits in (("fitted", answer.fits), ("held out", answer.held_out)):
         for channel, fit in fits.items():
             noise = "" if fit.noise != fit.noise else f", noise of the repeats {fit.noise:.3g}"
             out.print(
                 f"{title}, {channel}: error {100 * fit.relative_error:.2f} % (eq. 9), residual {fit.rms:.3g} rms{noise}", highlight=False
             )
-    for doubt in found.doubts:
+    for doubt in answer.doubts:
         err.print(marked("doubt:", "bold yellow", doubt))
 
 

@@ -18,10 +18,10 @@ from evat.fmu.fmu_facts import TOLERANCE, Shown, Version
 from evat.fmu.part_model import parts, shown_by, told
 from evat.fmu.reference_results import reference_files
 from evat.fmu.sources import binary_name, compile_binary, source_files, source_names
-from evat.model import FmuError
+from evat.model import BuildError
 from evat.native.compile import CONTACT, TARGETS, host_target
 
-__all__ = ["FmuError", "Version", "build_all", "build_fmu", "facts", "file_name", "parts", "shown"]
+__all__ = ["BuildError", "Version", "build_all", "build_fmu", "facts", "file_name", "parts", "shown"]
 
 Progress = Callable[[str], None]
 
@@ -90,7 +90,7 @@ def build_fmu(
 
     Raises
     ------
-    FmuError
+    BuildError
         For a version or platform that there is none of.
     CompileError
         Where there is no C compiler (`pip install 'evat[build]'`).
@@ -105,12 +105,12 @@ def build_fmu(
     """
     output = Path(output)
     if version not in (2, 3):
-        raise FmuError(f"FMI version {version!r}: FMUs are built for version 2 or 3.")
+        raise BuildError(f"FMI version {version!r}: FMUs are built for version 2 or 3.")
     names = list(TARGETS) if targets is None else list(targets)
     if unknown := [name for name in names if name not in TARGETS]:
-        raise FmuError(f"no such target: {', '.join(unknown)}; targets are {', '.join(TARGETS)}.")
+        raise BuildError(f"no such target: {', '.join(unknown)}; targets are {', '.join(TARGETS)}.")
     if not names:
-        raise FmuError(f"an FMU without any binary was asked for; name a target, for example {host_target().fmi3_folder}.")
+        raise BuildError(f"an FMU without any binary was asked for; name a target, for example {host_target().fmi3_folder}.")
     usable(output.parent)
     about, found = shown(part), told(part)
     title = f"{about.model_name}, FMI {version}"

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
 from evat.files.writing import whole
-from evat.model import FmuError
+from evat.model import BuildError
 
 _EARLIEST = 315532800  # 1980-01-01T00:00:00Z, the first moment that ZIP can write
 
@@ -20,13 +20,13 @@ def generation_time() -> int:
     try:
         return max(int(text), _EARLIEST)
     except ValueError:
-        raise FmuError(f"SOURCE_DATE_EPOCH = {text!r}: a whole number of seconds since 1970 is needed; correct or unset it.") from None
+        raise BuildError(f"SOURCE_DATE_EPOCH = {text!r}: a whole number of seconds since 1970 is needed; correct or unset it.") from None
 
 
 def _check(name: str) -> None:
     path = PurePosixPath(name)
     if not name or path.is_absolute() or ".." in path.parts or "\\" in name or ":" in name or str(path) != name:
-        raise FmuError(f"{name!r} is not a path inside an archive; use a relative path with forward slashes.")
+        raise BuildError(f"{name!r} is not a path inside an archive; use a relative path with forward slashes.")
 
 
 def write(files: Mapping[str, bytes], output: Path) -> Path:

@@ -62,7 +62,7 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
         self.values = {row["name"]: row["start"] for row in self.rows if self._is_settable(row)}
         self.refused: dict[str, str] = {}  # what was asked for and could not be done, and is not yet put right
         self.mode, self.stale, self.warned = "instantiated", True, False
-        self.contact: Any = None  # of the class Contact in reference.py
+        self.contact: Any = None  # of the class ReferenceContact in reference.py
         self.start_time, self.stop_time = 0.0, math.inf
         self.reference: ModuleType | None = None
         self._try("reference.py", lambda: setattr(self, "reference", load_reference(folder)))
@@ -196,7 +196,7 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
         """The contact as it starts with the values that are set now."""
         if self.reference is None:
             raise Refused("reference.py could not be loaded.")
-        contact = self.reference.Contact({row["name"]: self._worded(row) for row in self.rows if row["name"] in self.values})
+        contact = self.reference.ReferenceContact({row["name"]: self._worded(row) for row in self.rows if row["name"] in self.values})
         contact.start(self.start_time)
         self.contact = contact
 
@@ -257,7 +257,7 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
             raise Refused("it comes from another model; give back a state that this FMU has made.")
         contact = None
         if state["contact"] is not None:
-            contact = self.reference.Contact(state["contact"]["p"])
+            contact = self.reference.ReferenceContact(state["contact"]["p"])
             contact.restore(state["contact"])
         for name in self._STATE:
             setattr(self, name, dict(state[name]) if isinstance(state[name], dict) else state[name])

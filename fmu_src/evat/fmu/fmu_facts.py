@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from evat.files.read_toml import read_toml
 from evat.fmu.xml import Scalar
-from evat.model import FmuError
+from evat.model import BuildError
 
 Version = Literal[2, 3]
 TOLERANCE = "relative_tolerance"  # the parameter that is FMI's tolerance, where a model has it
@@ -52,5 +52,5 @@ def load(path: Path) -> Shown:
     wanted = {each.name for each in fields(Shown) if each.default is MISSING and each.default_factory is MISSING}
     if not wanted <= facts.keys() <= known:
         missing, unknown = sorted(wanted - facts.keys()), sorted(facts.keys() - known)
-        raise FmuError(f"{path.name}: keys missing: {missing}; keys not known: {unknown}. Correct the file.")
+        raise BuildError(f"{path.name}: keys missing: {missing}; keys not known: {unknown}. Correct the file.")
     return Shown(**facts)

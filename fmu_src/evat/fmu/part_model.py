@@ -14,7 +14,7 @@ from evat.fmu.fmu_facts import Shown, load
 from evat.fmu.reference_results import Follow
 from evat.fmu.structure.model_structure import Structure, model_structure
 from evat.fmu.structure.partner import machine_structure
-from evat.model import FloatArray, FmuError, Law, Variable
+from evat.model import BuildError, FloatArray, Law, Variable
 from evat.native import kernel, machine
 from evat.native.compile import CONTACT, source_root
 
@@ -28,7 +28,7 @@ def parts() -> tuple[str, ...]:
 def shown_by(part: str) -> Shown:
     """What the FMU shows beside its model's tables."""
     if part not in parts():
-        raise FmuError(f"there is no part {part!r}; allowed are {', '.join(parts())}.")
+        raise BuildError(f"there is no part {part!r}; allowed are {', '.join(parts())}.")
     return load(source_root() / "fmus" / f"{part}.toml")
 
 

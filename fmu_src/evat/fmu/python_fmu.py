@@ -29,7 +29,7 @@ from evat.fmu.description import fmi2
 from evat.fmu.description.simple_types import FIRST_ITEM
 from evat.fmu.documentation.contact import license_text
 from evat.fmu.fmu_facts import Shown
-from evat.model import FmuError
+from evat.model import BuildError
 from evat.models import reference as reference_model
 from evat.native import kernel
 
@@ -106,7 +106,7 @@ def _license_of_pythonfmu() -> bytes:
     for file in metadata.files("pythonfmu") or ():
         if file.name == "LICENSE":
             return file.read_text().encode()
-    raise FmuError("the licence of pythonfmu is not among its installed files; install pythonfmu again.")
+    raise BuildError("the licence of pythonfmu is not among its installed files; install pythonfmu again.")
 
 
 def _packed(sources: dict[str, bytes]) -> dict[str, bytes]:
@@ -121,7 +121,7 @@ def _packed(sources: dict[str, bytes]) -> dict[str, bytes]:
         made = folder / f"{MODEL_NAME}.fmu"
         if done.returncode != 0 or not made.is_file():
             reason = (done.stderr.strip() or done.stdout.strip() or f"exit status {done.returncode}").splitlines()[-1]
-            raise FmuError(f"pythonfmu could not pack {SCRIPT}: {reason}. Correct the file that it names.")
+            raise BuildError(f"pythonfmu could not pack {SCRIPT}: {reason}. Correct the file that it names.")
         with zipfile.ZipFile(made) as packed:
             return {name: packed.read(name) for name in packed.namelist()}
 
@@ -138,7 +138,7 @@ def build_python_fmu(output: Path, reference: Path | None = None) -> Path:
     try:
         laws = source.read_bytes()
     except OSError as error:
-        raise FmuError(f"{source}: the laws cannot be read ({error.strerror}); give a Python file like {REFERENCE}.") from error
+        raise BuildError(f"{source}: the laws cannot be read ({error.strerror}); give a Python file like {REFERENCE}.") from error
     sources = {SCRIPT: (HERE / SCRIPT).read_bytes(), REFERENCE: laws, TABLES: tables()}
     digest = hashlib.sha256(b"".join(hashlib.sha256(content).digest() for content in sources.values())).digest()
     token = f"{{{uuid.UUID(bytes=digest[:16])}}}"

@@ -5,7 +5,6 @@ Knows a model by the words of evat.model alone: no effect by name, no kernel.
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Callable
 
@@ -86,7 +85,7 @@ def diagnose_with(
 
 
 def _diagnosed(prediction: Prediction, cut: str, version: str, report: Report | None, known: Constants) -> tuple[Diagnosis, Comparison]:
-    model, comparison = prediction.model, compare(prediction, report)
+    comparison = compare(prediction, report)
     judgement = judge(features(comparison), known)
     verdict, missing = CANNOT_TELL if comparison.audit.refused else judgement.verdict, tuple(filter(None, (cut, *_missing(comparison))))
     if report:
@@ -105,15 +104,11 @@ def _diagnosed(prediction: Prediction, cut: str, version: str, report: Report | 
         advice=next_experiment(comparison, judgement.probabilities),
         made_by={
             "version": version,
-            "model": _digest([*(v.name for v in model.variables), *(e.equation for e in model.effects)]),
+            "model": prediction.model.digest,
             "data": prediction.experiment.data_hash,
         },
     )
     return answer, comparison
-
-
-def _digest(words: list[str]) -> str:
-    return hashlib.sha256("\n".join(words).encode()).hexdigest()[:16]
 
 
 def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:
@@ -135,7 +130,8 @@ def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:
             for variable in values
             if variable in own.get(name, fitted_by_law)
         }
-        named.append(Named(name, probability, {key.removeprefix(f"{name}."): value for key, value in parameters.items()}, tuple(twins)))
+        own_names = {key.removeprefix(f"{name}."): value for key, value in parameters.items()}
+        named.append(Named(name, probability, own_names, tuple(twins), name == judgement.chosen.law))
     return tuple(named)
 
 

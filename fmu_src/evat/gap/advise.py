@@ -12,6 +12,7 @@ import numpy as np
 from evat.experiment import Experiment, Means, Trial
 from evat.gap.compare import Comparison
 from evat.inference.fit import Fit
+from evat.inference.hypothesis import Hypothesis
 from evat.inference.prediction import Prediction
 from evat.model import EvatError, FloatArray
 
@@ -21,14 +22,14 @@ OUTPUT_SAMPLES = 1500
 
 @dataclass(frozen=True)
 class Advice:
-    """`values`: what to set, SI, of an input its rms; `separates`: the two sets; `probability` to be right after it."""
+    """`values`: what to set, SI, of an input its rms; `separates`: the two hypotheses; `probability` to be right after it."""
 
     values: Mapping[str, float]
-    separates: tuple[tuple[str, ...], tuple[str, ...]]
+    separates: tuple[Hypothesis, Hypothesis]
     probability: float
 
 
-def next_experiment(comparison: Comparison, probabilities: Mapping[tuple[str, ...], float]) -> Advice | None:
+def next_experiment(comparison: Comparison, probabilities: Mapping[Hypothesis, float]) -> Advice | None:
     """Of one more condition, between the two likeliest sets, however sure the first is; None where there are no two models."""
     ranked = sorted(probabilities, key=lambda on: (-probabilities[on], on))
     if len(ranked) < 2:

@@ -12,18 +12,22 @@ from evat.gap.advise import Advice
 from evat.gap.closure import Closure
 from evat.gap.judgement import Judgement
 from evat.gap.location import Where
+from evat.inference.hypothesis import Hypothesis
 
 FORMAT = 1
+CONCEIVABLE = 1e-4  # of probability: less is no candidate
 
 
 @dataclass(frozen=True)
 class Named:
-    """An effect of the answer: `parameters[name]` are value, sd and unit; `twins` cannot be told from it by these data."""
+    """An effect of the answer, or another base law: `parameters[name]` are value, sd and unit; `twins` cannot be told from it by these
+    data."""
 
     name: str
     probability: float
     parameters: Mapping[str, tuple[float, float, str]]
     twins: tuple[str, ...]
+    is_law: bool = False
 
 
 @dataclass(frozen=True)
@@ -49,9 +53,14 @@ class Diagnosis:
     advice: Advice | None
     made_by: Mapping[str, str | float]
 
+    @property
+    def candidates(self) -> tuple[tuple[Hypothesis, float | None], ...]:
+        """Hypotheses that are not out of the question, the likeliest first, with their probabilities to six digits."""
+        ranked = sorted(self.judgement.probabilities.items(), key=lambda item: (-item[1], item[0]))
+        return tuple((on, _number(probability)) for on, probability in ranked if probability > CONCEIVABLE)
+
     def document(self) -> dict[str, Any]:
         """As diagnosis.json."""
-        judged = self.judgement
         share = self.closure.share
         return {
             "format": FORMAT,
@@ -68,11 +77,7 @@ class Diagnosis:
                 }
                 for effect in self.effects
             ],
-            "candidates": [
-                {"set": list(on), "probability": _number(probability)}
-                for on, probability in sorted(judged.probabilities.items(), key=lambda item: (-item[1], item[0]))
-                if probability > 1e-4
-            ],
+            "candidates": [{"set": list(on), "probability": probability} for on, probability in self.candidates],
             "novelty": {"p_value": _number(self.novelty[0]), "unexplained_share": _number(self.novelty[1])},
             "recalibration": {
                 "parameters": {

@@ -8,12 +8,13 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 from scipy.optimize import minimize
 
 from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Constants, Features, judge
+from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.model import FloatArray
 
 LEAST = 1e-3  # probability, below which a case counts no worse
@@ -22,7 +23,7 @@ SPREAD = 0.14  # prior sd of each constant about its start, in units of 1 or of 
 
 
 @dataclass(frozen=True)
-class Case:
+class CalibrationCase:
     """Features and the truth: no_gap, mistuned, unknown, or effects joined by +."""
 
     features: Features
@@ -30,44 +31,44 @@ class Case:
 
     def line(self) -> str:
         """As a line of JSON."""
-        held = asdict(self.features)
+        held = {field.name: getattr(self.features, field.name) for field in fields(Features)}
         for name in ("gain", "left"):
-            held[name] = {"+".join(on): value for on, value in held[name].items()}
+            held[name] = [[hypothesis.document(), value] for hypothesis, value in getattr(self.features, name).items()]
         return json.dumps({"truth": self.truth, **held}, sort_keys=True)
 
     @staticmethod
-    def read(line: str) -> Case:
+    def read(line: str) -> CalibrationCase:
         held = json.loads(line)
         truth = held.pop("truth")
         for name in ("gain", "left"):
-            held[name] = {tuple(on.split("+")): value for on, value in held[name].items()}
-        return Case(Features(**held), truth)
+            held[name] = {Hypothesis.read(hypothesis): value for hypothesis, value in held[name]}
+        return CalibrationCase(Features(**held), truth)
 
 
-def with_unknown(cases: Iterable[Case]) -> tuple[Case, ...]:
+def with_unknown(cases: Iterable[CalibrationCase]) -> tuple[CalibrationCase, ...]:
     """The cases, and each of one effect once more without that in the library."""
-    found = list[Case]()
+    found = list[CalibrationCase]()
     for case in cases:
         found.append(case)
         if case.truth not in (NO_GAP, MISTUNED, UNKNOWN) and "+" not in case.truth:
-            found.append(Case(case.features.without(case.truth), UNKNOWN))
+            found.append(CalibrationCase(case.features.without(case.truth), UNKNOWN))
     return tuple(found)
 
 
-def probability(case: Case, constants: Constants) -> float:
+def probability(case: CalibrationCase, constants: Constants) -> float:
     """What the judgement gives the truth."""
     found = judge(case.features, constants)
-    none = found.probabilities[()]
+    none = found.probabilities[NOMINAL]
     if case.truth == NO_GAP:
         return none * found.no_gap
     if case.truth == MISTUNED:
         return none * (1 - found.no_gap)
     if case.truth == UNKNOWN:
         return found.unknown
-    return found.probabilities.get(tuple(sorted(case.truth.split("+"))), 0.0)
+    return found.probabilities.get(Hypothesis(tuple(case.truth.split("+"))), 0.0)
 
 
-def fit_constants(cases: Sequence[Case], start: Constants | None = None) -> tuple[Constants, float]:
+def fit_constants(cases: Sequence[CalibrationCase], start: Constants | None = None) -> tuple[Constants, float]:
     """The constants, and the mean log loss; cases of each kind weigh alike."""
     first = start or Constants()
     names = [field.name for field in fields(Constants)]

@@ -12,6 +12,7 @@ from evat.gap.audit import Audit, audit
 from evat.gap.screen import Screen, Start, linear
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, Look, climb, fit
+from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.inference.noise import Noise, estimate_noise
 from evat.inference.parameters import Parameter, Scales, form_parameters, law_parameters, nominal_parameters
 from evat.inference.prediction import Prediction
@@ -35,9 +36,10 @@ WORTH = 12.0  # of log evidence: a model that is this far behind is not looked a
 
 @dataclass(frozen=True)
 class Comparison:
-    """All that was compared: `nominal` as it is, `recalibrated`, and `models` with effects by their sets, each at its best.
+    """All that was compared: `nominal` as it is, `recalibrated`, and `models` by their hypotheses, each at its best.
 
-    `rough` is the evidence of all sets that were looked at, as far as it was; `silent` effects do nothing here, `unfed` ones lack inputs.
+    `rough` is the evidence of all hypotheses that were looked at, as far as it was; `silent` effects do nothing here, `unfed` ones lack
+    inputs.
     """
 
     prediction: Prediction
@@ -45,8 +47,8 @@ class Comparison:
     whitening: Whitening
     nominal: Fit
     recalibrated: Fit
-    models: dict[tuple[str, ...], Fit]
-    rough: dict[tuple[str, ...], float]
+    models: dict[Hypothesis, Fit]
+    rough: dict[Hypothesis, float]
     silent: tuple[str, ...]
     unfed: Mapping[str, Sequence[str]]
     audit: Audit
@@ -110,7 +112,7 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     scales, on = Scales(model, experiment), set(experiment.nominal.effects)
     screen = Screen(prediction, whitening, scales)
     offered = [e for e in model.effects if e.name not in on and _allowed(model, (*on, e.name))]
-    rough, fronts, silent = dict[tuple[str, ...], float](), dict[str, tuple[Start, FloatArray]](), list[str]()
+    rough, fronts, silent = dict[Hypothesis, float](), dict[str, tuple[Start, FloatArray]](), list[str]()
     screened, unfed = dict[str, list[Start]](), dict[str, Sequence[str]]()
     for place, effect in enumerate(offered):
         if effect.name in audited.idle:
@@ -128,26 +130,26 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     most = max([starts[0].evidence - base for starts in screened.values()], default=0.0)
     for place, (name, starts) in enumerate(screened.items()):
         tell(f"trying {name}", 0.4 + 0.2 * place / len(screened))
-        rough[(name,)] = starts[0].evidence
+        rough[Hypothesis((name,))] = starts[0].evidence
         fronts[name] = starts[0], np.concatenate([recalibrated.point, starts[0].point])
         if starts[0].evidence - base < max(HOPE * most - WORTH, NOTHING):
             continue
         found = [(front, start) for start in _apart(starts) if (front := _frozen(prediction, whitening, recalibrated, start))]
         if found:
             front, start = max(found, key=lambda pair: pair[0].found.evidence)
-            rough[(name,)], fronts[name] = front.found.evidence, (start, front.point)
+            rough[Hypothesis((name,))], fronts[name] = front.found.evidence, (start, front.point)
 
-    models = dict[tuple[str, ...], Fit]()
-    order = sorted(fronts, key=lambda name: -rough[(name,)])
+    models = dict[Hypothesis, Fit]()
+    order = sorted(fronts, key=lambda name: -rough[Hypothesis((name,))])
     best = max([recalibrated.found.evidence, *rough.values()])
     for place, name in enumerate(order[:FULL_FITS]):
         tell(f"fitting {name}", 0.6 + 0.15 * place / FULL_FITS)
-        if rough[(name,)] < best - max(WORTH, ROUGH * (best - base)) and place > 1:
+        if rough[Hypothesis((name,))] < best - max(WORTH, ROUGH * (best - base)) and place > 1:
             break
         start, point = fronts[name]
         whole = fit(prediction, whitening, (*parameters, *start.parameters), point, (name,))
         if whole is not None:
-            models[(name,)] = whole
+            models[Hypothesis((name,))] = whole
     _rivals(prediction, whitening, models, recalibrated, scales, tell)
     _pairs(prediction, whitening, models, fronts, rough, offered, tell)
     _swaps(prediction, whitening, models, screen, rough, offered, recalibrated.found.evidence, tell)
@@ -168,7 +170,7 @@ def _trusted(prediction: Prediction, whitening: Whitening, parameters: Sequence[
 def _rivals(
     prediction: Prediction,
     whitening: Whitening,
-    models: dict[tuple[str, ...], Fit],
+    models: dict[Hypothesis, Fit],
     recalibrated: Fit,
     scales: Scales,
     tell: Callable[[str, float], None],
@@ -195,7 +197,7 @@ def _rivals(
             continue
         found = fit(prediction, whitening, parameters, starts[int(np.argmax(logs))], fixed=rival.values, most_steps=LAW_STEPS)
         if found is not None:
-            models[(rival.name,)] = found
+            models[Hypothesis(law=rival.name)] = found
 
 
 def _apart(starts: Sequence[Start], most: int = 2) -> list[Start]:
@@ -210,23 +212,22 @@ def _apart(starts: Sequence[Start], most: int = 2) -> list[Start]:
 def _pairs(
     prediction: Prediction,
     whitening: Whitening,
-    models: dict[tuple[str, ...], Fit],
+    models: dict[Hypothesis, Fit],
     fronts: dict[str, tuple[Start, FloatArray]],
-    rough: dict[tuple[str, ...], float],
+    rough: dict[Hypothesis, float],
     offered: Sequence[Effect],
     tell: Callable[[str, float], None],
 ) -> None:
     """Second effects beside the best singles: rough ones by linear sums, the best of them fitted."""
     model = prediction.model
-    leaders = sorted(models, key=lambda names: -models[names].found.evidence)[:PAIRS_FROM]
-    merit = dict[tuple[str, ...], tuple[float, Fit, Start, FloatArray]]()
+    leaders = sorted(models, key=lambda held: -models[held].found.evidence)[:PAIRS_FROM]
+    merit = dict[Hypothesis, tuple[float, Fit, Start, FloatArray]]()
     for leader in leaders:
         base = models[leader]
         for effect in offered:
-            pair = (*leader, effect.name)
-            if effect.name in leader or effect.name not in fronts or not _allowed(model, pair):
+            key = leader.beside(effect.name)
+            if effect.name in leader or effect.name not in fronts or not _allowed(model, key.effects):
                 continue
-            key = tuple(sorted(pair))
             start, _ = fronts[effect.name]
             # Slopes of the second effect as they are without the first.
             sums = whitening.sums(base.predicted, np.column_stack([base.slopes, start.slopes]))
@@ -242,8 +243,7 @@ def _pairs(
         if merit[key][0] < singles + CHANCE:
             break
         _, base, start, point = merit[key]
-        on = tuple(sorted((*base.on, start.effect.name)))
-        whole = fit(prediction, whitening, (*base.parameters, *start.parameters), point, on, fixed=base.fixed)
+        whole = fit(prediction, whitening, (*base.parameters, *start.parameters), point, key.effects, fixed=base.fixed)
         if whole is not None:
             models[key] = whole
 
@@ -251,9 +251,9 @@ def _pairs(
 def _swaps(
     prediction: Prediction,
     whitening: Whitening,
-    models: dict[tuple[str, ...], Fit],
+    models: dict[Hypothesis, Fit],
     screen: Screen,
-    rough: Mapping[tuple[str, ...], float],
+    rough: Mapping[Hypothesis, float],
     offered: Sequence[Effect],
     none: float,
     tell: Callable[[str, float], None],
@@ -263,27 +263,29 @@ def _swaps(
     none : log evidence without effects.
     """
     evidence = {key: found.found.evidence for key, found in models.items()}
-    best = max(evidence, key=lambda key: evidence[key], default=())
+    best = max(evidence, key=lambda key: evidence[key], default=NOMINAL)
     if len(best) < 2:
         return
-    like = sorted((effect for effect in offered if (effect.name,) in rough), key=lambda effect: -rough[(effect.name,)])[:SWAPS]
-    found = list[tuple[float, Fit, Start]]()
-    for kept in best:
-        base = models.get((kept,)) or _without(prediction, whitening, models[best], next(name for name in best if name != kept))
+    like = sorted(
+        (effect for effect in offered if Hypothesis((effect.name,)) in rough), key=lambda effect: -rough[Hypothesis((effect.name,))]
+    )[:SWAPS]
+    found = list[tuple[float, Hypothesis, Fit, Start]]()
+    for kept in best.parts():
+        (other,) = (part for part in best.parts() if part != kept)
+        base = models.get(kept) or (_without(prediction, whitening, models[best], other.effects[0]) if other.effects else None)
         for effect in like:
-            key = tuple(sorted((kept, effect.name)))
-            if base is None or effect.name == kept or key in models or not _allowed(prediction.model, key):
+            key = kept.beside(effect.name)
+            if base is None or effect.name in kept or key in models or not _allowed(prediction.model, key.effects):
                 continue
             tell(f"trying {effect.name} beside {kept}", 0.93)
-            found += [(start.evidence, base, start) for start in screen.starts(base, effect)[:1]]
-    for value, base, start in sorted(found, key=lambda each: -each[0])[:SWAP_FITS]:
+            found += [(start.evidence, key, base, start) for start in screen.starts(base, effect)[:1]]
+    for value, key, base, start in sorted(found, key=lambda each: -each[0])[:SWAP_FITS]:
         if value < evidence[best] - max(WORTH, ROUGH * (evidence[best] - none)):
             break
-        on = tuple(sorted((*base.on, start.effect.name)))
         point = np.concatenate([base.point, start.point])
-        whole = fit(prediction, whitening, (*base.parameters, *start.parameters), point, on, fixed=base.fixed)
+        whole = fit(prediction, whitening, (*base.parameters, *start.parameters), point, key.effects, fixed=base.fixed)
         if whole is not None:
-            models[on] = whole
+            models[key] = whole
 
 
 def _without(prediction: Prediction, whitening: Whitening, pair: Fit, name: str) -> Fit | None:
@@ -294,7 +296,7 @@ def _without(prediction: Prediction, whitening: Whitening, pair: Fit, name: str)
     return fit(prediction, whitening, [pair.parameters[place] for place in kept], pair.point[kept], on, fixed=pair.fixed)
 
 
-def _polish(prediction: Prediction, whitening: Whitening, models: dict[tuple[str, ...], Fit]) -> None:
+def _polish(prediction: Prediction, whitening: Whitening, models: dict[Hypothesis, Fit]) -> None:
     """Where a pair went further than its first effect alone, that goes on from there: a second effect is not paid for a longer way."""
     pairs = {key: found for key, found in models.items() if len(key) > 1}
     for key, base in list(models.items()):

@@ -21,6 +21,7 @@ from evat.files.writing import put
 from evat.gap.budget import squares, structural_share
 from evat.gap.compare import Comparison
 from evat.inference.fit import Fit
+from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.model import EvatError
 
 NO_GAP, MISTUNED, UNKNOWN = "no_gap", "mistuned", "unknown"
@@ -85,7 +86,7 @@ class Features:
     """What is judged. By channel, in its mean square: structural squares of the nominal and of the recalibrated model, the noise floor,
     and `unsure`, the standard deviation of a structural square by noise alone; `irregular`, what repeats do not share beside noise (in the
     same mean square), and `irregular_share` of all that they do not share; `exact`, log evidence of the nominal over the recalibrated
-    model; `gain[set]`, the same of a set of effects; `left[set]`, its share of the recalibrated model's structural squares."""
+    model; `gain[hypothesis]`, the same of a hypothesis; `left[hypothesis]`, its share of the recalibrated model's structural squares."""
 
     nominal: Mapping[str, float]
     recalibrated: Mapping[str, float]
@@ -94,8 +95,8 @@ class Features:
     irregular: Mapping[str, float]
     irregular_share: Mapping[str, float]
     exact: float
-    gain: Mapping[tuple[str, ...], float]
-    left: Mapping[tuple[str, ...], float]
+    gain: Mapping[Hypothesis, float]
+    left: Mapping[Hypothesis, float]
 
     def without(self, effect: str) -> Features:
         """As if the model did not have that effect: its sets are gone."""
@@ -105,14 +106,14 @@ class Features:
 
 @dataclass(frozen=True)
 class Judgement:
-    """`probabilities` of every set of effects, () standing for none, and of `unknown`; the verdict; the sets that hold 90 %."""
+    """`probabilities` of every hypothesis, the nominal model among them, and of `unknown`; the verdict; the hypotheses that hold 90 %."""
 
     verdict: str
-    chosen: tuple[str, ...]
-    probabilities: Mapping[tuple[str, ...], float]
+    chosen: Hypothesis
+    probabilities: Mapping[Hypothesis, float]
     unknown: float
     no_gap: float
-    likely: tuple[tuple[str, ...], ...]
+    likely: tuple[Hypothesis, ...]
     features: Features
 
 
@@ -162,9 +163,9 @@ def judge(found: Features, constants: Constants) -> Judgement:
 
     total = np.logaddexp.reduce(list(scores.values())) if scores else 0.0
     probabilities = {on: (structural - unknown) * math.exp(score - total) for on, score in scores.items()}
-    probabilities[()] = 1 - structural
+    probabilities[NOMINAL] = 1 - structural
     ranked = sorted(probabilities, key=lambda on: -probabilities[on])
-    likely, held = list[tuple[str, ...]](), 0.0
+    likely, held = list[Hypothesis](), 0.0
     for on in ranked:
         if held < SURE * (1 - unknown):
             likely.append(on)
@@ -173,9 +174,9 @@ def judge(found: Features, constants: Constants) -> Judgement:
     nominal = _size(found.nominal, found, constants)
     no_gap = 1 - _sigmoid(constants.gap_offset + constants.gap_slope * nominal - (found.exact + EVIDENT) / constants.evident)
     if unknown > max(structural - unknown, 1 - structural):
-        return Judgement(UNKNOWN, (), probabilities, unknown, no_gap, tuple(likely), found)
+        return Judgement(UNKNOWN, NOMINAL, probabilities, unknown, no_gap, tuple(likely), found)
     if 1 - structural >= structural - unknown:
-        return Judgement(NO_GAP if no_gap > 0.5 else MISTUNED, (), probabilities, unknown, no_gap, tuple(likely), found)
+        return Judgement(NO_GAP if no_gap > 0.5 else MISTUNED, NOMINAL, probabilities, unknown, no_gap, tuple(likely), found)
     chosen = next(on for on in ranked if on)
     sure = probabilities[chosen] > AMBIGUOUS * (1 - unknown) or len(likely) == 1
     return Judgement("effect" if sure else "ambiguous", chosen, probabilities, unknown, no_gap, tuple(likely), found)
@@ -196,7 +197,7 @@ def _seen(size: float) -> float:
     return (square + UNSEEN) / (square + 1)
 
 
-def _score(on: tuple[str, ...], gain: float, left: float, constants: Constants) -> float:
+def _score(on: Hypothesis, gain: float, left: float, constants: Constants) -> float:
     return gain / constants.temperature - 0.5 * constants.sharpness * math.log(left + constants.form) - constants.effect_cost * len(on)
 
 
@@ -210,5 +211,5 @@ def store(constants: Constants, made: Mapping[str, Any], path: Path = STORED) ->
     put(path, json.dumps({**held, "digest": _digest(held)}, indent=1, sort_keys=True) + "\n", "the calibration")
 
 
-def fitted(comparison: Comparison, on: tuple[str, ...]) -> Fit:
+def fitted(comparison: Comparison, on: Hypothesis) -> Fit:
     return comparison.models[on] if on else comparison.recalibrated

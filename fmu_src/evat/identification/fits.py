@@ -9,7 +9,7 @@ import numpy as np
 
 from evat.experiment import Experiment
 from evat.identification.objective import Objective, relative_error
-from evat.identification.result import Fit
+from evat.identification.result import ChannelFit
 from evat.inference.autoregression import lag_one_correlation
 from evat.inference.noise import repeatability
 from evat.inference.prediction import Prediction
@@ -21,13 +21,13 @@ SLOW = 0.5  # correlation of neighbouring residuals from which something slow is
 FEW = 30  # numbers of a channel, from whose residual the noise is told badly
 
 
-def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, Fit]:
+def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, ChannelFit]:
     floor, error, rows = repeatability(prediction), relative_error(prediction, residual), prediction.recordings(residual)
     found = {}
     for channel in error:
         places = prediction.places(channel)
         rms, whole = (float(np.sqrt(np.mean(column[places] ** 2))) for column in (residual, prediction.measured))
-        found[channel] = Fit(
+        found[channel] = ChannelFit(
             rms=rms,
             share=rms / whole if whole else math.inf,
             relative_error=error[channel],
@@ -38,14 +38,14 @@ def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, Fit]:
     return found
 
 
-def held_out_fits(model: Model, kept: Experiment | None, values: Mapping[str, float | str], on: Sequence[str]) -> dict[str, Fit]:
+def held_out_fits(model: Model, kept: Experiment | None, values: Mapping[str, float | str], on: Sequence[str]) -> dict[str, ChannelFit]:
     if kept is None:
         return {}
     prediction = Prediction(model, kept)
     return fits_of(prediction, prediction.one(values, on) - prediction.measured)
 
 
-def fit_doubts(aim: Objective, fits: Mapping[str, Fit], whiten: bool) -> list[str]:
+def fit_doubts(aim: Objective, fits: Mapping[str, ChannelFit], whiten: bool) -> list[str]:
     """What should be read before a number is used: a sentence each."""
     found = []
     for channel, fit in fits.items():

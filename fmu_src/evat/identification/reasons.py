@@ -14,7 +14,7 @@ from evat.experiment import Experiment
 
 
 @dataclass(frozen=True, slots=True)
-class Facts:
+class RecordFacts:
     """What the slip of an experiment was like; None in `facts` where slip is not an input."""
 
     reversals: int
@@ -25,7 +25,7 @@ class Facts:
     v_s: float
 
 
-def facts(experiment: Experiment, values: Mapping[str, float | str]) -> Facts | None:
+def facts(experiment: Experiment, values: Mapping[str, float | str]) -> RecordFacts | None:
     """slowest, fastest : |slip| [m/s] that 5 and 100 % of the moving samples stay below; presliding : share of samples within a break-away
     way of a turn or a start."""
     slips = [(trial, trial.inputs["slip_velocity"]) for trial in experiment.trials if "slip_velocity" in trial.inputs]
@@ -47,10 +47,10 @@ def facts(experiment: Experiment, values: Mapping[str, float | str]) -> Facts | 
     of_slip = values.get("proxy_source", "slip_speed") == "slip_speed" and speeds.size > 0 and float(np.ptp(speeds)) > 0
     columns = [trial.inputs[name] for trial, _ in slips for name in ("proxy_speed", "contact_temperature") if name in trial.inputs]
     varies = of_slip or any(float(np.ptp(column)) > 1e-3 * float(np.max(np.abs(column), initial=1e-300)) for column in columns)
-    return Facts(reversals, float(np.quantile(speeds, 0.05)), float(speeds.max()), within / count, varies, _number(values, "v_s"))
+    return RecordFacts(reversals, float(np.quantile(speeds, 0.05)), float(speeds.max()), within / count, varies, _number(values, "v_s"))
 
 
-Reason = tuple[Callable[[Facts], bool], str]
+Reason = tuple[Callable[[RecordFacts], bool], str]
 NO_TURN: Reason = (
     lambda f: f.reversals == 0,
     "the slip never reverses, and in steady sliding the bristles bear g(v) whatever their stiffness and damping: sigma0 and sigma1 cancel",
@@ -73,7 +73,7 @@ THERMAL: Reason = (
 )
 
 
-def reason(name: str, known: Facts | None) -> str:
+def reason(name: str, known: RecordFacts | None) -> str:
     """The sentence that holds for a parameter, "" where none does."""
     if known is None:
         return ""

@@ -48,7 +48,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, slots=True)
-class Fit:
+class ChannelFit:
     """How far the identified model is from one channel. `noise` is nan where nothing was repeated; `follows_itself` is the correlation of
     neighbouring residuals."""
 
@@ -77,8 +77,8 @@ class Identification:
     objective: str
     search: str
     cost: float
-    fits: Mapping[str, Fit]
-    held_out: Mapping[str, Fit]
+    fits: Mapping[str, ChannelFit]
+    held_out: Mapping[str, ChannelFit]
     held_out_conditions: tuple[str, ...]
     predicted: FloatArray
     units: Mapping[str, str]

@@ -1,56 +1,36 @@
-"""How is a contact identified? Check, search, polish, profile, judge: one function that does all of it."""
+"""How is a model identified? Check, search, polish, profile, judge: one function that does all of it."""
 
 from __future__ import annotations
 
 import importlib.metadata
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 from evat.experiment import Experiment, ExperimentError
 from evat.identification.check import check_influence, check_signs, suspicious_scales
 from evat.identification.covariance import Optimum
 from evat.identification.fits import fit_doubts, fits_of, held_out_fits
 from evat.identification.journal import Journal
-from evat.identification.objective import Kind, Objective
+from evat.identification.objective import Objective
 from evat.identification.polish import polish
 from evat.identification.profile import BetterPoint, Profile, profile
 from evat.identification.result import Identification
-from evat.identification.search import Found, Search, check_size, search
+from evat.identification.search import SearchResult, check_size, search
+from evat.identification.settings import Execution, Settings
 from evat.identification.space import space
 from evat.identification.verdict import correlation, estimates
 from evat.inference.checks import check_clocks
 from evat.inference.prediction import Prediction
-from evat.model import FloatArray, Model, ParameterError
-from evat.native import kernel
+from evat.model import Model, ParameterError
 
-Spread = Callable[[Objective, FloatArray], FloatArray]
 RESTARTS = 4  # of the polish, from better points that profiles came across
+DEFAULT, HERE = Settings(), Execution()
 
 
 def identify(
-    experiment: Experiment,
-    free: Sequence[str],
-    *,
-    model: Model,
-    on: Sequence[str] = (),
-    values: Mapping[str, float | str] | None = None,
-    bounds: Mapping[str, tuple[float, float]] | None = None,
-    objective: Kind = "least_squares",
-    search_by: Search = "de",
-    population: int = 64,
-    generations: int = 100,
-    seed: int = 0,
-    whiten: bool = True,
-    profiles: bool = True,
-    hold_out: Sequence[str] = (),
-    journal: Path | None = None,
-    resume: bool = False,
-    spread: Spread | None = None,
-    progress: Callable[[str, float], None] | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    experiment: Experiment, model: Model, free: Sequence[str], settings: Settings = DEFAULT, *, execution: Execution = HERE
 ) -> Identification:
     """Find the free parameters of a model from an experiment, and what the experiment says about each.
 
@@ -58,47 +38,19 @@ def identify(
     ----------
     experiment : Experiment
         Recorded trials, means, or both, with the nominal model.
-    free : sequence of str
-        Names of the parameters to find.
     model : Model
         What simulates it, such as a `ContactModel`.
-    on : sequence of str
-        Effects that are on beside the nominal ones.
-    values : mapping of str to float or str, optional
-        Others to hold, SI, in place of the nominal ones.
-    bounds : mapping of str to pair of float, optional
-        SI, by name; without them from a twentieth to twenty times the nominal value.
-    objective : "least_squares", "huber" or "relative"
-        "relative" is the paper's eq. 9; see `evat.identification.objective`.
-    search_by : "ga", "de" or "none"
-        Genetic algorithm, differential evolution, or only a polish from the nominal values.
-    population : int
-        Members of a generation.
-    generations : int
-        At most; the search ends earlier where nothing more is gained.
-    seed : int
-        Of the search; the same seed gives the same result.
-    whiten : bool
-        "least_squares" takes the noise's correlation from sample to sample into account.
-    profiles : bool
-        Make profile intervals; without them the standard errors decide.
-    hold_out : sequence of str
-        Conditions that the fit does not see, on which it is judged.
-    journal : Path, optional
-        File that holds the generations, so that a search that was cut off can go on.
-    resume : bool
-        Go on with the journal's search.
-    spread : callable, optional
-        Evaluates a generation elsewhere; see `evat.identification.cluster`.
-    progress : callable, optional
-        Told what is done and its share.
-    cancelled : callable, optional
-        Asked between generations and runs whether to stop with the best so far.
+    free : sequence of str
+        Names of the parameters to find.
+    settings : Settings
+        What decides the answer beside these: effects and values that are held, bounds, objective, search, what is kept out of the fit.
+    execution : Execution
+        How the work is carried out: journal, threads or a cluster, progress, cancelling.
 
     Returns
     -------
     Identification
-        `found[name]` has value, sd, the 90 % interval from low to high, and a verdict: identified, weak or not identifiable.
+        `result[name]` has value, sd, the 90 % interval from low to high, and a verdict: identified, weak or not identifiable.
 
     Raises
     ------
@@ -106,6 +58,8 @@ def identify(
         For names and bounds that are not allowed.
     ExperimentError
         For what would be a nonsense fit: a clock that jumps, signs, a force of zero.
+    EvatError
+        Where the search to go on with is another one.
 
     Notes
     -----
@@ -116,72 +70,75 @@ def identify(
     >>> import evat
     >>> truth = {"friction_law": "coulomb", "F_C": 8.0}
     >>> made = evat.orthogonal(truth, motion="reversal", repeats=2, speeds=[0.1, 0.5], rate=100.0, seed=1)
-    >>> found = evat.identify(made, ["F_C"], model=evat.ContactModel(), search_by="none")
-    >>> print(f"{found['F_C'].value:.2f} N, {found['F_C'].verdict}")
+    >>> result = evat.identify(made, evat.ContactModel(), ["F_C"], evat.Settings(search="none"))
+    >>> print(f"{result['F_C'].value:.2f} N, {result['F_C'].verdict}")
     8.00 N, identified
     """
     begin = time.perf_counter()
-    check_size(population, generations, seed)
-    fitted, kept = _split(experiment, hold_out)
+    check_size(settings.population, settings.generations, settings.seed)
+    fitted, kept = _split(experiment, settings.hold_out)
     check_clocks(experiment)
-    values = dict(values or {})
-    chosen = space(model, {**fitted.nominal.values, **values}, (*fitted.nominal.effects, *on), free, bounds or {})
-    if clash := sorted(set(free) & set(values)):
-        raise ParameterError(f"{', '.join(clash)}: held at a value and free at once; choose one.")
-    if stated := [
-        name for name in free if any(name in trial.values for trial in fitted.trials) or (fitted.means and name in fitted.means.values)
-    ]:
-        raise ParameterError(f"{', '.join(stated)}: the experiment states this for its trials, so it cannot be free.")
-    aim = Objective(Prediction(model, fitted), chosen, on, objective, values)
-    check_signs(aim)
-    check_influence(aim, seed)
-    book = _journal(journal, resume, aim, search_by, population, generations, seed)
-    found = search(
-        search_by,
-        aim.costs if spread is None else lambda points: spread(aim, points),
-        chosen.start,
-        population=population,
-        generations=generations,
-        seed=seed,
-        journal=book,
-        progress=None if progress is None else lambda done, most, best: progress(f"search, best {best:.4g}", done / most),
-        cancelled=cancelled,
+    objective = _objective(model, fitted, free, settings)
+    check_signs(objective)
+    check_influence(objective, settings.seed)
+    spread = execution.spread
+    best = search(
+        settings.search,
+        objective.costs if spread is None else lambda points: spread(objective, points),
+        objective.space.start,
+        population=settings.population,
+        generations=settings.generations,
+        seed=settings.seed,
+        journal=_journal(execution, objective, settings),
+        progress=lambda done, most, cost: execution.report(f"search, best {cost:.4g}", done / most),
+        cancelled=execution.cancelled,
     )
-    optimum, curves, calls = _judged(aim, found, whiten, profiles and not found.stopped, progress, cancelled)
-    complete = {**experiment.nominal.values, **values, **chosen.at(optimum.point)}
-    fits = fits_of(aim.prediction, optimum.residual)
-    stopped = found.stopped or bool(cancelled is not None and cancelled())
+    optimum, profiles, calls = _optimum(objective, best, settings, execution)
+    identified = objective.space.at(optimum.point)
+    fits = fits_of(objective.prediction, optimum.residual)
     return Identification(
         experiment=fitted,
-        estimates=estimates(aim, optimum, curves),
+        estimates=estimates(objective, optimum, profiles),
         correlation=correlation(optimum.covariance),
-        values=complete,
-        effects=tuple(dict.fromkeys((*experiment.nominal.effects, *on))),
-        objective=objective,
-        search=search_by,
-        cost=aim.cost(optimum.residual),
+        values={**experiment.nominal.values, **settings.values, **identified},
+        effects=tuple(dict.fromkeys((*experiment.nominal.effects, *settings.on))),
+        objective=settings.objective,
+        search=settings.search,
+        cost=objective.cost(optimum.residual),
         fits=fits,
-        held_out=held_out_fits(model, kept, {**values, **chosen.at(optimum.point)}, on),
-        held_out_conditions=tuple(hold_out),
-        predicted=aim.prediction.measured + optimum.residual,
+        held_out=held_out_fits(model, kept, {**settings.values, **identified}, settings.on),
+        held_out_conditions=tuple(settings.hold_out),
+        predicted=objective.prediction.measured + optimum.residual,
         units={variable.name: variable.unit for variable in model.variables if variable.name in fits},
-        history=found.history,
-        evaluations=(found.history[-1].evaluations if found.history else 0) + calls,
+        history=best.history,
+        evaluations=(best.history[-1].evaluations if best.history else 0) + calls,
         seconds=time.perf_counter() - begin,
-        stopped=stopped,
-        doubts=(*suspicious_scales(aim), *fit_doubts(aim, fits, whiten)),
+        stopped=best.stopped or execution.stopped(),
+        doubts=(*suspicious_scales(objective), *fit_doubts(objective, fits, settings.whiten)),
         made_by={
             "evat": importlib.metadata.version("evat"),
-            "model": kernel.token(),
+            "model": model.digest,
             "data": experiment.data_hash,
-            "seed": seed,
-            "population": population,
-            "generations": generations,
-            "search": search_by,
-            "objective": objective,
-            "whiten": whiten,
+            "seed": settings.seed,
+            "population": settings.population,
+            "generations": settings.generations,
+            "search": settings.search,
+            "objective": settings.objective,
+            "whiten": settings.whiten,
         },
     )
+
+
+def _objective(model: Model, fitted: Experiment, free: Sequence[str], settings: Settings) -> Objective:
+    """What is minimised; ParameterError where a parameter is both free and known."""
+    values, means = settings.values, fitted.means
+    chosen = space(model, {**fitted.nominal.values, **values}, (*fitted.nominal.effects, *settings.on), free, settings.bounds)
+    if clash := sorted(set(free) & set(values)):
+        raise ParameterError(f"{', '.join(clash)}: held at a value and free at once; choose one.")
+    stated = {name for trial in fitted.trials for name in trial.values} | set(means.values if means is not None else ())
+    if both := [name for name in free if name in stated]:
+        raise ParameterError(f"{', '.join(both)}: the experiment states this for its trials, so it cannot be free.")
+    return Objective(Prediction(model, fitted), chosen, settings.on, settings.objective, dict(values))
 
 
 def _split(experiment: Experiment, hold_out: Sequence[str]) -> tuple[Experiment, Experiment | None]:
@@ -194,53 +151,48 @@ def _split(experiment: Experiment, hold_out: Sequence[str]) -> tuple[Experiment,
     return experiment.only(left), kept
 
 
-def _journal(path: Path | None, resume: bool, aim: Objective, kind: Search, population: int, generations: int, seed: int) -> Journal | None:
-    if path is None:
+def _journal(execution: Execution, objective: Objective, settings: Settings) -> Journal | None:
+    """The generations, kept with all that decides the course of the search."""
+    if execution.journal is None:
         return None
-    experiment: Experiment = aim.prediction.experiment
+    prediction = objective.prediction
     facts = {
         "evat": importlib.metadata.version("evat"),
-        "model": kernel.token(),
-        "data": experiment.data_hash,
-        "conditions": list(experiment.conditions),
-        "nominal": {name: value for name, value in sorted(aim.prediction.nominal.items())},
-        "values": {name: value for name, value in sorted(aim.values.items())},
-        "effects": [*experiment.nominal.effects, *aim.on],
-        "bounds": {one.name: [one.low, one.high] for one in aim.space.free},
-        "objective": aim.kind,
-        "search": kind,
-        "population": population,
-        "seed": seed,
-        "generations": generations,
+        "model": prediction.model.digest,
+        "data": prediction.experiment.data_hash,
+        "conditions": list(prediction.experiment.conditions),
+        "nominal": {name: value for name, value in sorted(prediction.nominal.items())},
+        "values": {name: value for name, value in sorted(objective.values.items())},
+        "effects": [*prediction.experiment.nominal.effects, *objective.on],
+        "bounds": {one.name: [one.low, one.high] for one in objective.space.free},
+        "objective": objective.kind,
+        "search": settings.search,
+        "population": settings.population,
+        "seed": settings.seed,
+        "generations": settings.generations,
     }
-    return Journal(path, facts, resume)
+    return Journal(execution.journal, facts, execution.resume)
 
 
-def _judged(
-    aim: Objective,
-    found: Found,
-    whiten: bool,
-    profiles: bool,
-    progress: Callable[[str, float], None] | None,
-    cancelled: Callable[[], bool] | None,
+def _optimum(
+    objective: Objective, best: SearchResult, settings: Settings, execution: Execution
 ) -> tuple[Optimum, list[Profile | None], int]:
-    """The optimum, and the profiles of its parameters; from a better point again, where a profile comes across one."""
-    tell = progress or (lambda what, share: None)
-    points, names, calls = (found.point, *found.others), aim.space.names, 0
+    """The optimum, the profiles of its parameters and the number of runs; from a better point again, where a profile comes across one."""
+    points, names, calls = (best.point, *best.others), objective.space.names, 0
     for attempt in range(RESTARTS + 1):
-        tell("polish", 0.0)
-        optimum = polish(aim, points, whiten, None if not found.stopped else lambda: True)
+        execution.report("polish", 0.0)
+        optimum = polish(objective, points, settings.whiten, None if not best.stopped else lambda: True)
         calls += optimum.calls
         curves: list[Profile | None] = []
-        if not profiles or (cancelled is not None and cancelled()):
+        if not settings.profiles or best.stopped or execution.stopped():
             return optimum, [None] * len(names), calls
         strict = attempt < RESTARTS
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            waiting = [pool.submit(profile, aim, optimum, place, strict) for place in range(len(names))]
+            waiting = [pool.submit(profile, objective, optimum, place, strict) for place in range(len(names))]
             try:
                 for place, name in enumerate(names):  # in their order, so that the first better point is the same every time
-                    tell(f"profile of {name}", place / len(names))
-                    if cancelled is not None and cancelled():
+                    execution.report(f"profile of {name}", place / len(names))
+                    if execution.stopped():
                         pool.shutdown(cancel_futures=True)
                     curves.append(None if waiting[place].cancelled() else waiting[place].result())
             except BetterPoint as better:

@@ -42,7 +42,7 @@ class Generation:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class SearchResult:
     """The best point of a search, others that are far from it and good for their surroundings, and how they were found."""
 
     point: FloatArray
@@ -129,7 +129,7 @@ def search(
     journal: Journal | None = None,
     progress: Callable[[int, int, float], None] | None = None,
     cancelled: Callable[[], bool] | None = None,
-) -> Found:
+) -> SearchResult:
     """The best of the unit cube; `start` is a member of the first generation.
 
     costs : (K, p) -> (K,); progress : told the generation, how many there are at most, and the best cost.
@@ -153,7 +153,7 @@ def search(
         if book.stopped:
             raise ParameterError("the search was stopped before its first generation; there is nothing to show.")
         raise ParameterError("the model fails for every value set that was tried; check the nominal values and the bounds.")
-    return Found(book.point, book.cost, book.others(), tuple(book.history), book.stopped, time.perf_counter() - begin)
+    return SearchResult(book.point, book.cost, book.others(), tuple(book.history), book.stopped, time.perf_counter() - begin)
 
 
 def _genetic(book: _Book, first: FloatArray, seed: int) -> None:

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from evat.model import FloatArray, Model, Run, Trace, Variable
+from evat.model import FloatArray, Model, ParameterError, Rival, Run, Trace, Variable, hash_of
 
 MASS = Variable("axis_mass", "kg", 1.0, 1e-6, 1e9, "moving mass of the axis, rotating parts included", "definition", nominal=10.0)
 ACCELERATION = Variable(
@@ -33,32 +33,86 @@ class AxisModel:
         self.variables = (*friction.variables, MASS, ACCELERATION, FORCE)
         self.effects = friction.effects
 
+    @property
+    def digest(self) -> str:
+        """Hash over the friction's digest and what the axis adds to it."""
+        return hash_of(self.friction.digest, *map(repr, (MASS, ACCELERATION, FORCE)))
+
     def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
-        inner, own, acceleration = self._apart(run, values)
-        found = self.friction.simulate(inner, on, own)
-        force = float(values.get(MASS.name, MASS.start)) * acceleration + found[FRICTION]
-        return Trace(found.times, {**found.columns, FORCE.name: force}, {**found.units, FORCE.name: FORCE.unit}, found.made_by)
+        """Drive the axis through `run`; see evat.model.Model."""
+        inertia = _inertia(run, values)
+        trace = self.friction.simulate(_inner(run), on, _inner_values(values))
+        columns, units = {**trace.columns}, {**trace.units}
+        if not run.outputs or FORCE.name in run.outputs:
+            columns[FORCE.name] = inertia[0] + trace[FRICTION]
+            units[FORCE.name] = FORCE.unit
+        return Trace(trace.times, columns, units, {**trace.made_by, "model": self.digest, "values": dict(values)})
 
     def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
-        inner, own, acceleration = self._apart(run, values)
-        rows = self.friction.simulate_many(inner, on, own)
-        mass = np.atleast_1d(np.asarray(values.get(MASS.name, MASS.start), dtype=np.float64))
-        return {**rows, FORCE.name: mass[:, None] * acceleration + rows[FRICTION]}
+        """K value sets through one run; see evat.model.Model."""
+        inertia = _inertia(run, values)
+        rows = self.friction.simulate_many(_inner(run), on, _inner_values(values))
+        return _whole(rows, inertia, FORCE.name in run.outputs)
 
     def settled(self, names: Sequence[str], on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
-        own = {name: value for name, value in values.items() if name != MASS.name}
-        return self.friction.settled(names, on, own)
+        """Of the friction, and the motor force where the acceleration stays as `values` have it; see evat.model.Model."""
+        inner = tuple(dict.fromkeys(FRICTION if name == FORCE.name else name for name in names))
+        inertia = _inertia(Run(np.zeros(1)), values)[:, 0]
+        return _whole(self.friction.settled(inner, on, _inner_values(values)), inertia, FORCE.name in names)
 
     def cycle_time(self, values: Mapping[str, float | str]) -> float:
-        return self.friction.cycle_time({name: value for name, value in values.items() if name != MASS.name})
+        return self.friction.cycle_time(_inner_values(values))
+
+    def rival_laws(self, values: Mapping[str, float | str]) -> Sequence[Rival]:
+        """Those of the friction."""
+        return self.friction.rival_laws(_inner_values(values))
 
     def missing_inputs(self, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str]) -> Mapping[str, Sequence[str]]:
-        return self.friction.missing_inputs(on, values, given)
+        return self.friction.missing_inputs(on, _inner_values(values), given)
 
-    @staticmethod
-    def _apart(run: Run, values: Mapping[str, Value]) -> tuple[Run, dict[str, Value], FloatArray]:
-        """The run and the values of the friction, and the acceleration."""
-        inputs = {name: column for name, column in run.inputs.items() if name != ACCELERATION.name}
-        outputs = tuple(dict.fromkeys((*(name for name in run.outputs if name != FORCE.name), FRICTION)))
-        own = {name: value for name, value in values.items() if name != MASS.name}
-        return Run(run.times, inputs, outputs), own, run.inputs.get(ACCELERATION.name, np.zeros_like(run.times))
+
+def _inertia(run: Run, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
+    """Mass times acceleration (K or 1, n or 1) [N]; ParameterError where one of them is out of its bounds."""
+    factors = []
+    for variable in (MASS, ACCELERATION):
+        held = values.get(variable.name, variable.start)
+        column = np.asarray(variable.check(held) if isinstance(held, str) else held, dtype=np.float64)
+        if column.ndim > 1:
+            raise ParameterError(f"{variable.name}: one number for each set is needed, this has the shape {column.shape}.")
+        factors.append(np.atleast_1d(column)[:, None])
+    if ACCELERATION.name in run.inputs:
+        factors[1] = np.atleast_2d(np.asarray(run.inputs[ACCELERATION.name], dtype=np.float64))
+        if factors[1].shape[1:] != run.times.shape:
+            raise ParameterError(f"{ACCELERATION.name} has {factors[1].shape[-1]} samples, the clock has {run.times.size}.")
+    for variable, column in zip((MASS, ACCELERATION), factors, strict=True):
+        for bad in column[~((column >= variable.min) & (column <= variable.max))][:1]:
+            variable.check(float(bad))
+    _count(*(column.shape[0] for column in factors))
+    return factors[0] * factors[1]
+
+
+def _inner(run: Run) -> Run:
+    """The run of the friction alone."""
+    inputs = {name: column for name, column in run.inputs.items() if name != ACCELERATION.name}
+    outputs = (*(name for name in run.outputs if name != FORCE.name), *([FRICTION] if FORCE.name in run.outputs else []))
+    return Run(run.times, inputs, tuple(dict.fromkeys(outputs)))
+
+
+def _inner_values(values: Mapping[str, Value]) -> dict[str, Value]:
+    """Those of the friction alone."""
+    return {name: value for name, value in values.items() if name not in (MASS.name, ACCELERATION.name)}
+
+
+def _whole(rows: Mapping[str, FloatArray], inertia: FloatArray, force: bool) -> Mapping[str, FloatArray]:
+    """Rows of all K sets, with the motor force where it is wanted: also where only mass or acceleration differ from set to set."""
+    count = _count(inertia.shape[0], *(row.shape[0] for row in rows.values()))
+    whole = {**rows, FORCE.name: inertia + rows[FRICTION]} if force else rows
+    return {name: np.broadcast_to(row, (count, *row.shape[1:])) for name, row in whole.items()}
+
+
+def _count(*sizes: int) -> int:
+    """How many sets there are, where one stands for any number; ParameterError where they are not equally many."""
+    several = set(sizes) - {1}
+    if len(several) > 1:
+        raise ParameterError(f"the sets are not equally many: {', '.join(map(str, sorted(several)))}.")
+    return several.pop() if several else 1

@@ -19,7 +19,7 @@ LAW = "friction_law"
 SETTLING_TIME = 1.0  # s of steady slip, far beyond any presliding; means are taken over the second half
 
 
-class ContactModel(kernel.Component):
+class ContactModel(kernel.ContactTables):
     """The contact with its laws and effects as a `Model`: what `identify` and `diagnose` are given.
 
     Parameters
@@ -40,6 +40,11 @@ class ContactModel(kernel.Component):
         super().__init__()
         self.threads = threads
 
+    @property
+    def digest(self) -> str:
+        """The token of the kernel's tables, which is that of the FMUs, too."""
+        return kernel.token()
+
     def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
         """Drive the contact through `run`; see evat.model.Model."""
         first = {name: float(column[0]) for name, column in run.inputs.items() if np.size(column) and math.isfinite(column[0])}
@@ -54,7 +59,7 @@ class ContactModel(kernel.Component):
             units={name: kernel.variable(name).unit for name in names},
             made_by={
                 "evat": importlib.metadata.version("evat"),
-                "model": kernel.token(),
+                "model": self.digest,
                 "values": dict(values),
                 "effects": ", ".join(on),
                 "internal_steps": int(contact.get("step_count")),

@@ -1,8 +1,8 @@
 """What would the contact do if its laws were written a second time, slowly, straight from the equations?
 
 An independent check on the C kernel, and the place to change a law with no compiler: plain Python, standard library only, one small
-class per friction law (class Law says what a law answers). It shares variable names with the kernel, and no method: angles by atan2,
-Radau collocation in time, Chandrupatla's method for roots. The law `bristle` is not written here and is refused.
+class per friction law (class ReferenceLaw says what a law answers). It shares variable names with the kernel, and no method: angles by
+atan2, Radau collocation in time, Chandrupatla's method for roots. The law `bristle` is not written here and is refused.
 
 One file, because the Python FMU carries it as it stands: laws, effects, path, forces, the contact that runs them, arithmetic.
 """
@@ -58,7 +58,7 @@ class Slide:
         return max(value, least)
 
 
-class Law:
+class ReferenceLaw:
     """A friction law: how fast its bristle bends, which force that makes, and where it jumps."""
 
     def rate(self, x: Slide, z: float) -> float:
@@ -78,14 +78,14 @@ class Law:
         return z
 
 
-class Coulomb(Law):
+class Coulomb(ReferenceLaw):
     """F = F_C sgn(v)."""
 
     def force(self, x: Slide, z: float, dz: float) -> float:
         return x.direction * float(x.p["F_C"]) if x.v != 0 else 0.0
 
 
-class LuGre(Law):
+class LuGre(ReferenceLaw):
     """Canudas de Wit et al. 1995, with s0(theta) and s1(theta) of the paper's eq. 8."""
 
     @staticmethod
@@ -100,7 +100,7 @@ class LuGre(Law):
         return float(x.s0 * z + x.at_most(x.s1, limit) * dz + x.p["sigma2"] * x.v)
 
 
-class Dahl(Law):
+class Dahl(ReferenceLaw):
     """Dahl 1968: a bristle that saturates at F_C."""
 
     def rate(self, x: Slide, z: float) -> float:
@@ -110,7 +110,7 @@ class Dahl(Law):
         return x.s0 * z
 
 
-class Karnopp(Law):
+class Karnopp(ReferenceLaw):
     """Karnopp 1985: within a band of zero velocity the contact balances the applied force, up to F_S."""
 
     def switch(self, x: Slide, z: float) -> float:
@@ -121,7 +121,7 @@ class Karnopp(Law):
         return min(max(x.applied, -F_S), F_S) if x.side > 0 else x.direction * float(x.p["F_C"])
 
 
-class ResetIntegrator(Law):
+class ResetIntegrator(ReferenceLaw):
     """Haessig and Friedland 1991: follows the slip up to z0 = F_C/P, stiffer by F_S/F_C; then slides at F_C until the slip turns."""
 
     @staticmethod
@@ -142,7 +142,7 @@ class ResetIntegrator(Law):
         return min(max(z, -self.z0(x)), self.z0(x))
 
 
-LAWS: dict[str, Law] = {
+LAWS: dict[str, ReferenceLaw] = {
     "coulomb": Coulomb(),
     "lugre": LuGre(),
     "dahl": Dahl(),
@@ -279,7 +279,7 @@ def copied(values: Mapping[str, Any]) -> dict[str, Any]:
     return {name: dict(value) if isinstance(value, dict) else value for name, value in values.items()}
 
 
-class Contact:
+class ReferenceContact:
     """One contact. `values` names every input, parameter and state (SI; a choice by its word, a switch as bool)."""
 
     def __init__(self, values: Mapping[str, Value]) -> None:
@@ -359,7 +359,7 @@ class Contact:
     # -- one moment
 
     @property
-    def law(self) -> Law:
+    def law(self) -> ReferenceLaw:
         return LAWS[self.p["friction_law"]]
 
     @property
@@ -633,7 +633,7 @@ class Contact:
 class Step:
     """Radau steps of one contact from one time, with direction and side held. signs: which watched numbers are below 0 there."""
 
-    contact: Contact
+    contact: ReferenceContact
     tau: float
     surface: str
     direction: float

@@ -62,10 +62,13 @@ class _Plan:
     most_steps: float
 
 
-def _sets(
+def value_sets(
     values: Mapping[str, float | str | FloatArray], on: Sequence[str], run: Run
 ) -> tuple[int, dict[int, float], dict[int, FloatArray]]:
-    """How many sets there are, what they share, and what each has of its own; checked."""
+    """How many sets K there are, what they share, and what each has of its own (K,), by index; checked.
+
+    ParameterError for names and values that the tables do not allow, and for sets that are not equally many.
+    """
     single = {name: value for name, value in values.items() if np.ndim(value) == 0}
     constants = {kernel.variable(name).index: number for name, number in kernel.check_values(single, on).items()}  # type: ignore[arg-type]
     columns, lengths = {}, {name: np.shape(column)[0] for name, column in run.inputs.items() if np.ndim(column) == 2}
@@ -253,8 +256,8 @@ def run_many(
     if not names:
         raise ParameterError("no outputs were asked for; name at least one, for example friction_force.")
     single: dict[str, float | str] = {name: value for name, value in values.items() if isinstance(value, (int, float, str))}
-    check_needs(kernel.Component(), on, single, {*run.inputs, *values})
-    count, constants, columns = _sets(values, on, run)
+    check_needs(kernel.ContactTables(), on, single, {*run.inputs, *values})
+    count, constants, columns = value_sets(values, on, run)
     clock, keep = _clock(run, at)
     inputs, shared, each = _columns(run, clock, count)
     kept = clock[keep != 0]

@@ -443,7 +443,7 @@ def check_column(found: Variable, column: FloatArray) -> None:
         )
 
 
-class Component:
+class ContactTables:
     """The component's tables: what it consists of."""
 
     variables: tuple[Variable, ...]

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from evat.model import FloatArray
 from evat.native import kernel
 from evat.plots.cycles import COLOURS, STYLE, label, new_figure, save_figure
-from evat.signature import Panel, Signature
+from evat.signature import Signature, SignaturePanel
 from evat.signature.runs import Axis
 from evat.units import affine, display
 
@@ -29,7 +29,7 @@ def _shown(axis: Axis, column: FloatArray) -> tuple[FloatArray, str]:
     return column * factor + offset, label(axis.name, unit)
 
 
-def _draw(axes: Any, panel: Panel) -> None:
+def _draw(axes: Any, panel: SignaturePanel) -> None:
     for over, values, style in (
         (panel.over[0], panel.without, {"color": COLOURS[5], "lw": 2.4, "alpha": 0.55, "label": "without"}),
         (panel.over[1], panel.with_effect, {"color": COLOURS[0], "lw": 1.3, "label": "with"}),

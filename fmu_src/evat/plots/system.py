@@ -10,7 +10,7 @@ import numpy as np
 
 from evat.model import Trace
 from evat.plots.cycles import COLOURS, STYLE, clock_unit, label, new_figure, save_figure
-from evat.systems.sweep import Axis, Row
+from evat.systems.sweep import Row, SweepAxis
 
 MOST_PANELS = 12
 MAPPED = ("mean_principal_force", "mean_feed_force", "mean_contact_ratio")  # of a cut
@@ -31,7 +31,7 @@ def plot_run(trace: Trace, path: Path, names: Sequence[str], title: str) -> Path
         return save_figure(figure, path)
 
 
-def plot_sweep(axes: Sequence[Axis], rows: Sequence[Row], units: Mapping[str, str], path: Path, beside: Sequence[Row] = ()) -> Path:
+def plot_sweep(axes: Sequence[SweepAxis], rows: Sequence[Row], units: Mapping[str, str], path: Path, beside: Sequence[Row] = ()) -> Path:
     """Means over the first axis, a line for each place on the others; over the speed ratio where the system shows one. What stood
     beside the rows is dashed, at the speed ratio of the rows."""
     shown = next((list(row.means) for row in rows if row.means), [])

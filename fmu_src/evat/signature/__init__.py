@@ -23,7 +23,7 @@ NOTHING = 1e-4  # a share that is no more than what the tolerance leaves
 
 
 @dataclass(frozen=True, slots=True)
-class Panel:
+class SignaturePanel:
     """One quantity over another, without and with the effect, in SI."""
 
     title: str
@@ -59,9 +59,9 @@ class Signature:
     effect: Effect
     values: Mapping[str, float]  # of the effect's parameters
     beside: tuple[str, ...]  # effects that are on in both
-    cycle: tuple[Panel, ...]
-    rig: Panel
-    conditions: tuple[Panel, ...]
+    cycle: tuple[SignaturePanel, ...]
+    rig: SignaturePanel
+    conditions: tuple[SignaturePanel, ...]
     left_out: tuple[str, ...]  # conditions that could not be run, and why
 
 
@@ -75,7 +75,7 @@ def effect_named(name: str) -> Effect:
     raise ParameterError(f"there is no effect {name!r}; {hint}")
 
 
-def _telling(panels: Sequence[Panel]) -> Panel:
+def _telling(panels: Sequence[SignaturePanel]) -> SignaturePanel:
     """The panel in which the effect shows most; a temperature only where no force shows it."""
     forces = [panel for panel in panels if panel.up.name != PROXY and panel.shows]
     return max(forces or panels, key=lambda panel: (panel.varies, panel.share))
@@ -96,7 +96,7 @@ def signature(name: str, values: Mapping[str, float | str] | None = None, on: Se
     """
     effect = effect_named(name)
     beside = tuple(other for other in on if other != name and other not in effect.rivals)
-    check_needs(kernel.Component(), (*beside, name), values or {})
+    check_needs(kernel.ContactTables(), (*beside, name), values or {})
     numbers = {"relative_tolerance": TOLERANCE, **kernel.check_values(values or {}, beside)}
     for switch in (name, *effect.rivals):
         numbers.pop(switch, None)
@@ -105,11 +105,14 @@ def signature(name: str, values: Mapping[str, float | str] | None = None, on: Se
     clock, off = one_cycle(without)
     _, there = one_cycle(with_effect)
     time = Axis.of("time")
-    cycle = tuple(Panel("over one vibration cycle", time, Axis.of(f), (clock, clock), off[f], there[f]) for f in RECORDED)
+    cycle = tuple(SignaturePanel("over one vibration cycle", time, Axis.of(f), (clock, clock), off[f], there[f]) for f in RECORDED)
 
     off, there = to_and_fro(without), to_and_fro(with_effect)
     slip = Axis("slip to and fro", "m", "um")
-    loops = [Panel("over the slip of a friction rig", slip, Axis.of(f), (off["slip"], there["slip"]), off[f], there[f]) for f in RECORDED]
+    loops = [
+        SignaturePanel("over the slip of a friction rig", slip, Axis.of(f), (off["slip"], there["slip"]), off[f], there[f])
+        for f in RECORDED
+    ]
 
     conditions, left_out = [], []
     for condition in CONDITIONS:
@@ -119,7 +122,10 @@ def signature(name: str, values: Mapping[str, float | str] | None = None, on: Se
         except EvatError as error:
             left_out.append(f"{condition.title}, over {condition.across.name}: {error}")
             continue
-        panels = [Panel(condition.title, condition.across, up, (places, places), answers_off[up], answers_there[up]) for up in answers_off]
+        panels = [
+            SignaturePanel(condition.title, condition.across, up, (places, places), answers_off[up], answers_there[up])
+            for up in answers_off
+        ]
         conditions.append(_telling(panels))
     return Signature(
         effect=effect,

@@ -22,7 +22,7 @@ import numpy as np
 
 from evat.experiment import Experiment, Nominal, Trial
 from evat.files.writing import told, usable
-from evat.gap.calibrate import Case
+from evat.gap.calibrate import CalibrationCase
 from evat.gap.compare import compare
 from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, features
 from evat.inference.parameters import Scales, amplitudes, shape_parameter, shapes
@@ -39,6 +39,7 @@ EXPONENT = (0.8, 2.6)  # of the Stribeck curve, there
 CURVE = "lugre.stribeck_exponent"
 BELIEF = 0.15  # usual prior standard deviation of a nominal parameter, of its value
 EXACT = ("vibration_frequency", "width")  # known to whoever set them
+FORMAT = 2  # of a line of the campaign's file
 SAMPLES, CONDITIONS, REPEATS = 900, 4, 2
 
 
@@ -254,7 +255,7 @@ def run_case(number: int) -> str:
         if drawn is None:
             return _line({"number": number})
         experiment, truth = drawn
-        case = Case(features(compare(Prediction(ContactModel(1), experiment))), truth)
+        case = CalibrationCase(features(compare(Prediction(ContactModel(1), experiment))), truth)
         return _line({"number": number, "case": case.line()})
     except EvatError as error:
         return _line({"number": number, "error": str(error)[:200]})
@@ -267,22 +268,26 @@ def _library() -> str:
 
 
 def _line(entry: Mapping[str, Any]) -> str:
-    text = json.dumps({**entry, "kernel": _library()}, sort_keys=True)
+    text = json.dumps({**entry, "kernel": _library(), "format": FORMAT}, sort_keys=True)
     return json.dumps({"digest": hashlib.sha256(text.encode()).hexdigest()[:16], "entry": text})
 
 
 def _entry(line: str) -> Mapping[str, Any] | None:
-    """What a line says; None where it is cut off, damaged, or of another kernel."""
+    """What a line says; None where it is cut off, damaged, of another kernel or of another format."""
     try:
         held = json.loads(line)
         text, digest = str(held["entry"]), held["digest"]
         entry: dict[str, Any] = json.loads(text)
-        return entry if hashlib.sha256(text.encode()).hexdigest()[:16] == digest and entry["kernel"] == _library() else None
+        return (
+            entry
+            if hashlib.sha256(text.encode()).hexdigest()[:16] == digest and (entry["kernel"], entry["format"]) == (_library(), FORMAT)
+            else None
+        )
     except (ValueError, KeyError, TypeError, RecursionError):
         return None
 
 
-def campaign(path: Path, count: int, workers: int, tell: Callable[[int], None] | None = None) -> Iterator[Case]:
+def campaign(path: Path, count: int, workers: int, tell: Callable[[int], None] | None = None) -> Iterator[CalibrationCase]:
     """Cases 0 to count - 1; those that the file does not have whole, and run through this kernel, are run and appended to it."""
     text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
     entries = [entry for line in text.splitlines() if (entry := _entry(line)) is not None]
@@ -298,10 +303,10 @@ def campaign(path: Path, count: int, workers: int, tell: Callable[[int], None] |
                 tell(len(kept))
     for number in range(count):
         if "case" in kept[number]:
-            yield Case.read(kept[number]["case"])
+            yield CalibrationCase.read(kept[number]["case"])
 
 
-def numbers(cases: Sequence[Case]) -> dict[str, int]:
+def numbers(cases: Sequence[CalibrationCase]) -> dict[str, int]:
     """How many cases of each kind."""
     found: dict[str, int] = {}
     for case in cases:

@@ -15,7 +15,7 @@ from scipy.linalg import expm
 
 from evat.model import FloatArray
 from evat.native.kernel import Contact
-from evat.systems.coupling import Bond
+from evat.systems.coupling import PowerBalance
 
 Inputs = Literal["held", "straight"]
 Force = Literal["instant", "mean"]
@@ -53,7 +53,7 @@ class Tool:
 
 
 @dataclass(frozen=True)
-class Coupled:
+class CouplingRun:
     """What a coupled run gives at the communication points: times [s]; displacement [m] and mean force [N] in x and y, shape (n, 2); energy
     that the coupling has made up to there, and that the tool has taken [J]; the tool's energy [J]."""
 
@@ -75,7 +75,7 @@ def couple(
     tool: Tool | None = None,
     values: Mapping[str, float | str] | None = None,
     on: Sequence[str] = (),
-) -> Coupled:
+) -> CouplingRun:
     """Contact and tool in turns, from rest: the contact with what the tool does at the start of the step, then the tool with its force.
 
     inputs : what the contact is told: displacement and velocity as they stand, or going on straight (a derivative of the input in FMI 2).
@@ -104,12 +104,12 @@ def couple(
         velocity = (after[0] - state[0]) / step
         state = after
         own = np.array([-gained[0], gained[1]])  # what the contact has exerted, whatever the tool was told of it
-        bonds = [Bond(own[k], told_velocity[k], acting[k], velocity[k]) for k in range(2)]
+        bonds = [PowerBalance(own[k], told_velocity[k], acting[k], velocity[k]) for k in range(2)]
         rows[n + 1, :2], rows[n + 1, 2:4] = state[0], acting
         rows[n + 1, 4] = rows[n, 4] + sum(bond.residual(step) for bond in bonds)
         rows[n + 1, 5] = rows[n, 5] + sum(bond.taken(step) for bond in bonds)
         rows[n + 1, 6] = tool.energy(state)
-    return Coupled(np.arange(count + 1, dtype=np.float64) * step, rows[:, :2], rows[:, 2:4], rows[:, 4], rows[:, 5], rows[:, 6])
+    return CouplingRun(np.arange(count + 1, dtype=np.float64) * step, rows[:, :2], rows[:, 2:4], rows[:, 4], rows[:, 5], rows[:, 6])
 
 
 WAYS: Mapping[str, Mapping[str, str]] = {

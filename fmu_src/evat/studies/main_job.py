@@ -40,7 +40,7 @@ MODELS = {
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
+class MainJobCase:
     """One run: the last vibration cycle of it, and its cycle means [N]."""
 
     material: str
@@ -55,7 +55,7 @@ def case_count() -> int:
     return len(paper_tables.materials()) * len(MODELS) * len(kernel.variable("shear_angle_principle").choices)
 
 
-def run_cases(fmu: Path, family: str, speed_unit: str, done: Callable[[int], None] = lambda _: None) -> list[Case]:
+def run_cases(fmu: Path, family: str, speed_unit: str, done: Callable[[int], None] = lambda _: None) -> list[MainJobCase]:
     """Every material of the paper under every model and principle, through the FMU.
 
     family : "regularised" or "published", the parameter sets' first name. done(n) is called after the n-th case.
@@ -72,12 +72,12 @@ def run_cases(fmu: Path, family: str, speed_unit: str, done: Callable[[int], Non
                 trace = drive(fmu, Run(times, {}, OUTPUTS), {**values, **switches})
                 cycle = Trace(trace.times[last], {key: column[last] for key, column in trace.columns.items()}, trace.units, trace.made_by)
                 means = {force: float(trace[f"mean_{force}"][-1]) for force in FORCES}
-                cases.append(Case(material, name, principle, cycle, means, int(trace["clamped_count"][-1])))
+                cases.append(MainJobCase(material, name, principle, cycle, means, int(trace["clamped_count"][-1])))
                 done(len(cases))
     return cases
 
 
-def plot_cases(cases: list[Case], out: Path) -> list[Path]:
+def plot_cases(cases: list[MainJobCase], out: Path) -> list[Path]:
     """The paper's figures 3 and 4, for each material: principal and feed force over one vibration cycle."""
     titles = paper_tables.materials()
     found = []
@@ -92,7 +92,7 @@ def plot_cases(cases: list[Case], out: Path) -> list[Path]:
     return found
 
 
-def means_table(cases: list[Case]) -> list[tuple[str, ...]]:
+def means_table(cases: list[MainJobCase]) -> list[tuple[str, ...]]:
     """Material, force, measured mean, and ours under both principles for each model, as text."""
     lines = []
     for row in paper_tables.table_2():
@@ -104,7 +104,7 @@ def means_table(cases: list[Case]) -> list[tuple[str, ...]]:
     return lines
 
 
-def write_means(cases: list[Case], path: Path) -> Path:
+def write_means(cases: list[MainJobCase], path: Path) -> Path:
     """The cycle means as CSV, one line for each case, beside the measured means."""
     measured = {(row.material, row.force): row.mean for row in paper_tables.table_2()}
     lines = ["material,model,principle," + ",".join(f"mean_{force} [N],measured_mean_{force} [N]" for force in FORCES)]
@@ -114,7 +114,7 @@ def write_means(cases: list[Case], path: Path) -> Path:
     return put(path, "\n".join(lines) + "\n")
 
 
-def write_report(cases: list[Case], figures: list[Path], family: str, speed_unit: str, out: Path) -> Path:
+def write_report(cases: list[MainJobCase], figures: list[Path], family: str, speed_unit: str, out: Path) -> Path:
     """`report.html`, one self-contained file: figures, the means beside the measured ones, what can and cannot be compared."""
     rows = []
     for row in paper_tables.table_2():

@@ -27,7 +27,7 @@ class Columns:
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class RecordComparison:
     """Measured against simulated: arrays of shape (n,), SI; residual_share is the residual's RMS over that of the measured force."""
 
     times: FloatArray
@@ -79,7 +79,7 @@ def follow_record(
     *,
     between: tuple[float, float] | None = None,
     progress: Progress | None = None,
-) -> Comparison:
+) -> RecordComparison:
     """Drive the FMU with a measured motion and compare its friction force with the measured one.
 
     Raises
@@ -95,4 +95,4 @@ def follow_record(
     if scale == 0:
         raise RecordError(f"{path.name}: the measured force is zero throughout.")
     rms = float(np.sqrt(np.mean(residual**2)))
-    return Comparison(times, velocity, measured, trace, rms, rms / scale)
+    return RecordComparison(times, velocity, measured, trace, rms, rms / scale)

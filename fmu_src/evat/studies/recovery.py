@@ -151,7 +151,7 @@ def fitted(
     progress: Callable[[str, float], None] | None = None,
 ) -> Identification:
     """Tests with noise, whose nominal model is off, identified: every parameter that the forecast speaks of is free."""
-    from evat.identification import identify
+    from evat.identification import Execution, Settings, identify
 
     tests = orthogonal(
         kernel.by_choice(found.values),
@@ -163,12 +163,5 @@ def fitted(
         rate=rate,
         outputs=(OUTPUT,),
     )
-    return identify(
-        tests,
-        tuple(truth_of_set(found)),
-        model=ContactModel(),
-        seed=seed,
-        population=population,
-        generations=generations,
-        progress=progress,
-    )
+    settings = Settings(seed=seed, population=population, generations=generations)
+    return identify(tests, ContactModel(), tuple(truth_of_set(found)), settings, execution=Execution(progress=progress))

@@ -19,7 +19,7 @@ SHRINK, GROW = 0.2, 2.0  # how far a step may change at once
 
 
 @dataclass(frozen=True)
-class Bond:
+class PowerBalance:
     """One direction of an interface over one step: mean force [N] and mean velocity [m/s] as one side had them, and as the other had.
 
     How force and velocity go together within the step is left out, a term of the square of the step. Signs: the force that the first
@@ -45,7 +45,7 @@ class Bond:
 
 
 @dataclass(frozen=True)
-class Advice:
+class StepAdvice:
     """What the energy of a step says: its residual [J], how far that is from the tolerance (1: just right), the next step [s]."""
 
     residual: float
@@ -60,7 +60,7 @@ class Advice:
 
 def advise(
     step: float,
-    bonds: Sequence[Bond],
+    bonds: Sequence[PowerBalance],
     *,
     stored: float,
     tolerance: float = 1e-3,
@@ -68,7 +68,7 @@ def advise(
     error_before: float = 1.0,
     shortest: float = 0.0,
     longest: float = math.inf,
-) -> Advice:
+) -> StepAdvice:
     """The next communication step from the power balance of this one.
 
     Parameters
@@ -99,4 +99,4 @@ def advise(
     power = order + 2  # the residual of a step with inputs of this order grows with this power of it
     small = max(error, 1e-12)
     factor = SAFETY * small ** (-0.7 / power) * max(error_before, 1e-12) ** (0.4 / power)
-    return Advice(residual, error, min(max(step * min(max(factor, SHRINK), GROW), shortest), longest))
+    return StepAdvice(residual, error, min(max(step * min(max(factor, SHRINK), GROW), shortest), longest))

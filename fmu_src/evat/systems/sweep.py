@@ -24,7 +24,7 @@ MOST_RUNS = 100_000
 
 
 @dataclass(frozen=True, slots=True)
-class Axis:
+class SweepAxis:
     """What one axis of the grid changes: a label, its unit, and for each place a text and the values that it sets."""
 
     label: str
@@ -50,7 +50,7 @@ class Row:
     failure: str
 
 
-def axis(system: System, text: str) -> Axis:
+def axis(system: System, text: str) -> SweepAxis:
     """An axis from NAME[,NAME...]=FIRST:LAST:COUNT, NAME=VALUE,VALUE,... or COMPONENT=SET,SET,... (parameter sets of the contact)."""
     names, equals, places = text.partition("=")
     example = "for example 'spindle.speed_set=2:30:8', 'contact.amplitude_x=3 um,5 um' or 'contact=regularised/copper,regularised/al-6061'"
@@ -60,7 +60,7 @@ def axis(system: System, text: str) -> Axis:
         sets = tuple(name.strip() for name in places.split(","))
         if names.strip() not in system.components:
             raise ParameterError(f"--over {text!r}: there is no component {names.strip()!r}; {example}.")
-        return Axis(names.strip(), "1", sets, tuple({names.strip(): from_set(system, names.strip(), name)} for name in sets))
+        return SweepAxis(names.strip(), "1", sets, tuple({names.strip(): from_set(system, names.strip(), name)} for name in sets))
     ports = [port(name.strip(), f"--over {text!r}") for name in names.split(",")]
     kinds = {variable(system, at).type for at in ports}
     wanted = [part.strip() for part in places.split(",")]
@@ -69,7 +69,7 @@ def axis(system: System, text: str) -> Axis:
     rows = [[value(system, at, given) for at in ports] for given in wanted]
     sets_of = tuple(merged(*({at[0]: {at[1]: one}} for at, one in zip(ports, row, strict=True))) for row in rows)
     texts = tuple(repr(float(row[0])) if kinds <= {"Real", "Float64"} else str(row[0]) for row in rows)
-    return Axis(names.partition(",")[0].strip(), unit(system, ports[0]), texts, sets_of)
+    return SweepAxis(names.partition(",")[0].strip(), unit(system, ports[0]), texts, sets_of)
 
 
 def _range(text: str, places: str, example: str) -> list[str]:
@@ -99,7 +99,7 @@ def _point(archive: bytes, values: Values, wishes: Mapping[str, Any]) -> tuple[d
 
 def sweep(
     path: Path,
-    axes: Sequence[Axis],
+    axes: Sequence[SweepAxis],
     values: Values,
     wishes: Mapping[str, Any],
     done: Callable[[float], None] = lambda _: None,
@@ -137,7 +137,7 @@ def _here(function: Callable[..., Any], archive: bytes, points: Sequence[tuple[A
             yield waiting[future], future.result()
 
 
-def columns(axes: Sequence[Axis], rows: Sequence[Row], units: Mapping[str, str], beside: Sequence[Row] = ()) -> dict[str, Any]:
+def columns(axes: Sequence[SweepAxis], rows: Sequence[Row], units: Mapping[str, str], beside: Sequence[Row] = ()) -> dict[str, Any]:
     """The rows as columns of a table, headers with units; what stood beside them, at the same places, in columns of its own."""
     found: dict[str, Any] = {}
     for number, each in enumerate(axes):

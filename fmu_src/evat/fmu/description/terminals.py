@@ -8,7 +8,7 @@ from evat.fmu.documentation import picture
 from evat.fmu.documentation.picture import Picture
 from evat.fmu.fmu_facts import Shown
 from evat.fmu.xml import Scalar, add, serialised, top
-from evat.model import FmuError, Variable
+from evat.model import BuildError, Variable
 
 _FOLDER = "terminalsAndIcons"
 _EXTENT = {"x1": -100.0, "y1": -100.0, "x2": 100.0, "y2": 100.0}
@@ -32,7 +32,9 @@ def terminals_xml(shown: Shown, variables: Sequence[Variable]) -> bytes:
         element = add(parent, "Terminal", head)
         for member in terminal["members"]:
             if causalities.get(member["variable"]) not in ("input", "output"):
-                raise FmuError(f"terminal {terminal['name']}: {member['variable']!r} is neither an input nor an output; correct the table.")
+                raise BuildError(
+                    f"terminal {terminal['name']}: {member['variable']!r} is neither an input nor an output; correct the table."
+                )
             names = {"variableName": member["variable"], "memberName": member["member"], "variableKind": member["kind"]}
             add(element, "TerminalMemberVariable", names)
         place = dict(zip(("x1", "y1", "x2", "y2"), terminal["place"], strict=True))

@@ -13,7 +13,7 @@ from evat import __version__, parameter_sets
 from evat.fmu.documentation import picture
 from evat.fmu.fmu_facts import Shown
 from evat.html import render
-from evat.model import FmuError, Variable
+from evat.model import BuildError, Variable
 from evat.native import kernel
 
 _TITLES = {
@@ -31,7 +31,7 @@ def license_text() -> str:
     for file in metadata.files("evat") or ():
         if file.name == "LICENSE":
             return file.read_text()
-    raise FmuError("the licence text is not among the installed files of evat; install evat again.")
+    raise BuildError("the licence text is not among the installed files of evat; install evat again.")
 
 
 def copyright_line() -> str | None:

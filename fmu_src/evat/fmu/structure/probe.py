@@ -15,7 +15,7 @@ import numpy as np
 
 from evat.fmu.structure.dependency_kinds import Factors, Mask
 from evat.fmu.structure.random_values import draw, other, put, read
-from evat.model import FloatArray, FmuError, SimulationError, Variable
+from evat.model import BuildError, FloatArray, SimulationError, Variable
 from evat.native import kernel
 from evat.native.kernel import Contact
 
@@ -88,7 +88,7 @@ class Probe:
             self.setting(wanted)
             now = self._found()
             quiet |= {part: quiet[part] + 1 if now[part] == before[part] else 0 for part in wanted}
-        raise FmuError(f"the model structure did not settle within {_MOST} random settings; raise _MOST.")
+        raise BuildError(f"the model structure did not settle within {_MOST} random settings; raise _MOST.")
 
     def _found(self) -> dict[str, int]:
         run = self.reinit.sum() + self.factors.seen.sum() - self.factors.same.sum()

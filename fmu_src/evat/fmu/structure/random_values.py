@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 
-from evat.model import FmuError, Variable
+from evat.model import BuildError, Variable
 from evat.native.kernel import Contact
 
 
@@ -46,4 +46,4 @@ def other(variable: Variable, now: float, luck: random.Random, period: float) ->
         value = draw(variable, luck)
         if value != now:
             return value
-    raise FmuError(f"{variable.name} has only one value, {now:g}; it cannot be a known of the model structure. Correct its bounds.")
+    raise BuildError(f"{variable.name} has only one value, {now:g}; it cannot be a known of the model structure. Correct its bounds.")

@@ -9,7 +9,7 @@ from evat.files import ssv
 from evat.gap.answer import Diagnosis
 from evat.gap.compare import Comparison
 from evat.gap.judgement import fitted
-from evat.gap.report.words import said, sentence, with_unit
+from evat.gap.report.words import sentence, with_unit
 
 SSV = "corrected.ssv"
 
@@ -45,7 +45,7 @@ def content(answer: Diagnosis, comparison: Comparison) -> ssv.Content:
         sources=sources,
         notes=(
             f"verdict: {sentence(answer)}",
-            f"what the diagnosis added: {said(answer.judgement.chosen)}",
+            f"what the diagnosis added: {answer.judgement.chosen}",
             f"made by: {', '.join(f'{key} {value}' for key, value in answer.made_by.items())}",
             *(f"{name} = {value}" for name, value in every.items() if name not in known),
         ),

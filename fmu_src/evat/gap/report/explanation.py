@@ -10,9 +10,10 @@ from evat.gap.answer import Diagnosis
 from evat.gap.budget import structural_share
 from evat.gap.compare import Comparison
 from evat.gap.judgement import fitted
-from evat.gap.report.words import number, percent, said, sentence, with_unit
+from evat.gap.report.words import number, percent, sentence, with_unit
 from evat.inference.discrepancy import known
 from evat.inference.fit import Fit
+from evat.inference.hypothesis import NOMINAL
 from evat.inference.parameters import Scales, amplitudes, shape_parameter, shapes
 from evat.model import Effect, ParameterError
 
@@ -23,7 +24,7 @@ def explain(comparison: Comparison, answer: Diagnosis, effect: str) -> str:
     """What the diagnosis has found out about one effect, as lines of text; ParameterError where there is none of that name."""
     prediction = comparison.prediction
     known = {each.name: each for each in prediction.model.effects}
-    laws = [name for names in comparison.models for name in names if name not in known]
+    laws = [hypothesis.law for hypothesis in comparison.models if hypothesis.law]
     if effect not in known and effect not in laws:
         raise ParameterError(f"there is no effect {effect!r} to explain; there are {', '.join(dict.fromkeys([*known, *laws]))}.")
     if effect in laws:
@@ -53,14 +54,18 @@ def _standing(answer: Diagnosis, effect: str) -> str:
 def _rank(comparison: Comparison, effect: str) -> list[str]:
     """Among effects alone, by the evidence as far as each was fitted."""
     base = comparison.recalibrated.found.evidence
-    alone = {on[0]: evidence for on, evidence in comparison.rough.items() if len(on) == 1}
-    alone.update({on[0]: fit.found.evidence for on, fit in comparison.models.items() if len(on) == 1})
+    alone = {str(on): evidence for on, evidence in comparison.rough.items() if len(on) == 1}
+    alone.update({str(on): fit.found.evidence for on, fit in comparison.models.items() if len(on) == 1})
     if effect not in alone:
         return ["It was tried, and no fit with it came to an end."]
     ranked = sorted(alone, key=lambda name: (-alone[name], name))
     place, best = ranked.index(effect) + 1, ranked[0]
     said_best = "" if best == effect else f"; the best, {best}, gains {number(alone[best] - base)}"
-    how = "fitted with all parameters" if (effect,) in comparison.models else "roughly fitted only, it fell too far behind"
+    how = (
+        "fitted with all parameters"
+        if any(str(on) == effect for on in comparison.models)
+        else "roughly fitted only, it fell too far behind"
+    )
     return [f"Alone it is number {place} of {len(ranked)}: log evidence gained over the recalibrated model {number(alone[effect] - base)}"
             f"{said_best} ({how})."]  # fmt: skip
 
@@ -81,14 +86,14 @@ def _fits(comparison: Comparison, answer: Diagnosis, effect: str) -> list[str]:
             if name in effects.get(effect, sd)
         )
         found.append(
-            f"{said(on)}: leaves {percent(left)} of the structural gap, gains {number(fit.found.evidence - base)}, "
+            f"{on}: leaves {percent(left)} of the structural gap, gains {number(fit.found.evidence - base)}, "
             f"probability {percent(answer.judgement.probabilities.get(on, 0.0))}; {sizes}"
         )
     chosen = answer.judgement.chosen
     if chosen and effect not in chosen:
         left = structural_share(comparison.whitening, comparison.models[chosen].predicted, reference)
         gain = comparison.models[chosen].found.evidence - base
-        found.append(f"to compare, {said(chosen)}: leaves {percent(left)}, gains {number(gain)}")
+        found.append(f"to compare, {chosen}: leaves {percent(left)}, gains {number(gain)}")
     return found
 
 
@@ -97,7 +102,7 @@ def _detectable(comparison: Comparison, answer: Diagnosis, effect: Effect) -> li
     rivals = {each.name: each.rivals for each in comparison.prediction.model.effects}
     chosen = answer.judgement.chosen
     apart = {effect.name, *effect.rivals}
-    beside = () if any(name in apart or effect.name in rivals.get(name, ()) for name in chosen) else chosen
+    beside = NOMINAL if any(name in apart or effect.name in rivals.get(name, ()) for name in chosen) else chosen
     base = fitted(comparison, beside)
     smallest = smallest_amplitudes(comparison, base, effect)
     assumed = ", ".join(
@@ -108,7 +113,7 @@ def _detectable(comparison: Comparison, answer: Diagnosis, effect: Effect) -> li
         size, name = smallest[variable.name], variable.name.removeprefix(f"{effect.name}.")
         away = "" if variable.neutral == 0 else f" away from {number(variable.neutral)}"
         lines.append(
-            f"Smallest {name} that would show here ({DETECTED:g} sd{', beside ' + said(beside) if beside else ''}): "
+            f"Smallest {name} that would show here ({DETECTED:g} sd{f', beside {beside}' if beside else ''}): "
             f"{with_unit(size, variable.unit, 2)}{away}{f', at {assumed}' if assumed else ''}."
             if math.isfinite(size)
             else f"Smallest {name} that would show: none can be given, alone it changes nothing to first order."

@@ -19,7 +19,7 @@ from evat.gap.report.fmu_run import FmuRun
 from evat.gap.report.parts import TITLES, parts
 from evat.gap.report.pictures import charts
 from evat.gap.report.series import Series, unlike
-from evat.gap.report.words import number, percent, said, sentence, with_unit
+from evat.gap.report.words import number, percent, sentence, with_unit
 from evat.inference.autoregression import impulse_response
 from evat.inference.fit import Fit
 from evat.inference.whitening import CORRELATION_SAMPLES
@@ -65,7 +65,6 @@ def page(answer: Diagnosis, comparison: Comparison, run: FmuRun | None, without:
         number=number,
         percent=percent,
         with_unit=with_unit,
-        said=said,
         script=interactive.script(),
     )
 
@@ -78,14 +77,15 @@ def _picture(chart: Chart) -> dict[str, Any]:
 def _candidates(answer: Diagnosis, comparison: Comparison) -> list[dict[str, Any]]:
     """The sets of diagnosis.json with what speaks for them; where they are few, the nearest of the others."""
     found, base = [], comparison.recalibrated
-    entries = [{**entry, "said": True} for entry in answer.document()["candidates"]]
-    named = [tuple(entry["set"]) for entry in entries]
+    entries: list[dict[str, Any]] = [{"hypothesis": on, "probability": probability, "said": True} for on, probability in answer.candidates]
+    named = [on for on, _ in answer.candidates]
     others = sorted((on for on in comparison.models if on not in named), key=lambda on: -answer.judgement.probabilities.get(on, 0.0))
     entries += [
-        {"set": on, "probability": answer.judgement.probabilities.get(on, 0.0), "said": False} for on in others[: RELATIVES - len(named)]
+        {"hypothesis": on, "probability": answer.judgement.probabilities.get(on, 0.0), "said": False}
+        for on in others[: RELATIVES - len(named)]
     ]
     for entry in entries:
-        fit = fitted(comparison, tuple(entry["set"]))
+        fit = fitted(comparison, entry["hypothesis"])
         found.append(
             {
                 **entry,

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from evat.gap.answer import Diagnosis
+from evat.inference.hypothesis import Hypothesis
 
 SENTENCES = {
     "no_gap": "No gap beyond noise and repeatability.",
@@ -21,15 +22,15 @@ def sentence(answer: Diagnosis) -> str:
         return SENTENCES[answer.verdict]
     if answer.verdict == "ambiguous":
         return _ambiguous(answer.judgement.likely)
-    names = " and ".join(f"another base law ({e.name})" if "=" in e.name else e.name for e in answer.effects)
+    names = " and ".join(f"another base law ({e.name})" if e.is_law else e.name for e in answer.effects)
     return f"The gap is caused by {names} (probability {_sure(answer.judgement.probabilities[answer.judgement.chosen])}){_far(answer)}."
 
 
-def _ambiguous(likely: Sequence[Sequence[str]]) -> str:
-    """What all likely sets have in common is sure, the rest is open."""
+def _ambiguous(likely: Sequence[Hypothesis]) -> str:
+    """What all likely hypotheses have in common is sure, the rest is open."""
     common = [name for name in likely[0] if all(name in on for on in likely)] if likely else []
     rest = [[name for name in on if name not in common] for on in likely]
-    sets = "; ".join(said(on) for on in rest if on)
+    sets = "; ".join(" + ".join(on) for on in rest if on)
     if not common:
         return f"One of these, which the data cannot tell apart: {sets}."
     also = "perhaps also" if not all(rest) else "also"
@@ -47,11 +48,6 @@ def _far(answer: Diagnosis) -> str:
     if closed <= 0:
         return f"; but on held-out conditions adding {them} closes nothing of what recalibration leaves"
     return f"; on held-out conditions adding {them} closes {100 * min(closed, 1.0):.0f} % of what recalibration leaves"
-
-
-def said(on: Sequence[str]) -> str:
-    """A set of effects; the empty one is the nominal model alone."""
-    return " + ".join(on) or "no effect"
 
 
 def number(value: float | None, digits: int = 4) -> str:
