@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import pytest
 from evat.gap import diagnose
+from evat.gap.constants import Constants
 from evat.gap.gates import Gate, gates
-from evat.gap.judgement import CANNOT_TELL, VERDICTS, Constants, Judgement, judge
+from evat.gap.judgement import CANNOT_TELL, VERDICTS, Judgement, judge
 from evat.gap.report import explain_verdict
 from evat.gap.report.words import number
 from hypothesis import given, settings

@@ -16,8 +16,9 @@ from evat.gap.answer import Diagnosis, Named, Recalibrated
 from evat.gap.budget import structural
 from evat.gap.closure import close
 from evat.gap.compare import Comparison, compare
+from evat.gap.constants import Constants, stored
 from evat.gap.gates import gates
-from evat.gap.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Constants, Judgement, features, fitted, judge, stored
+from evat.gap.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, judge
 from evat.gap.location import Where, locate
 from evat.gap.portion import portion
 from evat.inference.prediction import Prediction

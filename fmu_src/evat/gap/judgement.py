@@ -1,32 +1,25 @@
 """What is to be believed? From what each model explains to probabilities, a verdict, and which effects cannot be told apart.
 
 Evidence alone is far too sure of itself: it takes the form of every effect for exact. So a model is judged by the share of the structural
-gap that it leaves, by its evidence at a temperature, and by how many effects it takes. The constants below are reasoned; where a campaign
-of simulated cases has been run (`evat calibrate`) those that it found stand in their place, and the answer says which.
+gap that it leaves, by its evidence at a temperature, and by how many effects it takes. The weights are in evat.gap.constants.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import asdict, dataclass, fields, replace
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from evat.files.writing import put
 from evat.gap.budget import squares, structural_share
 from evat.gap.compare import Comparison
+from evat.gap.constants import Constants
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import NOMINAL, Hypothesis
-from evat.model import EvatError
 
 NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL = "no_gap", "mistuned", "effect", "ambiguous", "unknown", "cannot_tell"
 VERDICTS = (NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL)
-STORED = Path(__file__).with_name("calibration.json")
 SURE = 0.9  # of the probability: what the listed sets hold
 EVIDENT, CHANCE = 5.0, 2.0  # of log evidence: less is chance, and over how much more that becomes certain
 LEAST = 0.2  # of what nobody would look at: a structural rms below that is no smaller
@@ -37,49 +30,6 @@ FEW = 2.0  # standard deviations of a structural square by noise alone: so much 
 UNSEEN = 0.2  # share that a model with much evidence is held to leave of a gap that is too small to look at
 SUDDEN = 20.0  # log-odds per share of irregularity: noise has next to none
 AMBIGUOUS = 0.55  # of what is not unknown: a set with less is one of several
-
-
-@dataclass(frozen=True)
-class Constants:
-    """Of the judgement; each is a weight of one of the features below in a log-odds."""
-
-    temperature: float = 20.0  # of the evidence
-    sharpness: float = 6.0  # per factor e^-2 in the share of the gap that is left
-    form: float = 0.05  # share of the gap that may be left by an effect of a slightly other form
-    effect_cost: float = 4.0  # of each further effect
-    gap_offset: float = 0.0
-    gap_slope: float = 2.0  # nominal gap over what nobody would look at
-    structure_offset: float = 0.0
-    structure_slope: float = 2.0  # the same of what recalibration leaves
-    unknown_offset: float = -0.5
-    unknown_slope: float = 3.0  # share that the best model leaves
-    evident: float = 15.0  # log evidence that makes an effect as likely as not where the gap itself is too small to look at
-    small_noise: float = 0.5  # of the noise's rms: a structural gap of this size is nothing to look at
-    small_form: float = 0.01  # of the rms of a channel: the same
-    irregular: float = 0.3  # share of what repeats do not share, in bursts and lines: makes something foreign as likely as not
-
-
-def stored() -> tuple[Constants, str]:
-    """The constants that a campaign has found, or the reasoned ones where none has been kept; and which they are."""
-    if not STORED.is_file():
-        return Constants(), "reasoned"
-    try:
-        held: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
-        whole = held.pop("digest") == _digest(held)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        whole = False
-    if not whole:
-        raise EvatError(
-            f"{STORED}: the constants of the diagnosis are damaged, or were changed by hand. Install evat again, or find them anew with "
-            "`evat calibrate --store`."
-        )
-    known = {field.name for field in fields(Constants)}
-    constants = Constants(**{name: float(value) for name, value in held["constants"].items() if name in known})
-    return constants, f"found on {sum(held['made']['cases'].values())} simulated cases"
-
-
-def _digest(held: Mapping[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(held, sort_keys=True).encode()).hexdigest()
 
 
 @dataclass(frozen=True)
@@ -269,12 +219,6 @@ def _score(on: Hypothesis, gain: float, left: float, constants: Constants) -> fl
 
 def _sigmoid(x: float) -> float:
     return 1 / (1 + math.exp(-min(max(x, -40.0), 40.0)))
-
-
-def store(constants: Constants, made: Mapping[str, Any], path: Path = STORED) -> None:
-    """Keep constants with how they were found."""
-    held = {"constants": asdict(constants), "made": dict(made)}
-    put(path, json.dumps({**held, "digest": _digest(held)}, indent=1, sort_keys=True) + "\n", "the calibration")
 
 
 def fitted(comparison: Comparison, on: Hypothesis) -> Fit:
