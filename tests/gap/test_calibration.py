@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
 from evat.commands.main import app
+from evat.gap import constants as kept_constants
 from evat.gap.calibrate import CalibrationCase, fit_constants, probability, with_unknown
-from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Constants, Features, judge, store, stored
+from evat.gap.constants import Constants, store, stored
+from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Features, judge
 from evat.inference.hypothesis import Hypothesis
 from evat.model import EvatError
 from evat.studies import campaign as campaigns
@@ -181,9 +182,7 @@ def test_an_effect_that_is_taken_out_is_unknown() -> None:
 
 
 def test_constants_are_kept_with_how_they_were_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        sys.modules["evat.gap.judgement"], "STORED", tmp_path / "calibration.json"
-    )  # the package has a function of that name
+    monkeypatch.setattr(kept_constants, "STORED", tmp_path / "calibration.json")
     assert stored() == (Constants(), "reasoned")
     store(Constants(temperature=7.0), {"cases": {"single": 60}}, tmp_path / "calibration.json")
     constants, origin = stored()
@@ -195,7 +194,7 @@ def test_constants_are_kept_with_how_they_were_found(tmp_path: Path, monkeypatch
 def test_constants_that_are_damaged_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damage: str) -> None:
     """A disk that was full while they were kept, a bit that fell over: not half of them, and none that nobody has found."""
     path = tmp_path / "calibration.json"
-    monkeypatch.setattr(sys.modules["evat.gap.judgement"], "STORED", path)
+    monkeypatch.setattr(kept_constants, "STORED", path)
     store(Constants(temperature=7.0), {"cases": {"single": 60}}, path)
     text = path.read_text()
     held = json.loads(text)

@@ -29,7 +29,7 @@ from evat.native import kernel
 from typer.testing import CliRunner
 
 FILES = {"diagnosis.json", "report.html", "corrected.ssv"}
-NUMBER, TEXT = (int, float), (str,)
+NUMBER, TEXT, FLAG = (int, float), (str,), (bool,)
 # The format of diagnosis.json as other programs read it; a name in <> stands for any.
 CONTRACT: dict[str, Any] = {
     "format": (int,),
@@ -37,6 +37,8 @@ CONTRACT: dict[str, Any] = {
     "effects": [{"name": TEXT, "probability": NUMBER, "parameters": {"<>": {"value": NUMBER, "sd": NUMBER, "unit": TEXT}},
                  "not_separable_from": [TEXT]}],
     "candidates": [{"set": [TEXT], "probability": NUMBER}],
+    "gates": [{"name": TEXT, "quantity": TEXT, "value": NUMBER, "wanted": TEXT, "threshold": NUMBER, "passed": FLAG, "consequence": TEXT,
+               "moved": FLAG}],
     "novelty": {"p_value": NUMBER, "unexplained_share": NUMBER},
     "recalibration": {"parameters": {"<>": {"nominal": NUMBER, "value": NUMBER, "sd": NUMBER}}, "explains_share": NUMBER},
     "where": {"channels": {"<>": NUMBER},
@@ -66,7 +68,7 @@ def _agrees(found: Any, wanted: Any, at: str = "") -> None:
             _agrees(part, wanted[0], f"{at}[]")
     else:
         assert isinstance(found, wanted), f"{at}: {found!r}"
-        assert not isinstance(found, bool), at
+        assert isinstance(found, bool) == (wanted == FLAG), at
 
 
 @pytest.fixture(scope="module")
@@ -393,4 +395,9 @@ def test_the_command(found: tuple[Diagnosis, Comparison], tmp_path: Path, monkey
     assert "sensor_gain: " in result.output
     assert f"caused by {EFFECT}" in " ".join(result.output.split())
     assert json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))["made_by"]["seconds"] >= 0
+    verdict = CliRunner().invoke(app, [*arguments, "--no-fmu", "--explain", "unknown"])
+    assert verdict.exit_code == 0, verdict.output
+    assert "unknown: this is not the verdict, which is effect." in verdict.output
+    for name in ("data_suffice", "structural_gap", "known_to_library", "known_is_likelier"):
+        assert f". {name}: " in verdict.output
     assert "called with --no-fmu" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")

@@ -108,6 +108,7 @@ def test_its_numbers_are_those_of_the_json(text: str) -> None:
     document = json.loads(answer.json())
     shown = {float(each.get("value")) for each in html.fromstring(text).iter("data") if each.get("value")}
     told = {part: set(_numbers(document[part])) for part in ("effects", "candidates", "novelty", "recalibration", "gap", "next_experiment")}
+    told["gates"] = {float(gate[key]) for gate in document["gates"] for key in ("value", "threshold") if gate[key] is not None}
     told["where"] = set(_numbers(document["where"]["channels"])) | set(_numbers(document["where"]["regions"]))
     for part, numbers in told.items():
         assert numbers <= shown, part

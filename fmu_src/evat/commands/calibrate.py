@@ -39,7 +39,7 @@ def calibrate(
     Example: evat calibrate --cases 420 --store
     """
     from evat.gap.calibrate import fit_constants, with_unknown
-    from evat.gap.judgement import store as keep
+    from evat.gap.constants import store as keep
     from evat.studies.campaign import campaign, numbers
 
     done = list(track(campaign(state, cases, workers), description="cases", total=cases, console=err, transient=True))

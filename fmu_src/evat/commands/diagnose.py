@@ -32,7 +32,14 @@ def diagnose(
         Path,
         typer.Option("--out", "-o", help="Folder for diagnosis.json, report.html, corrected.ssv; an earlier diagnosis is replaced."),
     ] = Path("diagnosis"),
-    why: Annotated[str, typer.Option("--explain", help="An effect: say why it was chosen or not.", metavar="EFFECT")] = "",
+    why: Annotated[
+        str,
+        typer.Option(
+            "--explain",
+            help="An effect: say why it was chosen or not. A verdict, such as unknown: say by which gates it was reached or missed.",
+            metavar="EFFECT|VERDICT",
+        ),
+    ] = "",
     threads: Annotated[int, typer.Option(help="Threads; the answer does not depend on it.", min=1)] = 1,
     fmu: Annotated[
         Path | None, typer.Option(help="The component's FMU that the report runs; without it one is built on first use and kept.")
@@ -48,8 +55,9 @@ def diagnose(
     """
     from evat.experiment.read import read_experiment
     from evat.gap import diagnose_with
+    from evat.gap.judgement import VERDICTS
     from evat.gap.portion import MOST_SAMPLES
-    from evat.gap.report import check_place, explain, sentence, write_diagnosis
+    from evat.gap.report import check_place, explain, explain_verdict, sentence, write_diagnosis
     from evat.models.contact import ContactModel
 
     check_place(to)
@@ -73,19 +81,22 @@ def diagnose(
     if path is None and not no_fmu:
         err.print(marked("the FMU was not run:", "bold yellow", without))
     if why:
-        out.print(explain(comparison, answer, why), highlight=False)
+        out.print(explain_verdict(answer, why) if why in VERDICTS else explain(comparison, answer, why), highlight=False)
     for each in written:
         out.print(f"wrote {each}", highlight=False)
 
 
 def _known(asked: str, experiment: Experiment, model: Model) -> None:
-    """Whether there is such an effect or base law to explain: asked before minutes of work."""
+    """Whether there is such an effect, base law or verdict to explain: asked before minutes of work."""
+    from evat.gap.judgement import VERDICTS
     from evat.model import ParameterError
 
     effects = [effect.name for effect in model.effects]
     laws = [rival.name for rival in model.rival_laws(experiment.nominal.values)]
-    if asked and asked not in (*effects, *laws):
-        raise ParameterError(f"there is no effect {asked!r} to explain; there are {', '.join((*effects, *laws))}.")
+    if asked and asked not in (*VERDICTS, *effects, *laws):
+        raise ParameterError(
+            f"there is no effect {asked!r} to explain; there are {', '.join((*effects, *laws))}, and the verdicts {', '.join(VERDICTS)}."
+        )
 
 
 def _there(fmu: Path | None) -> None:

@@ -16,13 +16,14 @@ from evat.gap.answer import Diagnosis, Named, Recalibrated
 from evat.gap.budget import structural
 from evat.gap.closure import close
 from evat.gap.compare import Comparison, compare
-from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Constants, Judgement, features, fitted, judge, stored
+from evat.gap.constants import Constants, stored
+from evat.gap.gates import gates
+from evat.gap.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, judge
 from evat.gap.location import Where, locate
 from evat.gap.portion import portion
 from evat.inference.prediction import Prediction
 from evat.model import Model
 
-CANNOT_TELL = "cannot_tell"
 WORTH_TELLING = 0.1  # of what repeats do not share: bursts and lines
 Report = Callable[[str, float], None]
 
@@ -96,6 +97,7 @@ def _diagnosed(prediction: Prediction, cut: str, version: str, report: Report | 
         verdict=verdict,
         effects=_named(comparison, judgement) if verdict != CANNOT_TELL else (),
         judgement=judgement,
+        gates=gates(judgement, comparison.audit.refused),
         novelty=(1 - judgement.unknown, min(judgement.features.left.get(judgement.chosen, 1.0), 1.0)),
         recalibration=_recalibrated(comparison),
         where=_where(comparison, judgement),

@@ -10,6 +10,7 @@ from typing import Any
 
 from evat.gap.advise import Advice
 from evat.gap.closure import Closure
+from evat.gap.gates import Gate
 from evat.gap.judgement import Judgement
 from evat.gap.location import Where
 from evat.inference.hypothesis import Hypothesis
@@ -45,6 +46,7 @@ class Diagnosis:
     verdict: str
     effects: tuple[Named, ...]
     judgement: Judgement
+    gates: tuple[Gate, ...]
     novelty: tuple[float, float]
     recalibration: Recalibrated
     where: Where
@@ -78,6 +80,7 @@ class Diagnosis:
                 for effect in self.effects
             ],
             "candidates": [{"set": list(on), "probability": probability} for on, probability in self.candidates],
+            "gates": [gate.document() for gate in self.gates],
             "novelty": {"p_value": _number(self.novelty[0]), "unexplained_share": _number(self.novelty[1])},
             "recalibration": {
                 "parameters": {

@@ -13,7 +13,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.optimize import minimize
 
-from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Constants, Features, judge
+from evat.gap.constants import Constants
+from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Features, judge
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.model import FloatArray
 

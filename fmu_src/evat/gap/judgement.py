@@ -1,31 +1,25 @@
 """What is to be believed? From what each model explains to probabilities, a verdict, and which effects cannot be told apart.
 
 Evidence alone is far too sure of itself: it takes the form of every effect for exact. So a model is judged by the share of the structural
-gap that it leaves, by its evidence at a temperature, and by how many effects it takes. The constants below are reasoned; where a campaign
-of simulated cases has been run (`evat calibrate`) those that it found stand in their place, and the answer says which.
+gap that it leaves, by its evidence at a temperature, and by how many effects it takes. The weights are in evat.gap.constants.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, replace
-from pathlib import Path
-from typing import Any
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from evat.files.writing import put
 from evat.gap.budget import squares, structural_share
 from evat.gap.compare import Comparison
+from evat.gap.constants import Constants
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import NOMINAL, Hypothesis
-from evat.model import EvatError
 
-NO_GAP, MISTUNED, UNKNOWN = "no_gap", "mistuned", "unknown"
-STORED = Path(__file__).with_name("calibration.json")
+NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL = "no_gap", "mistuned", "effect", "ambiguous", "unknown", "cannot_tell"
+VERDICTS = (NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL)
 SURE = 0.9  # of the probability: what the listed sets hold
 EVIDENT, CHANCE = 5.0, 2.0  # of log evidence: less is chance, and over how much more that becomes certain
 LEAST = 0.2  # of what nobody would look at: a structural rms below that is no smaller
@@ -36,49 +30,6 @@ FEW = 2.0  # standard deviations of a structural square by noise alone: so much 
 UNSEEN = 0.2  # share that a model with much evidence is held to leave of a gap that is too small to look at
 SUDDEN = 20.0  # log-odds per share of irregularity: noise has next to none
 AMBIGUOUS = 0.55  # of what is not unknown: a set with less is one of several
-
-
-@dataclass(frozen=True)
-class Constants:
-    """Of the judgement; each is a weight of one of the features below in a log-odds."""
-
-    temperature: float = 20.0  # of the evidence
-    sharpness: float = 6.0  # per factor e^-2 in the share of the gap that is left
-    form: float = 0.05  # share of the gap that may be left by an effect of a slightly other form
-    effect_cost: float = 4.0  # of each further effect
-    gap_offset: float = 0.0
-    gap_slope: float = 2.0  # nominal gap over what nobody would look at
-    structure_offset: float = 0.0
-    structure_slope: float = 2.0  # the same of what recalibration leaves
-    unknown_offset: float = -0.5
-    unknown_slope: float = 3.0  # share that the best model leaves
-    evident: float = 15.0  # log evidence that makes an effect as likely as not where the gap itself is too small to look at
-    small_noise: float = 0.5  # of the noise's rms: a structural gap of this size is nothing to look at
-    small_form: float = 0.01  # of the rms of a channel: the same
-    irregular: float = 0.3  # share of what repeats do not share, in bursts and lines: makes something foreign as likely as not
-
-
-def stored() -> tuple[Constants, str]:
-    """The constants that a campaign has found, or the reasoned ones where none has been kept; and which they are."""
-    if not STORED.is_file():
-        return Constants(), "reasoned"
-    try:
-        held: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
-        whole = held.pop("digest") == _digest(held)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        whole = False
-    if not whole:
-        raise EvatError(
-            f"{STORED}: the constants of the diagnosis are damaged, or were changed by hand. Install evat again, or find them anew with "
-            "`evat calibrate --store`."
-        )
-    known = {field.name for field in fields(Constants)}
-    constants = Constants(**{name: float(value) for name, value in held["constants"].items() if name in known})
-    return constants, f"found on {sum(held['made']['cases'].values())} simulated cases"
-
-
-def _digest(held: Mapping[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(held, sort_keys=True).encode()).hexdigest()
 
 
 @dataclass(frozen=True)
@@ -106,7 +57,8 @@ class Features:
 
 @dataclass(frozen=True)
 class Judgement:
-    """`probabilities` of every hypothesis, the nominal model among them, and of `unknown`; the verdict; the hypotheses that hold 90 %."""
+    """`probabilities` of every hypothesis, the nominal model among them, and of `unknown`; the verdict; the hypotheses that hold 90 %; what
+    was judged, and by which constants."""
 
     verdict: str
     chosen: Hypothesis
@@ -115,12 +67,13 @@ class Judgement:
     no_gap: float
     likely: tuple[Hypothesis, ...]
     features: Features
+    constants: Constants
 
 
-def _size(structural: Mapping[str, float], found: Features, constants: Constants) -> float:
+def _size(structural: Mapping[str, float], features: Features, constants: Constants) -> float:
     """Log of the largest structural rms of a channel over what nobody would look at: little beside the noise, or what few numbers of noise
     may leave."""
-    small = {c: constants.small_noise**2 * found.floor[c] + constants.small_form**2 + FEW * found.unsure[c] for c in structural}
+    small = {c: constants.small_noise**2 * features.floor[c] + constants.small_form**2 + FEW * features.unsure[c] for c in structural}
     ratios = [square / small[c] for c, square in structural.items()]
     return 0.5 * math.log(max([*ratios, LEAST**2]))
 
@@ -142,25 +95,87 @@ def features(comparison: Comparison) -> Features:
     )
 
 
-def judge(found: Features, constants: Constants) -> Judgement:
-    """Three questions, one after the other: is there a gap beyond mis-tuning, does the library know it, and which effects are it."""
-    size = _size(found.recalibrated, found, constants)
-    lefts = {on: share * _seen(size) if share < WORSE else share for on, share in found.left.items()}
-    scores = {on: _score(on, gain, lefts[on], constants) for on, gain in found.gain.items()}
+@dataclass(frozen=True)
+class Steps:
+    """The numbers on the way to a judgement; evat.gap.gates says in words what each did.
+
+    Attributes
+    ----------
+    size, nominal_size : log of the largest structural rms of a channel over what nobody would look at, recalibrated and nominal.
+    lefts, scores : of each hypothesis, the share of the gap that it is held to leave, and its score.
+    left, closest : the smallest share, where what may be chance explains nothing, and the hypothesis that leaves it.
+    best, needed, evident : the hypothesis of the best score, the log evidence that makes it evident, and how evident it is (0 to 1).
+    by_size : probability of a gap by its size; by_library : share of the probability of a gap that is unknown.
+    unknown, structural : probabilities of something unknown and of any gap beyond mis-tuning.
+    regular : the same two before what comes and goes by itself was looked at.
+    no_gap : probability that the nominal values suffice, where nothing is structural.
+    """
+
+    size: float
+    nominal_size: float
+    lefts: Mapping[Hypothesis, float]
+    scores: Mapping[Hypothesis, float]
+    left: float
+    closest: Hypothesis
+    best: Hypothesis
+    needed: float
+    evident: float
+    by_size: float
+    by_library: float
+    regular: tuple[float, float]
+    unknown: float
+    structural: float
+    no_gap: float
+
+
+def steps(features: Features, constants: Constants, reverse: Collection[str] = ()) -> Steps:
+    """From features to probabilities. reverse : gates (evat.gap.gates) that are taken as if they had gone the other way."""
+    size = _size(features.recalibrated, features, constants)
+    seen = 1.0 if "visible_share" in reverse else _seen(size)
+    worse = math.inf if "gap_not_larger" in reverse else WORSE
+    lefts = {on: share * seen if share < worse else share for on, share in features.left.items()}
+    scores = {on: _score(on, gain, lefts[on], constants) for on, gain in features.gain.items()}
     # What may be chance explains nothing.
-    left = min([1 - max(1 - lefts[on], 0.0) * _sigmoid((gain - EVIDENT) / CHANCE) for on, gain in found.gain.items()], default=1.0)
-    structural = _sigmoid(constants.structure_offset + constants.structure_slope * size)
+    sure = {on: 1.0 if "beyond_chance" in reverse else _sigmoid((gain - EVIDENT) / CHANCE) for on, gain in features.gain.items()}
+    unexplained = {on: 1 - max(1 - lefts[on], 0.0) * sure[on] for on in sure}
+    closest = min(unexplained, key=lambda on: unexplained[on], default=NOMINAL)
+    left = unexplained.get(closest, 1.0)
+    by_size = _sigmoid(constants.structure_offset + constants.structure_slope * size)
+    if "structural_gap" in reverse:
+        by_size = 1 - by_size
+    structural, best, needed, evident = by_size, NOMINAL, math.nan, 0.0
     if scores:
         # A gap that is too small to look at is one where an effect has much evidence; the more, the more it leaves of what can be seen.
         best = max(scores, key=lambda on: scores[on])
-        seen = math.exp(2 * size) / (math.exp(2 * size) + GLIMPSED**2)
-        needed = constants.evident * (1 + DOUBTFUL * seen * found.left[best])
-        evident = _sigmoid((found.gain[best] - needed) * 3 / needed)
-        structural = max(structural, evident * max(1 - lefts[best], 0.0))
+        glimpsed = math.exp(2 * size) / (math.exp(2 * size) + GLIMPSED**2)
+        needed = constants.evident * (1 + DOUBTFUL * glimpsed * features.left[best])
+        evident = _sigmoid((features.gain[best] - needed) * 3 / needed)
+        if "evident_effect" not in reverse:
+            structural = max(structural, evident * max(1 - lefts[best], 0.0))
     odds = math.log(max(left, 1e-3) / max(1 - left, 1e-3))
-    unknown = structural * _sigmoid(constants.unknown_offset + constants.unknown_slope * odds) if scores else structural
-    unknown, structural = _foreign(found, max(1 - left, 0.0), unknown, structural, constants)
+    by_library = _sigmoid(constants.unknown_offset + constants.unknown_slope * odds) if scores else 1.0
+    if "known_to_library" in reverse:
+        by_library = 1 - by_library
+    unknown = structural * by_library if scores else structural
+    regular = unknown, structural
+    if "regular" not in reverse:
+        unknown, structural = _foreign(features, max(1 - left, 0.0), unknown, structural, constants)
+    nominal = _size(features.nominal, features, constants)
+    no_gap = 1 - _sigmoid(constants.gap_offset + constants.gap_slope * nominal - (features.exact + EVIDENT) / constants.evident)
+    if "nominal_fits" in reverse:
+        no_gap = 1 - no_gap
+    return Steps(
+        size, nominal, lefts, scores, left, closest, best, needed, evident, by_size, by_library, regular, unknown, structural, no_gap
+    )
 
+
+def judge(features: Features, constants: Constants, reverse: Collection[str] = ()) -> Judgement:
+    """Three questions, one after the other: is there a gap beyond mis-tuning, does the library know it, and which effects are it.
+
+    reverse : gates that are taken as if they had gone the other way, to see which of them moved the verdict.
+    """
+    step = steps(features, constants, reverse)
+    scores, unknown, structural = step.scores, step.unknown, step.structural
     total = np.logaddexp.reduce(list(scores.values())) if scores else 0.0
     probabilities = {on: (structural - unknown) * math.exp(score - total) for on, score in scores.items()}
     probabilities[NOMINAL] = 1 - structural
@@ -171,21 +186,22 @@ def judge(found: Features, constants: Constants) -> Judgement:
             likely.append(on)
             held += probabilities[on]
 
-    nominal = _size(found.nominal, found, constants)
-    no_gap = 1 - _sigmoid(constants.gap_offset + constants.gap_slope * nominal - (found.exact + EVIDENT) / constants.evident)
+    def judgement(verdict: str, chosen: Hypothesis = NOMINAL) -> Judgement:
+        return Judgement(verdict, chosen, probabilities, unknown, step.no_gap, tuple(likely), features, constants)
+
     if unknown > max(structural - unknown, 1 - structural):
-        return Judgement(UNKNOWN, NOMINAL, probabilities, unknown, no_gap, tuple(likely), found)
+        return judgement(UNKNOWN)
     if 1 - structural >= structural - unknown:
-        return Judgement(NO_GAP if no_gap > 0.5 else MISTUNED, NOMINAL, probabilities, unknown, no_gap, tuple(likely), found)
+        return judgement(NO_GAP if step.no_gap > 0.5 else MISTUNED)
     chosen = next(on for on in ranked if on)
     sure = probabilities[chosen] > AMBIGUOUS * (1 - unknown) or len(likely) == 1
-    return Judgement("effect" if sure else "ambiguous", chosen, probabilities, unknown, no_gap, tuple(likely), found)
+    return judgement(EFFECT if sure else AMBIGUOUS_SETS, chosen)
 
 
-def _foreign(found: Features, explained: float, unknown: float, structural: float, constants: Constants) -> tuple[float, float]:
+def _foreign(features: Features, explained: float, unknown: float, structural: float, constants: Constants) -> tuple[float, float]:
     """Probabilities of something unknown and of any gap, where more comes and goes by itself than the effects explain."""
-    for channel, share in found.irregular_share.items():
-        if found.irregular[channel] > explained * found.recalibrated[channel]:
+    for channel, share in features.irregular_share.items():
+        if features.irregular[channel] > explained * features.recalibrated[channel]:
             foreign = _sigmoid((share - constants.irregular) * SUDDEN)
             unknown, structural = max(unknown, foreign), max(structural, foreign)
     return unknown, structural
@@ -203,12 +219,6 @@ def _score(on: Hypothesis, gain: float, left: float, constants: Constants) -> fl
 
 def _sigmoid(x: float) -> float:
     return 1 / (1 + math.exp(-min(max(x, -40.0), 40.0)))
-
-
-def store(constants: Constants, made: Mapping[str, Any], path: Path = STORED) -> None:
-    """Keep constants with how they were found."""
-    held = {"constants": asdict(constants), "made": dict(made)}
-    put(path, json.dumps({**held, "digest": _digest(held)}, indent=1, sort_keys=True) + "\n", "the calibration")
 
 
 def fitted(comparison: Comparison, on: Hypothesis) -> Fit:

@@ -1,4 +1,4 @@
-"""Why was an effect chosen, or not? What was tried, what it gained, how large it would have to be to show in these data."""
+"""Why was an effect chosen, or not, and why this verdict? What was tried, what it gained, how large it would have to be to show here."""
 
 from __future__ import annotations
 
@@ -43,6 +43,23 @@ def explain(comparison: Comparison, answer: Diagnosis, effect: str) -> str:
     lines += _rank(comparison, effect)
     lines += _fits(comparison, answer, effect)
     return "\n".join([*lines, *_detectable(comparison, answer, asked)])
+
+
+def explain_verdict(answer: Diagnosis, verdict: str) -> str:
+    """Whether this was the verdict, and the gates that led to the one that was, in their order and with their numbers."""
+    was = (
+        f"{verdict}: this is the verdict."
+        if answer.verdict == verdict
+        else f"{verdict}: this is not the verdict, which is {answer.verdict}."
+    )
+    lines = [was, f"It says: {sentence(answer)}"]
+    for place, gate in enumerate(answer.gates, 1):
+        lines.append(
+            f"{place:2}. {gate.name}: {'passed' if gate.passed else 'not passed'}; {gate.quantity}: {number(gate.value)}, wanted is "
+            f"{gate.wanted} {number(gate.threshold)}. {gate.consequence[:1].upper()}{gate.consequence[1:]}."
+            f"{' This moved the verdict.' if gate.moved else ''}"
+        )
+    return "\n".join(lines)
 
 
 def _standing(answer: Diagnosis, effect: str) -> str:

@@ -1,0 +1,152 @@
+"""Which steps led to the verdict, and which of them moved it? Gates with a value and a threshold, in the order in which they are asked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from evat.gap.judgement import AMBIGUOUS, EVIDENT, MISTUNED, NO_GAP, WORSE, Judgement, judge, steps
+
+
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """One question of the judgement: `quantity` says what `value` is, which passes where it is above `threshold`, or at most that.
+
+    consequence : what the answer did to the verdict; moved : whether another answer had led to another verdict or another hypothesis, and
+    for the gates that hand out verdicts, whether it was the one that did.
+    """
+
+    name: str
+    quantity: str
+    value: float
+    wanted: Literal["above", "at most"]
+    threshold: float
+    consequence: str
+    moved: bool
+
+    @property
+    def passed(self) -> bool:
+        return self.value > self.threshold if self.wanted == "above" else self.value <= self.threshold
+
+    def document(self) -> dict[str, Any]:
+        """As in diagnosis.json: six digits, null for what is not known."""
+        value, threshold = (float(f"{x:.6g}") if math.isfinite(x) else None for x in (self.value, self.threshold))
+        return {
+            "name": self.name,
+            "quantity": self.quantity,
+            "value": value,
+            "wanted": self.wanted,
+            "threshold": threshold,
+            "passed": self.passed,
+            "consequence": self.consequence,
+            "moved": self.moved,
+        }
+
+
+def gates(judgement: Judgement, refused: Sequence[str] = ()) -> tuple[Gate, ...]:
+    """In the order in which they are asked. refused : why the data can carry no verdict at all."""
+    audit = Gate(
+        "data_suffice", "reasons for which these data carry no verdict", len(refused), "at most", 0,
+        "the verdict is cannot_tell, whatever the gates below say" if refused else "the data are judged", bool(refused),
+    )  # fmt: skip
+    return (audit, *_evidence(judgement), *_verdicts(judgement, not refused))
+
+
+def _evidence(judgement: Judgement) -> list[Gate]:
+    """What goes into the probabilities."""
+    features, constants = judgement.features, judgement.constants
+    step, built = steps(features, constants), list[Gate]()
+
+    def gate(
+        name: str, quantity: str, value: float, wanted: Literal["above", "at most"], threshold: float, yes: str, no: str, asks: str = ""
+    ) -> None:
+        passed = value > threshold if wanted == "above" else value <= threshold
+        other = judge(features, constants, (asks or name,))
+        moved = (other.verdict, other.chosen) != (judgement.verdict, judgement.chosen)
+        built.append(Gate(name, quantity, value, wanted, threshold, yes if passed else no, moved))
+
+    gate(
+        "structural_gap", "largest structural rms that recalibration leaves in a channel, over what nobody would look at",
+        math.exp(step.size), "above", math.exp(-constants.structure_offset / constants.structure_slope),
+        f"a gap beyond mis-tuning: probability {step.by_size:.3g} by its size",
+        f"nothing to look at: probability {step.by_size:.3g} of a gap by its size",
+    )  # fmt: skip
+    if features.gain:
+        leader = max(features.gain, key=lambda on: features.gain[on])
+        gate(
+            "gap_not_larger", f"share of the structural gap that {leader} leaves, the likeliest by evidence alone",
+            features.left[leader], "at most", WORSE, "its evidence counts",
+            "a model that makes the gap larger is held to leave all of that, however small the gap",
+        )  # fmt: skip
+        closest = step.closest
+        gate(
+            "visible_share", f"share of the structural gap that {closest} leaves, as far as it can be seen",
+            step.lefts[closest], "at most", features.left[closest],
+            f"of the {features.left[closest]:.3g} that it leaves, {step.lefts[closest]:.3g} can be seen and count",
+            "all that it leaves counts",
+        )  # fmt: skip
+        gate(
+            "beyond_chance", f"log evidence of {closest} over the recalibrated model", features.gain[closest], "above", EVIDENT,
+            "what it explains is no chance", f"it may be chance, so that {step.left:.3g} of the gap count as unexplained",
+        )  # fmt: skip
+        gate(
+            "evident_effect", f"log evidence of {step.best}, the best hypothesis", features.gain[step.best], "above", step.needed,
+            f"a gap even if it is too small to look at: probability {step.regular[1]:.3g} with its evidence, {step.by_size:.3g} without",
+            "too little to make a gap of one that is too small to look at",
+        )  # fmt: skip
+        even = -constants.unknown_offset / constants.unknown_slope  # log-odds of a share
+        gate(
+            "known_to_library", "smallest share of the gap that a hypothesis leaves, chance counted", step.left, "at most",
+            1 / (1 + math.exp(-even)), f"the library knows it: {step.by_library:.3g} of the probability of a gap is unknown",
+            f"no hypothesis explains it: {step.by_library:.3g} of the probability of a gap is unknown",
+        )  # fmt: skip
+    explained = max(1 - step.left, 0.0)
+    for channel, share in features.irregular_share.items():
+        unexplained = features.irregular[channel] > explained * features.recalibrated[channel]
+        gate(
+            f"regular, {channel}", "share of what repeats do not share that is bursts and lines"
+            + ("" if unexplained else "; no more of it than the effects explain, so any share will do"),
+            share, "at most", constants.irregular if unexplained else 1.0, "nothing foreign comes and goes",
+            f"something foreign comes and goes: probability of unknown {step.regular[0]:.3g} without it, {step.unknown:.3g} with all of it",
+            "regular",
+        )  # fmt: skip
+    gate(
+        "nominal_fits", "log evidence of the nominal over the recalibrated model, of which a larger nominal gap asks more", features.exact,
+        "above", constants.evident * (constants.gap_offset + constants.gap_slope * step.nominal_size) - EVIDENT,
+        f"without an effect the nominal values suffice: probability {step.no_gap:.3g}",
+        f"without an effect the nominal values are mis-tuned: they suffice with a probability of {step.no_gap:.3g}",
+    )  # fmt: skip
+    return built
+
+
+def _verdicts(judgement: Judgement, counts: bool) -> list[Gate]:
+    """The chain that hands out the verdict; it ends at the gate that did. counts : whether the data carry it."""
+    step = steps(judgement.features, judgement.constants)
+    unknown, known, none = step.unknown, step.structural - step.unknown, 1 - step.structural
+    count, most = len(judgement.likely), max((p for on, p in judgement.probabilities.items() if on), default=0.0)
+    is_unknown, acts, sure = unknown > max(known, none), known > none, AMBIGUOUS * (1 - unknown)
+    chain = [
+        Gate(
+            "known_is_likelier", "probability of something unknown", unknown, "at most", max(known, none),
+            "the verdict is unknown" if is_unknown else "it is nothing unknown", False,
+        )
+    ]  # fmt: skip
+    if not is_unknown:
+        word = "an effect or another base law acts" if acts else "no effect is named"
+        chain.append(Gate("effects_over_none", "probability of what the library knows", known, "above", none, word, False))
+    if not is_unknown and not acts:
+        word = f"the verdict is {NO_GAP if step.no_gap > 0.5 else MISTUNED}"
+        chain.append(Gate("nominal_suffices", "probability that the nominal values suffice", step.no_gap, "above", 0.5, word, False))
+    if not is_unknown and acts:
+        word = "the verdict is effect: no other hypothesis is likely" if count <= 1 else "several hypotheses are likely"
+        chain.append(Gate("one_is_likely", "hypotheses that hold 90 % of what is not unknown", count, "at most", 1, word, False))
+        if count > 1:
+            word = (
+                "the verdict is effect: the others are far behind"
+                if most > sure
+                else "the verdict is ambiguous: these data cannot tell them apart"
+            )
+            chain.append(Gate("one_stands_out", "probability of the likeliest hypothesis", most, "above", sure, word, False))
+    return [*chain[:-1], replace(chain[-1], moved=counts)]

@@ -1,0 +1,110 @@
+"""Do the gates tell how the verdict came about: in order, with the numbers that were compared, and which of them moved it?"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+from evat.gap import diagnose
+from evat.gap.constants import Constants
+from evat.gap.gates import Gate, gates
+from evat.gap.judgement import CANNOT_TELL, VERDICTS, Judgement, judge
+from evat.gap.report import explain_verdict
+from evat.gap.report.words import number
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from test_calibration import _features as features
+from toy import Toy, measured
+
+CHAIN = ("known_is_likelier", "effects_over_none", "nominal_suffices", "one_is_likely", "one_stands_out")
+POSITIVE = st.floats(0.001, 100)
+
+
+def told(judgement: Judgement) -> dict[str, Gate]:
+    return {gate.name: gate for gate in gates(judgement)}
+
+
+def verdict_of(by_name: dict[str, Gate]) -> str:
+    """From the chain alone."""
+    if not by_name["known_is_likelier"].passed:
+        return "unknown"
+    if not by_name["effects_over_none"].passed:
+        return "no_gap" if by_name["nominal_suffices"].passed else "mistuned"
+    return "effect" if by_name["one_is_likely"].passed or by_name["one_stands_out"].passed else "ambiguous"
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    gap=POSITIVE,
+    before=POSITIVE,
+    exact=st.floats(-800, 50),
+    foreign=st.floats(0, 1),
+    gains=st.lists(st.tuples(st.floats(-20, 400), st.floats(0.001, 1.2)), max_size=3),
+)
+def test_the_gates_give_the_verdict(gap: float, before: float, exact: float, foreign: float, gains: list[tuple[float, float]]) -> None:
+    """Whatever was seen: who reads the chain comes to the verdict, its last gate is the one that gave it, and no other of the chain is."""
+    seen = features(gap, dict(zip(("a", "b", "a+b"), gains, strict=False)), exact=exact, before=before, foreign=foreign)
+    judgement = judge(seen, Constants())
+    by_name = told(judgement)
+    assert verdict_of(by_name) == judgement.verdict
+    chain = [gate for gate in by_name.values() if gate.name in CHAIN]
+    assert [gate.moved for gate in chain] == [False] * (len(chain) - 1) + [True]
+    assert list(by_name)[-len(chain) :] == [gate.name for gate in chain]
+    assert judge(seen, Constants(), ()) == judgement
+
+
+@pytest.mark.parametrize(
+    ("seen", "verdict", "name", "passed"),
+    [
+        (features(0.04, {"a": (200, 0.9)}, exact=-50), "effect", "evident_effect", True),
+        (features(30, {"a": (3, 0.4), "b": (1, 0.6)}, exact=-50), "unknown", "beyond_chance", False),
+        (features(30, {"a": (300, 0.97)}, exact=-50), "unknown", "known_to_library", False),
+        (features(30, {"a": (300, 0.01)}, exact=-50), "effect", "known_to_library", True),
+        (features(0.01, {"a": (-2, 1.0)}, exact=15, foreign=0.9), "unknown", "regular, F", False),
+        (features(30, {}, exact=-50), "unknown", "structural_gap", True),
+        (features(0.01, {}, exact=15), "no_gap", "structural_gap", False),
+        (features(0.01, {"a": (-2, 1.0)}, exact=-500, before=30), "mistuned", "nominal_fits", False),
+    ],
+)
+def test_the_gate_that_moved_the_verdict_says_so(seen: object, verdict: str, name: str, passed: bool) -> None:
+    judgement = judge(seen, Constants())  # type: ignore[arg-type]
+    gate = told(judgement)[name]
+    assert judgement.verdict == verdict
+    assert (gate.passed, gate.moved) == (passed, True)
+    assert judge(seen, Constants(), (name.partition(",")[0],)).verdict != verdict  # type: ignore[arg-type]
+
+
+def test_a_gate_that_moved_nothing_says_so() -> None:
+    by_name = told(judge(features(30, {"a": (300, 0.01), "b": (40, 0.8)}, exact=-50, foreign=0.1), Constants()))
+    assert not any(by_name[name].moved for name in ("evident_effect", "beyond_chance", "regular, F", "gap_not_larger", "data_suffice"))
+
+
+def test_data_that_carry_nothing_come_first() -> None:
+    judgement = judge(features(30, {"a": (300, 0.01)}, exact=-50), Constants())
+    first, *others = gates(judgement, ("a sensor was dead",))
+    assert (first.name, first.value, first.passed, first.moved) == ("data_suffice", 1, False, True)
+    assert CANNOT_TELL in first.consequence
+    assert not others[-1].moved
+
+
+@pytest.mark.parametrize("verdict", VERDICTS)
+def test_every_verdict_can_be_asked_for(verdict: str) -> None:
+    """On the toy with an effect: each gate on a line of its own, in order, with its numbers; the JSON has the same."""
+    answer = diagnose(measured(["bend"], {"bend.c": 0.2}), Toy())
+    first, _, *lines = explain_verdict(answer, verdict).splitlines()
+    assert ("this is the verdict" in first) == (verdict == answer.verdict == "effect")
+    entries = json.loads(answer.json())["gates"]
+    assert len(lines) == len(answer.gates) == len(entries)
+    for place, (line, gate, entry) in enumerate(zip(lines, answer.gates, entries, strict=True), 1):
+        assert line.strip().startswith(f"{place}. {gate.name}: {'passed' if gate.passed else 'not passed'}; ")
+        assert f": {number(gate.value)}, wanted is {gate.wanted} {number(gate.threshold)}. " in line
+        assert line.endswith("This moved the verdict.") == gate.moved == entry["moved"]
+        assert entry["value"] == pytest.approx(gate.value, rel=1e-5)
+        assert entry["passed"] == gate.passed
+
+
+def test_a_gate_at_its_threshold() -> None:
+    gate = Gate("any", "what", 1.0, "above", 1.0, "", False)
+    assert not gate.passed
+    assert replace(gate, wanted="at most").passed
