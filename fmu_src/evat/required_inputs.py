@@ -46,7 +46,7 @@ def lacks_motion(model: Tables, values: Mapping[str, float | str], given: Collec
     return required and MOTION not in values and MOTION not in given
 
 
-def check_needs(model: Tables, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str] = ()) -> None:
+def check_required_inputs(model: Tables, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str] = ()) -> None:
     """ParameterError where `missing_inputs` finds one."""
     for name, effects in missing_inputs(model, on, values, given).items():
         variable = next(variable for variable in model.variables if variable.name == name)

@@ -10,7 +10,7 @@ from evat.model import ParameterError
 from evat.models.simulate import simulate
 from evat.native import kernel
 from evat.native.kernel import ContactTables
-from evat.required_inputs import check_needs, missing_inputs
+from evat.required_inputs import check_required_inputs, missing_inputs
 
 MODEL = ContactTables()
 THERMAL = tuple(effect.name for effect in kernel.effects() if "proxy_speed" in effect.needs)
@@ -69,7 +69,7 @@ def test_a_load_is_needed_only_where_the_chip_does_not_give_it(effect: str) -> N
 def test_the_error_says_what_was_asked_what_is_missing_and_what_to_do() -> None:
     two = THERMAL[:2]
     with pytest.raises(ParameterError) as caught:
-        check_needs(MODEL, two, {"proxy_source": "contact_temperature"})
+        check_required_inputs(MODEL, two, {"proxy_source": "contact_temperature"})
     text = str(caught.value)
     for part in (*two, "contact_temperature", kernel.variable("contact_temperature").meaning, "in K", "column", "proxy_source", "switch"):
         assert part in text
@@ -78,7 +78,7 @@ def test_the_error_says_what_was_asked_what_is_missing_and_what_to_do() -> None:
 def test_other_effects_need_nothing() -> None:
     others = [effect.name for effect in kernel.effects() if not effect.needs]
     for kinematics in kernel.variable("kinematics").choices:
-        check_needs(MODEL, others, {"kinematics": kinematics, "proxy_source": "contact_temperature"})
+        check_required_inputs(MODEL, others, {"kinematics": kinematics, "proxy_source": "contact_temperature"})
 
 
 @pytest.mark.parametrize("effect", THERMAL)

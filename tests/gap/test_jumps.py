@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from evat.inference.discontinuities import SHARPNESS, Jumps
+from evat.inference.discontinuities import SHARPNESS, Discontinuities
 
 FILTER = np.array([1.0, -0.6, 0.2])
 SQUARE_WAVE = np.where(np.arange(400) % 40 < 20, 1.0, -1.0)
@@ -23,7 +23,7 @@ def errors(size: float, draws: int) -> np.ndarray:
 
 def whitened(rows: np.ndarray, size: float) -> np.ndarray:
     innovations = sum(FILTER[lag] * rows[2 - lag : 400 - lag] for lag in range(3)) / size
-    return Jumps(SQUARE_WAVE, FILTER, size).whiten(innovations)
+    return Discontinuities(SQUARE_WAVE, FILTER, size).whiten(innovations)
 
 
 def test_errors_beside_jumps_become_white_with_the_noise() -> None:
@@ -34,7 +34,7 @@ def test_errors_beside_jumps_become_white_with_the_noise() -> None:
 
 
 def test_far_from_jumps_nothing_is_lost() -> None:
-    jumps = Jumps(SQUARE_WAVE, FILTER, 0.1)
+    jumps = Discontinuities(SQUARE_WAVE, FILTER, 0.1)
     beside = np.isin(np.arange(400) % 20, (0, 19))
     assert np.all(jumps.weights[np.logical_not(beside)] == 1.0)
     assert np.all(jumps.weights[beside][1:-1] < 0.2)
@@ -43,4 +43,4 @@ def test_far_from_jumps_nothing_is_lost() -> None:
 
 def test_a_smooth_curve_is_no_jump() -> None:
     curve = 100 * np.sin(np.arange(400) / 8)
-    assert Jumps(curve, FILTER, 0.1).share > 0.97
+    assert Discontinuities(curve, FILTER, 0.1).share > 0.97

@@ -19,7 +19,7 @@ from evat.gap.compare import Comparison, compare
 from evat.gap.constants import Constants, stored
 from evat.gap.gates import gates
 from evat.gap.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, judge
-from evat.gap.location import Where, locate
+from evat.gap.location import Location, locate
 from evat.gap.portion import portion
 from evat.inference.prediction import Prediction
 from evat.model import Model
@@ -144,7 +144,7 @@ def _recalibrated(comparison: Comparison) -> Recalibrated:
     return Recalibrated({p.name: (p.mean, float(found.values[p.name]), sd[p.name]) for p in found.parameters}, share)
 
 
-def _where(comparison: Comparison, judgement: Judgement) -> Where:
+def _where(comparison: Comparison, judgement: Judgement) -> Location:
     """From what the effects contribute; of something unknown from all that the recalibrated model leaves, which need not come back in every
     repeat; else from what the nominal model leaves of the means of repeats."""
     base = comparison.recalibrated.predicted

@@ -12,7 +12,7 @@ from evat.gap.advise import Advice
 from evat.gap.closure import Closure
 from evat.gap.gates import Gate
 from evat.gap.judgement import Judgement
-from evat.gap.location import Where
+from evat.gap.location import Location
 from evat.inference.hypothesis import Hypothesis
 
 FORMAT = 1
@@ -49,7 +49,7 @@ class Diagnosis:
     gates: tuple[Gate, ...]
     novelty: tuple[float, float]
     recalibration: Recalibrated
-    where: Where
+    where: Location
     closure: Closure
     cannot_tell: tuple[str, ...]
     advice: Advice | None

@@ -28,7 +28,7 @@ class Region:
 
 
 @dataclass(frozen=True)
-class Where:
+class Location:
     """`channels` and `trials`: their shares of the squared gap; `regions`: the boxes that hold most of it, the largest first; a channel may
     have two of them."""
 
@@ -50,7 +50,7 @@ def samples_of(prediction: Prediction, place: int) -> dict[str, FloatArray]:
     return found
 
 
-def locate(prediction: Prediction, gap: FloatArray) -> Where:
+def locate(prediction: Prediction, gap: FloatArray) -> Location:
     """gap : (N,), what is to be placed: an effect's contribution, or a residual."""
     squares = gap**2
     total = float(squares.sum()) or 1.0
@@ -67,7 +67,7 @@ def locate(prediction: Prediction, gap: FloatArray) -> Where:
             continue
         energy, columns = _gathered(prediction, channel, squares)
         regions += [Region(channel, box, inside * share) for box, inside in smallest_place(energy, columns, PHASE)]
-    return Where(channels, tuple(sorted(regions, key=lambda region: -region.share)), trials)
+    return Location(channels, tuple(sorted(regions, key=lambda region: -region.share)), trials)
 
 
 def _gathered(prediction: Prediction, channel: str, squares: FloatArray) -> tuple[FloatArray, dict[str, FloatArray]]:

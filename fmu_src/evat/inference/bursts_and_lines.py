@@ -21,7 +21,7 @@ FEWEST = 60  # samples of a recording that is looked at
 
 
 @dataclass(frozen=True)
-class Irregular:
+class BurstsAndLines:
     """Of one channel: the mean square of what repeats do not share [unit squared], the shares of it in bursts and in lines, and the
     frequency [Hz] of the strongest line, 0 where there is none."""
 
@@ -66,14 +66,14 @@ def _spectrum(row: FloatArray) -> FloatArray:
     return squares
 
 
-def irregular(rows: Sequence[FloatArray], steps: Sequence[float]) -> Irregular:
+def irregular(rows: Sequence[FloatArray], steps: Sequence[float]) -> BurstsAndLines:
     """Of all differences (L,) between repeats of one channel; steps : their sample times [s]."""
     total = sum(float(row @ row) for row in rows)
     if total <= 0:
-        return Irregular()
+        return BurstsAndLines()
     in_bursts = sum(float(np.sum(row[bursts(row)] ** 2)) for row in rows)
     found = [(*lines(row), row.size, step, float(row @ row)) for row, step in zip(rows, steps, strict=True)]
     in_lines = sum(share * square for share, *_, square in found)
     _, above, place, size, step, _ = max(found, key=lambda line: line[1])
     frequency = place / ((size - 1) * step) if above > LINE else 0.0
-    return Irregular(total / sum(row.size for row in rows), in_bursts / total, in_lines / total, frequency)
+    return BurstsAndLines(total / sum(row.size for row in rows), in_bursts / total, in_lines / total, frequency)

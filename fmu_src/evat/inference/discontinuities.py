@@ -19,7 +19,7 @@ CURVE = 5  # samples whose middle bend is that of a curve
 WIDEST = 24  # innovations of a block
 
 
-class Jumps:
+class Discontinuities:
     """The whitening of one segment: `weights` (L,) are what its samples count, `share` what all of them do."""
 
     def __init__(self, predicted: FloatArray, filter_: FloatArray, size: float) -> None:

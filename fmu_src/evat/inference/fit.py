@@ -85,10 +85,10 @@ def fit(
     def keep(point: FloatArray) -> FloatArray:
         return np.array([p.within(float(u)) for p, u in zip(parameters, point, strict=True)])
 
-    return climb(look, keep, start, whitening, most_steps, held_out)
+    return levenberg_marquardt(look, keep, start, whitening, most_steps, held_out)
 
 
-def climb(
+def levenberg_marquardt(
     look: Callable[[FloatArray], Looked | None],
     keep: Callable[[FloatArray], FloatArray],
     start: FloatArray,

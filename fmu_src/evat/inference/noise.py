@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.inference.autoregression import WHITE, autoregression, innovations, robust_sd
-from evat.inference.bursts_and_lines import Irregular, bursts, irregular
+from evat.inference.bursts_and_lines import BurstsAndLines, bursts, irregular
 from evat.inference.discontinuities import SHARPNESS, bends
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
@@ -39,7 +39,7 @@ class Noise:
     spread: Mapping[str, FloatArray]
     degrees: Mapping[str, int]
     repeated: bool
-    irregular: Mapping[str, Irregular]
+    irregular: Mapping[str, BurstsAndLines]
 
 
 def differing(predicted: FloatArray, times: FloatArray) -> FloatArray:
@@ -66,7 +66,7 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
         groups.setdefault((segment.channel, segment.condition), []).append(place)
     recorded = tuple(dict.fromkeys(s.channel for s in prediction.segments if s.trial >= 0))
     sizes = np.full(len(prediction.segments), np.nan)
-    filters, spread, degrees, irregulars = dict[str, FloatArray](), dict[str, FloatArray](), dict[str, int](), dict[str, Irregular]()
+    filters, spread, degrees, irregulars = dict[str, FloatArray](), dict[str, FloatArray](), dict[str, int](), dict[str, BurstsAndLines]()
     for channel in recorded:
         own = {
             condition: [place for place in places if prediction.segments[place].trial >= 0]

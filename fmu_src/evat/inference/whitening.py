@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from evat.inference.autoregression import WHITE
 from evat.inference.cycles import cycle_samples
-from evat.inference.discontinuities import Jumps
+from evat.inference.discontinuities import Discontinuities
 from evat.inference.noise import BETWEEN, Noise, differing
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
@@ -125,10 +125,10 @@ class Whitening:
             found.append(np.asarray(rows.mean(axis=0), dtype=np.float64))
         return found
 
-    def _jumps_of(self, group: Group, predicted: FloatArray) -> Jumps:
+    def _jumps_of(self, group: Group, predicted: FloatArray) -> Discontinuities:
         """The mean of repeats is as wrong beside a jump as each of them."""
         size = self.noise.sizes[group.members[0]] / math.sqrt(len(group.members))
-        return Jumps(predicted[group.at], self._filter_of(group), float(size))
+        return Discontinuities(predicted[group.at], self._filter_of(group), float(size))
 
     def _filter_of(self, group: Group) -> FloatArray:
         return self.noise.filters[group.channel] if group.at.stop - group.at.start > 1 else WHITE

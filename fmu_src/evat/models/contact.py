@@ -11,7 +11,7 @@ import numpy as np
 from evat.model import FloatArray, Rival, Run, Trace
 from evat.native import kernel
 from evat.native.batch import run_many
-from evat.required_inputs import KINEMATICS, MOTION, check_needs, missing_inputs
+from evat.required_inputs import KINEMATICS, MOTION, check_required_inputs, missing_inputs
 
 # Internal steps, far beyond what a sound set takes; a holder that chatters against a rigid law takes thousands.
 MOST_STEPS, STEPS_PER_SAMPLE, STEPS_PER_CYCLE = 2_000, 15, 120
@@ -49,7 +49,7 @@ class ContactModel(kernel.ContactTables):
         """Drive the contact through `run`; see evat.model.Model."""
         first = {name: float(column[0]) for name, column in run.inputs.items() if np.size(column) and math.isfinite(column[0])}
         contact = kernel.Contact({**values, **first}, on)
-        check_needs(self, on, values, run.inputs)
+        check_required_inputs(self, on, values, run.inputs)
         contact.start(float(run.times[0]))
         names = list(run.outputs) or list(kernel.outputs())
         table = contact.run(run.times, run.inputs, names)

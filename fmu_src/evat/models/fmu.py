@@ -17,7 +17,7 @@ from evat.models.contact import ContactModel
 from evat.models.drive import drive
 from evat.native import kernel
 from evat.native.batch import value_sets
-from evat.required_inputs import check_needs
+from evat.required_inputs import check_required_inputs
 
 
 class FmuModel(ContactModel):
@@ -61,7 +61,7 @@ class FmuModel(ContactModel):
     def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
         """Drive the FMU through `run`; see evat.model.Model. At least two samples."""
         kernel.check_values(values, on)
-        check_needs(self, on, values, run.inputs)
+        check_required_inputs(self, on, values, run.inputs)
         off = dict.fromkeys((effect.name for effect in self.effects), 0.0)
         first = {name: float(column[0]) for name, column in run.inputs.items()}
         whole = replace(run, outputs=tuple(run.outputs) or kernel.outputs())

@@ -17,7 +17,7 @@ import numpy as np
 from evat.model import FloatArray, ParameterError, Run, SimulationError
 from evat.native import kernel
 from evat.native.compile import MANY_LANES
-from evat.required_inputs import check_needs
+from evat.required_inputs import check_required_inputs
 
 Give = Literal["rows", "sums"]
 LINE = 64  # bytes
@@ -256,7 +256,7 @@ def run_many(
     if not names:
         raise ParameterError("no outputs were asked for; name at least one, for example friction_force.")
     single: dict[str, float | str] = {name: value for name, value in values.items() if isinstance(value, (int, float, str))}
-    check_needs(kernel.ContactTables(), on, single, {*run.inputs, *values})
+    check_required_inputs(kernel.ContactTables(), on, single, {*run.inputs, *values})
     count, constants, columns = value_sets(values, on, run)
     clock, keep = _clock(run, at)
     inputs, shared, each = _columns(run, clock, count)

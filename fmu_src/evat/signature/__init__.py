@@ -14,7 +14,7 @@ import numpy as np
 
 from evat.model import Effect, EvatError, FloatArray, ParameterError
 from evat.native import kernel
-from evat.required_inputs import check_needs
+from evat.required_inputs import check_required_inputs
 from evat.signature.conditions import CONDITIONS
 from evat.signature.runs import PROXY, RECORDED, Axis, Case, one_cycle, to_and_fro
 
@@ -96,7 +96,7 @@ def signature(name: str, values: Mapping[str, float | str] | None = None, on: Se
     """
     effect = effect_named(name)
     beside = tuple(other for other in on if other != name and other not in effect.rivals)
-    check_needs(kernel.ContactTables(), (*beside, name), values or {})
+    check_required_inputs(kernel.ContactTables(), (*beside, name), values or {})
     numbers = {"relative_tolerance": TOLERANCE, **kernel.check_values(values or {}, beside)}
     for switch in (name, *effect.rivals):
         numbers.pop(switch, None)
