@@ -75,8 +75,16 @@ def binary_name(version: Version, target: Target, shown: Shown) -> str:
 
 
 def compile_binary(version: Version, target: Target, shown: Shown, folder: Path) -> bytes:
-    """The library of one platform; `folder` holds it while it is made."""
+    """The library of one platform; `folder` holds it while it is made.
+
+    The shell is compiled from a copy beside the FMU's own model.h, as it travels; the model from where it lies, with the same command for
+    all FMUs, so that the compiler's cache has it from the second one on.
+    """
     output = folder / f"fmi{version}" / target.fmi3_folder / f"{shown.model_name}{target.extension}"
-    put(output.parent / "model.h", model_header(shown))
-    include = [output.parent, *include_folders(source_root(), shown.model), fmi_headers()]
-    return compile_library(compiled_sources(version, shown), output, target, include=include).read_bytes()
+    root, shell = source_root(), output.parent / "fmi"
+    for path in (*shell_sources(root, version), *sorted((root / "fmi").glob("*.h"))):
+        put(shell / path.name, path.read_bytes())
+    put(shell / "model.h", model_header(shown))
+    sources = [*model_sources(root, shown.model), *(shell / path.name for path in shell_sources(root, version))]
+    include = [include_folders(root, shown.model)[0], fmi_headers()]
+    return compile_library(sources, output, target, include=include).read_bytes()
