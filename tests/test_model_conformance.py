@@ -21,6 +21,7 @@ from evat.models.axis import AxisModel
 from evat.models.contact import ContactModel
 from evat.models.fmu import FmuModel
 from evat.native import kernel
+from test_hypothesis import TwoLaws
 from test_valleys import TwoValleys, found
 from test_where import Turning
 from toy import Toy, measured
@@ -79,6 +80,8 @@ CASES = {
                 ("F", {"k": 9.0, "x": 0.5})),
     "toy with a cycle": Case(lambda _: Turning(), {"k": 9.0, "lean.a": 0.3}, Run(TIMES, {"x": SLIP}, ("F",)), ("lean",),
                              ("k", (1.0, 9.0, 11.0)), ("F", {"k": 9.0, "x": 0.5})),
+    "toy of two laws": Case(lambda _: TwoLaws(), {"k": 9.0, "bend.c": 0.3}, Run(TIMES, {"x": SLIP}, ("F",)), ("bend",),
+                            ("k", (1.0, 9.0, 11.0)), ("F", {"k": 9.0, "x": 0.5}), rivals=1),
     "two valleys": Case(lambda _: TwoValleys(), {"p": 1.5}, Run(TIMES, {}, ("F",)), (), ("q", (1.0, 5.0, 9.0)), ("F", {"p": 1.0})),
 }  # fmt: skip
 

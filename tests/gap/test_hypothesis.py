@@ -29,6 +29,8 @@ class TwoLaws(Toy):
         return force
 
     def rival_laws(self, values: Mapping[str, float | str]) -> Sequence[Rival]:
+        if HARDENING.check(values.get("law", 0.0)) > 0:
+            return ()
         return (Rival(LAW, {"law": "hardening"}, tuple(v for v in self.variables if v.name == "k")),)
 
 
