@@ -7,9 +7,6 @@ from pathlib import Path
 
 import evat
 
-# The fit's noise and the diagnosis's become one; until then both have the name.
-ALLOWED = {"Noise"}
-
 
 def test_no_two_classes_have_one_name() -> None:
     """Classes of a module, as they are defined: what a module hands on is defined once, and what begins with _ is its own."""
@@ -19,4 +16,4 @@ def test_no_two_classes_have_one_name() -> None:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 found.setdefault(node.name, []).append(f"{path.relative_to(folder)}:{node.lineno}")
     assert len(found) > 100
-    assert {name: places for name, places in found.items() if len(places) > 1 and name not in ALLOWED} == {}
+    assert {name: places for name, places in found.items() if len(places) > 1} == {}
