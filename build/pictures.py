@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from evat import parameter_sets
-from evat.identification.figures import save_profiles
+from evat.identification.report.figures import save_profiles
 from evat.studies import recovery
 from evat.studies.coupling import study
 from evat.studies.recovery_plot import plot_recovery

@@ -15,7 +15,7 @@ import pytest
 from evat.experiment import Experiment, Nominal, Trial
 from evat.identification.objective import Objective
 from evat.identification.polish import polish
-from evat.identification.search import Search, search
+from evat.identification.searching.search import Search, search
 from evat.identification.space import space
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Run

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from evat import motions
-from evat.identification.advice import candidates
+from evat.identification.verdicts.advice import candidates
 
 
 def test_a_vibration_is_advised_by_its_amplitude_and_frequency() -> None:

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 from evat.identification import Execution, Settings, identify
-from evat.identification.cluster import Cluster, ClusterError
 from evat.identification.objective import Objective
+from evat.identification.searching.cluster import Cluster, ClusterError
 from evat.models.contact import ContactModel
 from known_rigs import FREE, TO_AND_FRO, experiment, trial
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat.identification import Execution, Identification, Settings, identify
-from evat.identification.journal import Journal, JournalError
-from evat.identification.search import Search, search
+from evat.identification.searching.journal import Journal, JournalError
+from evat.identification.searching.search import Search, search
 from evat.models.contact import ContactModel
 from known_rigs import FREE, MODEL, TO_AND_FRO, experiment, trial
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from evat.identification.journal import _checked, _with_sum
+from evat.identification.searching.journal import _checked, _with_sum
 from evat.inference.autoregression import correlated, innovations
 from scipy.linalg import toeplitz
 

@@ -18,7 +18,8 @@ from evat import parameter_sets
 from evat.experiment.read import read_experiment
 from evat.experiment.write import write_experiment
 from evat.files.writing import OutputError
-from evat.identification import Identification, Settings, identify, output
+from evat.identification import Identification, Settings, identify
+from evat.identification.report import output
 from evat.model import Run
 from evat.models.drive import drive
 from evat.native import kernel

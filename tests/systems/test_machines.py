@@ -286,7 +286,7 @@ def test_a_value_out_of_bounds_is_refused() -> None:
 def test_the_fmu_is_valid_and_says_what_the_library_says(part: str, version: fmu.Version, tmp_path: Path) -> None:
     path = fmu.build_fmu(version, tmp_path / fmu.file_name(version, part), [host_target().fmi3_folder], part=part)
     assert validate_fmu(str(path)) == []
-    about = fmu.shown(part)
+    about = fmu.fmu_facts_of(part)
     columns, step = list(about.reference_results["columns"]), about.default_experiment["stepSize"]
     one = Machine(part)
     one.start()

@@ -35,7 +35,7 @@ def test_each_point_is_a_run_of_its_own(systems: dict[str, Path], tmp_path: Path
 
 def test_a_cluster_gives_the_same_rows(systems: dict[str, Path], tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
-    from evat.identification.cluster import Cluster
+    from evat.identification.searching.cluster import Cluster
 
     with (
         distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None) as local,

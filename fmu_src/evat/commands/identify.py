@@ -57,9 +57,10 @@ def identify(
     Ctrl-C stops with the best so far. Example: evat identify rig -f F_C -f sigma0 -b 'F_C=1..30 N' --search de -o found
     """
     from evat.experiment.read import read_experiment
-    from evat.identification import Execution, Settings, output
+    from evat.identification import Execution, Settings
     from evat.identification import identify as run
-    from evat.identification.cluster import Cluster
+    from evat.identification.report import output
+    from evat.identification.searching.cluster import Cluster
     from evat.models.contact import ContactModel
 
     model = ContactModel(threads)

@@ -126,7 +126,7 @@ def sweep(
     On other machines: `dask scheduler` on one, `dask worker tcp://HOST:8786` on each (evat installed there), --dask tcp://HOST:8786
     """
     from evat.files.table import write_columns
-    from evat.identification.cluster import Cluster
+    from evat.identification.searching.cluster import Cluster
     from evat.plots.system import plot_sweep
     from evat.systems import sweep as sweeping
     from evat.systems.couple import plan

@@ -17,7 +17,7 @@ from evat.experiment.document import CLOCK, FILE, FORMAT
 from evat.experiment.means import CONDITION, SD
 from evat.experiment.nominal import CHOICES
 from evat.files.table import write_columns
-from evat.files.writing import scratch, told
+from evat.files.writing import as_output_error, scratch
 from evat.model import FloatArray
 from evat.native import kernel
 from evat.units import affine
@@ -63,7 +63,7 @@ def write_experiment(experiment: Experiment, folder: str | PathLike[str], *, suf
     recorded = {key for trial in experiment.trials for key in (CLOCK, *trial.inputs, *trial.outputs)}
     if unsigned := sorted(recorded - set(experiment.signals)):
         raise ExperimentError(f"{', '.join(unsigned)}: recorded, but no signal gives its column and unit; add a Signal for each.")
-    with told(folder):
+    with as_output_error(folder):
         if folder.is_symlink() or (folder.exists() and (not folder.is_dir() or any(folder.iterdir()))):
             raise ExperimentError(f"{folder}: there is something already, and measurements are not overwritten; name a new folder.")
         with scratch(folder.parent) as beside:

@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
-from evat.files.writing import told
+from evat.files.writing import as_output_error
 from evat.model import EvatError
 
 MOST_FILES, MOST_BYTES = 4000, 2 << 30  # of an archive once unpacked, with the archives in it
@@ -59,7 +59,7 @@ def unpack(archive: Path, folder: Path, where: str = "", allowance: Allowance | 
     with opened(archive, where, allowance) as packed:
         for entry in packed.infolist():
             path = folder / entry.filename
-            with told(path):
+            with as_output_error(path):
                 (path if entry.is_dir() else path.parent).mkdir(parents=True, exist_ok=True)
             if not entry.is_dir():
                 _copy(packed, entry, path, archive.name)
@@ -75,7 +75,7 @@ def _copy(packed: zipfile.ZipFile, entry: zipfile.ZipInfo, path: Path, where: st
     """Block by block, since only so can be told whether the archive or the disk is at fault."""
     with _readable(where):
         source = packed.open(entry)
-    with source, told(path), path.open("wb") as target:
+    with source, as_output_error(path), path.open("wb") as target:
         while True:
             with _readable(where):
                 block = source.read(_BLOCK)

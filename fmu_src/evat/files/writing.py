@@ -63,7 +63,7 @@ def cannot(place: Path | str, error: OSError | OutputError, what: str = "it") ->
 
 
 @contextmanager
-def told(place: Path | str, what: str = "it") -> Iterator[None]:
+def as_output_error(place: Path | str, what: str = "it") -> Iterator[None]:
     """Says of `place` that it cannot be written, whatever the system refuses within the block."""
     try:
         yield
@@ -74,7 +74,7 @@ def told(place: Path | str, what: str = "it") -> Iterator[None]:
 @contextmanager
 def scratch(beside: Path) -> Iterator[Path]:
     """A new folder inside the folder `beside`, which is made where it is missing; gone when the block ends."""
-    with told(beside):
+    with as_output_error(beside):
         try:
             beside.mkdir(parents=True, exist_ok=True)
         except FileExistsError as error:  # what pathlib says of a file that is no folder
@@ -103,7 +103,7 @@ def whole(path: Path, what: str = "it") -> Iterator[Path]:
     """
     path, real = Path(path), os.path.realpath(path)
     special = os.path.exists(real) and not os.path.isfile(real) and not os.path.isdir(real)
-    with told(path, what), temporary() if special else scratch(path.parent) as folder:
+    with as_output_error(path, what), temporary() if special else scratch(path.parent) as folder:
         made = folder / "made"  # whatever the name is: not every library takes one that is no text
         yield made
         if special:
@@ -133,7 +133,7 @@ def temporary() -> Iterator[Path]:
 
 def usable(folder: Path) -> None:
     """OutputError where nothing can be written into `folder`, which is made: asked before minutes of work."""
-    with told(os.path.abspath(folder), "a file in it"), scratch(folder) as made:
+    with as_output_error(os.path.abspath(folder), "a file in it"), scratch(folder) as made:
         (made / "probe").write_bytes(b"\0")  # an empty one fits on a full disk
 
 

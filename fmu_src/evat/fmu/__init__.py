@@ -14,26 +14,21 @@ from evat.fmu.description import fmi2, fmi3
 from evat.fmu.description.model_description import Facts
 from evat.fmu.description.terminals import terminal_files
 from evat.fmu.documentation.contact import copyright_line
-from evat.fmu.fmu_facts import TOLERANCE, Shown, Version
-from evat.fmu.part_model import parts, shown_by, told
+from evat.fmu.fmu_facts import TOLERANCE, FmuFacts, Version
+from evat.fmu.part_model import fmu_facts_of, part_model, parts
 from evat.fmu.reference_results import reference_files
 from evat.fmu.sources import binary_name, compile_binary, source_files, source_names
 from evat.model import BuildError
 from evat.native.compile import CONTACT, TARGETS, host_target
 
-__all__ = ["BuildError", "Version", "build_all", "build_fmu", "facts", "file_name", "parts", "shown"]
+__all__ = ["BuildError", "Version", "build_all", "build_fmu", "facts", "file_name", "fmu_facts_of", "parts"]
 
 Progress = Callable[[str], None]
 
 
-def shown(part: str = CONTACT) -> Shown:
-    """What the FMU shows beside its model's tables."""
-    return shown_by(part)
-
-
 def facts(version: Version, part: str = CONTACT) -> Facts:
     """Everything that modelDescription.xml is made of."""
-    found, about = told(part), shown(part)
+    found, about = part_model(part), fmu_facts_of(part)
     return Facts(
         shown=about,
         token=found.token,
@@ -54,7 +49,7 @@ def model_description(version: Version, part: str = CONTACT) -> bytes:
 
 def file_name(version: Version, part: str = CONTACT) -> str:
     """Name of the archive."""
-    return f"{shown(part).model_name}-fmi{version}.fmu"
+    return f"{fmu_facts_of(part).model_name}-fmi{version}.fmu"
 
 
 def _silent(line: str) -> None:
@@ -112,7 +107,7 @@ def build_fmu(
     if not names:
         raise BuildError(f"an FMU without any binary was asked for; name a target, for example {host_target().fmi3_folder}.")
     usable(output.parent)
-    about, found = shown(part), told(part)
+    about, found = fmu_facts_of(part), part_model(part)
     title = f"{about.model_name}, FMI {version}"
     progress(f"{title}: variables, dependencies, documentation")
     tolerance = next((variable.start for variable in found.variables if variable.name == TOLERANCE), None)

@@ -16,7 +16,7 @@ TOLERANCE = "relative_tolerance"  # the parameter that is FMI's tolerance, where
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class FmuFacts:
     """The facts of one FMU that are neither physics nor behaviour; the fields are the keys of the file, `part` is its name.
 
     An FMU may carry the `model` of another part with other values at the `start`: choices that its use needs, which some importers cannot
@@ -42,15 +42,15 @@ class Shown:
         return self.fmi2 if version == 2 else self.fmi3
 
 
-def load(path: Path) -> Shown:
+def load(path: Path) -> FmuFacts:
     """Read the file; a key that is missing or not known is an error. What many FMUs share stands in a second file, named by `as_in`."""
     facts = read_toml(path)
     if "as_in" in facts:
         facts = {**read_toml(path.with_name(facts.pop("as_in"))), **facts}
     facts = {"part": path.stem, "model": path.stem, **facts}
-    known = {each.name for each in fields(Shown)}
-    wanted = {each.name for each in fields(Shown) if each.default is MISSING and each.default_factory is MISSING}
+    known = {each.name for each in fields(FmuFacts)}
+    wanted = {each.name for each in fields(FmuFacts) if each.default is MISSING and each.default_factory is MISSING}
     if not wanted <= facts.keys() <= known:
         missing, unknown = sorted(wanted - facts.keys()), sorted(facts.keys() - known)
         raise BuildError(f"{path.name}: keys missing: {missing}; keys not known: {unknown}. Correct the file.")
-    return Shown(**facts)
+    return FmuFacts(**facts)

@@ -10,7 +10,7 @@ from evat.fmu.documentation import contact as documentation
 from evat.fmu.documentation import partner as machine_documentation
 from evat.fmu.documentation import picture
 from evat.fmu.documentation.picture import Picture
-from evat.fmu.fmu_facts import Shown, load
+from evat.fmu.fmu_facts import FmuFacts, load
 from evat.fmu.reference_results import Follow
 from evat.fmu.structure.model_structure import Structure, model_structure
 from evat.fmu.structure.partner import machine_structure
@@ -25,7 +25,7 @@ def parts() -> tuple[str, ...]:
     return (CONTACT, *(part for part in carriers if part != CONTACT), *machine.names())
 
 
-def shown_by(part: str) -> Shown:
+def fmu_facts_of(part: str = CONTACT) -> FmuFacts:
     """What the FMU shows beside its model's tables."""
     if part not in parts():
         raise BuildError(f"there is no part {part!r}; allowed are {', '.join(parts())}.")
@@ -33,7 +33,7 @@ def shown_by(part: str) -> Shown:
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class PartModel:
     """What one model says of itself, and what is made of that."""
 
     token: str
@@ -41,12 +41,12 @@ class Told:
     states: tuple[str, ...]
     laws: tuple[Law, ...]
     structure: Callable[[], Structure]
-    documentation: Callable[[Shown], Mapping[str, bytes]]
+    documentation: Callable[[FmuFacts], Mapping[str, bytes]]
     icon: Callable[[], Picture]
     follow: Follow
 
 
-def _contact(start: Mapping[str, float | str]) -> Told:
+def _contact(start: Mapping[str, float | str]) -> PartModel:
     variables = tuple(replace(v, start=v.check(start[v.name])) if v.name in start else v for v in kernel.variables())
 
     def follow(times: FloatArray, names: Sequence[str]) -> FloatArray:
@@ -54,7 +54,7 @@ def _contact(start: Mapping[str, float | str]) -> Told:
         contact.start(float(times[0]))
         return contact.run(times, {}, names)
 
-    return Told(
+    return PartModel(
         kernel.token(),
         variables,
         kernel.states(),
@@ -66,13 +66,13 @@ def _contact(start: Mapping[str, float | str]) -> Told:
     )
 
 
-def _partner(part: str) -> Told:
+def _partner(part: str) -> PartModel:
     def follow(times: FloatArray, names: Sequence[str]) -> FloatArray:
         one = machine.Machine(part)
         one.start(float(times[0]))
         return one.run(times, {}, names)
 
-    return Told(
+    return PartModel(
         machine.token(part),
         machine.variables(part),
         machine.states(part),
@@ -85,7 +85,7 @@ def _partner(part: str) -> Told:
 
 
 @lru_cache
-def told(part: str) -> Told:
+def part_model(part: str) -> PartModel:
     """The model of the FMU `part`, with the starts that it has there."""
-    shown = shown_by(part)
+    shown = fmu_facts_of(part)
     return _contact(shown.start) if shown.model == CONTACT else _partner(part)

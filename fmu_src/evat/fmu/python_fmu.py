@@ -28,7 +28,7 @@ from evat.fmu import archive
 from evat.fmu.description import fmi2
 from evat.fmu.description.simple_types import FIRST_ITEM
 from evat.fmu.documentation.contact import license_text
-from evat.fmu.fmu_facts import Shown
+from evat.fmu.fmu_facts import FmuFacts
 from evat.model import BuildError
 from evat.models import reference as reference_model
 from evat.native import kernel
@@ -56,8 +56,8 @@ def tables() -> bytes:
     return json.dumps(content, indent=1, sort_keys=True, allow_nan=False).encode() + b"\n"
 
 
-def _shown() -> Shown:
-    native = fmu.shown()
+def _shown() -> FmuFacts:
+    native = fmu.fmu_facts_of()
     flags = {
         "canHandleVariableCommunicationStepSize": True,
         "canGetAndSetFMUstate": True,

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from evat.fmu.fmu_facts import Shown
+from evat.fmu.fmu_facts import FmuFacts
 from evat.fmu.xml import add, serialised, text, top
 from evat.model import FloatArray
 
@@ -23,7 +23,7 @@ _MANIFEST = {
 }
 
 
-def _table(shown: Shown, run: Follow) -> bytes:
+def _table(shown: FmuFacts, run: Follow) -> bytes:
     experiment, columns = shown.default_experiment, list(shown.reference_results["columns"])
     first, last, step = (experiment[name] for name in ("startTime", "stopTime", "stepSize"))
     times = np.asarray(first + step * np.arange(round((last - first) / step) + 1), dtype=np.float64)
@@ -34,7 +34,7 @@ def _table(shown: Shown, run: Follow) -> bytes:
     return stream.getvalue()
 
 
-def _options(shown: Shown, tolerance: float | None) -> bytes:
+def _options(shown: FmuFacts, tolerance: float | None) -> bytes:
     experiment = shown.default_experiment
     pairs = {"StartTime": experiment["startTime"], "StopTime": experiment["stopTime"], "StepSize": experiment["stepSize"]}
     if tolerance is not None:
@@ -42,7 +42,7 @@ def _options(shown: Shown, tolerance: float | None) -> bytes:
     return "".join(f"{name}, {text(value)}\n" for name, value in pairs.items()).encode()
 
 
-def reference_files(shown: Shown, tolerance: float | None, run: Follow) -> dict[str, bytes]:
+def reference_files(shown: FmuFacts, tolerance: float | None, run: Follow) -> dict[str, bytes]:
     """The folder of the layered standard: manifest, results, options of the run.
 
     run : the columns of these names at these times, from a start at the first, all at start values, shape (times, names).

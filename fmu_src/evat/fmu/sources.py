@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from evat.files.writing import put
-from evat.fmu.fmu_facts import Shown, Version
+from evat.fmu.fmu_facts import FmuFacts, Version
 from evat.fmu.xml import add, serialised, top
 from evat.native import kernel, machine
 from evat.native.compile import (
@@ -22,19 +22,19 @@ from evat.native.compile import (
 )
 
 
-def compiled_sources(version: Version, shown: Shown) -> list[Path]:
+def compiled_sources(version: Version, shown: FmuFacts) -> list[Path]:
     """The C files of one FMI version, in a fixed order."""
     root = source_root()
     return [*model_sources(root, shown.model), *shell_sources(root, version)]
 
 
-def source_names(version: Version, shown: Shown) -> tuple[str, ...]:
+def source_names(version: Version, shown: FmuFacts) -> tuple[str, ...]:
     """Their names inside sources/."""
     root = source_root()
     return tuple(path.relative_to(root).as_posix() for path in compiled_sources(version, shown))
 
 
-def source_files(version: Version, shown: Shown) -> dict[str, bytes]:
+def source_files(version: Version, shown: FmuFacts) -> dict[str, bytes]:
     """Everything below sources/, buildDescription.xml included."""
     root = source_root()
     paths = (*compiled_sources(version, shown), *model_headers(root, shown.model))
@@ -44,7 +44,7 @@ def source_files(version: Version, shown: Shown) -> dict[str, bytes]:
     return files
 
 
-def model_header(shown: Shown) -> bytes:
+def model_header(shown: FmuFacts) -> bytes:
     """The FMU's model.h: that of its model, with the values that it has at the start beside the table's."""
     text = (source_root() / "fmus" / shown.model / "model.h").read_bytes()
     if not shown.start:
@@ -54,7 +54,7 @@ def model_header(shown: Shown) -> bytes:
     return text + f"\n/* {', '.join(shown.start)} */\n#define STARTS {rows}\n".encode()
 
 
-def build_description(version: Version, shown: Shown) -> bytes:
+def build_description(version: Version, shown: FmuFacts) -> bytes:
     """buildDescription.xml. Its format is FMI 3's in an FMI 2 archive, too."""
     document = top("fmiBuildDescription", {"fmiVersion": "3.0"})
     text = "C99 with its mathematical library; the headers of FMI are the importer's"
@@ -68,13 +68,13 @@ def build_description(version: Version, shown: Shown) -> bytes:
     return serialised(document)
 
 
-def binary_name(version: Version, target: Target, shown: Shown) -> str:
+def binary_name(version: Version, target: Target, shown: FmuFacts) -> str:
     """Where the archive keeps the library of one platform."""
     folder = target.fmi2_folder if version == 2 else target.fmi3_folder
     return f"binaries/{folder}/{shown.model_name}{target.extension}"
 
 
-def compile_binary(version: Version, target: Target, shown: Shown, folder: Path) -> bytes:
+def compile_binary(version: Version, target: Target, shown: FmuFacts, folder: Path) -> bytes:
     """The library of one platform; `folder` holds it while it is made.
 
     The shell is compiled from a copy beside the FMU's own model.h, as it travels; the model from where it lies, with the same command for

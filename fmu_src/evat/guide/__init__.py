@@ -10,7 +10,7 @@ from pathlib import Path
 import platformdirs
 
 from evat import __version__
-from evat.files.writing import scratch, told
+from evat.files.writing import as_output_error, scratch
 from evat.guide.seal import SEAL, digest
 from evat.model import EvatError
 from evat.native.compile import PACKAGE, source_root
@@ -63,7 +63,7 @@ def build(to: Path | None = None) -> Path:
     from mkdocs.exceptions import Abort, MkDocsException
 
     logging.getLogger("mkdocs").setLevel(logging.WARNING)
-    with told(to):
+    with as_output_error(to):
         to.parent.mkdir(parents=True, exist_ok=True)
         with scratch(to.parent) as beside:
             made = beside / "guide"

@@ -11,7 +11,7 @@ from typing import Any
 
 import evat
 from evat import parameter_sets
-from evat.fmu import parts, shown
+from evat.fmu import fmu_facts_of, parts
 from evat.model import Effect, Law, Variable
 from evat.native import kernel
 from evat.native.compile import source_root
@@ -126,7 +126,7 @@ def _sets() -> str:
 
 
 def _parts() -> str:
-    rows = ((_code(shown(part).model_name), _text(shown(part).description), _code(part)) for part in parts())
+    rows = ((_code(fmu_facts_of(part).model_name), _text(fmu_facts_of(part).description), _code(part)) for part in parts())
     return _table(("FMU", "what it is", "part, for `evat.build_fmu`"), rows)
 
 

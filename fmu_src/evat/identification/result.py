@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from evat.experiment import Experiment
-from evat.identification.search import Generation
+from evat.identification.searching.search import Generation
 from evat.model import FloatArray, Variable
 
 Word = Literal["identified", "weak", "not identifiable"]

@@ -12,15 +12,15 @@ from evat.experiment import Experiment, ExperimentError
 from evat.identification.check import check_influence, check_signs, suspicious_scales
 from evat.identification.covariance import Optimum
 from evat.identification.fits import fit_doubts, fits_of, held_out_fits
-from evat.identification.journal import Journal
 from evat.identification.objective import Objective
 from evat.identification.polish import polish
 from evat.identification.profile import BetterPoint, Profile, profile
 from evat.identification.result import Identification
-from evat.identification.search import SearchResult, check_size, search
+from evat.identification.searching.journal import Journal
+from evat.identification.searching.search import SearchResult, check_size, search
 from evat.identification.settings import Execution, Settings
 from evat.identification.space import space
-from evat.identification.verdict import correlation, estimates
+from evat.identification.verdicts.verdict import correlation, estimates
 from evat.inference.checks import check_clocks
 from evat.inference.prediction import Prediction
 from evat.model import Model, ParameterError

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from evat.identification.objective import Kind, Objective
-from evat.identification.search import Search
+from evat.identification.searching.search import Search
 from evat.model import FloatArray
 
 Spread = Callable[[Objective, FloatArray], FloatArray]
@@ -60,7 +60,7 @@ class Execution:
     ----------
     journal : file that holds the generations, so that a search that was cut off can go on.
     resume : go on with the search in the journal; JournalError where that is another one.
-    spread : costs (K,) of the points (K, p) of a generation, evaluated elsewhere; see evat.identification.cluster.
+    spread : costs (K,) of the points (K, p) of a generation, evaluated elsewhere; see evat.identification.searching.cluster.
     progress : told what is done and its share, 0 to 1.
     cancelled : asked between generations and runs whether to stop with the best so far.
 

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from evat.experiment import Experiment, Nominal, Trial
-from evat.files.writing import told, usable
+from evat.files.writing import as_output_error, usable
 from evat.gap.calibrate import CalibrationCase
 from evat.gap.compare import compare
 from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, features
@@ -296,7 +296,7 @@ def campaign(path: Path, count: int, workers: int, tell: Callable[[int], None] |
     usable(path.parent)
     with ProcessPoolExecutor(workers) as pool:
         for number, line in zip(missing, pool.map(run_case, missing), strict=True):
-            with told(path, "the case"), path.open("a", encoding="utf-8") as file:
+            with as_output_error(path, "the case"), path.open("a", encoding="utf-8") as file:
                 file.write(line + "\n" if whole else "\n" + line + "\n")
             kept[number], whole = _entry(line) or {}, True
             if tell:

@@ -9,7 +9,7 @@ from typing import Any
 
 from evat import parameter_sets
 from evat.files.read_toml import read_toml
-from evat.fmu.part_model import parts, shown_by, told
+from evat.fmu.part_model import fmu_facts_of, part_model, parts
 from evat.model import Variable
 from evat.native.compile import CONTACT, PACKAGE
 from evat.systems.model import Bond, Port, SspError, port
@@ -97,11 +97,11 @@ def _part(name: str, entry: Mapping[str, Any], where: str) -> Part:
     _only(entry, PART_KEYS, where)
     if entry["part"] not in parts():
         raise SspError(f"{where}: there is no part {entry['part']!r}; allowed are {', '.join(parts())}.")
-    variables = {variable.name: variable for variable in told(entry["part"]).variables}
+    variables = {variable.name: variable for variable in part_model(entry["part"]).variables}
     values: dict[str, float] = {}
     sources: dict[str, str] = {}
     if "set" in entry:
-        if shown_by(entry["part"]).model != CONTACT:
+        if fmu_facts_of(entry["part"]).model != CONTACT:
             raise SspError(f"{where}: parameter sets are of the contact; {entry['part']} has none.")
         values, sources = set_values(entry["set"])
     for key, value in entry.get("values", {}).items():

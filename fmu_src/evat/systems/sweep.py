@@ -109,7 +109,7 @@ def sweep(
     """Run the system at every point of the grid; rows in the order of the grid, whatever the order in which they finish.
 
     beside : values that stand whatever the point says.
-    cluster : evat.identification.cluster.Cluster whose workers run them; None: the cores of this machine.
+    cluster : evat.identification.searching.cluster.Cluster whose workers run them; None: the cores of this machine.
     """
     places = list(itertools.product(*(range(len(each.texts)) for each in axes)))
     if len(places) > MOST_RUNS:

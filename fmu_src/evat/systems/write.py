@@ -28,7 +28,7 @@ Progress = Callable[[str], None]
 
 def fmu_entry(part: Part) -> str:
     """Where the archive keeps the FMU of a component."""
-    return f"resources/{fmu.shown(part.part).model_name}.fmu"
+    return f"resources/{fmu.fmu_facts_of(part.part).model_name}.fmu"
 
 
 def add_units(parent: Element, variables: Iterable[Variable], namespace: str = SSD) -> None:

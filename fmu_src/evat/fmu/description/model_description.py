@@ -11,7 +11,7 @@ from evat import __version__
 from evat.fmu.archive import generation_time
 from evat.fmu.description.simple_types import FIRST_ITEM, Enumeration, RealType, SimpleTypes, simple_types
 from evat.fmu.description.unit_definitions import definitions
-from evat.fmu.fmu_facts import TOLERANCE, Shown
+from evat.fmu.fmu_facts import TOLERANCE, FmuFacts
 from evat.fmu.structure.model_structure import Structure
 from evat.fmu.xml import Element, Scalar, add, top
 from evat.model import Law, Variable
@@ -30,7 +30,7 @@ CAUSALITIES = {
 class Facts:
     """Everything that the description is made of."""
 
-    shown: Shown
+    shown: FmuFacts
     token: str
     variables: tuple[Variable, ...]
     states: tuple[str, ...]

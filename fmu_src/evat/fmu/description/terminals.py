@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from evat.fmu.documentation import picture
 from evat.fmu.documentation.picture import Picture
-from evat.fmu.fmu_facts import Shown
+from evat.fmu.fmu_facts import FmuFacts
 from evat.fmu.xml import Scalar, add, serialised, top
 from evat.model import BuildError, Variable
 
@@ -14,7 +14,7 @@ _FOLDER = "terminalsAndIcons"
 _EXTENT = {"x1": -100.0, "y1": -100.0, "x2": 100.0, "y2": 100.0}
 
 
-def terminals_xml(shown: Shown, variables: Sequence[Variable]) -> bytes:
+def terminals_xml(shown: FmuFacts, variables: Sequence[Variable]) -> bytes:
     """terminalsAndIcons.xml."""
     causalities = {variable.name: variable.causality for variable in variables}
     document = top("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
@@ -46,7 +46,7 @@ def terminals_xml(shown: Shown, variables: Sequence[Variable]) -> bytes:
     return serialised(document)
 
 
-def terminal_files(shown: Shown, variables: Sequence[Variable], icon: Picture) -> dict[str, bytes]:
+def terminal_files(shown: FmuFacts, variables: Sequence[Variable], icon: Picture) -> dict[str, bytes]:
     """The folder terminalsAndIcons of the archive."""
     files = {f"{_FOLDER}/terminalsAndIcons.xml": terminals_xml(shown, variables)}
     drawings = {"icon": icon, **{t["name"]: picture.terminal_icon(t["color"]) for t in shown.terminals}}

@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from evat import __version__, parameter_sets
 from evat.fmu.documentation import picture
-from evat.fmu.fmu_facts import Shown
+from evat.fmu.fmu_facts import FmuFacts
 from evat.html import render
 from evat.model import BuildError, Variable
 from evat.native import kernel
@@ -103,7 +103,7 @@ def inline(svg: bytes) -> Markup:
     return Markup(drawing[drawing.index("<svg") :])  # our own drawing: nothing in it comes from outside
 
 
-def page(shown: Shown, drawing: picture.Picture, variables: tuple[Variable, ...]) -> bytes:
+def page(shown: FmuFacts, drawing: picture.Picture, variables: tuple[Variable, ...]) -> bytes:
     """documentation/index.html."""
     own = _own(variables)
     owned = {v.name for each in own for v in each.variables} | {each.switch.name for each in own if each.switch}
@@ -131,7 +131,7 @@ def page(shown: Shown, drawing: picture.Picture, variables: tuple[Variable, ...]
     return text.encode()
 
 
-def documentation_files(shown: Shown, variables: tuple[Variable, ...]) -> dict[str, bytes]:
+def documentation_files(shown: FmuFacts, variables: tuple[Variable, ...]) -> dict[str, bytes]:
     """The folder documentation and the picture of the model."""
     drawing = picture.diagram()
     return {

@@ -7,7 +7,7 @@ import math
 from evat import __version__
 from evat.fmu.documentation import picture
 from evat.fmu.documentation.contact import inline, license_text
-from evat.fmu.fmu_facts import Shown
+from evat.fmu.fmu_facts import FmuFacts
 from evat.html import render
 from evat.model import Variable
 from evat.native import machine
@@ -25,7 +25,7 @@ def _bound(variable: Variable, limit: float) -> str:
     return "" if variable.choices or math.isinf(limit) else f"{limit:.6g}"
 
 
-def documentation_files(shown: Shown, part: str) -> dict[str, bytes]:
+def documentation_files(shown: FmuFacts, part: str) -> dict[str, bytes]:
     """The folder documentation and the picture of the model."""
     variables, states = machine.variables(part), machine.states(part)
     drawing = picture.block(shown.model_name, variables)

@@ -48,7 +48,7 @@ class FmuRun:
 def host_fmu() -> Path:
     """The FMU for this machine, built on first use and kept among the user's caches until anything that it is made from changes."""
     digest = hashlib.sha256(kernel.token().encode())
-    for name, data in sorted(source_files(2, fmu.shown()).items()):
+    for name, data in sorted(source_files(2, fmu.fmu_facts_of()).items()):
         digest.update(f"{name}\0".encode() + data + b"\0")
     makers = [PACKAGE / "native" / "compile.py", *(PACKAGE / "fmu").rglob("*.py"), *(PACKAGE / "templates").glob("documentation*")]
     for path in sorted(makers):

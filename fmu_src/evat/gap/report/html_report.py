@@ -70,7 +70,7 @@ def page(answer: Diagnosis, comparison: Comparison, run: FmuRun | None, without:
 
 
 def _picture(chart: Chart) -> dict[str, Any]:
-    choice = f" Shown: {chart.choices[0]}." if len(chart.choices) > 1 else ""
+    choice = f" FmuFacts: {chart.choices[0]}." if len(chart.choices) > 1 else ""
     return {"screen": interactive.drawn(chart), "paper": Markup(printed.drawn(chart)), "caption": chart.caption, "choice": choice}
 
 

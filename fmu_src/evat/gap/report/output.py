@@ -6,7 +6,7 @@ import json
 import os
 from pathlib import Path
 
-from evat.files.writing import OutputError, scratch, told, usable
+from evat.files.writing import OutputError, as_output_error, scratch, usable
 from evat.gap.answer import FORMAT, Diagnosis
 from evat.gap.compare import Comparison
 from evat.gap.judgement import fitted
@@ -34,7 +34,7 @@ def write_diagnosis(
     """
     out = Path(os.path.abspath(out))
     _check_free(out)
-    with told(out, "the diagnosis"), scratch(out.parent) as folder:
+    with as_output_error(out, "the diagnosis"), scratch(out.parent) as folder:
         made = folder / "new"
         made.mkdir()
         _fill(answer, comparison, made, fmu, without)

@@ -11,12 +11,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from evat.identification.advice import advise
 from evat.identification.covariance import LOOSE, Optimum
 from evat.identification.objective import Objective
 from evat.identification.profile import Profile
-from evat.identification.reasons import facts, reason
 from evat.identification.result import Curve, Estimate, Word
+from evat.identification.verdicts.advice import advise
+from evat.identification.verdicts.reasons import facts, reason
 from evat.model import FloatArray
 
 BROAD = 0.5  # half the interval over the estimate

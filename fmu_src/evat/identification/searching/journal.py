@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from evat.files.writing import put, told
+from evat.files.writing import as_output_error, put
 from evat.model import EvatError, FloatArray
 
 
@@ -57,7 +57,7 @@ class Journal:
     def keep(self, points: FloatArray, costs: FloatArray) -> None:
         """Append a generation; on the disk when this returns."""
         line = {"points": _digest(points), "costs": costs.tolist()}
-        with told(self.path, "the journal"), self.path.open("ab") as file:
+        with as_output_error(self.path, "the journal"), self.path.open("ab") as file:
             file.write(_with_sum(json.dumps(line)))
             file.flush()
             os.fsync(file.fileno())
@@ -94,7 +94,7 @@ class Journal:
             )
         self._lines = [json.loads(text) for text in texts[1:]]
         if whole < len(data):
-            with told(self.path, "the journal"):
+            with as_output_error(self.path, "the journal"):
                 os.truncate(self.path, whole)
 
 

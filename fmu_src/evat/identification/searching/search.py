@@ -15,8 +15,8 @@ import numpy as np
 from scipy.optimize import differential_evolution
 from scipy.stats import qmc
 
-from evat.identification.journal import Journal
 from evat.identification.objective import FAILED
+from evat.identification.searching.journal import Journal
 from evat.model import FloatArray, ParameterError
 
 Search = Literal["ga", "de", "none"]

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from evat import parameter_sets
-from evat.files.writing import scratch, told
+from evat.files.writing import as_output_error, scratch
 from evat.html import render
-from evat.identification.figures import figures
+from evat.identification.report.figures import figures
 from evat.identification.result import Estimate, Identification
 from evat.native import kernel
 
@@ -121,7 +121,7 @@ def _plain(entry: Any) -> Any:
 
 def write(found: Identification, folder: Path) -> tuple[Path, Path, Path]:
     """All three into `folder`. They are made elsewhere first, so that a failure leaves what was there as it was."""
-    with told(folder, "results"), scratch(folder) as made:
+    with as_output_error(folder, "results"), scratch(folder) as made:
         parameter_sets.save_ssv(parameter_set(found, folder.name or "identified"), made / SSV)
         text = json.dumps(as_json(found), indent=2, ensure_ascii=False, allow_nan=False)
         (made / JSON).write_text(text + "\n", encoding="utf-8")

@@ -1,0 +1,1 @@
+"""What does an identification leave behind, and what does it look like?"""
