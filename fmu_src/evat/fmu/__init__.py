@@ -14,7 +14,7 @@ from evat.fmu.description import fmi2, fmi3
 from evat.fmu.description.model_description import Facts
 from evat.fmu.description.terminals import terminal_files
 from evat.fmu.documentation.contact import copyright_line
-from evat.fmu.fmu_facts import TOLERANCE, FmuFacts, Version
+from evat.fmu.fmu_facts import TOLERANCE, Version
 from evat.fmu.part_model import fmu_facts_of, part_model, parts
 from evat.fmu.reference_results import reference_files
 from evat.fmu.sources import binary_name, compile_binary, source_files, source_names
