@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from evat.experiment import Experiment, ExperimentError
 from evat.gap.compare import compare
-from evat.identification import identify
+from evat.identification import Settings, identify
 from evat.inference.autoregression import WHITE, autoregression, impulse_response
 from evat.inference.checks import OPPOSED, UNIT, opposed, unit_ratio
 from evat.inference.generalised_least_squares import Whitener
@@ -19,6 +19,7 @@ from known_rigs import FREE, MODEL, TIMES, TO_AND_FRO, TRUTH, experiment, force,
 from scipy.signal import lfilter
 
 NOISE, REPEATS = 0.01, 6
+QUICK = Settings(search="none", profiles=False)
 GAINS = 1 + 0.03 * np.array([1.2, -0.9, 0.4, -1.4, 0.9, -0.2])
 FORCE = force(TO_AND_FRO)
 LEVEL = float(np.sqrt(np.mean(FORCE**2)))
@@ -71,8 +72,8 @@ def test_identification_and_diagnosis_say_the_same_of_it(rig: Prediction) -> Non
 def test_standard_errors_know_of_the_scatter_and_no_doubt_is_cast_on_the_model() -> None:
     """Six gains tell their mean to 1.3 %, and with all parameters free a gain cannot be told from them; noise alone would tell F_C far
     better."""
-    scattered = identify(repeats(), FREE, model=MODEL, search_by="none", profiles=False)
-    alone = identify(repeats([1.0] * REPEATS), FREE, model=MODEL, search_by="none", profiles=False)
+    scattered = identify(repeats(), MODEL, FREE, QUICK)
+    alone = identify(repeats([1.0] * REPEATS), MODEL, FREE, QUICK)
     expected = float(GAINS.std(ddof=1)) / np.sqrt(REPEATS)
     assert scattered["F_C"].sd / float(TRUTH["F_C"]) == pytest.approx(expected, rel=0.1)
     assert alone["F_C"].sd / float(TRUTH["F_C"]) < 0.2 * expected
@@ -117,5 +118,5 @@ def test_checks_have_one_threshold() -> None:
     assert unit_ratio(UNIT / 2 * simulated, simulated) is None
     turned = experiment(trial(TO_AND_FRO, measured=-FORCE), nominal=TRUTH)
     with pytest.raises(ExperimentError, match="turn the sign"):
-        identify(turned, ["F_C"], model=MODEL, search_by="none")
+        identify(turned, MODEL, ["F_C"], QUICK)
     assert any("check its sign" in said for said in compare(Prediction(MODEL, turned)).audit.refused)
