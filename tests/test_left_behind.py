@@ -16,7 +16,7 @@ from known_rigs import GUESS, TO_AND_FRO, experiment, trial
 WRITES = """
 import sys, time
 from pathlib import Path
-from evat import writing
+from evat.files import writing
 with writing.whole(Path(sys.argv[1]) / "result.csv") as made:
     made.write_text("half")
     print("ready", flush=True)
@@ -25,7 +25,7 @@ with writing.whole(Path(sys.argv[1]) / "result.csv") as made:
 IDENTIFIES = """
 import sys, time
 from evat.commands.main import main
-from evat.identification import output
+from evat.identification.report import output
 def stop(found):
     print("ready", flush=True)
     time.sleep(600)
