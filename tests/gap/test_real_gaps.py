@@ -10,6 +10,7 @@ import pytest
 from evat import paper_tables, parameter_sets
 from evat.experiment import Experiment, Means, Nominal, Trial
 from evat.gap import Diagnosis, diagnose
+from evat.inference.hypothesis import Hypothesis
 from evat.model import FloatArray, Run
 from evat.models.contact import ContactModel
 from evat.studies.record import Columns, read_record
@@ -64,7 +65,7 @@ def test_the_tribometer_asks_coulomb_for_presliding() -> None:
     low-pass of 50 ms comes out a little ahead; both leave nothing that can be seen."""
     found = diagnose(_tribometer({"friction_law": "coulomb", "F_C": 2.5}), MODEL)
     gain, left = found.judgement.features.gain, found.judgement.features.left
-    laws = [(f"friction_law={name}",) for name in ("lugre", "dahl")]
+    laws = [Hypothesis(law=f"friction_law={name}") for name in ("lugre", "dahl")]
     best = max(laws, key=lambda law: gain[law])
     assert gain[best] > 0.85 * max(gain.values())
     assert left[best] < 0.01
