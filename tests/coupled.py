@@ -8,11 +8,11 @@ from pathlib import Path
 import lugre_1995 as published
 import numpy as np
 from evat.model import Trace
-from evat.systems.couple import NOTHING, Given, Values, run_file
+from evat.systems.couple import NO_INPUTS, Given, Values, run_file
 from evat.systems.power import Power
 
 
-def run(path: Path, values: Values | None = None, given: Given = NOTHING, **wishes: object) -> tuple[Trace, Power]:
+def run(path: Path, values: Values | None = None, given: Given = NO_INPUTS, **wishes: object) -> tuple[Trace, Power]:
     with tempfile.TemporaryDirectory() as folder:
         return run_file(path, Path(folder), values, given, **wishes)
 

@@ -66,7 +66,7 @@ def test_each_hypothesis_is_fitted_as_what_it_is_called(monkeypatch: pytest.Monk
     and whatever may stand in for one of its parts."""
     module = sys.modules["evat.gap.compare"]  # the package has a function of that name
     monkeypatch.setattr(module, "PAIR_FITS", 1)
-    monkeypatch.setattr(module, "ROUGH", 10.0)
+    monkeypatch.setattr(module, "ERROR_OF_LINEAR_GAIN", 10.0)
     experiment = measured(["lean"], {"lean.a": 2.0}, noise=0.02)
     trials = tuple(
         replace(trial, outputs={"F": trial.outputs["F"] + 10 * (4 * trial.inputs["x"] ** 3 - trial.inputs["x"])})

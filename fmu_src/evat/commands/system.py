@@ -71,7 +71,7 @@ def run(
     """
     from evat.files.table import write_trace
     from evat.plots.system import plot_run
-    from evat.systems.couple import NOTHING, Coupled, plan
+    from evat.systems.couple import NO_INPUTS, Coupled, plan
     from evat.systems.model import SystemStopped
     from evat.systems.read import read
     from evat.systems.values import record as read_record
@@ -80,7 +80,7 @@ def run(
     with temporary() as folder:
         found = read(ssp, folder)
         wanted = plan(found, step, stop, every, order, inputs)
-        given = NOTHING if record is None else read_record(found, record)
+        given = NO_INPUTS if record is None else read_record(found, record)
         with Coupled(found, _values(found, value, sets), given) as coupled, share_done(f"running {found.name}") as progress:
             try:
                 trace, power = coupled.run(wanted, progress)

@@ -24,14 +24,14 @@ FULL_FITS = 6  # singles that are fitted with all parameters
 LEFT = 0.005  # of the rms: where recalibration leaves less, other base laws are not tried
 LAW_STARTS, LAW_STEPS = 32, 40
 PAIRS_FROM, PAIR_FITS = 4, 3
-ROUGH = 0.3  # of what the best model gains: as far may a gain by linear sums be off
+ERROR_OF_LINEAR_GAIN = 0.3  # of what the best model gains: as far may a gain by linear sums be off
 SWAPS, SWAP_FITS = 8, 3  # effects that are tried in place of one of the best pair, and those that are fitted
-HOPE = 0.2  # of the best gain: an effect that gains less where it is taken as linear is not looked at closer
-FORM = 0.07  # of the gap that recalibration leaves: what no effect explains any closer, since its form in the world is another
+LEAST_SHARE_OF_GAIN = 0.2  # of the best gain: an effect that gains less where it is taken as linear is not looked at closer
+FORM_ERROR = 0.07  # of the gap that recalibration leaves: what no effect explains any closer, since its form in the world is another
 NO_RUN = "the nominal model does not run on this experiment; simulate it on its own to see why."
-NOTHING = -1.0  # of log evidence: what an effect costs that is not there
-CHANCE = 2.0  # of log evidence: less may be chance
-WORTH = 12.0  # of log evidence: a model that is this far behind is not looked at closer
+COST_OF_NO_EFFECT = -1.0  # of log evidence: what an effect costs that is not there
+GAIN_OF_A_PAIR = 2.0  # of log evidence: less may be chance
+HOPELESS_DEFICIT = 12.0  # of log evidence: a model that is this far behind is not looked at closer
 
 
 @dataclass(frozen=True)
@@ -82,79 +82,121 @@ def _allowed(model: Model, effects: Sequence[str]) -> bool:
     return not any(other in rivals.get(name, ()) for name in effects for other in effects)
 
 
+Fronts = dict[str, tuple[Start, FloatArray]]  # of an effect: how it starts beside the recalibrated parameters, and from which point
+
+
 def compare(prediction: Prediction, report: Callable[[str, float], None] | None = None) -> Comparison:
     """Fit everything that may explain the gap."""
-    model, experiment = prediction.model, prediction.experiment
     tell = report or (lambda _, __: None)
-    parameters = (*nominal_parameters(model, experiment), *form_parameters(model, experiment))
     tell("recalibrating the nominal model", 0.0)
     predicted = prediction.one()
     if not np.all(np.isfinite(predicted)):
         raise SimulationError(NO_RUN)
+    numerical = prediction.numerical_error()
     noise = estimate_noise(prediction, predicted)
     floors = {s.channel: float(noise.sizes[place]) for place, s in enumerate(prediction.segments)}
-    numerical = prediction.numerical_error()
     audited = audit(prediction, predicted, floors, numerical)
     whitening = Whitening(prediction, noise, predicted, numerical)
     if audited.refused:
         nominal = _must(fit(prediction, whitening, (), np.empty(0)))
         return Comparison(prediction, noise, whitening, nominal, nominal, {}, {}, (), {}, audited)
-    recalibrated = _trusted(prediction, whitening, parameters, np.zeros(len(parameters)))
-    told = np.any(recalibrated.slopes, axis=0) | np.array([p.name in experiment.nominal.values for p in parameters])
-    parameters = tuple(parameter for parameter, tells in zip(parameters, told, strict=True) if tells)  # of the law that is there
-    noise = estimate_noise(prediction, recalibrated.predicted)
-    whitening = Whitening(prediction, noise, recalibrated.predicted, numerical)
-    recalibrated = _trusted(prediction, whitening, parameters, recalibrated.point[told])
-    whitening.forgive(FORM * recalibrated.found.size, recalibrated.found.length)
-    recalibrated = recalibrated.again(whitening)
+    noise, whitening, recalibrated = _recalibrate(prediction, whitening, numerical)
     nominal = _must(fit(prediction, whitening, (), np.empty(0)))
 
-    scales, on = Scales(model, experiment), set(experiment.nominal.effects)
+    model, on = prediction.model, prediction.experiment.nominal.effects
+    scales = Scales(model, prediction.experiment)
     screen = Screen(prediction, whitening, scales)
-    offered = [e for e in model.effects if e.name not in on and _allowed(model, (*on, e.name))]
-    rough, fronts, silent = dict[Hypothesis, float](), dict[str, tuple[Start, FloatArray]](), list[str]()
-    screened, unfed = dict[str, list[Start]](), dict[str, Sequence[str]]()
-    for place, effect in enumerate(offered):
-        if effect.name in audited.idle:
-            continue
-        tell(f"trying {effect.name}", 0.1 + 0.3 * place / len(offered))
-        if lacking := model.missing_inputs([effect.name], {**prediction.nominal, **recalibrated.values}, experiment.given):
+    offered = [effect for effect in model.effects if effect.name not in on and _allowed(model, (*on, effect.name))]
+    screened, silent, unfed = _screened(screen, recalibrated, [effect for effect in offered if effect.name not in audited.idle], tell)
+    rough, fronts = _fronts(prediction, whitening, recalibrated, screened, tell)
+    models = _singles(prediction, whitening, recalibrated, rough, fronts, tell)
+    _rivals(prediction, whitening, models, recalibrated, scales, tell)
+    _pairs(prediction, whitening, models, fronts, rough, offered, tell)
+    _swaps(prediction, whitening, models, screen, rough, offered, recalibrated.found.evidence, tell)
+    _polish(prediction, whitening, models)
+    return Comparison(prediction, noise, whitening, nominal, recalibrated, models, rough, silent, unfed, audited)
+
+
+def _recalibrate(prediction: Prediction, whitening: Whitening, numerical: FloatArray) -> tuple[Noise, Whitening, Fit]:
+    """The nominal model at its best, with the noise and the whitening that follow from it; then every model is forgiven what an effect of a
+    slightly other form would leave."""
+    model, experiment = prediction.model, prediction.experiment
+    parameters = (*nominal_parameters(model, experiment), *form_parameters(model, experiment))
+    first = _trusted(prediction, whitening, parameters, np.zeros(len(parameters)))
+    acts = np.any(first.slopes, axis=0) | np.array([p.name in experiment.nominal.values for p in parameters])
+    own = tuple(parameter for parameter, does in zip(parameters, acts, strict=True) if does)  # of the law that is there
+    noise = estimate_noise(prediction, first.predicted)
+    whitening = Whitening(prediction, noise, first.predicted, numerical)
+    recalibrated = _trusted(prediction, whitening, own, first.point[acts])
+    whitening.forgive(FORM_ERROR * recalibrated.found.size, recalibrated.found.length)
+    return noise, whitening, recalibrated.again(whitening)
+
+
+def _screened(
+    screen: Screen, recalibrated: Fit, effects: Sequence[Effect], tell: Callable[[str, float], None]
+) -> tuple[dict[str, list[Start]], tuple[str, ...], dict[str, Sequence[str]]]:
+    """Where each effect starts; which of them do nothing here, and which lack inputs."""
+    prediction = screen.prediction
+    screened, silent, unfed = dict[str, list[Start]](), list[str](), dict[str, Sequence[str]]()
+    for place, effect in enumerate(effects):
+        tell(f"trying {effect.name}", 0.1 + 0.3 * place / len(effects))
+        values = {**prediction.nominal, **recalibrated.values}
+        if lacking := prediction.model.missing_inputs([effect.name], values, prediction.experiment.given):
             unfed[effect.name] = tuple(lacking)
-            continue
-        starts = screen.starts(recalibrated, effect)
-        if starts:
+        elif starts := screen.starts(recalibrated, effect):
             screened[effect.name] = starts
         else:
             silent.append(effect.name)
+    return screened, tuple(silent), unfed
+
+
+def _fronts(
+    prediction: Prediction,
+    whitening: Whitening,
+    recalibrated: Fit,
+    screened: Mapping[str, list[Start]],
+    tell: Callable[[str, float], None],
+) -> tuple[dict[Hypothesis, float], Fronts]:
+    """The evidence of each effect, roughly, and the point from which it is fitted: of those that promise anything with the base's slopes
+    held."""
+    rough, fronts = dict[Hypothesis, float](), Fronts()
     base = recalibrated.found.evidence
     most = max([starts[0].evidence - base for starts in screened.values()], default=0.0)
     for place, (name, starts) in enumerate(screened.items()):
         tell(f"trying {name}", 0.4 + 0.2 * place / len(screened))
         rough[Hypothesis((name,))] = starts[0].evidence
         fronts[name] = starts[0], np.concatenate([recalibrated.point, starts[0].point])
-        if starts[0].evidence - base < max(HOPE * most - WORTH, NOTHING):
+        if starts[0].evidence - base < max(LEAST_SHARE_OF_GAIN * most - HOPELESS_DEFICIT, COST_OF_NO_EFFECT):
             continue
-        found = [(front, start) for start in _apart(starts) if (front := _frozen(prediction, whitening, recalibrated, start))]
-        if found:
-            front, start = max(found, key=lambda pair: pair[0].found.evidence)
+        frozen = [(front, start) for start in _apart(starts) if (front := _frozen(prediction, whitening, recalibrated, start))]
+        if frozen:
+            front, start = max(frozen, key=lambda pair: pair[0].found.evidence)
             rough[Hypothesis((name,))], fronts[name] = front.found.evidence, (start, front.point)
+    return rough, fronts
 
+
+def _singles(
+    prediction: Prediction,
+    whitening: Whitening,
+    recalibrated: Fit,
+    rough: Mapping[Hypothesis, float],
+    fronts: Fronts,
+    tell: Callable[[str, float], None],
+) -> dict[Hypothesis, Fit]:
+    """The most promising effects, each fitted with all parameters."""
     models = dict[Hypothesis, Fit]()
     order = sorted(fronts, key=lambda name: -rough[Hypothesis((name,))])
-    best = max([recalibrated.found.evidence, *rough.values()])
+    base = recalibrated.found.evidence
+    best = max([base, *rough.values()])
     for place, name in enumerate(order[:FULL_FITS]):
         tell(f"fitting {name}", 0.6 + 0.15 * place / FULL_FITS)
-        if rough[Hypothesis((name,))] < best - max(WORTH, ROUGH * (best - base)) and place > 1:
+        if rough[Hypothesis((name,))] < best - max(HOPELESS_DEFICIT, ERROR_OF_LINEAR_GAIN * (best - base)) and place > 1:
             break
         start, point = fronts[name]
-        whole = fit(prediction, whitening, (*parameters, *start.parameters), point, (name,))
+        whole = fit(prediction, whitening, (*recalibrated.parameters, *start.parameters), point, (name,))
         if whole is not None:
             models[Hypothesis((name,))] = whole
-    _rivals(prediction, whitening, models, recalibrated, scales, tell)
-    _pairs(prediction, whitening, models, fronts, rough, offered, tell)
-    _swaps(prediction, whitening, models, screen, rough, offered, recalibrated.found.evidence, tell)
-    _polish(prediction, whitening, models)
-    return Comparison(prediction, noise, whitening, nominal, recalibrated, models, rough, tuple(silent), unfed, audited)
+    return models
 
 
 def _trusted(prediction: Prediction, whitening: Whitening, parameters: Sequence[Parameter], start: FloatArray) -> Fit:
@@ -213,7 +255,7 @@ def _pairs(
     prediction: Prediction,
     whitening: Whitening,
     models: dict[Hypothesis, Fit],
-    fronts: dict[str, tuple[Start, FloatArray]],
+    fronts: Fronts,
     rough: dict[Hypothesis, float],
     offered: Sequence[Effect],
     tell: Callable[[str, float], None],
@@ -240,7 +282,7 @@ def _pairs(
     singles = max((found.found.evidence for found in models.values()), default=-np.inf)
     for place, key in enumerate(sorted(merit, key=lambda k: -merit[k][0])[:PAIR_FITS]):
         tell(f"fitting {' and '.join(key)}", 0.75 + 0.2 * place / PAIR_FITS)
-        if merit[key][0] < singles + CHANCE:
+        if merit[key][0] < singles + GAIN_OF_A_PAIR:
             break
         _, base, start, point = merit[key]
         whole = fit(prediction, whitening, (*base.parameters, *start.parameters), point, key.effects, fixed=base.fixed)
@@ -280,7 +322,7 @@ def _swaps(
             tell(f"trying {effect.name} beside {kept}", 0.93)
             found += [(start.evidence, key, base, start) for start in screen.starts(base, effect)[:1]]
     for value, key, base, start in sorted(found, key=lambda each: -each[0])[:SWAP_FITS]:
-        if value < evidence[best] - max(WORTH, ROUGH * (evidence[best] - none)):
+        if value < evidence[best] - max(HOPELESS_DEFICIT, ERROR_OF_LINEAR_GAIN * (evidence[best] - none)):
             break
         point = np.concatenate([base.point, start.point])
         whole = fit(prediction, whitening, (*base.parameters, *start.parameters), point, key.effects, fixed=base.fixed)

@@ -21,7 +21,7 @@ from evat.inference.hypothesis import NOMINAL, Hypothesis
 NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL = "no_gap", "mistuned", "effect", "ambiguous", "unknown", "cannot_tell"
 VERDICTS = (NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL)
 SURE = 0.9  # of the probability: what the listed sets hold
-EVIDENT, CHANCE = 5.0, 2.0  # of log evidence: less is chance, and over how much more that becomes certain
+EVIDENT, EVIDENCE_SCALE = 5.0, 2.0  # of log evidence: less is chance, and over how much more that becomes certain
 LEAST = 0.2  # of what nobody would look at: a structural rms below that is no smaller
 GLIMPSED = 0.3  # of what nobody would look at: of a structural rms that is larger, what an effect leaves of it says something
 DOUBTFUL = 9.0  # times more evidence is asked of an effect that leaves all of what can be seen
@@ -136,7 +136,7 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     lefts = {on: share * seen if share < worse else share for on, share in features.left.items()}
     scores = {on: _score(on, gain, lefts[on], constants) for on, gain in features.gain.items()}
     # What may be chance explains nothing.
-    sure = {on: 1.0 if "beyond_chance" in reverse else _sigmoid((gain - EVIDENT) / CHANCE) for on, gain in features.gain.items()}
+    sure = {on: 1.0 if "beyond_chance" in reverse else _sigmoid((gain - EVIDENT) / EVIDENCE_SCALE) for on, gain in features.gain.items()}
     unexplained = {on: 1 - max(1 - lefts[on], 0.0) * sure[on] for on in sure}
     closest = min(unexplained, key=lambda on: unexplained[on], default=NOMINAL)
     left = unexplained.get(closest, 1.0)

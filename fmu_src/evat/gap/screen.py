@@ -29,11 +29,11 @@ PROBES, FURTHEST = 6, 100.0  # amplitudes tried, and how much larger one is at m
 NEAR = 3.0  # times more or less than what is plausible is near enough to go by
 PROBED_SAMPLES, PROBED_CONDITIONS, PROBED_MEANS = 700, 3, 8
 LINEAR = 0.3  # of an amplitude's prior standard deviation: where its slope is taken
-FAR = (0.3, 1.5, 6.0)  # the same for an effect with one amplitude, which need not be linear: a time, a frequency
+TRIAL_AMPLITUDES = (0.3, 1.5, 6.0)  # the same for an effect with one amplitude, which need not be linear: a time, a frequency
 TIMES = 9  # tried of an amplitude that is a time
-FARTHEST = 1e6  # prior standard deviations from the mean: beyond any bound
+OUTERMOST = 1e6  # prior standard deviations from the mean: beyond any bound
 CLOSER = 10  # points of a design that are looked at with a discrepancy of their own: the best with that of the base
-NOTHING = 1e-5  # of the rms of a channel: less than this is not looked for
+LEAST_CHANGE = 1e-5  # of the rms of a channel: less than this is not looked for
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ class Screen:
             return np.full(rows, LINEAR)
         (own,) = strengths
         if own.unit != "s":
-            return np.tile(FAR, rows)
+            return np.tile(TRIAL_AMPLITUDES, rows)
         times = np.geomspace(0.5 * self.scales.step, 0.2 * self.scales.duration, TIMES)  # a time may be any that the record can show
         return np.concatenate([times / spread if np.isfinite(spread) else np.ones(TIMES) for spread in spreads[own.name]])
 
@@ -199,7 +199,7 @@ def _spreads_of(sizes: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray],
     for _ in range(PROBES):
         tried = amplitude[going]
         size = sizes(tried, going)
-        shows = np.isfinite(size) & (size > NOTHING)
+        shows = np.isfinite(size) & (size > LEAST_CHANGE)
         less = shows & (size <= PLAUSIBLE)
         first = shows & ~less & ~(low[going] > 0)  # too large, and nothing smaller is known to show
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -230,7 +230,7 @@ def linear(
     """Evidence and best point (p,) of a model that is linear in its parameters; as `sums` stand at `point`. `parameters` are the last of
     them, whose bounds are kept: one that would leave them stays there. like : take its discrepancy instead of finding one."""
     first = point.size - len(parameters)
-    bounds = np.array([[p.within(-FARTHEST), p.within(FARTHEST)] for p in parameters]).reshape(-1, 2).T
+    bounds = np.array([[p.within(-OUTERMOST), p.within(OUTERMOST)] for p in parameters]).reshape(-1, 2).T
     free = np.ones(sums.grams.shape[-1])
     found = like
     for _ in range(rounds):

@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from evat.model import BoolArray, FloatArray
 
-MOST = 0.8  # of the square: what a place is to hold
-WORTH = 0.08  # of all samples: a place has at least so many fewer than what it holds of the square
+SHARE_HELD = 0.8  # of the square: what a place is to hold
+CONCENTRATION = 0.08  # of all samples: a place has at least so many fewer than what it holds of the square
 PART = 0.15  # of the square: what each of two ranges must hold at least
 SIMPLER = 0.75  # times the samples of one range: two ranges or two quantities take fewer than that, or one range is what is told
 BINS, COARSE = 40, 16  # of a quantity alone, and of each of two
@@ -51,8 +51,8 @@ def within(column: FloatArray, bounds: tuple[float, float]) -> BoolArray:
 
 
 def smallest_place(energy: FloatArray, columns: Mapping[str, FloatArray], turning: str = "") -> list[tuple[Box, float]]:
-    """Boxes with the fewest samples that together hold MOST of the square, and the share that each holds; one without bounds where the
-    square lies all over.
+    """Boxes with the fewest samples that together hold SHARE_HELD of the square, and the share that each holds; one without bounds where
+    the square lies all over.
 
     energy : (n,), squares; columns : (n,) each, what a sample can be told by; turning : the one of them that is a phase, 0 to 1.
     """
@@ -61,7 +61,7 @@ def smallest_place(energy: FloatArray, columns: Mapping[str, FloatArray], turnin
         return [({}, 0.0)]
     energy = energy / total
     found = sorted(_places(energy, columns, turning), key=lambda place: place[0])
-    if not found or found[0][0] > (MOST - WORTH) * energy.size:
+    if not found or found[0][0] > (SHARE_HELD - CONCENTRATION) * energy.size:
         return [({}, 1.0)]
     shares = []
     for box in found[0][1]:
@@ -78,7 +78,7 @@ def _places(energy: FloatArray, columns: Mapping[str, FloatArray], turning: str)
     for name, column in varying.items():
         axis = _axis(name, column, name == turning, BINS)
         sums, counts = axis.summed(energy), axis.summed(np.ones(energy.size))
-        if one := _window(sums, counts, MOST, axis.turns):
+        if one := _window(sums, counts, SHARE_HELD, axis.turns):
             yield one[0], [{name: axis.bounds(one[1], one[2])}]
         if two := _two_windows(sums, counts, axis.turns):
             yield two[0] / SIMPLER, [{name: axis.bounds(begin, end)} for begin, end in two[1]]
@@ -120,13 +120,13 @@ def _window(sums: FloatArray, counts: FloatArray, wanted: float, turns: bool) ->
 
 
 def _two_windows(sums: FloatArray, counts: FloatArray, turns: bool) -> tuple[float, list[tuple[int, int]]] | None:
-    """The two ranges of bins with the fewest samples that together hold MOST. Of a phase the cycle is cut open between any two bins."""
+    """The two ranges of bins with the fewest samples that together hold SHARE_HELD; of a phase the cycle is cut open between any two."""
     size, best = sums.size, (np.inf, list[tuple[int, int]]())
     i, j, k = _apart(size)
     for turn in range(size if turns else 1):
         held, samples = _sums(np.roll(sums, -turn)), _sums(np.roll(counts, -turn))
         first = held[j] - held[i]
-        need = np.maximum(MOST - first, PART)
+        need = np.maximum(SHARE_HELD - first, PART)
         end = np.searchsorted(held, held[k] + need - TINY)
         good = np.flatnonzero((first >= PART) & (end <= size))
         if not good.size:
@@ -147,7 +147,7 @@ def _apart(size: int) -> Sequence[npt.NDArray[np.intp]]:
 
 
 def _rectangle(first: _Axis, second: _Axis, energy: FloatArray) -> tuple[float, tuple[int, int], tuple[int, int]] | None:
-    """The ranges of two quantities with the fewest samples that hold MOST where both are met."""
+    """The ranges of two quantities with the fewest samples that hold SHARE_HELD where both are met."""
     shape = (first.low.size, second.low.size)
     flat: Any = first.bins * shape[1] + second.bins
     tables = [np.bincount(flat, weights, shape[0] * shape[1]).reshape(shape) for weights in (energy, np.ones(energy.size))]
@@ -155,7 +155,7 @@ def _rectangle(first: _Axis, second: _Axis, energy: FloatArray) -> tuple[float, 
     best: tuple[float, tuple[int, int], tuple[int, int]] | None = None
     for begin in range(shape[0]):
         for end in range(begin + 1, (begin + shape[0] if first.turns else shape[0]) + 1):
-            found = _window(rows[0][end] - rows[0][begin], rows[1][end] - rows[1][begin], MOST, second.turns)
+            found = _window(rows[0][end] - rows[0][begin], rows[1][end] - rows[1][begin], SHARE_HELD, second.turns)
             if found is not None and (best is None or found[0] < best[0]):
                 best = found[0], (begin, end), (found[1], found[2])
     return best

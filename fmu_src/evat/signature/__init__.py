@@ -19,7 +19,7 @@ from evat.signature.conditions import CONDITIONS
 from evat.signature.runs import PROXY, RECORDED, Axis, Case, one_cycle, to_and_fro
 
 TOLERANCE = 1e-5  # relative, of the runs: finer than any difference that is worth a look
-NOTHING = 1e-4  # a share that is no more than what the tolerance leaves
+NUMERICAL_SHARE = 1e-4  # a share that is no more than what the tolerance leaves
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class SignaturePanel:
 
     @property
     def shows(self) -> bool:
-        return self.share > NOTHING
+        return self.share > NUMERICAL_SHARE
 
     @property
     def varies(self) -> bool:

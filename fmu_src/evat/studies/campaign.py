@@ -33,7 +33,7 @@ from evat.native.compile import kernel_library_path
 
 KINDS = (NO_GAP, MISTUNED, "single", "single", "single", "pair", UNKNOWN)
 RATIOS = (1.5, 4.0, 12.0)  # structural gap over noise
-FORM = 0.12  # what the form of a case is off by, in its gap (rms), in every other case
+FORM_ERROR = 0.12  # what the form of a case is off by, in its gap (rms), in every other case
 BENT = 0.15  # of the logarithm of a power, standard deviation: there, too
 EXPONENT = (0.8, 2.6)  # of the Stribeck curve, there
 CURVE = "lugre.stribeck_exponent"
@@ -77,7 +77,7 @@ def draw_case(number: int, seed: int = 1) -> tuple[Experiment, str] | None:
     if other_form:
         gap = _bent(draw, prediction, gap)
         other = left((_bent(draw, prediction, clean) - clean)[None])[0]
-        gap = gap + other * (FORM * max(ratio * noise, 0.02 * level) / float(np.sqrt(np.mean(other**2)) + 1e-12))
+        gap = gap + other * (FORM_ERROR * max(ratio * noise, 0.02 * level) / float(np.sqrt(np.mean(other**2)) + 1e-12))
     nominal = {name: value for name, value in drawn.truth.items() if name != CURVE}
     sd = {name: float(draw.uniform(0.05, 0.25)) for name, value in nominal.items() if isinstance(value, float) and name not in EXACT}
     if kind != NO_GAP:

@@ -96,7 +96,7 @@ class Given:
         return np.array([np.interp(time, self.times, column) for column in self.table.T])
 
 
-NOTHING = Given((), np.zeros(1), np.zeros((1, 0)))
+NO_INPUTS = Given((), np.zeros(1), np.zeros((1, 0)))
 
 
 class _Member:
@@ -122,7 +122,7 @@ class _Member:
 class Coupled:
     """A system between `with` and its end."""
 
-    def __init__(self, system: System, values: Values | None = None, given: Given = NOTHING) -> None:
+    def __init__(self, system: System, values: Values | None = None, given: Given = NO_INPUTS) -> None:
         self.system, self.given, self._values = system, given, values or {}
         for name in self._values:
             if name not in system.components:
@@ -280,7 +280,7 @@ def run_file(
     path: Path,
     folder: Path,
     values: Values | None = None,
-    given: Given = NOTHING,
+    given: Given = NO_INPUTS,
     progress: Progress | None = None,
     **wishes: object,
 ) -> tuple[Trace, Power]:

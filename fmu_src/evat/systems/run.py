@@ -11,7 +11,7 @@ import numpy as np
 
 from evat.files.writing import temporary
 from evat.model import Run, Trace
-from evat.systems.couple import NOTHING, Coupled, Given, Inputs, Order, plan
+from evat.systems.couple import NO_INPUTS, Coupled, Given, Inputs, Order, plan
 from evat.systems.model import SspError, System, port
 from evat.systems.read import read
 from evat.systems.values import Value, from_set, merged
@@ -106,7 +106,7 @@ def run_system(
 
 def _given(record: Run | None) -> Given:
     if record is None or not record.inputs:
-        return NOTHING
+        return NO_INPUTS
     ports = tuple(port(name, "record") for name in record.inputs)
     return Given(ports, np.asarray(record.times, dtype=np.float64), np.column_stack(list(record.inputs.values())))
 

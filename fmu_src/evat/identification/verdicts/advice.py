@@ -22,7 +22,7 @@ from evat.motions import Motion
 
 RATE = 1000.0  # 1/s
 FASTEST = 20e3  # Hz: an ultrasonic rig
-WORTH = 3.0  # times smaller must the sd become for a motion to be advised
+LEAST_IMPROVEMENT = 3.0  # times smaller must the sd become for a motion to be advised
 ALIKE = 2.0  # times the least sd: motions that differ by no more are alike
 KNOWN = 0.2  # sd, relative or as a share of the bounds, beyond which a parameter is not worth calling known
 PROXIES = {"contact_temperature": (1.0, 1.5, 2.0), "proxy_speed": (0.1, 1.0, 3.0)}  # levels, as shares of the highest one recorded
@@ -77,7 +77,7 @@ def advise(objective: Objective, optimum: Optimum, wanted: Sequence[str], untold
     for name in wanted:
         place = space.names.index(name)
         least = min((float(sd[place]) for sd in after.values()), default=math.inf)
-        if least * WORTH > before[place]:
+        if least * LEAST_IMPROVEMENT > before[place]:
             found[name] = ""
             continue
         best = next(what for what, sd in after.items() if sd[place] <= ALIKE * least)  # the simpler ones come first
