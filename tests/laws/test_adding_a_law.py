@@ -21,11 +21,10 @@ F_C, V_T, NOISE = 10.0, 0.02, 0.05  # N, m/s, N: of the contact that is measured
 DESCRIBE = """
 from dataclasses import replace
 from evat import fmu
-from evat.fmu import part_model
 from evat.fmu.description import fmi2, fmi3
 from evat.fmu.structure.model_structure import Structure
-told = part_model.told("evat_contact")
-fmu.told = lambda part: replace(told, structure=lambda: Structure((), (), (), (), frozenset()))
+whole = fmu.model_of("evat_contact")
+fmu.model_of = lambda part: replace(whole, structure=lambda: Structure((), (), (), (), frozenset()))
 for version in (2, 3):
     print(fmu.model_description(version).decode())
 """

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from evat.fmu.part_model import part_model
+from evat.fmu.part_model import model_of
 from evat.systems.declared import folder
 
 PACKAGE = folder() / "modelica" / "EvatSystems"
@@ -27,7 +27,7 @@ def test_it_parses(path: Path) -> None:
 
 @pytest.mark.parametrize("name", WRAPPED)
 def test_connectors_are_variables_of_the_fmu(name: str) -> None:
-    variables = {v.name: v for v in part_model(WRAPPED[name]).variables}
+    variables = {v.name: v for v in model_of(WRAPPED[name]).variables}
     found = CONNECTOR.findall((PACKAGE / "Interfaces" / f"{name}.mo").read_text(encoding="utf-8"))
     assert found
     for kind, variable, unit in found:

@@ -15,7 +15,7 @@ from evat.fmu.description.model_description import Facts
 from evat.fmu.description.terminals import terminal_files
 from evat.fmu.documentation.contact import copyright_line
 from evat.fmu.fmu_facts import TOLERANCE, Version
-from evat.fmu.part_model import fmu_facts_of, part_model, parts
+from evat.fmu.part_model import fmu_facts_of, model_of, parts
 from evat.fmu.reference_results import reference_files
 from evat.fmu.sources import binary_name, compile_binary, source_files, source_names
 from evat.model import BuildError
@@ -28,7 +28,7 @@ Progress = Callable[[str], None]
 
 def facts(version: Version, part: str = CONTACT) -> Facts:
     """Everything that modelDescription.xml is made of."""
-    found, about = part_model(part), fmu_facts_of(part)
+    found, about = model_of(part), fmu_facts_of(part)
     return Facts(
         shown=about,
         token=found.token,
@@ -107,7 +107,7 @@ def build_fmu(
     if not names:
         raise BuildError(f"an FMU without any binary was asked for; name a target, for example {host_target().fmi3_folder}.")
     usable(output.parent)
-    about, found = fmu_facts_of(part), part_model(part)
+    about, found = fmu_facts_of(part), model_of(part)
     title = f"{about.model_name}, FMI {version}"
     progress(f"{title}: variables, dependencies, documentation")
     tolerance = next((variable.start for variable in found.variables if variable.name == TOLERANCE), None)

@@ -85,7 +85,7 @@ def _partner(part: str) -> PartModel:
 
 
 @lru_cache
-def part_model(part: str) -> PartModel:
+def model_of(part: str) -> PartModel:
     """The model of the FMU `part`, with the starts that it has there."""
     shown = fmu_facts_of(part)
     return _contact(shown.start) if shown.model == CONTACT else _partner(part)

@@ -9,7 +9,7 @@ from typing import Any
 
 from evat import parameter_sets
 from evat.files.read_toml import read_toml
-from evat.fmu.part_model import fmu_facts_of, part_model, parts
+from evat.fmu.part_model import fmu_facts_of, model_of, parts
 from evat.model import Variable
 from evat.native.compile import CONTACT, PACKAGE
 from evat.systems.model import Bond, Port, SspError, port
@@ -97,7 +97,7 @@ def _part(name: str, entry: Mapping[str, Any], where: str) -> Part:
     _only(entry, PART_KEYS, where)
     if entry["part"] not in parts():
         raise SspError(f"{where}: there is no part {entry['part']!r}; allowed are {', '.join(parts())}.")
-    variables = {variable.name: variable for variable in part_model(entry["part"]).variables}
+    variables = {variable.name: variable for variable in model_of(entry["part"]).variables}
     values: dict[str, float] = {}
     sources: dict[str, str] = {}
     if "set" in entry:
