@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
 from evat.experiment import Experiment, ExperimentError
 from evat.gap.compare import compare
 from evat.identification import Settings, identify
+from evat.identification.objective import Kind
 from evat.inference.autoregression import WHITE, autoregression, impulse_response
 from evat.inference.checks import OPPOSED, UNIT, opposed, unit_ratio
 from evat.inference.generalised_least_squares import Whitener
@@ -120,3 +122,17 @@ def test_checks_have_one_threshold() -> None:
     with pytest.raises(ExperimentError, match="turn the sign"):
         identify(turned, MODEL, ["F_C"], QUICK)
     assert any("check its sign" in said for said in compare(Prediction(MODEL, turned)).audit.refused)
+
+
+@pytest.mark.parametrize("objective", get_args(Kind))
+def test_a_recording_shorter_than_the_filter_counts_as_it_is(objective: Kind) -> None:
+    """Three samples beside a thousand whose noise, a moving average, takes an autoregression of the highest order."""
+    coloured = 0.1 * lfilter([1.0, 1.0, 1.0, 1.0], [1.0], np.random.default_rng(0).standard_normal(FORCE.size))
+    assert autoregression([coloured]).size > 4
+    rig = experiment(
+        trial(TO_AND_FRO, measured=FORCE + coloured, noise=0.0), trial(TO_AND_FRO[:3], "c1", measured=FORCE[:3], noise=0.0), nominal=TRUTH
+    )
+    settings = Settings(objective=objective, search="none", profiles=False)
+    estimate = identify(rig, MODEL, ["F_C", "sigma2"], settings)["F_C"]
+    assert 0 < estimate.sd < 0.05 * estimate.value
+    assert estimate.value == pytest.approx(float(TRUTH["F_C"]), abs=4 * estimate.sd)

@@ -5,13 +5,13 @@ Noise that goes on from sample to sample widens what was not whitened: a sandwic
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from evat.identification.objective import Objective
-from evat.inference.autoregression import WHITE, autoregression, correlated, innovations
+from evat.inference.autoregression import WHITE, autoregression, correlated, innovation_sd
 from evat.inference.generalised_least_squares import Whitener
 from evat.model import FloatArray
 
@@ -89,7 +89,7 @@ def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float
     stretch: FloatArray = np.ones(point.size)
     if not loss.whitened:
         filters = {channel: autoregression(rows) for channel, rows in objective.prediction.recordings(psi).items()}
-        meat = _each(objective, filters, slopes * _innovation_sd(objective, filters, psi)[:, None], correlated)
+        meat = _correlated(objective, filters, slopes * _innovation_sd(objective, filters, psi)[:, None])
         sandwich = covariance @ (meat.T @ meat) @ covariance / unit**2
         # correlated noise that happens to suit a parameter is no reason to believe in less than white noise
         stretch = np.maximum(np.diag(sandwich) / np.diag(covariance), 1.0)
@@ -124,26 +124,19 @@ def _degrees(objective: Objective, loss: Loss, table: FloatArray, covariance: Fl
     return degrees
 
 
-def _each(
-    objective: Objective,
-    filters: Mapping[str, FloatArray],
-    columns: FloatArray,
-    change: Callable[[FloatArray, FloatArray], FloatArray],
-) -> FloatArray:
-    """Every recording of the columns (N, ...) changed by the filter of its channel."""
+def _correlated(objective: Objective, filters: Mapping[str, FloatArray], columns: FloatArray) -> FloatArray:
+    """Every recording of the columns (N, p) with the correlation of its channel's noise."""
     changed = np.array(columns, dtype=np.float64)
     for segment in objective.prediction.segments:
-        filter_ = filters.get(segment.channel, WHITE)
-        if filter_.size > 1 and segment.trial >= 0:
-            rows = change(filter_, changed[segment.at])
-            changed[segment.at][-len(rows) :] = rows
+        if segment.trial >= 0:
+            changed[segment.at] = correlated(filters[segment.channel], changed[segment.at])
     return changed
 
 
 def _innovation_sd(objective: Objective, filters: Mapping[str, FloatArray], psi: FloatArray) -> FloatArray:
     """sd of the innovations of each number, (N,)."""
-    inner, sd = _each(objective, filters, psi, innovations), np.ones(psi.size)
+    rows, sd = objective.prediction.recordings(psi), np.ones(psi.size)
     for channel in objective.channels:
         places = objective.places(channel)
-        sd[places] = np.sqrt(np.mean(inner[places] ** 2))
+        sd[places] = innovation_sd(filters.get(channel, WHITE), rows.get(channel, [psi[places]]))
     return sd

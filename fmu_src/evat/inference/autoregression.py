@@ -56,6 +56,12 @@ def innovations(whitening: FloatArray, columns: FloatArray) -> FloatArray:
     return filtered
 
 
+def innovation_sd(whitening: FloatArray, rows: Sequence[FloatArray]) -> float:
+    """Root mean square of the innovations of recordings; one that is too short for the filter counts as it is."""
+    shocks = [innovations(whitening, row) if row.size > whitening.size else row for row in rows]
+    return float(np.sqrt(np.mean(np.concatenate(shocks) ** 2)))
+
+
 def correlated(whitening: FloatArray, columns: FloatArray) -> FloatArray:
     """A J of columns J (n, p), where A A' is the correlation matrix of the noise up to a factor: (A J)'(A J) = J' correlation J."""
     coloured: FloatArray = lfilter([1.0], whitening, columns[::-1], axis=0)[::-1]

@@ -7,6 +7,8 @@ S^-1/2 is the filter, followed by shrinking what lies in the span of B.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from evat.inference.autoregression import SHORTEST, WHITE, innovations
@@ -20,7 +22,7 @@ class Whitener:
 
     def __init__(self, prediction: Prediction, noise: Noise, predicted: FloatArray) -> None:
         """predicted : (N,), near the truth: how gain, zero and clock of a trial show."""
-        self.prediction, self.noise = prediction, noise
+        self.prediction, self.noise, self.predicted = prediction, noise, predicted
         self._between = [self._random_effects(place, predicted) for place in range(len(prediction.segments))]
 
     def __call__(self, columns: FloatArray) -> FloatArray:
@@ -38,9 +40,8 @@ class Whitener:
 
     def within(self) -> Whitener:
         """The same without random effects between trials."""
-        other = Whitener.__new__(Whitener)
-        other.prediction, other.noise, other._between = self.prediction, self.noise, [None] * len(self._between)
-        return other
+        none = {channel: np.zeros_like(spread) for channel, spread in self.noise.spread.items()}
+        return Whitener(self.prediction, replace(self.noise, spread=none), self.predicted)
 
     @property
     def mixed(self) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evat.inference.autoregression import WHITE, autoregression, innovations, robust_sd
+from evat.inference.autoregression import WHITE, autoregression, innovation_sd, innovations, robust_sd
 from evat.inference.bursts_and_lines import BurstsAndLines, bursts, irregular
 from evat.inference.discontinuities import SHARPNESS, bends
 from evat.inference.prediction import Prediction
@@ -38,8 +38,12 @@ class Noise:
     sizes: FloatArray
     spread: Mapping[str, FloatArray]
     degrees: Mapping[str, int]
-    repeated: bool
     irregular: Mapping[str, BurstsAndLines]
+
+    @property
+    def repeated(self) -> bool:
+        """Whether anything was recorded twice."""
+        return any(self.degrees.values())
 
 
 def differing(predicted: FloatArray, times: FloatArray) -> FloatArray:
@@ -94,7 +98,7 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
         spread[channel] = _spread(prediction, channel, predicted, slopes, filters[channel], sizes, prior)
     _means(prediction, residual, sizes, from_residual)
     floor = 1e-9 * float(np.sqrt(np.mean(prediction.measured**2))) + 1e-300
-    return Noise(filters, np.maximum(sizes, floor), spread, degrees, any(degrees.values()), irregulars)
+    return Noise(filters, np.maximum(sizes, floor), spread, degrees, irregulars)
 
 
 def repeat_deviations(prediction: Prediction) -> dict[str, list[FloatArray]]:
@@ -155,8 +159,7 @@ def _of_repeats(left: Mapping[int, FloatArray], conditions: Iterable[Sequence[in
 def _unrepeated(rows: Mapping[int, FloatArray], filter_: FloatArray, sizes: FloatArray, from_residual: bool) -> None:
     """Into `sizes` the innovations' sd of a channel that nothing was recorded twice of."""
     if from_residual:
-        shocks = np.concatenate([innovations(filter_, row) if row.size > filter_.size else row for row in rows.values()])
-        sizes[list(rows)] = np.sqrt(np.mean(shocks**2))
+        sizes[list(rows)] = innovation_sd(filter_, list(rows.values()))
         return
     for place, row in rows.items():
         sizes[place] = robust_sd(np.diff(row, 2)) / np.sqrt(6) if row.size > 4 else np.std(row)
