@@ -274,7 +274,7 @@ class Model(Tables, Protocol):
 
     @property
     def digest(self) -> str:
-        """A hash over all that the model consists of: two models of one digest give the same answers."""
+        """A hash by which a result says which model it was made with; of the contact, as of its FMUs, over its tables."""
         ...
 
     def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
