@@ -110,6 +110,18 @@ def test_whitening_makes_the_covariance_one() -> None:
     assert not np.any(matrix[:120, 120:])
 
 
+def test_a_short_recording_is_whitened_whole() -> None:
+    """W S W' = I for all of its samples, with S the stationary covariance."""
+    short = trial(TO_AND_FRO[:25])
+    prediction = Prediction(MODEL, experiment(short, nominal=TRUTH))
+    filter_, size = np.array([1.0, -0.6]), 0.3
+    noise = estimate_noise(prediction, prediction.one(), prior=False)
+    noise = replace(noise, filters={"friction_force": filter_}, sizes=np.array([size]))
+    W = Whitener(prediction, noise, prediction.one())(np.eye(25))
+    S = size**2 / (1 - 0.6**2) * 0.6 ** np.abs(np.subtract.outer(np.arange(25), np.arange(25)))
+    assert pytest.approx(np.eye(25), abs=1e-9) == W @ S @ W.T
+
+
 def test_checks_have_one_threshold() -> None:
     rng = np.random.default_rng(0)
     simulated = np.sin(TIMES)

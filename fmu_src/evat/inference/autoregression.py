@@ -76,6 +76,13 @@ def impulse_response(whitening: FloatArray, length: int = 400) -> FloatArray:
     return response
 
 
+def autocovariance(whitening: FloatArray, length: int) -> FloatArray:
+    """Of the noise whose innovations have a variance of 1, at lags 0 to length - 1: (length,)."""
+    response = impulse_response(whitening, length + 400)
+    covariance: FloatArray = np.correlate(response, response, "full")[response.size - 1 :][:length]
+    return covariance
+
+
 def lag_one_correlation(rows: Sequence[FloatArray]) -> float:
     """Correlation of neighbouring samples: 0 for white noise, near 1 where a residual holds something slow."""
     above = sum(float(np.sum(row[1:] * row[:-1])) for row in rows)

@@ -10,8 +10,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.linalg import cholesky, solve_triangular, toeplitz
 
-from evat.inference.autoregression import SHORTEST, WHITE, innovations
+from evat.inference.autoregression import SHORTEST, WHITE, autocovariance, innovations
 from evat.inference.noise import Noise, differing
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
@@ -29,13 +30,12 @@ class Whitener:
         """A residual (N,) or slopes (N, p), whitened. The first samples of a recording, whose past is unknown, become 0."""
         white = np.array(columns, dtype=np.float64)
         for place, segment in enumerate(self.prediction.segments):
-            filter_ = self._filter(place)
-            inner = innovations(filter_, white[segment.at]) / self.noise.sizes[place]
+            inner = self._within(place, white[segment.at])
             if (between := self._between[place]) is not None:
                 axes, lost = between
                 inner = inner - axes @ (lost[:, None] * (axes.T @ inner) if inner.ndim == 2 else lost * (axes.T @ inner))
-            white[segment.at.start : segment.at.start + filter_.size - 1] = 0.0
-            white[segment.at.start + filter_.size - 1 : segment.at.stop] = inner
+            white[segment.at] = 0.0
+            white[segment.at.stop - len(inner) : segment.at.stop] = inner
         return white
 
     def within(self) -> Whitener:
@@ -48,10 +48,18 @@ class Whitener:
         """Whether there are random effects between trials."""
         return any(between is not None for between in self._between)
 
-    def _filter(self, place: int) -> FloatArray:
+    def _within(self, place: int, columns: FloatArray) -> FloatArray:
+        """Columns of a segment without the noise's correlation: through the filter, or by the whole covariance where the recording is so
+        short that its first samples matter."""
         segment = self.prediction.segments[place]
-        filter_ = self.noise.filters.get(segment.channel, WHITE) if segment.trial >= 0 else WHITE
-        return filter_ if segment.at.stop - segment.at.start >= SHORTEST * filter_.size else WHITE
+        filter_ = self.noise.filters[segment.channel] if segment.trial >= 0 else WHITE
+        if filter_.size == 1 or len(columns) >= SHORTEST * filter_.size:
+            inner = innovations(filter_, columns)
+        else:
+            lower = cholesky(toeplitz(autocovariance(filter_, len(columns))), lower=True)
+            inner = solve_triangular(lower, columns, lower=True, check_finite=False)
+        white: FloatArray = inner / self.noise.sizes[place]
+        return white
 
     def _random_effects(self, place: int, predicted: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         """Orthonormal axes (n, k) of what differs between trials, and the share (k,) by which whitening shrinks each."""
@@ -60,5 +68,5 @@ class Whitener:
             return None
         times = self.prediction.experiment.trials[segment.trial].times
         columns = differing(predicted[segment.at], times) * self.noise.spread[segment.channel]
-        axes, sizes, _ = np.linalg.svd(innovations(self._filter(place), columns) / self.noise.sizes[place], full_matrices=False)
+        axes, sizes, _ = np.linalg.svd(self._within(place, columns), full_matrices=False)
         return axes, 1 - 1 / np.sqrt(1 + sizes**2)
