@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import ClassVar, Literal
 
 from evat.model import EvatError, FloatArray
 
@@ -56,6 +56,18 @@ class Nominal:
     parameters: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class SetupSd:
+    """How far a channel may be off in all trials alike, as standard deviations: its gain [1], its zero [unit of the channel] and its clock
+    [s]. None: ZERO_OF_RMS of its root mean square, and one sample."""
+
+    ZERO_OF_RMS: ClassVar[float] = 0.01
+
+    gain: float = 0.01
+    zero: float | None = None
+    clock: float | None = None
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Trial:
     """One recording: every column has shape (n,), in SI; `values` are what the component's parameters were in it."""
@@ -94,7 +106,8 @@ class Means:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Experiment:
-    """Everything that was measured on one contact. `data_hash` is over the bytes of the files it was read from."""
+    """Everything that was measured on one contact. `data_hash` is over the bytes of the files it was read from; `setup_sd` is by channel,
+    where its owner stated anything."""
 
     folder: Path
     title: str
@@ -104,6 +117,7 @@ class Experiment:
     trials: tuple[Trial, ...]
     means: Means | None
     data_hash: str
+    setup_sd: Mapping[str, SetupSd] = field(default_factory=dict)
 
     @property
     def conditions(self) -> tuple[str, ...]:

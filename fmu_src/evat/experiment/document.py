@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from evat.experiment import ExperimentError, Nominal, Role, Signal
+from evat.experiment import ExperimentError, Nominal, Role, SetupSd, Signal
 from evat.experiment.checks import SETTABLE, Checks, is_number
 from evat.experiment.nominal import read_nominal
 from evat.files.read_toml import TomlError, read_toml
@@ -22,9 +22,10 @@ FORMAT = 1
 CLOCK = "time"
 MEAN = "mean_"  # how the names of averages begin
 
-KEYS = ("format", "title", "intended_use", "nominal", "signals", "trials", "means")
+KEYS = ("format", "title", "intended_use", "nominal", "signals", "setup_sd", "trials", "means")
 SIGNAL_KEYS = ("column", "unit", "role", "full_scale")
 TRIAL_KEYS = ("file", "condition", "values")
+SETUP_KEYS = ("gain", "zero", "clock")
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +50,7 @@ class Document:
     trials: tuple[TrialEntry, ...]
     means: tuple[str, Path] | None
     files: tuple[Path, ...]
+    setup_sd: Mapping[str, SetupSd]
 
     @property
     def recorded(self) -> tuple[Signal, ...]:
@@ -100,7 +102,27 @@ class _Reader(Checks):
             raise self.error(
                 "", f"{twice[0].relative_to(self.root)} is named twice; each recording counts once, and repeats have files of their own."
             )
-        return Document(self.path.parent, title, intended_use, nominal, signals, trials, means, (self.path, *files, *data))
+        setup_sd = self.setup_sd(self.table("setup_sd", found.get("setup_sd", {})), signals)
+        return Document(self.path.parent, title, intended_use, nominal, signals, trials, means, (self.path, *files, *data), setup_sd)
+
+    def setup_sd(self, found: Mapping[str, Any], signals: Mapping[str, Signal]) -> dict[str, SetupSd]:
+        """Of the channels that are named: gain as a number, zero in the unit of the signal, clock in that of the time."""
+        setups = {}
+        for name, entry in found.items():
+            where = f"setup_sd.{name}"
+            if self.variable(where, name).causality != "output":
+                raise self.error(where, "set-up errors are those of what was measured; name an output.")
+            self.keys(where, self.table(where, entry), SETUP_KEYS, ())
+            known = {}
+            for key, number in entry.items():
+                if not is_number(number) or not 0 <= number < math.inf:
+                    raise self.error(f"{where}.{key}", f"{number!r}; a standard deviation of at least 0 is needed; 0 means exact.")
+                signal = signals.get({"zero": name, "clock": CLOCK}.get(key, ""))
+                known[key] = float(number)
+                if signal is not None:
+                    known[key] *= affine(signal.unit, "s" if key == "clock" else self.variables[name].unit)[0]
+            setups[name] = SetupSd(**known)
+        return setups
 
     def contents(self, signals: Mapping[str, Signal], trials: Collection[TrialEntry], means: tuple[str, Path] | None) -> None:
         """Whether there is anything measured at all."""

@@ -96,7 +96,17 @@ def read_experiment(
     data_hash = _hash(document, done)
     trials = tuple(_read_trial(entry, trial_columns(document, entry, model), document, done, most) for entry in document.trials)
     means = None if document.means is None else read_means(document, *document.means, model)
-    return Experiment(document.folder, document.title, document.intended_use, document.nominal, document.signals, trials, means, data_hash)
+    return Experiment(
+        document.folder,
+        document.title,
+        document.intended_use,
+        document.nominal,
+        document.signals,
+        trials,
+        means,
+        data_hash,
+        document.setup_sd,
+    )
 
 
 def scan_experiment(folder_or_toml: Path, model: Model, *, progress: Progress | None = None) -> Scan:

@@ -12,7 +12,7 @@ import numpy as np
 import tomlkit
 
 from evat import parameter_sets
-from evat.experiment import Experiment, ExperimentError, Means, Nominal, Signal
+from evat.experiment import Experiment, ExperimentError, Means, Nominal, SetupSd, Signal
 from evat.experiment.document import CLOCK, FILE, FORMAT
 from evat.experiment.means import CONDITION, SD
 from evat.experiment.nominal import CHOICES
@@ -86,6 +86,8 @@ def _write(experiment: Experiment, folder: Path, suffix: str) -> None:
     if experiment.signals:
         document["signals"] = {name: _signal(signal) for name, signal in experiment.signals.items()}
     names: set[str] = set()
+    if experiment.setup_sd:
+        document["setup_sd"] = {name: _setup_sd(stated, name, experiment.signals) for name, stated in experiment.setup_sd.items()}
     document.add(tomlkit.nl())
     if experiment.trials:
         document["trials"] = trials = tomlkit.aot()
@@ -120,6 +122,15 @@ def _nominal(nominal: Nominal) -> dict[str, Any]:
     found["effects"] = list(nominal.effects)
     found |= {"values": _numbers(values)} if values else {}
     return found | ({"relative_sd": _numbers(relative_sd)} if relative_sd else {})
+
+
+def _setup_sd(stated: SetupSd, name: str, signals: Mapping[str, Signal]) -> dict[str, float]:
+    """What was stated, in the units of the signals."""
+    entries = {"gain": stated.gain}
+    for key, value, unit in (("zero", stated.zero, name), ("clock", stated.clock, CLOCK)):
+        if value is not None:
+            entries[key] = float(_typed(signals[unit], np.array(value))) if unit in signals else value
+    return entries
 
 
 def _signal(signal: Signal) -> dict[str, Any]:

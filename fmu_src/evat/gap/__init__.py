@@ -22,6 +22,7 @@ from evat.gap.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement
 from evat.gap.location import Location, locate
 from evat.gap.portion import portion
 from evat.inference.prediction import Prediction
+from evat.inference.setup_errors import by_channel
 from evat.model import Model
 
 WORTH_TELLING = 0.1  # of what repeats do not share: bursts and lines
@@ -141,7 +142,14 @@ def _recalibrated(comparison: Comparison) -> Recalibrated:
     found, sd = comparison.recalibrated, comparison.recalibrated.sd
     before, after = (structural(comparison.whitening, fit.predicted) for fit in (comparison.nominal, found))
     share = min(max(1 - after / before, 0.0), 1.0) if before > 0 else 0.0
-    return Recalibrated({p.name: (p.mean, float(found.values[p.name]), sd[p.name]) for p in found.parameters}, share)
+    set_up = comparison.prediction.setup.names
+    errors: dict[str, dict[str, tuple[float, float, str]]] = {}
+    for p in found.parameters:
+        if p.name in set_up:
+            channel, kind = by_channel(p.name)
+            errors.setdefault(channel, {})[kind] = float(found.values[p.name]), sd[p.name], p.unit
+    parameters = {p.name: (p.mean, float(found.values[p.name]), sd[p.name]) for p in found.parameters if p.name not in set_up}
+    return Recalibrated(parameters, share, errors)
 
 
 def _where(comparison: Comparison, judgement: Judgement) -> Location:

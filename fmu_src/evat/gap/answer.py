@@ -33,10 +33,12 @@ class Named:
 
 @dataclass(frozen=True)
 class Recalibrated:
-    """`parameters[name]`: nominal value, recalibrated value, sd; `share` of the nominal structural gap that recalibration explains."""
+    """`parameters[name]`: nominal value, recalibrated value, sd; `share` of the nominal structural gap that recalibration explains;
+    `setup[channel][kind]`: gain, zero and clock that all trials share, each with value, sd and unit."""
 
     parameters: Mapping[str, tuple[float, float, float]]
     share: float
+    setup: Mapping[str, Mapping[str, tuple[float, float, str]]]
 
 
 @dataclass(frozen=True)
@@ -88,6 +90,10 @@ class Diagnosis:
                     for name, (nominal, value, sd) in self.recalibration.parameters.items()
                 },
                 "explains_share": _number(self.recalibration.share),
+            },
+            "setup": {
+                channel: {kind: {"value": _number(value), "sd": _number(sd), "unit": unit} for kind, (value, sd, unit) in errors.items()}
+                for channel, errors in self.recalibration.setup.items()
             },
             "where": {
                 "channels": {name: _number(value) for name, value in self.where.channels.items()},

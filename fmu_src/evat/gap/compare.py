@@ -36,7 +36,8 @@ HOPELESS_DEFICIT = 12.0  # of log evidence: a model that is this far behind is n
 
 @dataclass(frozen=True)
 class Comparison:
-    """All that was compared: `nominal` as it is, `recalibrated`, and `models` by their hypotheses, each at its best.
+    """All that was compared: `nominal` as it is and as the `set_up` shows it, `recalibrated`, and `models` by their hypotheses, each at its
+    best; set-up errors are fitted in all but the first.
 
     `rough` is the evidence of all hypotheses that were looked at, as far as it was; `silent` effects do nothing here, `unfed` ones lack
     inputs.
@@ -46,6 +47,7 @@ class Comparison:
     noise: Noise
     whitening: Whitening
     nominal: Fit
+    set_up: Fit
     recalibrated: Fit
     models: dict[Hypothesis, Fit]
     rough: dict[Hypothesis, float]
@@ -99,9 +101,11 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     whitening = Whitening(prediction, noise, predicted, numerical)
     if audited.refused:
         nominal = _must(fit(prediction, whitening, (), np.empty(0)))
-        return Comparison(prediction, noise, whitening, nominal, nominal, {}, {}, (), {}, audited)
+        return Comparison(prediction, noise, whitening, nominal, nominal, nominal, {}, {}, (), {}, audited)
     noise, whitening, recalibrated = _recalibrate(prediction, whitening, numerical)
     nominal = _must(fit(prediction, whitening, (), np.empty(0)))
+    errors = prediction.setup.parameters
+    set_up = _must(fit(prediction, whitening, errors, np.zeros(len(errors))))
 
     model, on = prediction.model, prediction.experiment.nominal.effects
     scales = Scales(model, prediction.experiment)
@@ -114,14 +118,14 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     _pairs(prediction, whitening, models, fronts, rough, offered, tell)
     _swaps(prediction, whitening, models, screen, rough, offered, recalibrated.found.evidence, tell)
     _polish(prediction, whitening, models)
-    return Comparison(prediction, noise, whitening, nominal, recalibrated, models, rough, silent, unfed, audited)
+    return Comparison(prediction, noise, whitening, nominal, set_up, recalibrated, models, rough, silent, unfed, audited)
 
 
 def _recalibrate(prediction: Prediction, whitening: Whitening, numerical: FloatArray) -> tuple[Noise, Whitening, Fit]:
     """The nominal model at its best, with the noise and the whitening that follow from it; then every model is forgiven what an effect of a
     slightly other form would leave."""
     model, experiment = prediction.model, prediction.experiment
-    parameters = (*nominal_parameters(model, experiment), *form_parameters(model, experiment))
+    parameters = (*nominal_parameters(model, experiment), *form_parameters(model, experiment), *prediction.setup.parameters)
     first = _trusted(prediction, whitening, parameters, np.zeros(len(parameters)))
     acts = np.any(first.slopes, axis=0) | np.array([p.name in experiment.nominal.values for p in parameters])
     own = tuple(parameter for parameter, does in zip(parameters, acts, strict=True) if does)  # of the law that is there

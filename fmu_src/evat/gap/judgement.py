@@ -37,7 +37,8 @@ class Features:
     """What is judged. By channel, in its mean square: structural squares of the nominal and of the recalibrated model, the noise floor,
     and `unsure`, the standard deviation of a structural square by noise alone; `irregular`, what repeats do not share beside noise (in the
     same mean square), and `irregular_share` of all that they do not share; `exact`, log evidence of the nominal over the recalibrated
-    model; `gain[hypothesis]`, the same of a hypothesis; `left[hypothesis]`, its share of the recalibrated model's structural squares."""
+    model, both with set-up errors; `gain[hypothesis]`, the same of a hypothesis; `left[hypothesis]`, its share of the recalibrated model's
+    structural squares."""
 
     nominal: Mapping[str, float]
     recalibrated: Mapping[str, float]
@@ -81,7 +82,7 @@ def _size(structural: Mapping[str, float], features: Features, constants: Consta
 def features(comparison: Comparison) -> Features:
     whitening, reference = comparison.whitening, comparison.recalibrated.predicted
     base, levels = comparison.recalibrated.found.evidence, whitening.levels
-    before, after = squares(whitening, comparison.nominal.predicted), squares(whitening, reference)
+    before, after = squares(whitening, comparison.set_up.predicted), squares(whitening, reference)
     return Features(
         nominal={c: before[c].structural / levels[c] ** 2 for c in levels},
         recalibrated={c: after[c].structural / levels[c] ** 2 for c in levels},
@@ -89,7 +90,7 @@ def features(comparison: Comparison) -> Features:
         unsure={c: after[c].unsure / levels[c] ** 2 for c in levels},
         irregular={c: found.square * found.share / levels[c] ** 2 for c, found in comparison.noise.irregular.items()},
         irregular_share={c: found.share for c, found in comparison.noise.irregular.items()},
-        exact=comparison.nominal.found.evidence - base,
+        exact=comparison.set_up.found.evidence - base,
         gain={on: found.found.evidence - base for on, found in comparison.models.items()},
         left={on: structural_share(whitening, found.predicted, reference) for on, found in comparison.models.items()},
     )

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from evat.experiment import Experiment, ExperimentError, Means, Trial
+from evat.inference.setup_errors import Recording, SetupErrors
 from evat.model import FloatArray, Model, Run
 
 Values = Mapping[str, float | str | FloatArray]
@@ -36,8 +37,8 @@ class Segment:
 class Prediction:
     """An experiment and a model of it.
 
-    `measured` has the shape (N,): all that was measured, segment after segment (`segments`: trial by trial, in each channel by channel;
-    means last, row by row). All numbers SI.
+    Values are those of the model's variables and of the `setup` errors. `measured` has the shape (N,): all that was measured, segment
+    after segment (`segments`: trial by trial, in each channel by channel; means last, row by row). All numbers SI.
     """
 
     def __init__(self, model: Model, experiment: Experiment, threads: int = 1) -> None:
@@ -60,6 +61,8 @@ class Prediction:
             raise ExperimentError(f"{experiment.title!r}: nothing was measured that could be compared.")
         self.segments: tuple[Segment, ...] = tuple(segments)
         self.measured: FloatArray = np.concatenate(measured)
+        recordings = tuple(Recording(s.channel, s.at, experiment.trials[s.trial].times if s.trial >= 0 else None) for s in segments)
+        self.setup = SetupErrors(experiment, recordings, self.measured, {v.name: v.unit for v in model.variables})
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -107,7 +110,12 @@ class Prediction:
         values : override the nominal ones; what a trial states for itself counts before both.
         on : effects that are on, beside the nominal ones.
         """
-        values, effects = values or {}, tuple(dict.fromkeys((*self.experiment.nominal.effects, *on)))
+        values = values or {}
+        return self.setup.applied(self._of_model({k: v for k, v in values.items() if k not in self.setup.names}, on), values)
+
+    def _of_model(self, values: Values, on: Sequence[str]) -> FloatArray:
+        """The same without set-up errors."""
+        effects = tuple(dict.fromkeys((*self.experiment.nominal.effects, *on)))
         count = max([np.size(value) for value in values.values() if np.ndim(value) == 1], default=1)
 
         def of_trial(trial: Trial) -> FloatArray:
@@ -145,14 +153,18 @@ class Prediction:
         A step goes towards the inside of a variable's bounds.
         """
         bounds = {variable.name: variable for variable in self.model.variables}
-        steps = np.array([STEP * scales[name] for name in names])
-        point = np.array([float(values[name]) for name in names])
-        upper = np.array([bounds[name].max for name in names])
-        steps = np.where(point + steps > upper, -steps, steps)
-        table = point + np.vstack([np.zeros(len(names)), np.diag(steps)])
-        rows = self.many({**values, **{name: table[:, place] for place, name in enumerate(names)}}, on)
-        slopes = (rows[1:] - rows[0]) / (steps / np.array([scales[name] for name in names]))[:, None] if names else rows[1:]
-        return rows[0], slopes.T
+        own = [name for name in names if name not in self.setup.names]
+        size = np.array([scales[name] for name in own])
+        point = np.array([float(values[name]) for name in own])
+        upper = np.array([bounds[name].max for name in own])
+        steps = np.where(point + STEP * size > upper, -STEP * size, STEP * size)
+        table = point + np.vstack([np.zeros(len(own)), np.diag(steps)])
+        fixed = {name: value for name, value in values.items() if name not in self.setup.names}
+        rows = self._of_model({**fixed, **{name: table[:, place] for place, name in enumerate(own)}}, on)
+        inner = self.setup.linear((rows[1:] - rows[0]) / (steps / size)[:, None] if own else rows[1:], values)
+        of_model = dict(zip(own, inner, strict=True))
+        slopes = [of_model[name] if name in of_model else scales[name] * self.setup.slopes(rows[0], name, values) for name in names]
+        return self.setup.applied(rows[:1], values)[0], np.array(slopes).reshape(len(names), self.measured.size).T
 
     def _own(self, values: Values, of_trial: Mapping[str, float]) -> dict[str, float | str | FloatArray]:
         return {**self.nominal, **values, **of_trial}

@@ -1,0 +1,111 @@
+"""How far may a whole set-up be off? Gain, zero and clock of each channel, which all trials share, as parameters of every fit.
+
+No rig is without them: an amplifier's gain is known to a percent, its zero drifts before the first recording, and the force lags or leads
+the motion by a sample. Model parameters run away where they have to stand in for these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from evat.experiment import Experiment, SetupSd
+from evat.inference.parameters import Parameter
+from evat.model import FloatArray
+
+GAIN, ZERO, CLOCK = "gain", "zero", "clock"
+SHIFT = 0.5  # samples, over which the derivative to a clock is taken: a jump has none
+WIDEST = 3.0  # standard deviations: what is further off is no tolerance of a set-up any more
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """Where one recording of a channel stands in the long vector, and its sample times (n,); none of a mean."""
+
+    channel: str
+    at: slice
+    times: FloatArray | None
+
+
+class SetupErrors:
+    """measured = (1 + gain) model(t - clock) + zero, for each channel. `parameters` are those that its recordings can show; a mean has no
+    clock. A positive clock is a force that is late, or a motion that is early."""
+
+    def __init__(self, experiment: Experiment, recordings: tuple[Recording, ...], measured: FloatArray, units: Mapping[str, str]) -> None:
+        self._recordings = recordings
+        parameters = list[Parameter]()
+        for channel in dict.fromkeys(recording.channel for recording in recordings):
+            own = [recording for recording in recordings if recording.channel == channel]
+            level = float(np.sqrt(np.mean(np.concatenate([measured[recording.at] for recording in own]) ** 2)))
+            steps = [float(np.median(np.diff(r.times))) for r in own if r.times is not None and r.times.size > 1]
+            stated = experiment.setup_sd.get(channel, SetupSd())
+            sizes = {
+                GAIN: (stated.gain, "1"),
+                ZERO: (stated.zero if stated.zero is not None else SetupSd.ZERO_OF_RMS * level, units.get(channel, "1")),
+                CLOCK: (stated.clock if stated.clock is not None else float(np.median(steps or [0.0])), "s"),
+            }
+            for kind, (sd, unit) in sizes.items():
+                if sd > 0 and (kind != CLOCK or steps):
+                    parameters.append(Parameter(_name(channel, kind), unit, 0.0, sd, -WIDEST * sd, WIDEST * sd))
+        self.parameters = tuple(parameters)
+        self.names = frozenset(parameter.name for parameter in parameters)
+
+    def applied(self, rows: FloatArray, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
+        """Predictions (K, N) as this set-up would show them; values that are not named are 0."""
+        if not any(np.any(np.asarray(values.get(name, 0.0)) != 0) for name in self.names):
+            return rows
+        count = max(rows.shape[0], *(np.size(values.get(name, 0.0)) for name in self.names)) if rows.shape[0] == 1 else rows.shape[0]
+        shown = np.repeat(rows, count // max(rows.shape[0], 1), axis=0) if rows.shape[0] != count else rows.copy()
+        for recording in self._recordings:
+            gain, zero, clock = (self._value(recording.channel, kind, values) for kind in (GAIN, ZERO, CLOCK))
+            shown[:, recording.at] = (1 + gain) * _shifted(rows[:, recording.at], recording.times, clock) + zero
+        return shown
+
+    def slopes(self, row: FloatArray, name: str, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
+        """Derivative (N,) of the prediction to one of `names`; row : (N,), of the model alone."""
+        slope = np.zeros_like(row)
+        for recording in self._recordings:
+            if not name.startswith(_name(recording.channel, "")):
+                continue
+            gain, clock = (float(self._value(recording.channel, kind, values)[0, 0]) for kind in (GAIN, CLOCK))
+            own, times = row[None, recording.at], recording.times
+            if name == _name(recording.channel, GAIN):
+                slope[recording.at] = _shifted(own, times, np.array([[clock]]))[0]
+            elif name == _name(recording.channel, ZERO):
+                slope[recording.at] = 1.0
+            elif times is not None and times.size > 1:
+                h = SHIFT * float(np.median(np.diff(times)))
+                late, early = (_shifted(own, times, np.array([[clock + side * h]]))[0] for side in (1, -1))
+                slope[recording.at] = (1 + gain) * (late - early) / (2 * h)
+        return slope
+
+    def linear(self, slopes: FloatArray, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
+        """Derivatives (p, N) of the model alone to its own parameters, as derivatives of what this set-up shows."""
+        without_zero = {name: 0.0 if name.endswith(f".{ZERO}") else values.get(name, 0.0) for name in self.names}
+        return self.applied(slopes, without_zero)
+
+    def _value(self, channel: str, kind: str, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
+        """(K, 1) or (1, 1)."""
+        value = values.get(_name(channel, kind), 0.0) if _name(channel, kind) in self.names else 0.0
+        column: FloatArray = np.asarray(value, dtype=np.float64).reshape(-1, 1)
+        return column
+
+
+def _name(channel: str, kind: str) -> str:
+    return f"setup.{channel}.{kind}"
+
+
+def by_channel(name: str) -> tuple[str, str]:
+    """Channel and kind of a set-up error."""
+    _, channel, kind = name.split(".")
+    return channel, kind
+
+
+def _shifted(rows: FloatArray, times: FloatArray | None, clock: FloatArray) -> FloatArray:
+    """rows (K, n) as they were `clock` (K, 1) or (1, 1) [s] before; held at the ends."""
+    if times is None or times.size < 2 or not np.any(clock):
+        return rows
+    late = np.broadcast_to(clock[:, 0], (len(rows),))
+    return np.array([np.interp(times - own, times, row) for row, own in zip(rows, late, strict=True)]).reshape(rows.shape)
