@@ -562,8 +562,10 @@ def test_a_header_that_states_another_unit_is_refused(tmp_path: Path, header: st
 @pytest.mark.parametrize(
     ("data", "what"),
     [
-        ("cutting_speed,mean_feed_force\n0.1,1\n0.1,2\n", "data row 2: the condition 'cutting_speed=0.1' is in row 1 already"),
-        ("condition,cutting_speed,mean_feed_force\na,0.1,1\na,0.2,2\n", "data row 2: the condition 'a' is in row 1 already"),
+        (
+            "condition,cutting_speed,mean_feed_force\na,0.1,1\na,0.2,2\n",
+            "data row 2: the condition 'a' is in row 1 already, at other values",
+        ),
         ("condition,cutting_speed,mean_feed_force\na,0.1,1\n,0.2,2\n", "'condition', data row 2: it is empty"),
         ("condition,cutting_speed,mean_feed_force\na,0.1,1\n  ,0.2,2\n", "data row 2: the condition has no name"),
         ("cutting_speed,mean_feed_force\n0.1,1\n0.2,\n", "'mean_feed_force', data row 2: no finite number"),
@@ -587,6 +589,17 @@ def test_averages_that_cannot_be_used_are_refused(tmp_path: Path, data: str, wha
     message = refusal(means_folder(tmp_path, data=data))
     assert "means.csv" in message
     assert what in message
+
+
+def test_averages_of_one_condition_are_replicates(tmp_path: Path) -> None:
+    """Named alike, or run at the same values."""
+    for data in (
+        "cutting_speed,mean_feed_force\n0.1,1\n0.2,3\n0.1,2\n",
+        "condition,cutting_speed,mean_feed_force\na,0.1,1\nb,0.2,3\na,0.1,2\n",
+    ):
+        means = read_experiment(means_folder(tmp_path, data=data), MODEL).means
+        assert means is not None
+        assert means.conditions[0] == means.conditions[2] != means.conditions[1]
 
 
 def test_averages_without_a_motion_are_refused(tmp_path: Path) -> None:

@@ -1,4 +1,5 @@
-"""What does a file of averages hold? One row per condition: what varied, the means, and where known their standard deviations."""
+"""What does a file of averages hold? Rows of what varied, the means, and where known their standard deviations; rows of one condition are
+replicates."""
 
 from __future__ import annotations
 
@@ -45,11 +46,11 @@ def read_means(document: Document, file: str, path: Path, model: Model) -> Means
     for row, condition in enumerate(conditions):
         if not condition.strip():
             raise ExperimentError(f"{file}, data row {row + 1}: the condition has no name; give it one, or leave out the column.")
-        if condition in conditions[:row]:
-            first = conditions.index(condition) + 1
+        first = conditions.index(condition)
+        if first < row and any(not _close(rows[first][name], value) for name, value in rows[row].items()):
             raise ExperimentError(
-                f"{file}, data row {row + 1}: the condition {condition!r} is in row {first} already; one row per condition: average "
-                "them, or write repeats as [[trials]]."
+                f"{file}, data row {row + 1}: the condition {condition!r} is in row {first + 1} already, at other values; rows of one "
+                "condition are replicates. Name them apart, or mend the values."
             )
     return Means(file, conditions, values, outputs, sd)
 

@@ -3,7 +3,7 @@
 least_squares : mean of ((measured - calculated)/scale)^2
 huber         : the same, beyond HUBER scales linear
 relative      : the paper's eq. 9, sum|measured - calculated| / sum|measured|, averaged over the channels
-The scale of a channel is its noise, where repeats or a stated sd give it, otherwise MEANS_SD of its rms.
+The scale of a channel is its noise, where repeats or a stated sd give it, otherwise ASSUMED_SD of its rms.
 """
 
 from __future__ import annotations
@@ -16,12 +16,13 @@ import numpy.typing as npt
 
 from evat.experiment import ExperimentError
 from evat.identification.space import Space
-from evat.inference.noise import MEANS_SD, repeatability, stated_sd
+from evat.inference.noise import repeatability, stated_sd
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, ParameterError
 
 Kind = Literal["least_squares", "huber", "relative"]
 HUBER = 1.345  # scales: 95 % efficient on Gaussian noise
+ASSUMED_SD = 0.03  # of the rms: a scale is no more than that until a fit has shown the noise
 FAILED = 1e30  # cost of a set that the model cannot run; finite, so that populations have a spread
 MOST_BYTES = 150e6  # of predictions held at a time
 
@@ -46,7 +47,7 @@ class Objective:
                     f"{prediction.experiment.title!r}: {channel} is zero in every sample. A sensor that was off, or a wrong column? "
                     "There is nothing to identify from it; leave it out of the signals."
                 )
-            scale[places] = self.noise.get(channel) or MEANS_SD * rms
+            scale[places] = self.noise.get(channel) or ASSUMED_SD * rms
             self.shares[places] = 1 / (whole * len(self.channels))
         stated = stated_sd(prediction)
         self._stated = np.isfinite(stated)

@@ -11,15 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evat.experiment import Means
 from evat.inference.autoregression import WHITE, autoregression, innovation_sd, innovations, robust_sd
 from evat.inference.bursts_and_lines import BurstsAndLines, bursts, irregular
 from evat.inference.discontinuities import SHARPNESS, bends
+from evat.inference.noise_of_means import USUAL, nugget, replicate_sd
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 
 PRIOR_TRIALS = 2.0  # what the priors below weigh, in repeats
 PRIOR_GAIN, PRIOR_OFFSET, PRIOR_DELAY = 0.003, 0.003, 0.1  # spread: of the gain, of the zero in rms, of the clock in samples
-MEANS_SD = 0.03  # of a mean that nobody has repeated or given a standard deviation for
 NO_SIGNAL = 1e-100
 BETWEEN = 3  # random effects between trials: gain, zero, clock
 
@@ -221,7 +222,7 @@ def _spread(
 
 
 def _means(prediction: Prediction, residual: FloatArray, sizes: FloatArray, from_residual: bool) -> None:
-    means, stated = prediction.experiment.means, stated_sd(prediction)
+    means, stated, of_channel = prediction.experiment.means, stated_sd(prediction), dict[str, float]()
     for place, segment in enumerate(prediction.segments):
         if segment.trial >= 0 or means is None:
             continue
@@ -229,8 +230,20 @@ def _means(prediction: Prediction, residual: FloatArray, sizes: FloatArray, from
         sd = float(stated[segment.at][0])
         if segment.channel in means.sd:
             sizes[place] = max(sd if np.isfinite(sd) else 0.0, 1e-6 * level)
-        elif from_residual:
+            continue
+        if segment.channel not in of_channel:
             alike = [s.at for s in prediction.segments if s.trial < 0 and s.channel == segment.channel]
-            sizes[place] = np.sqrt(np.mean(np.concatenate([residual[at] for at in alike]) ** 2))
-        else:
-            sizes[place] = MEANS_SD * level
+            of_channel[segment.channel] = _mean_sd(means, segment.channel, np.concatenate([residual[at] for at in alike]), from_residual)
+        sizes[place] = of_channel[segment.channel]
+
+
+def _mean_sd(means: Means, channel: str, residual: FloatArray, from_residual: bool) -> float:
+    """Of a channel of means (rows,) that came without: from replicates, counted as PRIOR_TRIALS more of what is usual."""
+    sd, degrees = replicate_sd(means.conditions, means.outputs[channel])
+    level = float(np.sqrt(np.mean(means.outputs[channel] ** 2)))
+    if from_residual:
+        return sd if degrees else float(np.sqrt(np.mean(residual**2)))
+    if degrees:
+        return float(np.sqrt((degrees * sd**2 + PRIOR_TRIALS * (USUAL * level) ** 2) / (degrees + PRIOR_TRIALS)))
+    values = np.column_stack(list(means.values.values())) if means.values else np.zeros((residual.size, 1))
+    return level * nugget(values, residual / level) if level > 0 else 0.0

@@ -94,8 +94,8 @@ class Whitening:
 
     def _grouped(self) -> tuple[Group, ...]:
         found: dict[tuple[object, str], list[int]] = {}
-        for place, segment in enumerate(self.prediction.segments):
-            key = self.prediction.alike[segment.trial] if segment.trial >= 0 else place
+        for place, segment in enumerate(self.prediction.segments):  # of means, rows of one condition are replicates
+            key = self.prediction.alike[segment.trial] if segment.trial >= 0 else segment.condition
             found.setdefault((key, segment.channel), []).append(place)
         groups = []
         for (_, channel), members in found.items():

@@ -1,0 +1,59 @@
+"""How noisy is a mean for which nobody stated it? From means of one condition where there are several, else from how smoothly they vary.
+
+What a model lacks varies smoothly from condition to condition, noise does not: in a Gaussian process over the conditions noise is the
+nugget (Rasmussen and Williams 2006, section 2.3). It is integrated over its prior, which few means leave as it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from evat.model import FloatArray
+
+USUAL, SPREAD = 0.01, 1.0  # of the rms of a channel, and how many e-folds a priori: dynamometer means repeat to 0.3 to 3 %
+SIZES = np.geomspace(1e-3, 1.0, 10)  # of what varies smoothly, in the rms of a channel
+LENGTHS = np.geomspace(0.3, 3.0, 5)  # over which it does, in the range of each condition
+NUGGETS = np.geomspace(2e-4, 0.2, 24)
+WIDE = 10.0  # ratio of the largest to the smallest value of a condition, from which on it counts by its logarithm
+
+
+def replicate_sd(conditions: Sequence[str], column: FloatArray) -> tuple[float, int]:
+    """Standard deviation of one mean (rows,) about others of its condition, pooled, and its degrees of freedom; nan and 0 without
+    replicates."""
+    total, degrees = 0.0, 0
+    for condition in dict.fromkeys(conditions):
+        own = column[[each == condition for each in conditions]]
+        total += float(np.sum((own - own.mean()) ** 2))
+        degrees += own.size - 1
+    return (float(np.sqrt(total / degrees)), degrees) if degrees else (float("nan"), 0)
+
+
+def nugget(conditions: FloatArray, residual: FloatArray) -> float:
+    """Standard deviation of the noise in `residual` (rows,) [rms of the channel] over `conditions` (rows, d), as its posterior median."""
+    apart = _distances(conditions)
+    rows = residual.size
+    prior = -0.5 * (np.log(NUGGETS / USUAL) / SPREAD) ** 2
+    logs = np.full((SIZES.size, LENGTHS.size, NUGGETS.size), -np.inf)
+    for place, length in enumerate(LENGTHS):
+        smooth = np.exp(-0.5 * apart / length**2)
+        for row, size in enumerate(SIZES):
+            values, vectors = np.linalg.eigh(size**2 * (smooth + 1.0))  # with a mean of its own
+            turned = vectors.T @ residual
+            variance = np.maximum(values, 0.0)[:, None] + NUGGETS**2
+            logs[row, place] = -0.5 * (np.log(variance).sum(axis=0) + (turned[:, None] ** 2 / variance).sum(axis=0)) + prior
+    weights = np.exp(logs - logs.max()).sum(axis=(0, 1)) if rows else np.exp(prior)
+    below = np.cumsum(weights) / weights.sum()
+    return float(np.exp(np.interp(0.5, below, np.log(NUGGETS))))
+
+
+def _distances(conditions: FloatArray) -> FloatArray:
+    """Squared distances (rows, rows), each condition in its range."""
+    total = np.zeros((len(conditions), len(conditions)))
+    for values in conditions.T:
+        column = np.log(values) if values.min() > 0 and values.max() / values.min() > WIDE else values
+        reach = float(np.ptp(column))
+        if reach > 0:
+            total += np.subtract.outer(column, column) ** 2 / reach**2
+    return total
