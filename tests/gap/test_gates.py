@@ -12,12 +12,13 @@ from evat.gap.gates import Gate, gates
 from evat.gap.judgement import CANNOT_TELL, VERDICTS, Judgement, judge
 from evat.gap.report import explain_verdict
 from evat.gap.report.words import number
+from evat.inference.hypothesis import Hypothesis
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_calibration import _features as features
 from toy import Toy, measured
 
-CHAIN = ("known_is_likelier", "effects_over_none", "nominal_suffices", "one_is_likely", "one_stands_out")
+CHAIN = ("known_is_likelier", "effects_over_none", "nominal_suffices", "one_is_likely", "one_stands_out", "credible")
 POSITIVE = st.floats(0.001, 100)
 
 
@@ -31,7 +32,8 @@ def verdict_of(by_name: dict[str, Gate]) -> str:
         return "unknown"
     if not by_name["effects_over_none"].passed:
         return "no_gap" if by_name["nominal_suffices"].passed else "mistuned"
-    return "effect" if by_name["one_is_likely"].passed or by_name["one_stands_out"].passed else "ambiguous"
+    one = by_name["one_is_likely"].passed or by_name["one_stands_out"].passed
+    return "effect" if one and ("credible" not in by_name or by_name["credible"].passed) else "ambiguous"
 
 
 @settings(max_examples=300, deadline=None)
@@ -41,10 +43,26 @@ def verdict_of(by_name: dict[str, Gate]) -> str:
     exact=st.floats(-800, 50),
     foreign=st.floats(0, 1),
     gains=st.lists(st.tuples(st.floats(-20, 400), st.floats(0.001, 1.2)), max_size=3),
+    doubted=st.sets(st.sampled_from(("a", "b"))),
+    held_out=st.floats(0.001, 1.5),
 )
-def test_the_gates_give_the_verdict(gap: float, before: float, exact: float, foreign: float, gains: list[tuple[float, float]]) -> None:
+def test_the_gates_give_the_verdict(
+    gap: float,
+    before: float,
+    exact: float,
+    foreign: float,
+    gains: list[tuple[float, float]],
+    doubted: set[str],
+    held_out: float,
+) -> None:
     """Whatever was seen: who reads the chain comes to the verdict, its last gate is the one that gave it, and no other of the chain is."""
     seen = features(gap, dict(zip(("a", "b", "a+b"), gains, strict=False)), exact=exact, before=before, foreign=foreign)
+    hypotheses = {name: Hypothesis((name,)) for name in ("a", "b")}
+    seen = replace(
+        seen,
+        doubts={hypotheses[name]: ("too large",) for name in doubted},
+        held_out={on: held_out for on in hypotheses.values() if on in seen.left},
+    )
     judgement = judge(seen, Constants())
     by_name = told(judgement)
     assert verdict_of(by_name) == judgement.verdict

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from threadpoolctl import threadpool_limits
 
@@ -14,9 +15,10 @@ from evat.experiment import Experiment
 from evat.gap.advise import next_experiment
 from evat.gap.answer import Diagnosis, Named, Recalibrated
 from evat.gap.budget import structural
-from evat.gap.closure import close
+from evat.gap.closure import HeldOut, close
 from evat.gap.compare import Comparison, compare
 from evat.gap.constants import Constants, stored
+from evat.gap.credibility import doubts, shifted
 from evat.gap.gates import gates
 from evat.gap.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, judge
 from evat.gap.location import Location, locate
@@ -25,6 +27,7 @@ from evat.inference.prediction import Prediction
 from evat.inference.setup_errors import by_channel
 from evat.model import Model
 
+HELD_OUT_MODELS, HELD_OUT_ROUNDS = 2, 3  # of the likeliest, how many are tried on held-out conditions, and how often others follow
 WORTH_TELLING = 0.1  # of what repeats do not share: bursts and lines
 Report = Callable[[str, float], None]
 
@@ -88,12 +91,13 @@ def diagnose_with(
 
 def _diagnosed(prediction: Prediction, cut: str, version: str, report: Report | None, known: Constants) -> tuple[Diagnosis, Comparison]:
     comparison = compare(prediction, report)
-    judgement = judge(features(comparison), known)
-    verdict, missing = CANNOT_TELL if comparison.audit.refused else judgement.verdict, tuple(filter(None, (cut, *_missing(comparison))))
     if report:
         report("on held-out conditions", 0.95)
-    chosen = fitted(comparison, judgement.chosen)
-    closure = close(comparison, chosen)
+    held = HeldOut(comparison)
+    judgement = _judged(comparison, held, known)
+    verdict = CANNOT_TELL if comparison.audit.refused else judgement.verdict
+    missing = tuple(filter(None, (*judgement.features.doubts.get(judgement.chosen, ()), *shifted(comparison), cut, *_missing(comparison))))
+    closure = close(comparison, fitted(comparison, judgement.chosen), held)
     answer = Diagnosis(
         verdict=verdict,
         effects=_named(comparison, judgement) if verdict != CANNOT_TELL else (),
@@ -112,6 +116,25 @@ def _diagnosed(prediction: Prediction, cut: str, version: str, report: Report | 
         },
     )
     return answer, comparison
+
+
+def _judged(comparison: Comparison, held: HeldOut, known: Constants) -> Judgement:
+    """The likeliest models are also tried on conditions that no fit saw, until those that lead have been."""
+    seen = features(comparison)
+    judgement = judge(seen, known)
+    for _ in range(HELD_OUT_ROUNDS):
+        leaders = sorted((on for on in judgement.probabilities if on), key=lambda on: -judgement.probabilities[on])[:HELD_OUT_MODELS]
+        new = [on for on in leaders if on not in seen.doubts]
+        if not new or comparison.audit.refused:
+            break
+        left = {on: held.left(comparison.models[on]) for on in new}
+        seen = replace(
+            seen,
+            held_out={**seen.held_out, **{on: share for on, share in left.items() if math.isfinite(share)}},
+            doubts={**seen.doubts, **{on: doubts(comparison, on, held) for on in new}},
+        )
+        judgement = judge(seen, known)
+    return judgement
 
 
 def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:

@@ -18,6 +18,7 @@ from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Features, judge
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.model import FloatArray
 
+BY_HYPOTHESIS = ("gain", "left", "held_out", "doubts")  # features that each hypothesis has
 LEAST = 1e-3  # probability, below which a case counts no worse
 POSITIVE = {field.name for field in fields(Constants)} - {"gap_offset", "structure_offset", "unknown_offset"}
 SPREAD = 0.14  # prior sd of each constant about its start, in units of 1 or of its logarithm: simulated cases are not real ones
@@ -33,7 +34,7 @@ class CalibrationCase:
     def line(self) -> str:
         """As a line of JSON."""
         held = {field.name: getattr(self.features, field.name) for field in fields(Features)}
-        for name in ("gain", "left"):
+        for name in BY_HYPOTHESIS:
             held[name] = [[hypothesis.document(), value] for hypothesis, value in getattr(self.features, name).items()]
         return json.dumps({"truth": self.truth, **held}, sort_keys=True)
 
@@ -41,8 +42,9 @@ class CalibrationCase:
     def read(line: str) -> CalibrationCase:
         held = json.loads(line)
         truth = held.pop("truth")
-        for name in ("gain", "left"):
-            held[name] = {Hypothesis.read(hypothesis): value for hypothesis, value in held[name]}
+        for name in BY_HYPOTHESIS:
+            held[name] = {Hypothesis.read(hypothesis): value for hypothesis, value in held.get(name, [])}
+        held["doubts"] = {hypothesis: tuple(reasons) for hypothesis, reasons in held["doubts"].items()}
         return CalibrationCase(Features(**held), truth)
 
 

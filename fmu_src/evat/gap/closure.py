@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,6 +16,8 @@ from evat.model import BoolArray, FloatArray
 FEWEST = 3  # conditions, below which none can be held out
 DRAWS = 1000
 SEED = 20240229
+WORSE = 1.1  # times the rms without the effect: a held-out condition that is made worse
+ROUNDING = 0.03  # of the noise floor, which is not known any better: a gap of less is none
 
 
 @dataclass(frozen=True)
@@ -34,15 +37,65 @@ def held_out_conditions(conditions: Sequence[str]) -> tuple[str, ...]:
     return tuple(conditions[1::3]) if len(conditions) >= FEWEST else ()
 
 
-def close(comparison: Comparison, chosen: Fit) -> Closure:
-    whitening, prediction = comparison.whitening, comparison.prediction
-    held = held_out_conditions(prediction.experiment.conditions)
-    before, after = comparison.recalibrated, chosen
-    if held:
-        mask = np.array([group.condition in held for group in whitening.groups])
-        before = _again(comparison, before, mask)
-        after = _again(comparison, after, mask) if chosen is not comparison.recalibrated else before
-    where = set(held) if held else None
+class HeldOut:
+    """Models fitted without some conditions, and judged on them; `conditions` is empty where there are too few to hold any out."""
+
+    def __init__(self, comparison: Comparison) -> None:
+        self.comparison = comparison
+        self.conditions = held_out_conditions(comparison.prediction.experiment.conditions)
+        self._mask = np.array([group.condition in self.conditions for group in comparison.whitening.groups])
+        self._fits: dict[int, Fit] = {}
+
+    def fitted(self, whole: Fit) -> Fit:
+        """The same model, fitted without the held-out conditions."""
+        if not self.conditions:
+            return whole
+        if id(whole) not in self._fits:
+            self._fits[id(whole)] = _again(self.comparison, whole, self._mask)
+        return self._fits[id(whole)]
+
+    def closed(self, chosen: Fit) -> tuple[float, tuple[float, float]]:
+        """Share of the recalibrated model's gap that the model closes there, and its 90 % interval over recordings; nan where none are held
+        out, or where there is no gap to speak of."""
+        if not self.conditions or chosen is self.comparison.recalibrated:
+            return math.nan, (math.nan, math.nan)
+        rows = self._rows(chosen)
+        share = _share(rows.sum(axis=0))
+        draws = np.random.default_rng(SEED).integers(len(rows), size=(DRAWS, len(rows)))
+        spread = np.array([_share(rows[draw].sum(axis=0)) for draw in draws])
+        low, high = np.nanquantile(spread, [0.05, 0.95]) if np.any(np.isfinite(spread)) else (np.nan, np.nan)
+        return share, (float(low), float(high))
+
+    def left(self, chosen: Fit) -> float:
+        """Share of the gap that the model leaves there, as far as that is sure: at least so much, or, where it may as well have made the
+        gap larger, the best guess; nan where nothing can be said."""
+        share, (low, high) = self.closed(chosen)
+        return 1 - (share if low < 0 else high)
+
+    def worse(self, chosen: Fit) -> dict[str, tuple[float, float]]:
+        """Conditions that the model makes worse there: root mean squares before and after, in that of the channel's measured one."""
+        if not self.conditions:
+            return {}
+        worse = {}
+        rows, conditions = self._rows(chosen), self._conditions()
+        for condition in self.conditions:
+            before, after, floor, size = rows[[own == condition for own in conditions]].sum(axis=0)
+            if after > WORSE**2 * before and after - before > 2 * ROUNDING * floor:
+                worse[condition] = math.sqrt(before / size), math.sqrt(after / size)
+        return worse
+
+    def _conditions(self) -> list[str]:
+        groups = [group for group in self.comparison.whitening.groups if group.condition in self.conditions]
+        return [group.condition for group in groups for _ in group.members]
+
+    def _rows(self, chosen: Fit) -> FloatArray:
+        return _rows(self.comparison, self.fitted(self.comparison.recalibrated).predicted, self.fitted(chosen).predicted, self.conditions)
+
+
+def close(comparison: Comparison, chosen: Fit, held: HeldOut) -> Closure:
+    whitening = comparison.whitening
+    before, after = held.fitted(comparison.recalibrated), held.fitted(chosen)
+    where = set(held.conditions) if held.conditions else None
     tables = {
         "nominal": squares(whitening, comparison.nominal.predicted, where),
         "recalibrated": squares(whitening, before.predicted, where),
@@ -55,14 +108,7 @@ def close(comparison: Comparison, chosen: Fit) -> Closure:
         }
         for channel in tables["nominal"]
     }
-    if not held or chosen is comparison.recalibrated:
-        return Closure(float("nan"), (float("nan"), float("nan")), held, rms)
-    rows = _rows(comparison, before.predicted, after.predicted, held)
-    share = _share(rows.sum(axis=0))
-    draws = np.random.default_rng(SEED).integers(len(rows), size=(DRAWS, len(rows)))
-    spread = np.array([_share(rows[draw].sum(axis=0)) for draw in draws])
-    low, high = np.nanquantile(spread, [0.05, 0.95]) if np.any(np.isfinite(spread)) else (np.nan, np.nan)
-    return Closure(share, (float(low), float(high)), held, rms)
+    return Closure(*held.closed(chosen), held.conditions, rms)
 
 
 def _again(comparison: Comparison, found: Fit, mask: BoolArray) -> Fit:
@@ -74,7 +120,7 @@ def _again(comparison: Comparison, found: Fit, mask: BoolArray) -> Fit:
 
 
 def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: Sequence[str]) -> FloatArray:
-    """Of each held-out recording: sums of squares before, after and of the noise floor, channels by their noise."""
+    """Of each held-out recording: sums of squares before, after and of the noise floor, channels by their rms, and how many they are."""
     whitening, prediction = comparison.whitening, comparison.prediction
     found = []
     for group in whitening.groups:
@@ -90,11 +136,12 @@ def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: S
                     float(np.sum((measured - before[group.at]) ** 2)) / level,
                     float(np.sum((measured - after[group.at]) ** 2)) / level,
                     size * floor / level,
+                    size,
                 ]
             )
     return np.array(found)
 
 
 def _share(sums: FloatArray) -> float:
-    before, after, floor = sums
-    return float((before - after) / (before - floor)) if before > floor else float("nan")
+    before, after, floor, _ = sums
+    return float((before - after) / (before - floor)) if before > (1 + ROUNDING) * floor else float("nan")

@@ -81,10 +81,16 @@ def _evidence(judgement: Judgement) -> list[Gate]:
             "a model that makes the gap larger is held to leave all of that, however small the gap",
         )  # fmt: skip
         closest = step.closest
+        if closest in features.held_out:
+            gate(
+                "held_out", f"share of the structural gap that {closest} leaves at least on conditions that no fit saw",
+                features.held_out[closest], "at most", features.left[closest], "it holds there, too",
+                f"it does not hold there: {features.held_out[closest]:.3g} of the gap counts as left, not {features.left[closest]:.3g}",
+            )  # fmt: skip
         gate(
             "visible_share", f"share of the structural gap that {closest} leaves, as far as it can be seen",
-            step.lefts[closest], "at most", features.left[closest],
-            f"of the {features.left[closest]:.3g} that it leaves, {step.lefts[closest]:.3g} can be seen and count",
+            step.lefts[closest], "at most", features.left_at_least(closest),
+            f"of the {features.left_at_least(closest):.3g} that it leaves, {step.lefts[closest]:.3g} can be seen and count",
             "all that it leaves counts",
         )  # fmt: skip
         gate(
@@ -149,4 +155,8 @@ def _verdicts(judgement: Judgement, counts: bool) -> list[Gate]:
                 else "the verdict is ambiguous: these data cannot tell them apart"
             )
             chain.append(Gate("one_stands_out", "probability of the likeliest hypothesis", most, "above", sure, word, False))
+    reasons = judgement.features.doubts.get(judgement.chosen, ())
+    if not is_unknown and acts and reasons and (count <= 1 or most > sure):
+        word = f"the verdict is ambiguous: {'; '.join(reasons)}"
+        chain.append(Gate("credible", "reasons to doubt the likeliest hypothesis", len(reasons), "at most", 0, word, False))
     return [*chain[:-1], replace(chain[-1], moved=counts)]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -38,7 +38,8 @@ class Features:
     and `unsure`, the standard deviation of a structural square by noise alone; `irregular`, what repeats do not share beside noise (in the
     same mean square), and `irregular_share` of all that they do not share; `exact`, log evidence of the nominal over the recalibrated
     model, both with set-up errors; `gain[hypothesis]`, the same of a hypothesis; `left[hypothesis]`, its share of the recalibrated model's
-    structural squares."""
+    structural squares; `held_out[hypothesis]`, the share that it leaves on conditions that no fit saw, as far as that is sure;
+    `doubts[hypothesis]`, reasons why its fit is not credible."""
 
     nominal: Mapping[str, float]
     recalibrated: Mapping[str, float]
@@ -49,6 +50,12 @@ class Features:
     exact: float
     gain: Mapping[Hypothesis, float]
     left: Mapping[Hypothesis, float]
+    held_out: Mapping[Hypothesis, float] = field(default_factory=dict)
+    doubts: Mapping[Hypothesis, tuple[str, ...]] = field(default_factory=dict)
+
+    def left_at_least(self, on: Hypothesis) -> float:
+        """The share that it leaves on the data it was fitted to, or, where that is more, on those that it was not."""
+        return max(self.left[on], self.held_out.get(on, 0.0))
 
     def without(self, effect: str) -> Features:
         """As if the model did not have that effect: its sets are gone."""
@@ -134,7 +141,8 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     size = _size(features.recalibrated, features, constants)
     seen = 1.0 if "visible_share" in reverse else _seen(size)
     worse = math.inf if "gap_not_larger" in reverse else WORSE
-    lefts = {on: share * seen if share < worse else share for on, share in features.left.items()}
+    shares = dict(features.left) if "held_out" in reverse else {on: features.left_at_least(on) for on in features.left}
+    lefts = {on: share * seen if share < worse else share for on, share in shares.items()}
     scores = {on: _score(on, gain, lefts[on], constants) for on, gain in features.gain.items()}
     # What may be chance explains nothing.
     sure = {on: 1.0 if "beyond_chance" in reverse else _sigmoid((gain - EVIDENT) / EVIDENCE_SCALE) for on, gain in features.gain.items()}
@@ -149,7 +157,7 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
         # A gap that is too small to look at is one where an effect has much evidence; the more, the more it leaves of what can be seen.
         best = max(scores, key=lambda on: scores[on])
         glimpsed = math.exp(2 * size) / (math.exp(2 * size) + GLIMPSED**2)
-        needed = constants.evident * (1 + DOUBTFUL * glimpsed * features.left[best])
+        needed = constants.evident * (1 + DOUBTFUL * glimpsed * shares[best])
         evident = _sigmoid((features.gain[best] - needed) * 3 / needed)
         if "evident_effect" not in reverse:
             structural = max(structural, evident * max(1 - lefts[best], 0.0))
@@ -196,7 +204,7 @@ def judge(features: Features, constants: Constants, reverse: Collection[str] = (
         return judgement(NO_GAP if step.no_gap > 0.5 else MISTUNED)
     chosen = next(on for on in ranked if on)
     sure = probabilities[chosen] > AMBIGUOUS * (1 - unknown) or len(likely) == 1
-    return judgement(EFFECT if sure else AMBIGUOUS_SETS, chosen)
+    return judgement(EFFECT if sure and not features.doubts.get(chosen) else AMBIGUOUS_SETS, chosen)
 
 
 def _foreign(features: Features, explained: float, unknown: float, structural: float, constants: Constants) -> tuple[float, float]:

@@ -21,7 +21,8 @@ def sentence(answer: Diagnosis) -> str:
     if answer.verdict in SENTENCES:
         return SENTENCES[answer.verdict]
     if answer.verdict == "ambiguous":
-        return _ambiguous(answer.judgement.likely)
+        likely, reasons = answer.judgement.likely, answer.judgement.features.doubts.get(answer.judgement.chosen, ())
+        return f"The gap may be caused by {likely[0]}, but {'; '.join(reasons)}." if len(likely) == 1 else _ambiguous(likely)
     names = " and ".join(f"another base law ({e.name})" if e.is_law else e.name for e in answer.effects)
     return f"The gap is caused by {names} (probability {_sure(answer.judgement.probabilities[answer.judgement.chosen])}){_far(answer)}."
 

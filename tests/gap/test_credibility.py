@@ -1,0 +1,88 @@
+"""Does the verdict listen to conditions that no fit saw, and to fits that are not credible?"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from evat.experiment import Experiment
+from evat.gap import diagnose, diagnose_with
+from evat.gap.closure import HeldOut
+from evat.gap.compare import compare
+from evat.gap.constants import Constants
+from evat.gap.credibility import doubts
+from evat.gap.judgement import judge
+from evat.gap.report.words import sentence
+from evat.inference.fit import fit
+from evat.inference.hypothesis import Hypothesis
+from evat.inference.prediction import Prediction
+from test_calibration import _features as features
+from toy import Toy, measured
+
+BEND, LEAN = Hypothesis(("bend",)), Hypothesis(("lean",))
+
+
+def only_where_fitted(made: Experiment) -> Experiment:
+    """The same records; on the conditions that are held out the force bends the other way."""
+    held = {"c1", "c4"}
+    trials = tuple(
+        replace(trial, outputs={"F": trial.outputs["F"] - (0.8 if trial.condition in held else 0.0) * 10 * trial.inputs["x"] ** 2})
+        for trial in made.trials
+    )
+    return replace(made, trials=trials)
+
+
+def test_what_does_not_hold_elsewhere_is_not_named() -> None:
+    made = measured(["bend"], {"bend.c": 0.4}, conditions=6)
+    assert [effect.name for effect in diagnose(made, Toy()).effects] == ["bend"]
+    answer, comparison = diagnose_with(only_where_fitted(made), Toy())
+    assert answer.verdict == "unknown"
+    assert not answer.effects
+    held = HeldOut(comparison)
+    assert held.conditions == ("c1", "c4")
+    assert held.left(comparison.models[BEND]) > 0.9
+
+
+def test_a_condition_that_gets_worse_is_told() -> None:
+    made = measured(["bend"], {"bend.c": 0.4}, conditions=6)
+    comparison = compare(Prediction(Toy(), only_where_fitted(made)))
+    (reason,) = (reason for reason in doubts(comparison, BEND, HeldOut(comparison)) if "c4" in reason)
+    assert "worse" in reason
+
+
+def test_an_effect_that_is_no_better_known_than_its_size_is_doubted() -> None:
+    """And one that is there is not."""
+    comparison = compare(Prediction(Toy(), measured(["bend"], {"bend.c": 0.4}, conditions=6)))
+    held, base = HeldOut(comparison), comparison.recalibrated
+    assert doubts(comparison, BEND, held) == ()
+    parameters = (*base.parameters, *(p for p in comparison.models[BEND].parameters if p.name == "bend.c"))
+    small = fit(comparison.prediction, comparison.whitening, parameters, np.zeros(len(parameters)), ("bend",), most_steps=0)
+    assert small is not None
+    comparison.models[BEND] = small
+    assert any("no better known than its size" in reason for reason in doubts(comparison, BEND, held))
+
+
+@pytest.mark.parametrize(("left", "verdict"), [(0.05, "effect"), (0.97, "unknown")])
+def test_the_share_that_counts_is_that_of_held_out_conditions(left: float, verdict: str) -> None:
+    seen = replace(features(30, {"bend": (300, 0.02)}, exact=-50), held_out={BEND: left})
+    assert judge(seen, Constants()).verdict == verdict
+
+
+def test_a_fit_that_is_not_credible_is_ambiguous() -> None:
+    seen = replace(features(30, {"bend": (300, 0.02)}, exact=-50), doubts={BEND: ("it is far too large",)})
+    assert judge(seen, Constants()).verdict == "ambiguous"
+    assert judge(replace(seen, doubts={LEAN: ("it is far too large",)}), Constants()).verdict == "effect"
+
+
+def test_the_sentence_says_why() -> None:
+    answer, _ = diagnose_with(measured(["bend"], {"bend.c": 0.4}, conditions=6), Toy())
+    judgement = replace(answer.judgement, features=replace(answer.judgement.features, doubts={BEND: ("it is far too large",)}))
+    doubted = replace(answer, verdict="ambiguous", judgement=judgement)
+    assert sentence(doubted) == "The gap may be caused by bend, but it is far too large."
+
+
+def test_a_nominal_value_that_is_not_credible_is_said_first() -> None:
+    made = measured(values={"k": 14.0})
+    answer = diagnose(replace(made, nominal=replace(made.nominal, relative_sd={"k": 0.02})), Toy())
+    assert answer.cannot_tell[0].startswith("the nominal k is not credible: 10 N/m has to become 1")
