@@ -24,6 +24,7 @@ from evat.gap.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement
 from evat.gap.location import Location, locate
 from evat.gap.portion import portion
 from evat.inference.prediction import Prediction
+from evat.inference.recorded_inputs import smoothed_inputs
 from evat.inference.setup_errors import by_channel
 from evat.model import Model
 
@@ -83,20 +84,28 @@ def diagnose_with(
     experiment: Experiment, model: Model, *, version: str = "", report: Report | None = None, constants: Constants | None = None
 ) -> tuple[Diagnosis, Comparison]:
     """The same, with everything that was fitted on the way: what the report draws."""
-    looked_at, cut = portion(experiment, model)
+    recorded = smoothed_inputs(experiment)
+    looked_at, cut = portion(recorded.experiment, model)
+    perturbed = None if recorded.perturbed is None else Prediction(model, portion(recorded.perturbed, model)[0])
+    units = {variable.name: variable.unit for variable in model.variables}
+    said = [cut, *(f"{name} is noisy, {sd:.3g} {units[name]}: it was smoothed" for name, sd in recorded.noise.items())]
     with threadpool_limits(1):  # sums over short rows gain nothing from threads, and their last bits would depend on them
         known, origin = (constants, "given") if constants else stored()
-        return _diagnosed(Prediction(model, looked_at), cut, f"{version}; constants {origin}".removeprefix("; "), report, known)
+        version = f"{version}; constants {origin}".removeprefix("; ")
+        return _diagnosed(Prediction(model, looked_at), perturbed, tuple(filter(None, said)), version, report, known)
 
 
-def _diagnosed(prediction: Prediction, cut: str, version: str, report: Report | None, known: Constants) -> tuple[Diagnosis, Comparison]:
-    comparison = compare(prediction, report)
+def _diagnosed(
+    prediction: Prediction, perturbed: Prediction | None, said: tuple[str, ...], version: str, report: Report | None, known: Constants
+) -> tuple[Diagnosis, Comparison]:
+    """said : of the data, before anything was compared."""
+    comparison = compare(prediction, report, perturbed)
     if report:
         report("on held-out conditions", 0.95)
     held = HeldOut(comparison)
     judgement = _judged(comparison, held, known)
     verdict = CANNOT_TELL if comparison.audit.refused else judgement.verdict
-    missing = tuple(filter(None, (*judgement.features.doubts.get(judgement.chosen, ()), *shifted(comparison), cut, *_missing(comparison))))
+    missing = (*judgement.features.doubts.get(judgement.chosen, ()), *shifted(comparison), *said, *_missing(comparison))
     closure = close(comparison, fitted(comparison, judgement.chosen), held)
     answer = Diagnosis(
         verdict=verdict,

@@ -87,22 +87,23 @@ def _allowed(model: Model, effects: Sequence[str]) -> bool:
 Fronts = dict[str, tuple[Start, FloatArray]]  # of an effect: how it starts beside the recalibrated parameters, and from which point
 
 
-def compare(prediction: Prediction, report: Callable[[str, float], None] | None = None) -> Comparison:
-    """Fit everything that may explain the gap."""
+def compare(prediction: Prediction, report: Callable[[str, float], None] | None = None, perturbed: Prediction | None = None) -> Comparison:
+    """Fit everything that may explain the gap. perturbed : the same experiment by inputs as they may as well have been."""
     tell = report or (lambda _, __: None)
     tell("recalibrating the nominal model", 0.0)
     predicted = prediction.one()
     if not np.all(np.isfinite(predicted)):
         raise SimulationError(NO_RUN)
     numerical = prediction.numerical_error()
+    by_inputs = None if perturbed is None else perturbed.one() - predicted
     noise = estimate_noise(prediction, predicted)
     floors = {s.channel: float(noise.sizes[place]) for place, s in enumerate(prediction.segments)}
     audited = audit(prediction, predicted, floors, numerical)
-    whitening = Whitening(prediction, noise, predicted, numerical)
+    whitening = Whitening(prediction, noise, predicted, numerical, by_inputs)
     if audited.refused:
         nominal = _must(fit(prediction, whitening, (), np.empty(0)))
         return Comparison(prediction, noise, whitening, nominal, nominal, nominal, {}, {}, (), {}, audited)
-    noise, whitening, recalibrated = _recalibrate(prediction, whitening, numerical)
+    noise, whitening, recalibrated = _recalibrate(prediction, whitening, numerical, by_inputs)
     nominal = _must(fit(prediction, whitening, (), np.empty(0)))
     errors = prediction.setup.parameters
     set_up = _must(fit(prediction, whitening, errors, np.zeros(len(errors))))
@@ -121,7 +122,9 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     return Comparison(prediction, noise, whitening, nominal, set_up, recalibrated, models, rough, silent, unfed, audited)
 
 
-def _recalibrate(prediction: Prediction, whitening: Whitening, numerical: FloatArray) -> tuple[Noise, Whitening, Fit]:
+def _recalibrate(
+    prediction: Prediction, whitening: Whitening, numerical: FloatArray, by_inputs: FloatArray | None
+) -> tuple[Noise, Whitening, Fit]:
     """The nominal model at its best, with the noise and the whitening that follow from it; then every model is forgiven what an effect of a
     slightly other form would leave."""
     model, experiment = prediction.model, prediction.experiment
@@ -130,7 +133,7 @@ def _recalibrate(prediction: Prediction, whitening: Whitening, numerical: FloatA
     acts = np.any(first.slopes, axis=0) | np.array([p.name in experiment.nominal.values for p in parameters])
     own = tuple(parameter for parameter, does in zip(parameters, acts, strict=True) if does)  # of the law that is there
     noise = estimate_noise(prediction, first.predicted)
-    whitening = Whitening(prediction, noise, first.predicted, numerical)
+    whitening = Whitening(prediction, noise, first.predicted, numerical, by_inputs)
     recalibrated = _trusted(prediction, whitening, own, first.point[acts])
     whitening.forgive(FORM_ERROR * recalibrated.found.size, recalibrated.found.length)
     return noise, whitening, recalibrated.again(whitening)

@@ -17,11 +17,13 @@ from evat.inference.bursts_and_lines import BurstsAndLines, bursts, irregular
 from evat.inference.discontinuities import SHARPNESS, bends
 from evat.inference.noise_of_means import USUAL, nugget, replicate_sd
 from evat.inference.prediction import Prediction
+from evat.inference.recorded_inputs import in_step, same_motion
 from evat.model import FloatArray
 
 PRIOR_TRIALS = 2.0  # what the priors below weigh, in repeats
 PRIOR_GAIN, PRIOR_OFFSET, PRIOR_DELAY = 0.003, 0.003, 0.1  # spread: of the gain, of the zero in rms, of the clock in samples
 NO_SIGNAL = 1e-100
+SHORTEST_REPEAT = 8  # samples: of fewer, three are gone with gain, zero and clock
 BETWEEN = 3  # random effects between trials: gain, zero, clock
 
 
@@ -80,15 +82,17 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
         }
         left, slopes, degrees[channel] = dict[int, FloatArray](), list[tuple[FloatArray, FloatArray]](), 0
         for places in own.values():
-            for alike in _same_length(prediction, places):
-                rows = np.array([residual[prediction.segments[place].at] for place in alike])
+            for alike in _comparable(prediction, places):
+                rows = np.array([residual[prediction.segments[place].at][at] for place, at in alike])
                 rows = (rows - rows.mean(axis=0)) * np.sqrt(len(alike) / (len(alike) - 1))
                 degrees[channel] += len(alike) - 1
-                for place, row in zip(alike, rows, strict=True):
-                    basis = _basis(prediction, predicted, place)
+                for (place, at), row in zip(alike, rows, strict=True):
+                    basis = _basis(prediction, predicted, place)[at]
                     coefficients, *_ = np.linalg.lstsq(basis / _scale(basis), row, rcond=None)
                     slopes.append((coefficients / _scale(basis), basis))
-                    left[place] = without_jumps(row - basis / _scale(basis) @ coefficients, predicted[prediction.segments[place].at])
+                    fewer = np.sqrt(row.size / (row.size - BETWEEN))  # numbers than samples, once these were fitted
+                    shown = predicted[prediction.segments[place].at][at]
+                    left[place] = without_jumps(fewer * (row - basis / _scale(basis) @ coefficients), shown)
         irregulars[channel] = irregular(list(left.values()), [_step(prediction, place) for place in left])
         if left:
             filters[channel] = _of_repeats(left, own.values(), sizes)
@@ -103,16 +107,14 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
 
 
 def repeat_deviations(prediction: Prediction) -> dict[str, list[FloatArray]]:
-    """Deviations of repeats on one clock from their mean, channel by channel, scaled to the sd of one of them: with all that differs."""
-    groups: dict[tuple[str, str], list[tuple[FloatArray, FloatArray]]] = {}
+    """Deviations of repeats of one motion from their mean, channel by channel, scaled to the sd of one of them: with all that differs."""
+    deviations: dict[str, list[FloatArray]] = {}
+    motions = {place: number for number, group in enumerate(same_motion(prediction.experiment.trials)) for place in group}
+    groups: dict[tuple[str, int], list[FloatArray]] = {}
     for segment in prediction.segments:
         if segment.trial >= 0:
-            times = prediction.experiment.trials[segment.trial].times
-            groups.setdefault((segment.channel, segment.condition), []).append((times, prediction.measured[segment.at]))
-    deviations: dict[str, list[FloatArray]] = {}
-    for (channel, _), members in groups.items():
-        clock = members[0][0]
-        columns = [column for times, column in members if times.shape == clock.shape and np.allclose(times - times[0], clock - clock[0])]
+            groups.setdefault((segment.channel, motions[segment.trial]), []).append(prediction.measured[segment.at])
+    for (channel, _), columns in groups.items():
         if len(columns) > 1:
             table = np.array(columns)
             deviations.setdefault(channel, []).extend((table - table.mean(axis=0)) * np.sqrt(len(columns) / (len(columns) - 1)))
@@ -170,13 +172,15 @@ def _step(prediction: Prediction, place: int) -> float:
     return float(np.median(np.diff(prediction.experiment.trials[prediction.segments[place].trial].times)))
 
 
-def _same_length(prediction: Prediction, places: Sequence[int]) -> list[list[int]]:
-    """Repeats that can be compared sample by sample."""
-    by_length: dict[int, list[int]] = {}
-    for place in places:
-        at = prediction.segments[place].at
-        by_length.setdefault(at.stop - at.start, []).append(place)
-    return [some for length, some in by_length.items() if len(some) > 1 and length > 20]
+def _comparable(prediction: Prediction, places: Sequence[int]) -> list[list[tuple[int, slice]]]:
+    """Repeats of a condition that can be compared sample by sample, with the samples in which they can: those that recorded one motion, or
+    where there are none, those that are brought in step."""
+    trials = [prediction.experiment.trials[prediction.segments[place].trial] for place in places]
+    alike = [group for group in same_motion(trials) if len(group) > 1 and trials[group[0]].times.size >= SHORTEST_REPEAT]
+    if alike:
+        return [[(places[each], slice(0, trials[each].times.size)) for each in group] for group in alike]
+    step = in_step(trials) if len(trials) > 1 else []
+    return [[(places[each], at) for each, at in step]] if len(step) > 1 else []
 
 
 def _basis(prediction: Prediction, predicted: FloatArray, place: int) -> FloatArray:

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from evat.inference.autoregression import WHITE
+from evat.inference.autoregression import WHITE, lag_one_correlation
 from evat.inference.cycles import cycle_samples
 from evat.inference.discontinuities import Discontinuities
 from evat.inference.noise import BETWEEN, Noise, differing
@@ -57,8 +57,16 @@ class Whitening:
     numbers that a band counts.
     """
 
-    def __init__(self, prediction: Prediction, noise: Noise, predicted: FloatArray, numerical: FloatArray | None = None) -> None:
-        """predicted : (N,), near the truth: how gain, zero and clock of a trial show; numerical : (N,), the solver's error in it."""
+    def __init__(
+        self,
+        prediction: Prediction,
+        noise: Noise,
+        predicted: FloatArray,
+        numerical: FloatArray | None = None,
+        by_inputs: FloatArray | None = None,
+    ) -> None:
+        """predicted : (N,), near the truth: how gain, zero and clock of a trial show; numerical : (N,), the solver's error in it;
+        by_inputs : (N,), what the noise of recorded inputs has left in it."""
         self.prediction, self.noise = prediction, noise
         self.groups = self._grouped()
         self.levels = self._levels()
@@ -76,7 +84,21 @@ class Whitening:
         wrong = np.zeros(predicted.size) if numerical is None else np.nan_to_num(numerical)
         own = np.array([np.mean(wrong[group.at] ** 2) / self.levels[group.channel] ** 2 for group in self.groups])
         self.least: FloatArray = 1 + (EVER**2 + own[:, None]) * self.unexplained[0]
+        if by_inputs is not None:
+            self.least = self.least + self._left_by_inputs(np.nan_to_num(by_inputs))
         self.trust: FloatArray = np.ones_like(self.counts)
+
+    def _left_by_inputs(self, error: FloatArray) -> FloatArray:
+        """The variance (groups, bands) of an error (N,) as large and as long-lived in each group as this one."""
+        variance = np.zeros_like(self.counts)
+        for place, group in enumerate(self.groups):
+            own = error[group.at]
+            if not np.any(own):
+                continue
+            correlation = float(np.clip(lag_one_correlation([own]), 1e-3, 0.999))
+            lasting = np.abs(np.log(np.array(CORRELATION_SAMPLES) * -np.log(correlation)))
+            variance[place] = np.mean(own**2) / self.levels[group.channel] ** 2 * self.unexplained[int(np.argmin(lasting)), place]
+        return variance
 
     def doubt(self, size: float, length: int) -> None:
         """Count what is known of a band no higher than as if the discrepancy in it were INDEPENDENT numbers, not one for each sample.

@@ -1,0 +1,168 @@
+"""Which motion did a noisy recording of it follow? Errors in variables: one smoothed input for the repeats of a condition.
+
+A recorded velocity has noise, which bends bristles at rest and wears the model out; and it makes repeats of one motion differ, though they
+are the same run. Its noise is read off third differences, which a motion has next to none of, and taken out by local parabolas whose
+window is, at each sample, the widest that contradicts no narrower one (intersection of confidence intervals: Goldenshluger and Nemirovski
+1997, Katkovnik 1999): wide at rest and in sliding, narrow at a corner. What is left of the error is told by smoothing once more what was
+smoothed, with fresh noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.signal import correlate, savgol_coeffs, savgol_filter
+
+from evat.experiment import Experiment, Trial
+from evat.model import FloatArray
+
+THIRD = np.sqrt(20.0)  # sd of the third difference of white noise of sd 1
+WHITE = -0.5  # correlation of neighbouring third differences: noise has -0.75, a motion about 1
+FEWEST = 16  # samples of a recording whose inputs are looked at
+SMALLEST = 1e-6  # of the largest value: noise that is less is rounding
+WINDOWS = (1, 2, 4, 8, 16, 32, 64, 128)  # samples to each side of the middle one
+CONFIDENCE = 2.5  # standard deviations of the intervals that have to meet
+ALIKE = 1.5  # times the noise of both: so far apart may two recordings of one motion be, root mean square
+JITTER = 1e-3  # of a sample: clocks that differ by less are one
+FARTHEST_LAG = 0.25  # of a recording: so much out of step may repeats be
+IN_STEP = 0.02  # of the root mean square: repeats that follow a motion differ by no more once they are in step
+SEED = 20240301
+
+
+@dataclass(frozen=True)
+class RecordedInputs:
+    """`experiment` with smoothed inputs, one for the repeats that share a motion; `perturbed` is the same by other noise, None where no
+    input had any; `noise[name]` is the largest standard deviation that an input was found to have [its unit]."""
+
+    experiment: Experiment
+    perturbed: Experiment | None
+    noise: Mapping[str, float]
+
+
+def smoothed_inputs(experiment: Experiment) -> RecordedInputs:
+    """Inputs without noise are left as they are, to the bit."""
+    smooth, other, noise = list(experiment.trials), list(experiment.trials), dict[str, float]()
+    draw = np.random.default_rng(SEED)
+    for places in same_motion(experiment.trials):
+        first = experiment.trials[places[0]]
+        inputs, perturbed = dict(first.inputs), dict(first.inputs)
+        for name in first.inputs:
+            rows = np.array([experiment.trials[place].inputs[name] for place in places])
+            sd = max(noise_sd(row) for row in rows)
+            if sd == 0:
+                continue
+            noise[name] = max(noise.get(name, 0.0), sd)
+            left = sd / np.sqrt(len(rows))
+            inputs[name] = smoothed(rows.mean(axis=0), left)
+            perturbed[name] = smoothed(inputs[name] + left * draw.normal(size=rows.shape[1]) * (inputs[name] != 0), left)
+        if noise:
+            for place in places:
+                smooth[place] = replace(experiment.trials[place], inputs=inputs, times=first.times)
+                other[place] = replace(experiment.trials[place], inputs=perturbed, times=first.times)
+    if not noise:
+        return RecordedInputs(experiment, None, {})
+    return RecordedInputs(replace(experiment, trials=tuple(smooth)), replace(experiment, trials=tuple(other)), noise)
+
+
+def noise_sd(column: FloatArray) -> float:
+    """Standard deviation of the white noise in a column (n,), 0 where it has none that could be told from its motion."""
+    if column.size < FEWEST:
+        return 0.0
+    third = np.diff(column, 3)
+    size = 1.4826 * float(np.median(np.abs(third)))
+    if not size > SMALLEST * float(np.max(np.abs(column))):
+        return 0.0
+    held = np.clip(third, -3 * size, 3 * size)  # corners of the motion have no say
+    correlation = float(held[1:] @ held[:-1] / (held @ held))
+    return size / THIRD if correlation < WHITE else 0.0
+
+
+def smoothed(column: FloatArray, sd: float) -> FloatArray:
+    """A column (n,) whose white noise has this standard deviation, without it; runs of zeros stay, and no value leaves the range."""
+    low, high = np.full(column.size, -np.inf), np.full(column.size, np.inf)
+    best, going = column.copy(), np.ones(column.size, dtype=bool)
+    for half in WINDOWS:
+        window = 2 * half + 1
+        if window > column.size:
+            break
+        order = min(2, window - 2)
+        fitted = savgol_filter(column, window, order, mode="interp")
+        reach = CONFIDENCE * sd * float(np.sqrt(np.sum(savgol_coeffs(window, order) ** 2)))
+        low, high = np.maximum(low, fitted - reach), np.minimum(high, fitted + reach)
+        going &= low <= high
+        best[going] = fitted[going]
+    zero = column == 0
+    zero[1:-1] &= (column[:-2] == 0) | (column[2:] == 0)
+    best[zero] = 0.0
+    return np.clip(best, column.min(), column.max())
+
+
+def same_motion(trials: Sequence[Trial]) -> list[list[int]]:
+    """Places of the trials that recorded one motion: repeats of a condition whose inputs differ by no more than their noise."""
+    groups: list[list[int]] = []
+    for place, trial in enumerate(trials):
+        for group in groups:
+            if _one_run(trials[group[0]], trial) and _agree(trials[group[0]].inputs, trial.inputs, ALIKE, 0.0):
+                group.append(place)
+                break
+        else:
+            groups.append([place])
+    return groups
+
+
+def in_step(trials: Sequence[Trial]) -> list[tuple[int, slice]]:
+    """Repeats that began at another moment of one motion, each with the samples in which it is in step with the others; those that follow
+    no such motion are left out."""
+    first, kept = trials[0], [(0, 0)]
+    for place, trial in enumerate(trials[1:], 1):
+        lag = _lag(first, trial) if set(first.inputs) == set(trial.inputs) and dict(first.values) == dict(trial.values) else None
+        if lag is not None:
+            kept.append((place, lag))
+    begin = max(-lag for _, lag in kept)
+    end = min(trials[place].times.size - lag for place, lag in kept)
+    return [(place, slice(begin + lag, end + lag)) for place, lag in kept] if end - begin >= FEWEST else []
+
+
+def _lag(one: Trial, other: Trial) -> int | None:
+    """Samples by which the motion comes later in the other; None where it is another one."""
+    moving = {name: float(np.ptp(column)) for name, column in one.inputs.items() if np.ptp(column) > 0}
+    if not moving or one.times.size < FEWEST or other.times.size < FEWEST:
+        return None
+    steps = [float(np.median(np.diff(trial.times))) for trial in (one, other)]
+    if abs(steps[0] - steps[1]) > JITTER * steps[0]:
+        return None
+    name = max(moving, key=lambda each: moving[each])
+    a, b = one.inputs[name], other.inputs[name]
+    farthest = int(FARTHEST_LAG * min(a.size, b.size))
+    lags = np.arange(-farthest, farthest + 1)
+    begins, ends = np.maximum(0, -lags), np.minimum(a.size, b.size - lags)
+    sums_a, sums_b = (np.concatenate([[0.0], np.cumsum(column**2)]) for column in (a, b))
+    squares = sums_a[ends] - sums_a[begins] + sums_b[ends + lags] - sums_b[begins + lags] - 2 * correlate(b, a)[lags + a.size - 1]
+    lag = int(lags[np.argmin(squares / (ends - begins))])
+    begin, end = max(0, -lag), min(a.size, b.size - lag)
+    here = {key: column[begin:end] for key, column in one.inputs.items()}
+    there = {key: column[begin + lag : end + lag] for key, column in other.inputs.items()}
+    return lag if _agree(here, there, ALIKE, IN_STEP) else None
+
+
+def _one_run(one: Trial, other: Trial) -> bool:
+    """Whether they have all in common but what was recorded."""
+    if one.condition != other.condition or one.times.size != other.times.size or dict(one.values) != dict(other.values):
+        return False
+    if set(one.inputs) != set(other.inputs) or set(one.outputs) != set(other.outputs):
+        return False
+    step = float(np.median(np.diff(one.times))) if one.times.size > 1 else 0.0
+    apart = np.abs((one.times - one.times[0]) - (other.times - other.times[0]))
+    return float(np.max(apart, initial=0.0)) <= JITTER * step
+
+
+def _agree(one: Mapping[str, FloatArray], other: Mapping[str, FloatArray], noises: float, share: float) -> bool:
+    """Whether inputs differ by no more than so many times their noise, and this share of their root mean square."""
+    for name, column in one.items():
+        apart = float(np.sqrt(np.mean((column - other[name]) ** 2)))
+        level = float(np.sqrt(np.mean(column**2)))
+        if apart > noises * float(np.hypot(noise_sd(column), noise_sd(other[name]))) + share * level:
+            return False
+    return True

@@ -1,0 +1,101 @@
+"""Is the motion behind noisy recordings of it found, and are repeats compared only where they share it?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from evat.experiment import Experiment, Trial
+from evat.gap import diagnose_with
+from evat.inference.noise import estimate_noise
+from evat.inference.prediction import Prediction
+from evat.inference.recorded_inputs import in_step, noise_sd, same_motion, smoothed, smoothed_inputs
+from evat.model import FloatArray
+from toy import Toy, measured
+
+TIMES = np.arange(3000) * 1e-3
+MOTIONS: dict[str, FloatArray] = {
+    "sine": 0.2 * np.sin(4 * np.pi * TIMES),
+    "trapezoid": np.clip(0.45 * np.sin(2 * np.pi * TIMES), -0.2, 0.2),
+    "stops": np.interp(TIMES, [0, 0.5, 0.8, 1.2, 1.5, 2, 2.2, 3], [0, 0, 0.2, 0.2, -0.2, -0.2, 0, 0]),
+}
+
+
+def noisy(made: Experiment, sd: float, seed: int = 5) -> Experiment:
+    draw = np.random.default_rng(seed)
+    trials = (replace(t, inputs={n: c + sd * draw.normal(size=c.size) for n, c in t.inputs.items()}) for t in made.trials)
+    return replace(made, trials=tuple(trials))
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_noise_is_told_from_motion(name: str) -> None:
+    assert noise_sd(MOTIONS[name]) < 1e-6
+    for sd in (5e-4, 5e-3, 2e-2):
+        drawn = sd * np.random.default_rng(1).normal(size=TIMES.size)
+        assert pytest.approx(sd, rel=0.1) == noise_sd(MOTIONS[name] + drawn)
+        rest = smoothed(MOTIONS[name] + drawn, sd) - MOTIONS[name]
+        assert np.sqrt(np.mean(rest**2)) < 0.5 * sd
+
+
+def test_an_input_without_noise_is_left_as_it_is() -> None:
+    made = measured()
+    assert smoothed_inputs(made).experiment is made
+    assert smoothed_inputs(made).perturbed is None
+
+
+def test_repeats_of_one_motion_get_one_input() -> None:
+    recorded = smoothed_inputs(noisy(measured(repeats=3), 0.01))
+    assert len(set(Prediction(Toy(), recorded.experiment).alike.values())) == 4
+    assert recorded.perturbed is not None
+    assert pytest.approx(0.01, rel=0.15) == recorded.noise["x"]
+
+
+def test_a_noisy_input_names_no_effect() -> None:
+    """At 3 % of the stroke the noise of the way makes a force of 3 times that of the sensor."""
+    made = noisy(measured(noise=0.03, conditions=5), 0.01)
+    answer, comparison = diagnose_with(made, Toy())
+    assert answer.verdict == "no_gap"
+    assert any(line.startswith("x is noisy, 0.01") for line in answer.cannot_tell)
+    assert max(comparison.noise.sizes) < 0.04  # what the sensor has, not what the input makes
+
+
+def late(trial: Trial, samples: int) -> Trial:
+    """The same motion, recorded from another moment on."""
+
+    def turned(column: FloatArray) -> FloatArray:
+        return column[samples : samples + 300]
+
+    inputs, outputs = ({n: turned(c) for n, c in some.items()} for some in (trial.inputs, trial.outputs))
+    return replace(trial, times=trial.times[:300], inputs=inputs, outputs=outputs)
+
+
+def test_repeats_out_of_step_are_compared_in_step() -> None:
+    """Model error is no noise: the nominal stiffness is 20 % off."""
+    made = measured(values={"k": 12.0}, noise=0.02, repeats=3)
+    trials = tuple(late(trial, 7 * (place % 3)) for place, trial in enumerate(made.trials))
+    prediction = Prediction(Toy(), replace(made, trials=trials))
+    assert len(same_motion(trials)) == len(trials)
+    places = in_step(trials[:3])
+    assert [at.start - places[0][1].start for _, at in places] == [0, -7, -14]
+    noise = estimate_noise(prediction, prediction.one())
+    assert noise.degrees["F"] == 8
+    assert pytest.approx(0.02, rel=0.2) == np.median(noise.sizes)
+    assert noise.spread["F"][0] < 0.01
+
+
+@pytest.mark.parametrize("other", [lambda x: 0.5 * x, lambda x: x[::-1] ** 2])
+def test_repeats_of_other_motions_are_not_compared(other: Callable[[FloatArray], FloatArray]) -> None:
+    trials = measured(conditions=1, repeats=2).trials
+    changed = replace(trials[1], inputs={"x": other(trials[1].inputs["x"])})
+    assert same_motion((trials[0], changed)) == [[0], [1]]
+    assert len(in_step((trials[0], changed))) < 2
+
+
+def test_short_repeats_count() -> None:
+    made = measured(repeats=6, noise=0.05)
+    prediction = Prediction(Toy(), replace(made, trials=tuple(trial.head(15) for trial in made.trials)))
+    noise = estimate_noise(prediction, prediction.one())
+    assert noise.degrees["F"] == 20
+    assert pytest.approx(0.05, rel=0.25) == np.median(noise.sizes)
