@@ -7,7 +7,7 @@
 /* What changes with value[VAR_TIME] and the slopes of the inputs. */
 void wire_time(const struct Contact *contact, struct Configuration *w)
 {
-    w->held = w->kinematics == KINEMATICS_EXTERNAL && w->on_count == 0;
+    w->held = w->kinematics == KINEMATICS_EXTERNAL && w->on_count == 0 && !w->yields;
     for (int k = 0; k < INPUT_END - INPUT_FIRST && w->held; ++k) {
         int rises = 0;
         EACH_LANE
@@ -76,7 +76,14 @@ struct Configuration wire(const struct Contact *contact)
     if (contact->effects_on)
         wire_effects(contact, &w);
     w.feedback = w.drivers >> DRIVEN_BY_FORCE & 1;
-    w.iterates = w.feedback || w.bends || w.current_angle;
+    const int everywhere = w.feedback || w.bends || w.current_angle;
+    w.yields = 0;
+    for (int i = 0; i < LANES; ++i) {
+        const int yields = w.law->yields && !w.bends && w.law->yields(w.law_p, i);
+        w.iterated[i] = everywhere || yields;
+        w.yields |= yields;
+    }
+    w.iterates = everywhere || w.yields;
     EACH_LANE {
         const double rake = contact->value[VAR_RAKE_ANGLE][i];
         w.cos_rake[i] = 1;

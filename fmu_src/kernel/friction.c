@@ -71,6 +71,8 @@ void friction_open(const struct Contact *contact, const struct Configuration *w,
 void friction_rates(const struct Configuration *w, struct Point *x)
 {
     w->law->rates(w->law_p, x);
+    if (w->yields)
+        w->law->yield(w->law_p, x);
     act(w, STAGE_BRISTLE, x);
     int apart = 0;
     EACH_LANE

@@ -395,6 +395,10 @@ struct FrictionLaw {
     int count;
     int relaxes; /* z strives for target at rate; else it integrates drive */
     void (*rates)(const lanes *p, struct Point *x); /* rate, drive, target from v, direction, speed, stuck */
+    /* Does the rate depend on the deflection, in this lane? And how: rate, drive, target linearised at z. Solved by
+     * iteration; both NULL where it does not. An effect that bends the rate itself takes their place. */
+    int (*yields)(const lanes *p, int lane);
+    void (*yield)(const lanes *p, struct Point *x);
     void (*force)(const lanes *p, struct Point *x); /* F from z, dz and the same */
     /* The law's own event, all NULL where it has none: its indicator (> 0 is the sticking side), what happens at it,
      * and the memory of an unloaded contact. */

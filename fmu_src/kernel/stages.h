@@ -46,9 +46,11 @@ struct Configuration {
     int stages;                     /* bit n: an effect acts in stage n */
     int drivers;                    /* bit n: states of an effect are driven by enum Driver n */
     int sensors;                    /* effects with states of a sensor */
-    int looks_back, bends, meets_again; /* whether an effect does */
+    int looks_back, bends, meets_again; /* whether an effect does; */
+    int yields;                     /* and the law */
     int feedback;                   /* forces move the path within a step */
-    int iterates;                   /* one pass over a step does not do */
+    int iterates;                   /* one pass over a step does not do, */
+    int iterated[LANES];            /* in these lanes */
     int held; /* external kinematics, no input changes, no effect moves: nothing but the bristle does */
     enum Kinematics kinematics; /* the choices are fixed, and the same in all lanes of a block: */
     enum ProxySource proxy_source;

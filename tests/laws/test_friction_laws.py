@@ -7,7 +7,10 @@ from math import exp, pi, sqrt
 import numpy as np
 import pytest
 from driving import OMEGA, OUTSIDE, at_speed_ratio, read, slide, started
+from evat.model import Run
+from evat.models.contact import ContactModel
 from evat.native import kernel
+from scipy.integrate import solve_ivp
 
 LAWS = kernel.variable("friction_law").choices
 SET = {"sigma0": 1e6, "sigma1": 10.0, "sigma2": 0.5, "F_C": 9.0, "F_S": 12.0, "v_s": 1e-2}
@@ -34,6 +37,66 @@ def test_the_stribeck_curve_has_the_exponent_that_is_set(v: float, exponent: flo
     assert found == pytest.approx(np.sign(v) * curve + SET["sigma2"] * v, rel=1e-12)
     if abs(v) == SET["v_s"]:
         assert found == pytest.approx(steady("lugre", v), rel=1e-12)
+
+
+@pytest.mark.parametrize("exponent", [0.5, 0.8, 1.0, 2.0, 4.0])
+def test_bristles_yield_by_the_exponent_that_is_set(exponent: float) -> None:
+    """Loaded slowly from rest, dz/dx = 1 - (z/z_s)^n: with n = 2 that is z = z_s tanh(x/z_s), with 1 an exponential."""
+    v, z_s = 1e-4, BREAK_AWAY
+    law: dict[str, float | str] = {"sigma1": 0.0, "sigma2": 0.0, "F_C": SET["F_S"], "relative_tolerance": 1e-6}
+    contact = started({**OUTSIDE, **SET, **law, "friction_law": "lugre", "lugre.presliding_exponent": exponent, "slip_velocity": v})
+    way = np.array([0.1, 0.4, 1.0, 1.7, 3.0]) * z_s
+    exact = solve_ivp(lambda x, z: 1 - (z / z_s) ** exponent, (0, way[-1]), [0.0], t_eval=way, method="Radau", rtol=1e-10, atol=1e-16)
+    for x, z in zip(way, exact.y[0], strict=True):
+        contact.advance(x / v - contact.get("time"))
+        assert contact.get("friction_force") == pytest.approx(SET["sigma0"] * z, rel=1e-5)
+        if exponent == 2:
+            assert z == pytest.approx(z_s * np.tanh(x / z_s), rel=1e-8)
+    assert steady("lugre", 3e-3, **{"lugre.presliding_exponent": exponent}) == pytest.approx(steady("lugre", 3e-3), rel=1e-9)
+
+
+@pytest.mark.parametrize("v", [-0.3, 0.02, 1.0])
+def test_viscous_friction_has_the_exponent_that_is_set(v: float) -> None:
+    without = steady("lugre", v, sigma2=0.0)
+    for exponent in (0.4, 1.0, 1.8):
+        viscous = steady("lugre", v, **{"lugre.viscous_exponent": exponent}) - without
+        assert viscous == pytest.approx(np.sign(v) * SET["sigma2"] * abs(v) ** exponent, rel=1e-9)
+
+
+def test_a_lane_is_alone_whatever_the_exponents_beside_it() -> None:
+    """To the last bit: those that iterate and those that do not, in one block."""
+    times = np.linspace(0, 0.2, 401)
+    run = Run(times, {"slip_velocity": 0.02 * np.sin(40 * times)}, ("friction_force",))
+    values: dict[str, float | str] = {**SET, "friction_law": "lugre", "kinematics": "external"}
+    exponents = np.array([1.0, 2.0, 1.0, 0.6, 1.0, 1.3, 1.0, 3.0, 1.0])
+    model = ContactModel(threads=1)
+    together = model.simulate_many(run, (), {**values, "lugre.presliding_exponent": exponents})["friction_force"]
+    for row, exponent in zip(together, exponents, strict=True):
+        alone = model.simulate_many(run, (), {**values, "lugre.presliding_exponent": float(exponent)})["friction_force"]
+        assert np.array_equal(row, alone[0])
+
+
+@pytest.mark.parametrize("exponent", [0.6, 1.0, 3.0])
+def test_the_dissipative_limit_follows_the_exponent(exponent: float) -> None:
+    """What the contact takes is never less than what its bristles store, even where the Stribeck curve falls steeply."""
+    values: dict[str, float | str] = {
+        **SET,
+        "F_S": 30.0,
+        "sigma1": 1e5,
+        "sigma2": 0.0,
+        "friction_law": "lugre",
+        "damping_mode": "dissipative",
+    }
+    contact = started({**OUTSIDE, **values, "damping_margin": 0.999, "lugre.presliding_exponent": exponent})
+    draw, least = np.random.default_rng(2), 0.0
+    for turn in range(400):  # now slow until the bristles are bent by F_S, now fast, where they may not hold it
+        v = float(draw.choice([-1, 1]) * 10 ** draw.uniform(-2, 1)) if turn % 2 else 1e-4
+        contact.set("slip_velocity", v)
+        contact.evaluate()
+        force, z, dz = (contact.get(name) for name in ("friction_force", "bristle_deflection", "bristle_rate"))
+        least = min(least, force * v - SET["sigma0"] * z * dz)
+        contact.advance(1e-8 if turn % 2 else 1.0)
+    assert least > -1e-9
 
 
 @pytest.mark.parametrize("law", ["lugre", "dahl", "bristle", "reset_integrator"])

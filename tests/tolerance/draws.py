@@ -100,6 +100,9 @@ def friction(random: Random) -> dict[str, Any]:
         }
     if random.uniform() < 0.2:
         values["lugre.stribeck_exponent"] = float(random.choice([0.5, 1, 1.5, 3])) if random.uniform() < 0.5 else random.uniform(0.3, 6)
+    if random.uniform() < 0.2:
+        values["lugre.presliding_exponent"] = random.uniform(0.5, 4)
+        values["lugre.viscous_exponent"] = random.uniform(0.4, 2)
     values["karnopp.zero_velocity_band"] = logarithmic(random, 1e-4, 1e-2)
     values["bristle.seed"] = float(random.integers(1000))
     return values

@@ -93,11 +93,15 @@ class LuGre(ReferenceLaw):
         return float(x.p["F_C"] + (x.p["F_S"] - x.p["F_C"]) * math.exp(-((x.speed / x.p["v_s"]) ** x.p["lugre.stribeck_exponent"])))
 
     def rate(self, x: Slide, z: float) -> float:
-        return x.v - x.P * x.speed * z / self.g(x)
+        share = abs(x.P * z / self.g(x)) ** (float(x.p["lugre.presliding_exponent"]) - 1) if z != 0 else 1.0
+        return x.v - x.P * x.speed * z / self.g(x) * share
 
     def force(self, x: Slide, z: float, dz: float) -> float:
-        limit = 4 * x.margin * self.g(x) / x.speed * (x.s0 / x.P) if x.speed > 0 else math.inf  # dissipative: |v| s1 <= 4 c g (s0/P)
-        return float(x.s0 * z + x.at_most(x.s1, limit) * dz + x.p["sigma2"] * x.v)
+        n = float(x.p["lugre.presliding_exponent"])
+        least = (n + 1) ** ((n + 1) / n) / n  # 4 where n = 1: dissipative means |v| s1 <= 4 c g (s0/P)
+        limit = least * x.margin * self.g(x) / x.speed * (x.s0 / x.P) if x.speed > 0 else math.inf
+        viscous = x.p["sigma2"] * x.v * x.speed ** (x.p["lugre.viscous_exponent"] - 1) if x.speed > 0 else 0.0
+        return float(x.s0 * z + x.at_most(x.s1, limit) * dz + viscous)
 
 
 class Dahl(ReferenceLaw):

@@ -1,10 +1,11 @@
 /* LuGre: bristles that bend, yield and damp. Canudas de Wit, Olsson, Astrom, Lischinsky 1995, eqs. 2 to 5; thermally
- * modified by the paper's eq. 8 through s0 and s1; the exponent 2 of the Stribeck curve is the start of a parameter. */
+ * modified by the paper's eq. 8 through s0 and s1. Three exponents are those of the published law at their starts, and
+ * others were measured: of the Stribeck curve, of how bristles yield before they slide, of viscous friction. */
 #include "../stages.h"
 
 #include <math.h>
 
-enum { STRIBECK_EXPONENT, COUNT };
+enum { STRIBECK_EXPONENT, PRESLIDING_EXPONENT, VISCOUS_EXPONENT, COUNT };
 
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
@@ -12,6 +13,15 @@ static const struct Variable variables[COUNT] = {
         .neutral = 2, .causality = PARAMETER, .variability = TUNABLE,
         .meaning = "exponent of |v|/v_s in the Stribeck curve: 2 is LuGre's, 1 Tustin's, others were measured",
         .source = "Canudas de Wit et al. 1995: 2; Bo and Pavelescu 1982: 0.5 to 1; Armstrong-Helouvry et al. 1994"},
+    [PRESLIDING_EXPONENT] = {.name = "lugre.presliding_exponent", .unit = "1", .start = 1, .min = 0.5, .max = 6,
+        .neutral = 1, .causality = PARAMETER, .variability = TUNABLE,
+        .meaning = "exponent of |z| over its steady value in the yielding of the bristles: 1 is LuGre's; the larger, the "
+            "later they yield; without a say where elasto_plastic is on",
+        .source = "Canudas de Wit et al. 1995: 1; Wen 1976: the exponent n of the Bouc-Wen model"},
+    [VISCOUS_EXPONENT] = {.name = "lugre.viscous_exponent", .unit = "1", .start = 1, .min = 0.2, .max = 3,
+        .neutral = 1, .causality = PARAMETER, .variability = TUNABLE,
+        .meaning = "exponent of |v|/(1 m/s) in viscous friction: 1 is LuGre's, with sigma2 the force at 1 m/s",
+        .source = "Canudas de Wit et al. 1995: 1; Armstrong-Helouvry et al. 1994"},
 };
 /* clang-format on */
 
@@ -36,13 +46,20 @@ static void powers(const lanes *p, struct Point *x, lanes power)
 }
 
 /* The damping that stands in the force: with damping_mode = dissipative |v| s1 <= 4 c g, from which v F is at least
- * what the bristles store; with s0 below P that bound shrinks by s0/P. `most`: steady deflection g(v)/P. */
-static void limit_damping(struct Point *x, const lanes most)
+ * what the bristles store; with s0 below P that bound shrinks by s0/P. `most`: steady deflection g(v)/P. With another
+ * presliding exponent n the 4 is the least of S^(n + 1)/(S^n - 1) over deflections S beyond the steady one. */
+static void limit_damping(const lanes *p, struct Point *x, const lanes most)
 {
     lanes bound;
     int bounded = 0;
-    EACH_LANE {
+    EACH_LANE
         bound[i] = 4 * x->margin[i] * most[i] * x->s0[i];
+    for (int i = 0; i < LANES; ++i) {
+        const double n = p[PRESLIDING_EXPONENT][i];
+        if (n != 1)
+            bound[i] *= pow(n + 1, (n + 1) / n) / n / 4;
+    }
+    EACH_LANE {
         bounded |= x->s1[i] * x->speed[i] > 0.999 * bound[i];
     }
     if (bounded)
@@ -61,24 +78,45 @@ static void rates(const lanes *p, struct Point *x)
         x->rate[i] = x->speed[i] / most[i];
         x->target[i] = x->direction[i] * most[i];
     }
-    limit_damping(x, most);
+    limit_damping(p, x, most);
+}
+
+static int yields(const lanes *p, int lane) { return p[PRESLIDING_EXPONENT][lane] != 1; }
+
+/* dz/dt = v - rate z (|z|/most)^(n - 1), linearised at this z as elasto_plastic does: a rate of at least the law's own,
+ * lest the step's parabola of the rate throw the target out of its reach. */
+static void yield(const lanes *p, struct Point *x)
+{
+    const double slack = 1e-4; /* of the steady deflection: below it an exponent under 1 has no finite rate */
+    for (int i = 0; i < LANES; ++i) {
+        const double n = p[PRESLIDING_EXPONENT][i], most = fabs(x->target[i]);
+        if (n == 1 || most == 0)
+            continue;
+        const double share = pow(larger(fabs(x->z[i]) / most, slack), n - 1), steep = larger(n * share, 1);
+        x->target[i] = (x->target[i] + (steep - share) * x->z[i]) / steep;
+        x->drive[i] += (steep - share) * x->rate[i] * x->z[i];
+        x->rate[i] *= steep;
+    }
 }
 
 /* F = s0 z + s1 dz/dt + sigma2 v, with the damping s1 that limit_damping() leaves. */
 static void force(const lanes *p, struct Point *x)
 {
-    (void)p;
     EACH_LANE
         x->F[i] = x->s0[i] * x->z[i] + x->s1[i] * x->dz[i] + x->sigma2[i] * x->v[i];
+    for (int i = 0; i < LANES; ++i)
+        if (p[VISCOUS_EXPONENT][i] != 1 && x->speed[i] > 0)
+            x->F[i] += x->sigma2[i] * x->v[i] * (pow(x->speed[i], p[VISCOUS_EXPONENT][i] - 1) - 1);
 }
 
 /* clang-format off */
 const struct FrictionLaw friction_lugre = {
     .meaning = "mean deflection of elastic bristles with Stribeck curve, damping and viscous friction",
-    .equation = "dz/dt = v - P |v| z / g(v);  g(v) = F_C + (F_S - F_C) exp(-(|v|/v_s)^stribeck_exponent);  F = s0 z + "
-        "s1 dz/dt + sigma2 v",
+    .equation = "dz/dt = v - P |v| z / g(v) (P |z|/g(v))^(presliding_exponent - 1);  g(v) = F_C + (F_S - F_C) "
+        "exp(-(|v|/v_s)^stribeck_exponent);  F = s0 z + s1 dz/dt + sigma2 v |v/(1 m/s)|^(viscous_exponent - 1)",
     .source = "Canudas de Wit et al. 1995, eqs. 2 to 5; the paper, eq. 8",
     .reads = "sigma0, sigma1, sigma2, F_C, F_S, v_s",
-    .relaxes = 1, .rates = rates, .force = force, .variables = variables, .count = COUNT,
+    .relaxes = 1, .rates = rates, .yields = yields, .yield = yield, .force = force,
+    .variables = variables, .count = COUNT,
 };
 /* clang-format on */

@@ -66,7 +66,7 @@ static int find_whole(const struct Contact *contact, const struct Configuration 
     EACH_LANE {
         const int given = w->kinematics == KINEMATICS_EXTERNAL;
         const int zero = (contact->value[VAR_SLIP_VELOCITY][i] == 0) | (contact->value[VAR_UNCUT_THICKNESS][i] == 0);
-        whole[i] = (x->cutting[i] != 0) & !w->iterates & !(given & zero);
+        whole[i] = (x->cutting[i] != 0) & !w->iterated[i] & !(given & zero);
         all &= whole[i];
     }
     return all;

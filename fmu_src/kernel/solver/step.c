@@ -8,7 +8,7 @@
  * these. */
 static double moved(const struct Configuration *w, const struct Point *x, const struct Point *before, int i)
 {
-    const int bent = w->current_angle || w->bends;
+    const int bent = w->current_angle || w->bends || w->yields;
     const double allowed = 1e-3 * w->p[VAR_RELATIVE_TOLERANCE][i];
     const double of_z = bent ? fabs(x->z[i] - before->z[i]) / (allowed * larger(fabs(x->z[i]), 1e-300)) : 0;
     if (!w->feedback)
@@ -84,13 +84,13 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
             /* linearised rates come closer by the same ratio again, or faster: that pass need not be made to be seen */
             const double now = n == 0 && w->feedback ? INFINITY : moved(w, end, &before, i),
                          ratio = n > 0 ? smaller(now / last[i], 1) : 1;
-            settled[i] = now <= 1 || (!w->feedback && now * ratio <= 0.01);
+            settled[i] = !w->iterated[i] || now <= 1 || (!w->feedback && now * ratio <= 0.01);
             last[i] = now;
             all &= settled[i];
         }
     }
     for (int i = 0; i < LANES; ++i)
-        difference[i] = (w->feedback || w->bends) && !settled[i] ? INFINITY : difference[i];
+        difference[i] = (w->feedback || w->bends || w->yields) && !settled[i] ? INFINITY : difference[i];
     if (w->feedback)
         return; /* closed by the last pass */
     close_point(contact, w, 1, middle);
