@@ -13,7 +13,6 @@ from evat.experiment import Experiment, Means, Trial
 from evat.gap.compare import Comparison
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
-from evat.inference.prediction import Prediction
 from evat.model import EvatError, FloatArray
 
 FACTORS = (0.25, 0.5, 2.0, 4.0)  # of what has been measured: inputs as a whole, or a value of the condition
@@ -83,7 +82,7 @@ def _scaled(trial: Trial, name: str, factor: float, low: float, high: float) -> 
 
 def _distance(comparison: Comparison, changed: Experiment, models: Sequence[Fit]) -> float | None:
     """Squared distance of two models' outputs there, in variances of noise and of the discrepancy that models of this kind have."""
-    prediction = Prediction(comparison.prediction.model, changed)
+    prediction = comparison.prediction.of(changed)
     rows: list[FloatArray] = []
     for model in models:
         try:

@@ -15,10 +15,12 @@ from evat.inference.fit import Fit, Look, fit, levenberg_marquardt
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.inference.noise import Noise, estimate_noise
 from evat.inference.parameters import Parameter, Scales, form_parameters, law_parameters, nominal_parameters
-from evat.inference.prediction import Prediction
+from evat.inference.prediction import Linearised, Prediction
 from evat.inference.whitening import Whitening
 from evat.model import Effect, FloatArray, Model, SimulationError
 
+LINEARISATIONS = 3  # of the shapes of the base law, at most
+LINEAR_STEP, LINEAR_WITHIN = 0.3, 1.0  # prior standard deviations: of the difference, and how far it counts
 FROZEN_STEPS = 5  # of a first fit of an effect alone, slopes of the nominal parameters held
 FULL_FITS = 6  # singles that are fitted with all parameters
 LEFT = 0.005  # of the rms: where recalibration leaves less, other base laws are not tried
@@ -103,7 +105,7 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     if audited.refused:
         nominal = _must(fit(prediction, whitening, (), np.empty(0)))
         return Comparison(prediction, noise, whitening, nominal, nominal, nominal, {}, {}, (), {}, audited)
-    noise, whitening, recalibrated = _recalibrate(prediction, whitening, numerical, by_inputs)
+    prediction, noise, whitening, recalibrated = _recalibrate(prediction, whitening, numerical, by_inputs)
     nominal = _must(fit(prediction, whitening, (), np.empty(0)))
     errors = prediction.setup.parameters
     set_up = _must(fit(prediction, whitening, errors, np.zeros(len(errors))))
@@ -124,19 +126,40 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
 
 def _recalibrate(
     prediction: Prediction, whitening: Whitening, numerical: FloatArray, by_inputs: FloatArray | None
-) -> tuple[Noise, Whitening, Fit]:
+) -> tuple[Prediction, Noise, Whitening, Fit]:
     """The nominal model at its best, with the noise and the whitening that follow from it; then every model is forgiven what an effect of a
-    slightly other form would leave."""
+    slightly other form would leave. Shapes of the law enter the prediction linearly from there on."""
     model, experiment = prediction.model, prediction.experiment
-    parameters = (*nominal_parameters(model, experiment), *form_parameters(model, experiment), *prediction.setup.parameters)
+    parameters = (*nominal_parameters(model, experiment), *prediction.setup.parameters)
     first = _trusted(prediction, whitening, parameters, np.zeros(len(parameters)))
     acts = np.any(first.slopes, axis=0) | np.array([p.name in experiment.nominal.values for p in parameters])
     own = tuple(parameter for parameter, does in zip(parameters, acts, strict=True) if does)  # of the law that is there
     noise = estimate_noise(prediction, first.predicted)
     whitening = Whitening(prediction, noise, first.predicted, numerical, by_inputs)
     recalibrated = _trusted(prediction, whitening, own, first.point[acts])
+    forms, at = form_parameters(model, experiment), np.zeros(len(form_parameters(model, experiment)))
+    for _ in range(LINEARISATIONS if forms else 0):
+        prediction = _linearised(prediction, recalibrated, forms, at)
+        shapes = [each for each in prediction.linearised if np.any(each.column)]
+        start = np.concatenate([recalibrated.point[: len(own)], [each.at for each in shapes]])
+        recalibrated = _trusted(prediction, whitening, (*own, *(each.parameter for each in shapes)), start)
+        reached = dict(zip((each.parameter.name for each in shapes), recalibrated.point[len(own) :], strict=True))
+        before, at = at, np.array([float(u) if abs(u := reached.get(form.name, 0.0)) > LINEAR_WITHIN else 0.0 for form in forms])
+        if np.max(np.abs(at - before)) <= LINEAR_WITHIN:
+            break
     whitening.forgive(FORM_ERROR * recalibrated.found.size, recalibrated.found.length)
-    return noise, whitening, recalibrated.again(whitening)
+    return prediction, noise, whitening, recalibrated.again(whitening)
+
+
+def _linearised(prediction: Prediction, base: Fit, forms: Sequence[Parameter], at: FloatArray) -> Prediction:
+    """Shapes of the base law about `at` (p,), in their prior standard deviations."""
+    table = at + np.vstack([np.zeros(len(forms)), LINEAR_STEP * np.eye(len(forms))])
+    lanes = {form.name: np.array([form.value(float(u)) for u in table[:, place]]) for place, form in enumerate(forms)}
+    plain = prediction.linearise(())
+    model_values = {name: value for name, value in base.values.items() if name not in prediction.setup.names}
+    rows = plain.many({**model_values, **lanes}, base.on)
+    columns = np.nan_to_num((rows[1:] - rows[0]) / LINEAR_STEP)
+    return prediction.linearise([Linearised(form, float(u), column) for form, u, column in zip(forms, at, columns, strict=True)])
 
 
 def _screened(

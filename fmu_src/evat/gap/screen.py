@@ -74,7 +74,7 @@ class Screen:
 
     def __init__(self, prediction: Prediction, whitening: Whitening, scales: Scales) -> None:
         self.prediction, self.whitening, self.scales = prediction, whitening, scales
-        self.probe = Prediction(prediction.model, small(prediction.experiment), prediction.threads)
+        self.probe = prediction.of(small(prediction.experiment))
         self._level = np.concatenate([np.full(s.at.stop - s.at.start, whitening.levels[s.channel]) for s in self.probe.segments])
         self._probed: dict[tuple[str, ...], dict[str, FloatArray]] = {}
 

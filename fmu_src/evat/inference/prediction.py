@@ -5,16 +5,18 @@ A recorded output is compared with what the model's sensor shows of it (`measure
 
 from __future__ import annotations
 
+import copy
 import hashlib
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from evat.experiment import Experiment, ExperimentError, Means, Trial
+from evat.inference.parameters import Parameter
 from evat.inference.setup_errors import Recording, SetupErrors
 from evat.model import FloatArray, Model, Run
 
@@ -34,6 +36,16 @@ class Segment:
     at: slice
 
 
+@dataclass(frozen=True, slots=True)
+class Linearised:
+    """A parameter of the nominal law that is not simulated anew each time: the model runs with it at `at` (in its prior standard
+    deviations), and each of these adds `column` (N,)."""
+
+    parameter: Parameter
+    at: float
+    column: FloatArray
+
+
 class Prediction:
     """An experiment and a model of it.
 
@@ -45,6 +57,7 @@ class Prediction:
         """threads : trials that run at a time, beside what the model does itself."""
         self.model, self.experiment, self.threads = model, experiment, threads
         self._names = {variable.name for variable in model.variables}
+        self.linearised: tuple[Linearised, ...] = ()
         segments, measured, at = list[Segment](), list[FloatArray](), 0
         for place, trial in enumerate(experiment.trials):
             for channel, column in trial.outputs.items():
@@ -111,7 +124,36 @@ class Prediction:
         on : effects that are on, beside the nominal ones.
         """
         values = values or {}
-        return self.setup.applied(self._of_model({k: v for k, v in values.items() if k not in self.setup.names}, on), values)
+        rows = self._of_model(self._simulated(values), on)
+        for each in self.linearised if self._has_nominal_law(values) else ():
+            rows = rows + self._away(each, values) * each.column
+        return self.setup.applied(rows, values)
+
+    def linearise(self, parameters: Sequence[Linearised]) -> Prediction:
+        """The same, with these parameters entering linearly as long as the law is the nominal one."""
+        other = copy.copy(self)
+        other.linearised = tuple(parameters)
+        return other
+
+    def of(self, experiment: Experiment) -> Prediction:
+        """Another experiment by the same model, its linearised parameters held."""
+        other = Prediction(self.model, experiment, self.threads)
+        other.linearised = tuple(replace(each, column=np.zeros(other.measured.size)) for each in self.linearised)
+        return other
+
+    def _has_nominal_law(self, values: Values) -> bool:
+        return all(self.nominal.get(name) == value for name, value in values.items() if isinstance(value, str))
+
+    def _simulated(self, values: Values) -> Values:
+        """What the model gets to see: no set-up errors, and where they count, linearised parameters where they are held."""
+        held = {e.parameter.name: e.parameter.value(e.at) for e in self.linearised} if self._has_nominal_law(values) else {}
+        return {**{name: value for name, value in values.items() if name not in self.setup.names}, **held}
+
+    def _away(self, each: Linearised, values: Values) -> FloatArray:
+        """Prior standard deviations (K, 1) or (1, 1) from where a linearised parameter is held."""
+        given = np.atleast_1d(np.asarray(values.get(each.parameter.name, each.parameter.mean), dtype=np.float64))
+        away: FloatArray = np.array([[each.parameter.place(float(value)) - each.at] for value in given])
+        return away
 
     def _of_model(self, values: Values, on: Sequence[str]) -> FloatArray:
         """The same without set-up errors."""
@@ -153,16 +195,22 @@ class Prediction:
         A step goes towards the inside of a variable's bounds.
         """
         bounds = {variable.name: variable for variable in self.model.variables}
-        own = [name for name in names if name not in self.setup.names]
+        linear = {e.parameter.name: e for e in self.linearised} if self._has_nominal_law(values) else {}
+        own = [name for name in names if name not in self.setup.names and name not in linear]
         size = np.array([scales[name] for name in own])
         point = np.array([float(values[name]) for name in own])
         upper = np.array([bounds[name].max for name in own])
         steps = np.where(point + STEP * size > upper, -STEP * size, STEP * size)
         table = point + np.vstack([np.zeros(len(own)), np.diag(steps)])
-        fixed = {name: value for name, value in values.items() if name not in self.setup.names}
-        rows = self._of_model({**fixed, **{name: table[:, place] for place, name in enumerate(own)}}, on)
-        inner = self.setup.linear((rows[1:] - rows[0]) / (steps / size)[:, None] if own else rows[1:], values)
-        of_model = dict(zip(own, inner, strict=True))
+        lanes = {name: table[:, place] for place, name in enumerate(own)}
+        rows = self._of_model({**self._simulated(values), **lanes}, on)
+        rows = rows + sum((self._away(each, values) * each.column for each in linear.values()), np.zeros((1, 1)))
+        inner = [(row - rows[0]) / (step / scale) for row, step, scale in zip(rows[1:], steps, size, strict=False)]
+        for name in (name for name in linear if name in names):
+            parameter = linear[name].parameter
+            inner.append(scales[name] / parameter.slope(parameter.place(float(values[name]))) * linear[name].column)
+        table = self.setup.linear(np.array(inner).reshape(len(inner), self.measured.size), values)
+        of_model = dict(zip([*own, *(name for name in linear if name in names)], table, strict=True))
         slopes = [of_model[name] if name in of_model else scales[name] * self.setup.slopes(rows[0], name, values) for name in names]
         return self.setup.applied(rows[:1], values)[0], np.array(slopes).reshape(len(names), self.measured.size).T
 

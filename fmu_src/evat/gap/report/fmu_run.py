@@ -73,15 +73,16 @@ def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditio
     through = Prediction(FmuModel(path), part)
     set_up = {name: value for name, value in chosen.values.items() if name in whole.setup.names}
     rows = through.one({**kernel.by_choice(found.values), **set_up}, found.effects)
-    predicted, wanted, worst = chosen.predicted.copy(), set(part.conditions), 0.0
+    exact = Prediction(whole.model, part).one(chosen.values, chosen.on)  # shapes of the law simulated, as the FMU has them
+    predicted, by_library, wanted, worst = chosen.predicted.copy(), chosen.predicted.copy(), set(part.conditions), 0.0
     for segment, own in zip((s for s in whole.segments if s.condition in wanted), through.segments, strict=True):
         here = slice(segment.at.start, segment.at.start + own.at.stop - own.at.start)
-        predicted[here] = rows[own.at]
-        away = float(np.max(np.abs(predicted[here] - chosen.predicted[here])))
+        predicted[here], by_library[here] = rows[own.at], exact[own.at]
+        away = float(np.max(np.abs(rows[own.at] - exact[own.at])))
         worst = max(worst, away / comparison.whitening.levels[segment.channel])
     tables = {
         name: squares(comparison.whitening, row, wanted)
-        for name, row in (("nominal", comparison.nominal.predicted), ("corrected", predicted), ("library", chosen.predicted))
+        for name, row in (("nominal", comparison.nominal.predicted), ("corrected", predicted), ("library", by_library))
     }
     rms = {
         channel: {

@@ -1,0 +1,64 @@
+"""Do shapes of the base law enter linearly, near enough to where they are held, and with the nominal law alone?"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from evat.gap import diagnose_with
+from evat.inference.parameters import form_parameters
+from evat.inference.prediction import Linearised, Prediction
+from rig import MODEL, VALUES, measured
+
+EXPONENT = "lugre.presliding_exponent"
+
+
+def held_at(at: float) -> Prediction:
+    made = measured()
+    plain = Prediction(MODEL, made)
+    form = next(form for form in form_parameters(MODEL, made) if form.name == EXPONENT)
+    rows = plain.many({EXPONENT: np.array([form.value(at - 0.05), form.value(at + 0.05)])})
+    return plain.linearise([Linearised(form, at, (rows[1] - rows[0]) / 0.1)])
+
+
+@pytest.mark.parametrize("at", [0.0, 1.5])
+def test_near_where_it_is_held_it_is_the_model(at: float) -> None:
+    prediction = held_at(at)
+    (form,) = (each.parameter for each in prediction.linearised)
+    plain = prediction.linearise(())
+    here = plain.one({EXPONENT: form.value(at)})
+    assert np.array_equal(prediction.one({EXPONENT: form.value(at)}), here)
+    for away in (-0.3, 0.3):
+        exact = plain.one({EXPONENT: form.value(at + away)})
+        assert np.linalg.norm(prediction.one({EXPONENT: form.value(at + away)}) - exact) < 0.2 * np.linalg.norm(exact - here)
+
+
+def test_its_slope_is_its_column() -> None:
+    prediction = held_at(1.5)
+    (each,) = prediction.linearised
+    value = each.parameter.value(1.2)
+    row, slopes = prediction.jacobian(
+        {EXPONENT: value, "F_C": VALUES["F_C"]}, ["F_C", EXPONENT], {"F_C": 1.0, EXPONENT: each.parameter.slope(1.2)}
+    )
+    assert pytest.approx(each.column, abs=1e-12) == slopes[:, 1]
+    assert np.array_equal(row, prediction.one({EXPONENT: value, "F_C": VALUES["F_C"]}))
+
+
+def test_another_law_has_no_such_shape() -> None:
+    prediction = held_at(1.5)
+    other = {"friction_law": "dahl"}
+    assert np.array_equal(prediction.one(other), prediction.linearise(()).one(other))
+
+
+def test_a_law_of_another_form_is_no_effect() -> None:
+    """Bristles that yield late, and a Stribeck curve of Tustin's form: neither is an effect, and what is left is small."""
+    shapes: dict[str, float | str] = {EXPONENT: 1.6, "lugre.stribeck_exponent": 1.2}
+    made = measured(truth=shapes)
+    nominal = {name: value for name, value in made.nominal.values.items() if name not in shapes}
+    answer, comparison = diagnose_with(replace(made, nominal=replace(made.nominal, values=nominal)), MODEL)
+    assert not answer.effects
+    assert answer.verdict in ("no_gap", "mistuned")
+    fitted = comparison.recalibrated.values
+    assert 1.3 < float(fitted[EXPONENT]) < 2.0
+    assert float(fitted["lugre.stribeck_exponent"]) < 1.7
