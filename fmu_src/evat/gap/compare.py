@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from evat.gap.audit import Audit, audit
+from evat.gap.part import part_of
 from evat.gap.screen import Screen, Start, linear
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, Look, fit, levenberg_marquardt
@@ -22,6 +23,8 @@ from evat.model import Effect, FloatArray, Model, SimulationError
 LINEARISATIONS = 3  # of the shapes of the base law, at most
 LINEAR_STEP, LINEAR_WITHIN = 0.3, 1.0  # prior standard deviations: of the difference, and how far it counts
 FROZEN_STEPS = 5  # of a first fit of an effect alone, slopes of the nominal parameters held
+FITTED_TO_ALL = {1: 5, 2: 3}  # of one and of two effects, how many of those that were fitted to a part
+FINISHING_STEPS = 4  # of a fit that begins where that to a part ended
 FULL_FITS = 6  # singles that are fitted with all parameters
 LEFT = 0.005  # of the rms: where recalibration leaves less, other base laws are not tried
 LAW_STARTS, LAW_STEPS = 32, 40
@@ -111,17 +114,58 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     set_up = _must(fit(prediction, whitening, errors, np.zeros(len(errors))))
 
     model, on = prediction.model, prediction.experiment.nominal.effects
-    scales = Scales(model, prediction.experiment)
-    screen = Screen(prediction, whitening, scales)
     offered = [effect for effect in model.effects if effect.name not in on and _allowed(model, (*on, effect.name))]
-    screened, silent, unfed = _screened(screen, recalibrated, [effect for effect in offered if effect.name not in audited.idle], tell)
+    acting = [effect for effect in offered if effect.name not in audited.idle]
+    part = part_of(prediction)
+    if part is None:
+        models, rough, silent, unfed = _search(prediction, whitening, recalibrated, offered, acting, tell)
+    else:
+        some = part.whitening(whitening, recalibrated.predicted, numerical, by_inputs)
+        some.doubt(recalibrated.found.size, recalibrated.found.length)
+        base = part.fit(recalibrated, some)
+        some.forgive(FORM_ERROR * base.found.size, base.found.length)
+        base = base.again(some)
+        tried, rough, silent, unfed = _search(part.prediction, some, base, offered, acting, tell)
+        models = _fitted_to_all(prediction, whitening, tried, tell)
+        rough = {on: evidence - base.found.evidence + recalibrated.found.evidence for on, evidence in rough.items()}
+    _polish(prediction, whitening, models)
+    return Comparison(prediction, noise, whitening, nominal, set_up, recalibrated, models, rough, silent, unfed, audited)
+
+
+def _search(
+    prediction: Prediction,
+    whitening: Whitening,
+    recalibrated: Fit,
+    offered: Sequence[Effect],
+    acting: Sequence[Effect],
+    tell: Callable[[str, float], None],
+) -> tuple[dict[Hypothesis, Fit], dict[Hypothesis, float], tuple[str, ...], dict[str, Sequence[str]]]:
+    """Models that explain something, the evidence of all that were looked at, effects that do nothing here, and those that lack inputs."""
+    scales = Scales(prediction.model, prediction.experiment)
+    screen = Screen(prediction, whitening, scales)
+    screened, silent, unfed = _screened(screen, recalibrated, acting, tell)
     rough, fronts = _fronts(prediction, whitening, recalibrated, screened, tell)
     models = _singles(prediction, whitening, recalibrated, rough, fronts, tell)
     _rivals(prediction, whitening, models, recalibrated, scales, tell)
     _pairs(prediction, whitening, models, fronts, rough, offered, tell)
     _swaps(prediction, whitening, models, screen, rough, offered, recalibrated.found.evidence, tell)
-    _polish(prediction, whitening, models)
-    return Comparison(prediction, noise, whitening, nominal, set_up, recalibrated, models, rough, silent, unfed, audited)
+    return models, rough, silent, unfed
+
+
+def _fitted_to_all(
+    prediction: Prediction, whitening: Whitening, tried: Mapping[Hypothesis, Fit], tell: Callable[[str, float], None]
+) -> dict[Hypothesis, Fit]:
+    """The best of what was fitted to a part: the likeliest of each size, since evidence of a part favours few effects."""
+    ranked = sorted(tried, key=lambda on: -tried[on].found.evidence)
+    chosen = [on for size in (1, 2) for on in [each for each in ranked if len(each) == size][: FITTED_TO_ALL[size]]]
+    models = dict[Hypothesis, Fit]()
+    for place, on in enumerate(chosen):
+        tell(f"fitting {' and '.join(on)} to all", 0.94 + 0.01 * place / len(chosen))
+        before = tried[on]
+        whole = fit(prediction, whitening, before.parameters, before.point, before.on, fixed=before.fixed, most_steps=FINISHING_STEPS)
+        if whole is not None:
+            models[on] = whole
+    return models
 
 
 def _recalibrate(
@@ -371,9 +415,10 @@ def _without(prediction: Prediction, whitening: Whitening, pair: Fit, name: str)
 def _polish(prediction: Prediction, whitening: Whitening, models: dict[Hypothesis, Fit]) -> None:
     """Where a pair went further than its first effect alone, that goes on from there: a second effect is not paid for a longer way."""
     pairs = {key: found for key, found in models.items() if len(key) > 1}
+    best = max((found.found.evidence for key, found in models.items() if len(key) == 1), default=0.0)
     for key, base in list(models.items()):
         further = [pair for pair in pairs.values() if {p.name for p in base.parameters} <= {p.name for p in pair.parameters}]
-        if len(key) > 1 or not further:
+        if len(key) > 1 or not further or base.found.evidence < best - HOPELESS_DEFICIT:
             continue
         values = max(further, key=lambda pair: pair.found.evidence).values
         start = np.array([p.place(float(values[p.name])) for p in base.parameters])

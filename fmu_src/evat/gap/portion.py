@@ -8,19 +8,19 @@ from evat.experiment import Experiment
 from evat.inference.prediction import Prediction
 from evat.model import Model
 
-MOST_SAMPLES = 16_000  # that have to be simulated in one run of all trials; repeats of a run count once
+MOST_SAMPLES = 8_000  # that have to be simulated in one run of all trials; repeats of a run count once
 
 
-def portion(experiment: Experiment, model: Model) -> tuple[Experiment, str]:
+def portion(experiment: Experiment, model: Model, samples: int = MOST_SAMPLES) -> tuple[Experiment, str]:
     """The experiment with its trials cut to what can be looked at, and a note of that; "" where nothing was cut."""
     alike = Prediction(model, experiment).alike
     sizes = {key: experiment.trials[place].times.size for place, key in alike.items()}
     total = sum(sizes.values())
-    if total <= MOST_SAMPLES:
+    if total <= samples:
         return experiment, ""
-    most = MOST_SAMPLES // len(sizes)
+    most = samples // len(sizes)
     while True:  # short trials leave more for the long ones
-        left = MOST_SAMPLES - sum(size for size in sizes.values() if size <= most)
+        left = samples - sum(size for size in sizes.values() if size <= most)
         longer = sum(size > most for size in sizes.values())
         if not longer or left // longer <= most:
             break

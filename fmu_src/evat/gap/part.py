@@ -1,0 +1,70 @@
+"""On which part of the data are effects looked for? One run of each condition, as far as a quick look needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from evat.experiment import Experiment
+from evat.gap.portion import portion
+from evat.inference.discrepancy import likelihood
+from evat.inference.fit import Fit
+from evat.inference.noise import Noise
+from evat.inference.prediction import Prediction
+from evat.inference.whitening import Whitening
+from evat.model import FloatArray
+
+SEARCHED_SAMPLES = 3_000  # that a look at one value set simulates; repeats of a run cost nothing
+
+
+@dataclass(frozen=True)
+class Part:
+    """`prediction` of some trials' heads; `rows` (n,) is where its numbers stand in the long vector of the whole."""
+
+    prediction: Prediction
+    rows: npt.NDArray[np.intp]
+
+    def whitening(self, whole: Whitening, predicted: FloatArray, numerical: FloatArray, by_inputs: FloatArray | None) -> Whitening:
+        """With the noise of the whole. predicted, numerical, by_inputs : of the whole, (N,)."""
+        noise, sizes = whole.noise, np.empty(len(self.prediction.segments))
+        starts = {segment.at.start: place for place, segment in enumerate(whole.prediction.segments)}
+        for place, segment in enumerate(self.prediction.segments):
+            sizes[place] = noise.sizes[starts[int(self.rows[segment.at.start])]]
+        own = Noise(noise.filters, sizes, noise.spread, noise.degrees, noise.irregular)
+        inputs = None if by_inputs is None else by_inputs[self.rows]
+        return Whitening(self.prediction, own, predicted[self.rows], numerical[self.rows], inputs)
+
+    def fit(self, whole: Fit, whitening: Whitening) -> Fit:
+        """A fit to the whole as it stands here."""
+        predicted, slopes = whole.predicted[self.rows], whole.slopes[self.rows]
+        sums = whitening.sums(predicted, slopes)
+        return replace(whole, predicted=predicted, slopes=slopes, sums=sums, found=likelihood(whitening, sums, whole.point))
+
+
+def part_of(prediction: Prediction) -> Part | None:
+    """None where the whole is no more than a quick look."""
+    experiment, kept = prediction.experiment, list[int]()
+    run_of = dict[str, bytes]()
+    for place, trial in enumerate(experiment.trials):
+        if run_of.setdefault(trial.condition, prediction.alike[place]) == prediction.alike[place]:
+            kept.append(place)
+    some = replace(experiment, trials=tuple(experiment.trials[place] for place in kept))
+    part, _ = portion(some, prediction.model, SEARCHED_SAMPLES)
+    if _simulated(part, prediction) > 0.7 * _simulated(experiment, prediction):
+        return None
+    smaller = prediction.of(part)
+    starts = {(segment.trial, segment.channel): segment.at.start for segment in prediction.segments if segment.trial >= 0}
+    recorded = [s for s in smaller.segments if s.trial >= 0]
+    rows = [starts[kept[s.trial], s.channel] + np.arange(s.at.stop - s.at.start) for s in recorded]
+    rows.append(np.array([at for s in prediction.segments if s.trial < 0 for at in range(s.at.start, s.at.stop)], dtype=np.intp))
+    index = np.concatenate(rows).astype(np.intp)
+    linearised = [replace(each, column=each.column[index]) for each in prediction.linearised]
+    return Part(smaller.linearise(linearised), index)
+
+
+def _simulated(experiment: Experiment, prediction: Prediction) -> int:
+    """Samples that one value set takes."""
+    keys = Prediction(prediction.model, experiment).alike
+    return sum({keys[place]: trial.times.size for place, trial in enumerate(experiment.trials)}.values())

@@ -1,0 +1,56 @@
+"""Is the part that effects are looked for in a true part of the whole, and does the whole decide?"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from evat.experiment import Experiment
+from evat.gap import diagnose_with
+from evat.gap.compare import compare
+from evat.gap.part import SEARCHED_SAMPLES, part_of
+from evat.inference.hypothesis import Hypothesis
+from evat.inference.prediction import Prediction
+from toy import Toy, measured
+
+
+def apart(made: Experiment) -> Experiment:
+    """Repeats that each follow a motion of their own, so that each is a run."""
+    trials = tuple(
+        replace(trial, inputs={"x": (1 + 1e-2 * place) * trial.inputs["x"]}, outputs={"F": (1 + 1e-2 * place) * trial.outputs["F"]})
+        for place, trial in enumerate(made.trials)
+    )
+    return replace(made, trials=trials)
+
+
+def test_a_small_experiment_is_searched_as_a_whole() -> None:
+    assert part_of(Prediction(Toy(), measured())) is None
+
+
+def test_its_numbers_are_those_of_the_whole() -> None:
+    prediction = Prediction(Toy(), apart(measured(conditions=9, repeats=2)))
+    part = part_of(prediction)
+    assert part is not None
+    assert part.prediction.experiment.conditions == prediction.experiment.conditions
+    assert part.rows.size <= SEARCHED_SAMPLES
+    assert np.array_equal(part.prediction.measured, prediction.measured[part.rows])
+    assert np.array_equal(part.prediction.one({"k": 11.0}), prediction.one({"k": 11.0})[part.rows])
+
+
+def test_the_whole_decides() -> None:
+    """The effect is named, and its fit is that to all data."""
+    made = apart(measured(["bend"], {"bend.c": 0.2}, conditions=9, repeats=2))
+    answer, comparison = diagnose_with(made, Toy())
+    assert [effect.name for effect in answer.effects] == ["bend"]
+    assert comparison.models[Hypothesis(("bend",))].predicted.size == comparison.prediction.measured.size
+    assert comparison.rough[Hypothesis(("bend",))] > comparison.recalibrated.found.evidence
+
+
+def test_noise_is_that_of_the_whole() -> None:
+    prediction = Prediction(Toy(), apart(measured(conditions=9, repeats=2)))
+    part, comparison = part_of(prediction), compare(prediction)
+    assert part is not None
+    some = part.whitening(comparison.whitening, comparison.recalibrated.predicted, np.zeros(prediction.measured.size), None)
+    for place, segment in enumerate(part.prediction.segments):
+        whole = next(n for n, s in enumerate(prediction.segments) if s.condition == segment.condition)
+        assert some.noise.sizes[place] == comparison.noise.sizes[whole]
