@@ -20,6 +20,7 @@ from evat.commands.experiment import experiment
 from evat.commands.guide import guide
 from evat.commands.identify import identify
 from evat.commands.shared import SpeedUnit, Values, lines_done, picture_beside, share_done, typed_values
+from evat.commands.study import study
 from evat.commands.system import system
 from evat.console import err, marked, out, show_warnings
 from evat.files.writing import usable
@@ -37,6 +38,7 @@ app = typer.Typer(
     help="Chip-tool friction and elliptical vibration assisted turning as a component.\n\n"
     "`evat build` makes the FMUs, `evat run` shows what they do, `evat simulate` answers a question of your own, "
     "`evat effects` shows what can be switched on, `evat experiment` checks measurements, `evat system` runs the contact in a machine, "
+    "`evat study` looks for the conditions of the paper's tests, "
     "`evat guide` opens the manual. "
     "Numbers take units: `--value 'cutting_speed=30 m/min'`; a bare number is SI.",
 )
@@ -54,6 +56,7 @@ app.command()(diagnose)
 app.command()(calibrate)
 app.command()(benchmark)
 app.add_typer(system)
+app.add_typer(study)
 app.command()(guide)
 
 
