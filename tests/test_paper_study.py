@@ -6,6 +6,7 @@ Figures of the study named by others are held to the last digit that they were g
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from evat.identification.searching.journal import JournalError
 from evat.model import FloatArray, ParameterError
 from evat.native import kernel
 from evat.paper_conditions import conditions, inference, inferred, shear_stresses
-from evat.studies import paper
+from evat.studies import main_job, main_job_report, paper
 from evat.studies.main_job import FORCES, MODELS
 from evat.studies.paper_domain import domain_shares
 from evat.studies.paper_means import (
@@ -136,6 +137,53 @@ def test_the_fit_leaves_the_domain_of_the_model() -> None:
         assert one.no_normal_force == pytest.approx(none[material], abs=0.01)
         assert one.beyond_normal_force == pytest.approx(beyond[material], abs=0.01)
         assert one.stiffness_at_floor == pytest.approx(floor[material], abs=0.01)
+
+
+@pytest.fixture(scope="module")
+def cases(fmi3_fmu: Path) -> list[main_job.MainJobCase]:
+    """The main job with fewer cycles, and few samples in each: means are kept by the component, not by its samples."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(main_job, "CYCLES", 3)
+        patch.setattr(main_job, "SAMPLES_PER_CYCLE", 40)
+        return main_job.run_cases(fmi3_fmu, inference().family, inference().speed_unit)
+
+
+@pytest.mark.slow
+def test_the_main_job_shows_the_study_s_means_through_the_fmu(cases: list[main_job.MainJobCase]) -> None:
+    """1e-3 of the measured force: the FMU runs at the tolerance it has at its start, 1e-4."""
+    assert len(cases) == main_job.case_count()
+    for model, expected in paper.inferred_forces().items():
+        for place, material in enumerate(MATERIALS):
+            [case] = [
+                one
+                for one in cases
+                if (one.material, one.model, one.principle, one.conditions) == (material, model, ENERGY, main_job.INFERRED)
+            ]
+            found = np.array([case.means[force] for force in FORCES])
+            assert np.abs(found - expected[place]).max() < 1e-3 * measured()[place].max(), (model, material)
+
+
+@pytest.mark.slow
+def test_the_main_job_says_which_conditions_are_guessed(cases: list[main_job.MainJobCase], tmp_path: Path) -> None:
+    shares = tuple(domain_shares(material) for material in MATERIALS)
+    page = main_job_report.write_report(cases, [], shares, inference().family, inference().speed_unit, tmp_path).read_text(encoding="utf-8")
+    text = " ".join(re.sub(r"<[^>]*>", " ", page).split())
+    for column, number, which in ((3, "25.2", main_job.GUESSED), (5, "10.5", main_job.INFERRED)):
+        copper = main_job_report.means_table(cases, which)[0]
+        assert copper[column].endswith(number)
+        assert f"table 2 [N], {which} conditions" in text
+    assert main_job_report.means_table(cases, main_job.INFERRED)[-1][3:] == ("43.7 % / 48.5 %", "32.8 % / 16.5 %", "25.3 % / 11.0 %")
+    for said in (
+        "inferred, not known",
+        "how the conditions were made, and no proof",
+        "0.3 mm",
+        "1089 MPa",
+        "Al 6061 32 %",
+        "evat study paper",
+    ):
+        assert said in text, said
+    lines = main_job_report.write_means(cases, tmp_path / "means.csv").read_text(encoding="utf-8").splitlines()
+    assert [sum(f",{which}," in line for line in lines) for which in main_job_report.BOTH] == [24, 24]
 
 
 def test_inferred_conditions_lie_within_their_bounds_and_say_where_from() -> None:

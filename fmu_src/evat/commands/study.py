@@ -41,13 +41,13 @@ def paper(
     """
     from evat.studies import paper_output, paper_plots
     from evat.studies.paper import stage_count, study_paper
-    from evat.studies.paper_domain import caveats, domain_shares
+    from evat.studies.paper_domain import condition_caveats, domain_shares, study_caveats
 
     usable(to)
     with lines_done(stage_count()) as progress:
         found = study_paper(draws=draws, seed=seed, journal=to / JOURNAL, resume=resume, progress=progress)
     shares = tuple(domain_shares(material) for material in paper_tables.materials())
-    told = tuple(caveats(found, shares))
+    told = (*condition_caveats(shares), *study_caveats(found))
     for table in (_means(found), _errors(found), _conditions(found), _predictions(found)):
         out.print(table)
     for text in told:

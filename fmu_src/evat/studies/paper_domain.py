@@ -14,7 +14,7 @@ from evat.native import kernel
 from evat.paper_conditions import conditions, inference, inferred
 from evat.parameter_sets import softening_limit
 from evat.studies.main_job import MODELS
-from evat.studies.paper import ACCEPTED, FEED, PaperStudy, chosen, ranked
+from evat.studies.paper import ACCEPTED, FEED, PaperStudy, chosen, inferred_forces, ranked
 from evat.studies.paper_means import mean_error, measured
 from evat.units import SPEED_UNITS
 
@@ -54,33 +54,20 @@ def domain_shares(material: str) -> DomainShares:
     )
 
 
-def caveats(study: PaperStudy, shares: tuple[DomainShares, ...]) -> Iterator[str]:
-    """What has to be said beside the figures, with the numbers of this study."""
-    titles, principle, unit = paper_tables.materials(), chosen().principle, chosen().speed_unit
+def condition_caveats(shares: tuple[DomainShares, ...]) -> Iterator[str]:
+    """What has to be said beside figures under the inferred conditions."""
+    titles = paper_tables.materials()
     yield (
         f"The conditions are inferred, not known: the paper prints none of them. {measured().size} means cannot determine "
-        f"{len(conditions())} conditions and {len(titles)} shear stresses; what is not called determined may be another within its bounds."
+        f"{len(conditions())} conditions and {len(titles)} shear stresses: others within their bounds do as well (evat study paper)."
     )
-    separating, met, kept = study.accepted(principle, unit)
-    errors = study.draw_errors(principle, unit)
-    nearest = float(errors[:, ~ranked(errors)].min())
-    yield (
-        f"The ranking is that of each law at its own best, and of {kept} of the {met} draws (of {separating} in which the tool separates) "
-        f"that the best of the three laws meets to {100 * ACCEPTED:.0f} %; the nearest of the others leaves {100 * nearest:.1f} %."
-    )
-    plain, modified = (np.abs(study.inferred[model] / measured() - 1).sum(axis=1) for model in ("lugre", inference().model))
+    forces = inferred_forces()
+    plain, modified = (np.abs(forces[model] / measured() - 1).sum(axis=1) for model in ("lugre", inference().model))
     gain = 100 * (plain - modified) / measured().size
     most = int(np.argmax(gain))
     yield (
         f"The gain of the modified law over LuGre comes from {list(titles.values())[most]}: under the inferred conditions it takes "
         f"{gain[most]:.1f} points off the mean error, the other materials together {gain.sum() - gain[most]:.1f}."
-    )
-    hardest, best = _hardest(study)
-    sharing = [titles[name] for name in titles if name != hardest and _sigma2(name) == _sigma2(hardest)]
-    why = f" Table 1 gives it the sigma2 of {', '.join(sharing)}, {_sigma2(hardest):g}." if sharing else ""
-    yield (
-        f"The feed force of {titles[hardest]} fits under no shared conditions: of the draws that the modified law meets to "
-        f"{100 * ACCEPTED:.0f} % the nearest is {100 * best:.0f} % off.{why}"
     )
     for what, key in (
         ("N = 0, a chip that would pull at the tool", "no_normal_force"),
@@ -89,6 +76,25 @@ def caveats(study: PaperStudy, shares: tuple[DomainShares, ...]) -> Iterator[str
     ):
         told = ", ".join(f"{titles[one.material]} {100 * getattr(one, key):.0f} %" for one in shares)
         yield f"The fit leaves the model's domain. Share of the contact with {what}: {told}."
+
+
+def study_caveats(study: PaperStudy) -> Iterator[str]:
+    """What has to be said beside the ranking, with the numbers of this study."""
+    titles, principle, unit = paper_tables.materials(), chosen().principle, chosen().speed_unit
+    separating, met, kept = study.accepted(principle, unit)
+    errors = study.draw_errors(principle, unit)
+    nearest = float(errors[:, ~ranked(errors)].min())
+    yield (
+        f"The ranking is that of each law at its own best, and of {kept} of the {met} draws (of {separating} in which the tool separates) "
+        f"that the best of the three laws meets to {100 * ACCEPTED:.0f} %; the nearest of the others leaves {100 * nearest:.1f} %."
+    )
+    hardest, best = _hardest(study)
+    sharing = [titles[name] for name in titles if name != hardest and _sigma2(name) == _sigma2(hardest)]
+    why = f" Table 1 gives it the sigma2 of {', '.join(sharing)}, {_sigma2(hardest):g}." if sharing else ""
+    yield (
+        f"The feed force of {titles[hardest]} fits under no shared conditions: of the draws that the modified law meets to "
+        f"{100 * ACCEPTED:.0f} % the nearest is {100 * best:.0f} % off.{why}"
+    )
     for other_unit in (one for one in SPEED_UNITS if one != unit):
         told = ", ".join(f"{MODELS[model].title} {100 * error:.2f} %" for model, error in study.ranking(principle, other_unit).items())
         yield f"With the speeds of table 1 in {other_unit} no law comes nearer than this, each at its own best: {told}."
