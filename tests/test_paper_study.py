@@ -46,7 +46,7 @@ def how(model: str, principle: str = ENERGY, speed_unit: str = "m/min") -> Calcu
 def directly(material: str, model: str, values: dict[str, float | str]) -> FloatArray:
     """Mean forces of the third cycle of a run of its own, from the bottom of the path."""
     found = parameter_sets.load(f"regularised/{material}")
-    chosen = {**kernel.by_choice(found.values), **values, "friction_law": MODELS[model].law, "relative_tolerance": 1e-7}
+    chosen = {**kernel.by_choice(found.values), "relative_tolerance": 1e-7, **values, "friction_law": MODELS[model].law}
     names = [f"mean_{force}" for force in FORCES]
     trace = simulate(chosen, found.effects if MODELS[model].with_effects else (), cycles=3, outputs=names)
     return np.array([trace[name][-1] for name in names])
@@ -55,6 +55,16 @@ def directly(material: str, model: str, values: dict[str, float | str]) -> Float
 @pytest.mark.parametrize(("model", "percent"), [("coulomb", 48.5), ("lugre", 16.5), ("lugre_thermal", 11.0)])
 def test_the_inferred_conditions_give_the_ranking_of_the_paper(model: str, percent: float) -> None:
     assert 100 * mean_error(paper.inferred_forces()[model] / measured() - 1) == pytest.approx(percent, abs=0.06)
+
+
+@pytest.mark.parametrize(("model", "frozen_percent"), [("coulomb", 35.5), ("lugre", 22.8), ("lugre_thermal", 18.7)])
+def test_the_ranking_outlives_the_other_closure(model: str, frozen_percent: float) -> None:
+    """The chip flows by the shear angle of the moment; forces against those of runs of their own."""
+    found = paper.inferred_forces("current_shear_angle")[model]
+    assert 100 * mean_error(found / measured() - 1) == pytest.approx(frozen_percent, abs=0.06)
+    for place, material in enumerate(MATERIALS):
+        expected = directly(material, model, {**inferred(material), "chip_flow_angle": "current_shear_angle", "relative_tolerance": 1e-4})
+        assert np.abs(found[place] - expected).max() < 1e-3 * measured()[place].max()
 
 
 @pytest.mark.parametrize("material", MATERIALS)

@@ -81,8 +81,9 @@ def _errors(found: PaperStudy) -> Table:
 
     table = Table("mean error [%]", *(model.title for model in MODELS.values()), "ranking kept in", title_justify="left")
     table.add_row("the paper, as printed", *(f"{100 * paper_tables.mean_relative_error(model):.1f}" for model in MODELS), "")
-    errors = (mean_error(found.inferred[model] / measured() - 1) for model in MODELS)
-    table.add_row("inferred, round values", *(f"{100 * error:.1f}" for error in errors), "")
+    for what, forces in (("", found.inferred), ("; chip flow by the current shear angle", found.current_angle)):
+        errors = (mean_error(forces[model] / measured() - 1) for model in MODELS)
+        table.add_row(f"inferred, round values{what}", *(f"{100 * error:.1f}" for error in errors), "")
     for unit in SPEED_UNITS:
         for principle in kernel.variable("shear_angle_principle").choices:
             _, met, kept = found.accepted(principle, unit)

@@ -131,7 +131,11 @@ class LeftOut:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PaperStudy:
-    """What came out. `points` (K, p) SI are the draws, `draws[how]` (K, 4, 2) their deviations, inf where they have none."""
+    """What came out. `points` (K, p) SI are the draws, `draws[how]` (K, 4, 2) their deviations, inf where they have none.
+
+    `inferred` and `current_angle`: forces under the inferred conditions by model, the latter with the chip flowing by the shear angle of
+    the moment, the other way to close the equations. Friction then depends on shear stress, and no search is made.
+    """
 
     best: Mapping[Calculation, Best]
     points: FloatArray
@@ -140,6 +144,7 @@ class PaperStudy:
     spreads: tuple[Spread, ...]
     left_out: tuple[LeftOut, ...]
     inferred: Mapping[str, FloatArray]
+    current_angle: Mapping[str, FloatArray]
     made_by: Mapping[str, str | int]
 
     def ranking(self, principle: str, speed_unit: str) -> dict[str, float]:
@@ -250,7 +255,7 @@ def study_paper(
     profiles = tuple(_profiles(stages, cube[chosen()], unit_points[order]))
     spreads = tuple(_spreads(points[mean_error(found[chosen()]) <= ACCEPTED]))
     left_out = tuple(_left_out({model: found[Calculation(model, inference().principle, inference().speed_unit)] for model in MODELS}))
-    return PaperStudy(best, points, found, profiles, spreads, left_out, inferred_forces(), made_by)
+    return PaperStudy(best, points, found, profiles, spreads, left_out, inferred_forces(), inferred_forces("current_shear_angle"), made_by)
 
 
 def _of(best: Best) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -263,10 +268,11 @@ def stage_count() -> int:
     return 2 * (len(calculations()) - same) + len(conditions())
 
 
-def inferred_forces() -> dict[str, FloatArray]:
+def inferred_forces(chip_flow_angle: str = "constant") -> dict[str, FloatArray]:
     """(4, 2) N by model: mean forces under the inferred conditions, shear stresses included."""
     stress = np.array([one.inferred for one in shear_stresses().values()])
-    return {model: forces_at(inferred_point(), stress, Calculation(model, chosen().principle, chosen().speed_unit)) for model in MODELS}
+    how = {model: Calculation(model, chosen().principle, chosen().speed_unit) for model in MODELS}
+    return {model: forces_at(inferred_point(), stress, each, chip_flow_angle) for model, each in how.items()}
 
 
 def _bounds_text() -> list[str]:

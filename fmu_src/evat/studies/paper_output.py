@@ -41,6 +41,9 @@ def as_json(study: PaperStudy, shares: tuple[DomainShares, ...], told: tuple[str
                     model: {"mean_error": float(mean_error(found / measured() - 1)), "means": _forces(found)}
                     for model, found in study.inferred.items()
                 },
+                "mean_error_by_current_shear_angle": {
+                    model: float(mean_error(found / measured() - 1)) for model, found in study.current_angle.items()
+                },
             },
             "best": [_best(one) for one in study.best.values()],
             "draws": {
