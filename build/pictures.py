@@ -1,6 +1,6 @@
-"""How are the guide's pictures of identification and of two time scales made? .venv/bin/python build/pictures.py writes them; the same
-sources, the same bytes.
+"""How are the guide's pictures of identification, of two time scales and of the paper's table 2 made?
 
+.venv/bin/python build/pictures.py writes them; the same sources, the same bytes.
 Of the others feed-force.png comes out of `python3 build/run.py`; record.png, diagnosis.png and speed-ratio.png of commands that stand
 beside them in the guide.
 """
@@ -14,6 +14,8 @@ from evat import parameter_sets
 from evat.identification.report.figures import save_profiles
 from evat.studies import recovery
 from evat.studies.coupling import study
+from evat.studies.paper import study_paper
+from evat.studies.paper_plots import plot_profiles, plot_table
 from evat.studies.recovery_plot import plot_recovery
 from evat.studies.two_scales import TwoScales, changing_speed, compare
 from evat.studies.two_scales_plot import plot_coupling, plot_two_scales
@@ -34,8 +36,15 @@ def two_time_scales() -> None:
     print(plot_coupling(found.steps, found.error, found.made, FOLDER / "coupling.png"))
 
 
+def paper_tables() -> None:
+    found = study_paper()
+    print(plot_table(found, FOLDER / "table-2.png"))
+    print(plot_profiles(found, FOLDER / "paper-profiles.png"))
+
+
 def main() -> None:
     two_time_scales()
+    paper_tables()
     forecasts = [recovery.recovery(parameter_sets.load(name)) for name in recovery.study_sets()]
     print(plot_recovery(forecasts, FOLDER / "recovery.png"))
     found = recovery.fitted(parameter_sets.load(MATERIAL), MOTION, rate=500.0, seed=1)

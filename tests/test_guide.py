@@ -32,6 +32,7 @@ NOT_RUN = {
         "makes an environment and builds for five platforms, which takes minutes",
         "it takes ten seconds; the guide's page on measuring runs another",
     ],
+    "believe.md": ["takes a minute"],
     "contributing.md": ["sets up an environment and runs every test", "the tests build the guide by themselves"],
     "extend.md": ["build/test.py compiles by itself, which takes a minute"],
     "first-run.md": [

@@ -144,10 +144,19 @@ def test_softening_limit_where_nothing_softens() -> None:
     assert softening_limit(values | {"thermal_softening.Q": 0.0, "thermal_softening.k_Q": 1e9}) == 0.0
 
 
-@pytest.mark.parametrize(("material", "ratio"), [("al-7075-t6", "8.4"), ("inconel-718", "1.6e+04")])
-def test_a_note_says_how_far_the_damping_is_out(material: str, ratio: str) -> None:
-    """|v| s1/(4 g) at 0.5 m/s, speeds in m/s: by hand 0.5 851.5 0.5^0.499/(4 8.97) = 8.4, 0.5 98333 0.5^0.0365/(4 0.7379) = 1.6e4."""
-    notes = " ".join(load(f"published/{material}", speed_unit="m/s").notes)
+@pytest.mark.parametrize(
+    ("material", "speed_unit", "ratio"),
+    [
+        ("al-7075-t6", "m/s", "8.4"),
+        ("inconel-718", "m/s", "1.6e+04"),
+        ("al-7075-t6", "m/min", "3.9e+03"),
+        ("inconel-718", "m/min", "1.1e+06"),
+    ],
+)
+def test_a_note_says_how_far_the_damping_is_out(material: str, speed_unit: str, ratio: str) -> None:
+    """|v| s1/(4 g) at 0.5 m/s; by hand, speeds in m/s: 0.5 851.5 0.5^0.499/(4 8.97) = 8.4, 0.5 98333 0.5^0.0365/(4 0.7379) = 1.6e4; in
+    m/min: 30 851.5 30^0.499/(4 8.97) = 3.9e3, 30 98333 30^0.0365/(4 0.7379) = 1.1e6."""
+    notes = " ".join(load(f"published/{material}", speed_unit=speed_unit).notes)
     assert f"is {ratio} at 0.5 m/s" in notes
     assert "units inferred" in notes
     assert "not valid dynamically" in notes

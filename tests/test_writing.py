@@ -100,6 +100,7 @@ def test_a_disk_that_fills_while_a_search_goes_on(rig: Path, tmp_path: Path) -> 
         ("experiment", "recovery", "--csv", "file/all.csv"),
         ("experiment", "recovery", "--plot", "file/all.png"),
         ("effects", "run_out", "--out", "file/run-out.png"),
+        ("study", "paper", "--out", "file/study"),
         ("system", "run", "no.ssp", "--out", "file/out.csv"),
         ("system", "sweep", "no.ssp", "--over", "a.b=1:2:2", "--out", "file/out.csv"),
         ("system", "averaging", "no.ssp", "--out", "file/out.csv"),

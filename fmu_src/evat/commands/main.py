@@ -20,11 +20,13 @@ from evat.commands.experiment import experiment
 from evat.commands.guide import guide
 from evat.commands.identify import identify
 from evat.commands.shared import SpeedUnit, Values, lines_done, picture_beside, share_done, typed_values
+from evat.commands.study import study
 from evat.commands.system import system
 from evat.console import err, marked, out, show_warnings
 from evat.files.writing import usable
 from evat.model import Effect, EvatError, Law, Variable
 from evat.native import kernel
+from evat.paper_tables import materials
 from evat.required_inputs import KINEMATICS, MOTION
 from evat.studies.record import Columns
 from evat.units import display
@@ -37,6 +39,7 @@ app = typer.Typer(
     help="Chip-tool friction and elliptical vibration assisted turning as a component.\n\n"
     "`evat build` makes the FMUs, `evat run` shows what they do, `evat simulate` answers a question of your own, "
     "`evat effects` shows what can be switched on, `evat experiment` checks measurements, `evat system` runs the contact in a machine, "
+    "`evat study` looks for the conditions of the paper's tests, "
     "`evat guide` opens the manual. "
     "Numbers take units: `--value 'cutting_speed=30 m/min'`; a bare number is SI.",
 )
@@ -54,6 +57,7 @@ app.command()(diagnose)
 app.command()(calibrate)
 app.command()(benchmark)
 app.add_typer(system)
+app.add_typer(study)
 app.command()(guide)
 
 
@@ -262,19 +266,27 @@ def _run_record(
 
 
 def _run_materials(family: str, speed_unit: str, to: Path) -> None:
-    from evat.studies import main_job
+    from evat.studies import main_job, main_job_report
+    from evat.studies.paper_domain import condition_caveats, domain_shares
 
     built, total = _host_fmu(3, to), main_job.case_count()
     with share_done("driving the FMU") as progress:
         cases = main_job.run_cases(built, family, speed_unit, lambda n: progress(n / total))
     figures = main_job.plot_cases(cases, to)
-    main_job.write_means(cases, to / "means.csv")
-    page = main_job.write_report(cases, figures, family, speed_unit, to)
-    table = Table("material", "force", "measured (paper)", *(model.title for model in main_job.MODELS.values()))
-    for line in main_job.means_table(cases):
-        table.add_row(*line)
-    table.title = "cycle means [N], maximum shear stress / minimum energy; process conditions are our own (see the report)"
-    out.print(table)
+    shares = tuple(domain_shares(material) for material in materials())
+    main_job_report.write_means(cases, to / "means.csv")
+    page = main_job_report.write_report(cases, figures, shares, family, speed_unit, to)
+    for conditions, what in (
+        (main_job.GUESSED, "the component's starts, not those of the paper's tests"),
+        (main_job.INFERRED, "from the measured means themselves (evat study paper), not known"),
+    ):
+        table = Table("material", "force", "measured (paper)", *(model.title for model in main_job.MODELS.values()), title_justify="left")
+        for line in main_job_report.means_table(cases, conditions):
+            table.add_row(*line)
+        table.title = f"{conditions} conditions: {what}; cycle means [N], maximum shear stress / minimum energy"
+        out.print(table)
+    for text in condition_caveats(shares):
+        out.print(f"note: {text}", highlight=False)
     for path in (*figures, to / "means.csv", page):
         out.print(f"wrote {path}")
 

@@ -1,0 +1,125 @@
+"""`evat study`: what do the studies of the package find? `evat study paper`: does the paper's table 2 come out?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+import typer
+from rich.table import Table
+
+from evat import paper_tables
+from evat.commands.shared import lines_done
+from evat.console import out
+from evat.files.writing import usable
+from evat.native import kernel
+from evat.units import display
+
+if TYPE_CHECKING:
+    from evat.studies.paper import PaperStudy
+
+study = typer.Typer(name="study", no_args_is_help=True, help="Studies of the paper that take a minute: each writes figures and JSON.")
+JOURNAL = "study.journal"
+
+
+@study.callback()
+def _studies() -> None:
+    """Studies of the paper that take a minute: each writes figures and JSON."""
+
+
+@study.command()
+def paper(
+    draws: Annotated[int, typer.Option(help="Sobol draws over the conditions, a power of 2.")] = 2048,
+    seed: Annotated[int, typer.Option(help="Of draws and search; the same seed gives the same study.", min=0)] = 0,
+    resume: Annotated[bool, typer.Option(help="Go on with the study that OUT holds, to the result it would have had.")] = False,
+    to: Annotated[Path, typer.Option("--out", "-o", help="Folder for figures, JSON and the state of the study.")] = Path("paper-study"),
+) -> None:
+    """Look for process conditions under which the paper's table 2 comes out, and say what its eight measured means determine.
+
+    About a minute. Example: evat study paper --out paper-study
+    """
+    from evat.studies import paper_output, paper_plots
+    from evat.studies.paper import stage_count, study_paper
+    from evat.studies.paper_domain import condition_caveats, domain_shares, study_caveats
+
+    usable(to)
+    with lines_done(stage_count()) as progress:
+        found = study_paper(draws=draws, seed=seed, journal=to / JOURNAL, resume=resume, progress=progress)
+    shares = tuple(domain_shares(material) for material in paper_tables.materials())
+    told = (*condition_caveats(shares), *study_caveats(found))
+    for table in (_means(found), _errors(found), _conditions(found), _predictions(found)):
+        out.print(table)
+    for text in told:
+        out.print(f"note: {text}", highlight=False)
+    for path in (*paper_plots.plot_all(found, shares, to), paper_output.write(found, shares, told, to)):
+        out.print(f"wrote {path}")
+
+
+def _means(found: PaperStudy) -> Table:
+    from evat.studies.main_job import FORCES, MODELS
+    from evat.studies.paper import chosen
+    from evat.studies.paper_means import Calculation, measured
+
+    title = f"cycle means [N], each law at its own best / under the inferred conditions; {chosen().principle.replace('_', ' ')}"
+    table = Table("material", "force", "measured", *(model.title for model in MODELS.values()), title=title, title_justify="left")
+    for row, material in enumerate(paper_tables.materials().values()):
+        for column, force in enumerate(FORCES):
+            ours = [
+                f"{found.best[Calculation(model, chosen().principle, chosen().speed_unit)].forces[row, column]:.1f} / "
+                f"{found.inferred[model][row, column]:.1f}"
+                for model in MODELS
+            ]
+            table.add_row(material, force.replace("_", " "), f"{measured()[row, column]:g}", *ours)
+    return table
+
+
+def _errors(found: PaperStudy) -> Table:
+    from evat.studies.main_job import MODELS
+    from evat.studies.paper_means import mean_error, measured
+    from evat.units import SPEED_UNITS
+
+    table = Table("mean error [%]", *(model.title for model in MODELS.values()), "ranking kept in", title_justify="left")
+    table.add_row("the paper, as printed", *(f"{100 * paper_tables.mean_relative_error(model):.1f}" for model in MODELS), "")
+    for what, forces in (("", found.inferred), ("; chip flow by the current shear angle", found.current_angle)):
+        errors = (mean_error(forces[model] / measured() - 1) for model in MODELS)
+        table.add_row(f"inferred, round values{what}", *(f"{100 * error:.1f}" for error in errors), "")
+    for unit in SPEED_UNITS:
+        for principle in kernel.variable("shear_angle_principle").choices:
+            _, met, kept = found.accepted(principle, unit)
+            texts = (f"{100 * error:.1f}" for error in found.ranking(principle, unit).values())
+            table.add_row(f"own best, {principle.replace('_', ' ')}, {unit}", *texts, f"{kept} of {met} draws" if met else "no draw met")
+    return table
+
+
+def _conditions(found: PaperStudy) -> Table:
+    title = "what the eight means determine: where the modified law does as well as the paper's calculation"
+    table = Table("condition", "bounds", "inferred", "interval", "verdict", title=title, title_justify="left")
+    for one in found.profiles:
+        known = kernel.variable(one.condition.variable)
+        ends = [
+            " .. ".join(display(value, known, digits=3) for value in pair)
+            for pair in ((one.condition.low, one.condition.high), one.interval)
+        ]
+        table.add_row(known.name, ends[0], display(one.condition.inferred, known, digits=3), ends[1], one.verdict)
+    for spread in found.spreads:
+        unit = "" if spread.unit == "1" else f" {spread.unit}"
+        table.add_row(
+            spread.name, "", "", f"{spread.low:.2g} .. {spread.high:.2g}{unit}", f"a factor of {spread.factor:.1f} over the draws met"
+        )
+    return table
+
+
+def _predictions(found: PaperStudy) -> Table:
+    from evat.studies.main_job import MODELS
+
+    title = "feed force [N] predicted from the other three materials: median, 5 to 95 % of the draws that meet these"
+    table = Table("left out", "measured", *(model.title for model in MODELS.values()), title=title, title_justify="left")
+    for material, name in paper_tables.materials().items():
+        some = [one for one in found.left_out if one.material == material]
+        texts = []
+        for one in some:
+            low, high = np.percentile(one.predicted, [5, 95]) if one.predicted.size else (0.0, 0.0)
+            texts.append(f"{one.median:.1f}, {low:.1f} .. {high:.1f}" if one.predicted.size else "meets no three")
+        table.add_row(name, f"{some[0].measured:g}", *texts)
+    return table

@@ -1,0 +1,96 @@
+"""What does the main job say? Its cycle means beside the measured ones, as a table, as CSV and as a page; which conditions are guessed."""
+
+from __future__ import annotations
+
+import base64
+from pathlib import Path
+
+import numpy as np
+
+from evat import paper_tables
+from evat.files.writing import put
+from evat.html import render
+from evat.native import kernel
+from evat.paper_conditions import SHEAR_STRESS, conditions, inference, inferred
+from evat.studies.main_job import FORCES, GUESSED, INFERRED, MODELS, MainJobCase
+from evat.studies.paper_domain import DomainShares, condition_caveats
+
+BOTH = (GUESSED, INFERRED)
+
+
+def means_table(cases: list[MainJobCase], conditions: str) -> list[tuple[str, ...]]:
+    """Material, force, measured mean, and ours under both principles for each model, as text; at the end the mean errors."""
+    lines = []
+    for row in paper_tables.table_2():
+        ours = [
+            " / ".join(
+                f"{case.means[row.force]:.1f}"
+                for case in cases
+                if (case.material, case.model, case.conditions) == (row.material, model, conditions)
+            )
+            for model in MODELS
+        ]
+        lines.append((paper_tables.materials()[row.material], row.force.replace("_", " "), f"{row.mean:g}", *ours))
+    principles = kernel.variable("shear_angle_principle").choices
+    errors = [
+        " / ".join(f"{100 * main_job_error(cases, conditions, model, principle):.1f} %" for principle in principles) for model in MODELS
+    ]
+    return [*lines, ("mean error", "", "", *errors)]
+
+
+def main_job_error(cases: list[MainJobCase], conditions: str, model: str, principle: str) -> float:
+    """Mean of |ours - measured| / measured over the eight means."""
+    measured = {(row.material, row.force): row.mean for row in paper_tables.table_2()}
+    errors = [
+        abs(case.means[force] - measured[case.material, force]) / measured[case.material, force]
+        for case in cases
+        if (case.conditions, case.model, case.principle) == (conditions, model, principle)
+        for force in FORCES
+    ]
+    return float(np.mean(errors))
+
+
+def write_means(cases: list[MainJobCase], path: Path) -> Path:
+    """The cycle means as CSV, one line for each case, beside the measured means."""
+    measured = {(row.material, row.force): row.mean for row in paper_tables.table_2()}
+    lines = ["material,model,principle,conditions," + ",".join(f"mean_{force} [N],measured_mean_{force} [N]" for force in FORCES)]
+    for case in cases:
+        numbers = ",".join(f"{case.means[force]:.9g},{measured[case.material, force]:g}" for force in FORCES)
+        lines.append(f"{case.material},{case.model},{case.principle},{case.conditions},{numbers}")
+    return put(path, "\n".join(lines) + "\n")
+
+
+def write_report(
+    cases: list[MainJobCase], figures: list[Path], shares: tuple[DomainShares, ...], family: str, speed_unit: str, out: Path
+) -> Path:
+    """`report.html`, one self-contained file: figures, the means beside the measured ones, what can and cannot be compared."""
+    rows = []
+    for row in paper_tables.table_2():
+        ours = {(case.conditions, case.model, case.principle): case.means[row.force] for case in cases if case.material == row.material}
+        rows.append({"row": row, "ours": ours, "material": paper_tables.materials()[row.material]})
+    text = render(
+        "main_job.html.j2",
+        rows=rows,
+        models=MODELS,
+        principles=kernel.variable("shear_angle_principle").choices,
+        both=BOTH,
+        inference=inference(),
+        source=paper_tables.table_1_source().replace("table 1", "table 2"),
+        printed=paper_tables.table_3(),
+        error=lambda model, **part: 100 * paper_tables.mean_relative_error(model, **part),
+        our_error=lambda conditions, model, principle: 100 * main_job_error(cases, conditions, model, principle),
+        forces=FORCES,
+        figures=[(path.stem, base64.b64encode(path.read_bytes()).decode()) for path in figures],
+        clamped=[case for case in cases if case.clamped_steps],
+        contact_ratios=[(one, next(case for case in cases if case.conditions == one).cycle["mean_contact_ratio"][-1]) for one in BOTH],
+        conditions=[(kernel.variable(one.variable), one) for one in conditions()],
+        rake_angle=kernel.variable("rake_angle"),
+        shear_stress=kernel.variable(SHEAR_STRESS),
+        shear_stresses=[(title, inferred(name)[SHEAR_STRESS]) for name, title in paper_tables.materials().items()],
+        caveats=list(condition_caveats(shares)),
+        family=family,
+        speed_unit=speed_unit,
+        materials=paper_tables.materials(),
+        token=kernel.token(),
+    )
+    return put(out / "report.html", text)

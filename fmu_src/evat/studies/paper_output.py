@@ -1,0 +1,131 @@
+"""What does the study of the paper's table 2 leave behind? study.json: every figure, SI, with bounds, sources and how it was made."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from evat import paper_tables
+from evat.files.writing import put
+from evat.native import kernel
+from evat.paper_conditions import SHEAR_STRESS, ProcessCondition, conditions, inference, shear_stresses
+from evat.studies.main_job import FORCES, MODELS
+from evat.studies.paper import ACCEPTED, DETERMINED, Best, PaperStudy, paper_threshold
+from evat.studies.paper_domain import DomainShares
+from evat.studies.paper_means import mean_error, measured
+from evat.units import SPEED_UNITS
+
+JSON = "study.json"
+
+
+def as_json(study: PaperStudy, shares: tuple[DomainShares, ...], told: tuple[str, ...]) -> dict[str, Any]:
+    """SI throughout; what is not a number is null."""
+    principles = kernel.variable("shear_angle_principle").choices
+    whole: dict[str, Any] = _plain(
+        {
+            "format": 1,
+            "measured": _forces(measured()),
+            "paper": {model: paper_tables.mean_relative_error(model) for model in MODELS},
+            "bounds": [_bounds(one) for one in conditions()]
+            + [{"material": name, **_bounds(one)} for name, one in shear_stresses().items()],
+            "inferred": {
+                "how": inference().how,
+                "conditions": {one.variable: one.inferred for one in conditions()},
+                SHEAR_STRESS: {name: one.inferred for name, one in shear_stresses().items()},
+                "models": {
+                    model: {"mean_error": float(mean_error(found / measured() - 1)), "means": _forces(found)}
+                    for model, found in study.inferred.items()
+                },
+                "mean_error_by_current_shear_angle": {
+                    model: float(mean_error(found / measured() - 1)) for model, found in study.current_angle.items()
+                },
+            },
+            "best": [_best(one) for one in study.best.values()],
+            "draws": {
+                "accepted_up_to": ACCEPTED,
+                "counts": [
+                    {
+                        "principle": principle,
+                        "speed_unit": unit,
+                        **dict(zip(("separating", "accepted", "ranking_kept"), study.accepted(principle, unit), strict=True)),
+                    }
+                    for unit in SPEED_UNITS
+                    for principle in principles
+                ],
+            },
+            "profiles": {
+                "threshold": paper_threshold(),
+                "determined_up_to_factor": DETERMINED,
+                "conditions": {
+                    one.condition.variable: {
+                        "values": one.values.tolist(),
+                        "mean_errors": one.errors.tolist(),
+                        "interval": one.interval,
+                        "verdict": one.verdict,
+                    }
+                    for one in study.profiles
+                },
+            },
+            "spreads": [{"quantity": one.name, "unit": one.unit, "low": one.low, "high": one.high} for one in study.spreads],
+            "left_out": [
+                {
+                    "material": one.material,
+                    "model": one.model,
+                    "feed_force": one.measured,
+                    "predicted_median": one.median,
+                    "predicted_5_to_95_percent": np.percentile(one.predicted, [5, 95]).tolist() if one.predicted.size else None,
+                    "draws": int(one.predicted.size),
+                }
+                for one in study.left_out
+            ],
+            "domain": {
+                one.material: {
+                    "no_normal_force": one.no_normal_force,
+                    "friction_beyond_normal_force": one.beyond_normal_force,
+                    "stiffness_at_floor": one.stiffness_at_floor,
+                }
+                for one in shares
+            },
+            "caveats": told,
+            "made_by": study.made_by,
+        }
+    )
+    return whole
+
+
+def _forces(found: Any) -> dict[str, dict[str, float]]:
+    return {name: dict(zip(FORCES, map(float, row), strict=True)) for name, row in zip(paper_tables.materials(), found, strict=True)}
+
+
+def _bounds(one: ProcessCondition) -> dict[str, Any]:
+    unit = kernel.variable(one.variable).unit
+    return {"variable": one.variable, "unit": unit, "low": one.low, "high": one.high, "source": one.source}
+
+
+def _best(one: Best) -> dict[str, Any]:
+    return {
+        "model": one.how.model,
+        "principle": one.how.principle,
+        "speed_unit": one.how.speed_unit,
+        "mean_error": one.error,
+        "conditions": {each.variable: float(value) for each, value in zip(conditions(), one.point, strict=True)},
+        SHEAR_STRESS: dict(zip(paper_tables.materials(), map(float, one.shear_stress), strict=True)),
+        "means": _forces(one.forces),
+    }
+
+
+def _plain(entry: Any) -> Any:
+    if isinstance(entry, Mapping):
+        return {str(key): _plain(value) for key, value in entry.items()}
+    if isinstance(entry, (list, tuple)):
+        return [_plain(value) for value in entry]
+    return None if isinstance(entry, float) and not math.isfinite(entry) else entry
+
+
+def write(study: PaperStudy, shares: tuple[DomainShares, ...], told: tuple[str, ...], folder: Path) -> Path:
+    return put(folder / JSON, json.dumps(as_json(study, shares, told), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
