@@ -177,22 +177,6 @@ enum Indicator {
     AT_LAW /* the friction law's own, > 0 on its sticking side: break-away of a bristle, Karnopp's band */
 };
 
-enum Status {
-    KERNEL_OK,
-    KERNEL_NO_SUCH_VARIABLE,
-    KERNEL_NOT_FINITE,
-    KERNEL_OUT_OF_BOUNDS,
-    KERNEL_BAD_STEP,
-    KERNEL_TOO_MANY_STEPS,
-    KERNEL_DIVERGED,
-    KERNEL_TEMPERATURES,
-    KERNEL_RIVALS,
-    KERNEL_HISTORY_SHORT,
-    KERNEL_STOPPED,
-    KERNEL_NO_CYCLE,
-    KERNEL_STATUS_COUNT
-};
-
 /* Things that are legal but worth one line in the log; bits of kernel_warnings. */
 enum Warning {
     WARN_STIFFNESS_FLOOR = 1,

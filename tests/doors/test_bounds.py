@@ -48,9 +48,9 @@ def followed(base: dict[int, float], changed: dict[int, float]) -> tuple[str, np
     contact, times, found = ffi.new("struct Contact *"), np.arange(7) * 1e-5, np.full((7, len(SHOWN)), 0.0)
     library.kernel_reset(contact)
     for index, value in {**base, **changed}.items():
-        assert library.kernel_set(contact, index, 0, value) == library.KERNEL_OK
+        assert library.kernel_set(contact, index, 0, value) == library.STATUS_OK
     status = library.kernel_start(contact, 0.0)
-    if status == library.KERNEL_OK:
+    if status == library.STATUS_OK:
         record, answer = ffi.new("struct Record *"), ffi.new("struct Yield *")
         wanted, none = ffi.new("int[]", [v.index for v in SHOWN]), ffi.new("int[]", 1)
         record.count, record.times, record.input_index, record.most_steps = 7, ffi.from_buffer("double[]", times), none, 2000

@@ -48,7 +48,7 @@ def rates(one: Machine, at: dict[str, float]) -> np.ndarray:
 def test_the_table_is_what_the_shared_code_takes_it_for(part: str) -> None:
     variables = machine.variables(part)
     inputs = [v.index for v in variables if v.causality == "input"]
-    assert inputs == list(range(1, len(inputs) + 1))  # machine.h: INPUT_FIRST
+    assert inputs == list(range(1, len(inputs) + 1))  # model.h: model_input
     assert len({v.name for v in variables}) == len(variables)
     for v in variables:
         assert v.name
@@ -234,29 +234,27 @@ def test_what_a_partner_has_come_to_has_no_flaw_and_what_is_forged_has_one(part:
     one = drawn(part, seed)
     ffi, library = one._ffi, one._library
     machine_of = one._machine
-    assert library.kernel_flaw(machine_of) == ffi.NULL
+    assert library.model_flaw(machine_of) == ffi.NULL
     one.start()
     one.advance(1e-3)
-    assert library.kernel_flaw(machine_of) == ffi.NULL
+    assert library.model_flaw(machine_of) == ffi.NULL
     states = len(machine.states(part))
     forged = [
         ("step", None, -1.0),
         ("step", None, np.inf),
         ("started", None, 2),
-        ("warnings", None, 1),
+        ("reserved", None, 1),
         ("value", 0, np.nan),
         ("slope", 2, np.inf),
     ]
     forged += [("once", 0, 0.3), ("twice", states * states - 1, np.nan)] if states else []
     for field, place, value in forged:
-        twin = ffi.new("struct Contact *", machine_of[0])
+        twin = ffi.new("struct Model *", machine_of[0])
         if place is None:
             setattr(twin, field, value)
-        elif field in ("value", "slope"):
-            getattr(twin, field)[place][0] = value
         else:
             getattr(twin, field)[place] = value
-        assert library.kernel_flaw(twin) != ffi.NULL, (field, place, value)
+        assert library.model_flaw(twin) != ffi.NULL, (field, place, value)
 
 
 def test_the_circle_is_one_and_is_entered_smoothly() -> None:

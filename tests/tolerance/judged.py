@@ -236,7 +236,7 @@ def answer(case: Case) -> Answer:
         )
         found.output_count, found.output_index = len(names), prepared.output_index
         found.rows = ffi.from_buffer("double[]", prepared.rows)
-        if status == loaded.KERNEL_OK:
+        if status == loaded.STATUS_OK:
             status = loaded.kernel_follow(prepared.contact, record, found, ffi.NULL)
     seconds = time.process_time() - begun
     steps = int(prepared.contact.value[kernel.variable("step_count").index][0])

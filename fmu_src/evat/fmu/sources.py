@@ -21,6 +21,8 @@ from evat.native.compile import (
     source_root,
 )
 
+STARTS = "fmi/starts.c"  # which an FMU may have of its own
+
 
 def compiled_sources(version: Version, shown: FmuFacts) -> list[Path]:
     """The C files of one FMI version, in a fixed order."""
@@ -39,19 +41,21 @@ def source_files(version: Version, shown: FmuFacts) -> dict[str, bytes]:
     root = source_root()
     paths = (*compiled_sources(version, shown), *model_headers(root, shown.model))
     files = {f"sources/{path.relative_to(root).as_posix()}": path.read_bytes() for path in paths}
-    files["sources/fmi/model.h"] = model_header(shown)  # found without an include folder
+    files[f"sources/{STARTS}"] = starts(shown)
     files["sources/buildDescription.xml"] = build_description(version, shown)
     return files
 
 
-def model_header(shown: FmuFacts) -> bytes:
-    """The FMU's model.h: that of its model, with the values that it has at the start beside the table's."""
-    text = (source_root() / "fmus" / shown.model / "model.h").read_bytes()
+def starts(shown: FmuFacts) -> bytes:
+    """The FMU's starts.c: the values that it has at the start beside the table's."""
     if not shown.start:
-        return text
+        return (source_root() / STARTS).read_bytes()
     places = {variable.name: variable for variable in (kernel.variables() if shown.model == CONTACT else machine.variables(shown.model))}
-    rows = ", ".join(f"{{{places[name].index}, {places[name].check(value)!r}}}" for name, value in shown.start.items())
-    return text + f"\n/* {', '.join(shown.start)} */\n#define STARTS {rows}\n".encode()
+    rows = "".join(f"    {{{places[name].index}, {places[name].check(value)!r}}}, /* {name} */\n" for name, value in shown.start.items())
+    return (
+        "/* Which values does this FMU start with, beside those of its model's tables? */\n"
+        f'#include "component.h"\n\nconst struct Start fmu_starts[] = {{\n{rows}    {{MODEL_TIME, 0}},\n}};\n'
+    ).encode()
 
 
 def build_description(version: Version, shown: FmuFacts) -> bytes:
@@ -77,14 +81,15 @@ def binary_name(version: Version, target: Target, shown: FmuFacts) -> str:
 def compile_binary(version: Version, target: Target, shown: FmuFacts, folder: Path) -> bytes:
     """The library of one platform; `folder` holds it while it is made.
 
-    The shell is compiled from a copy beside the FMU's own model.h, as it travels; the model from where it lies, with the same command for
-    all FMUs, so that the compiler's cache has it from the second one on.
+    But for starts.c, model and shell are compiled from where they lie, with the same command for all FMUs, so that the compiler's cache has
+    them from the second one on.
     """
     output = folder / f"fmi{version}" / target.fmi3_folder / f"{shown.model_name}{target.extension}"
-    root, shell = source_root(), output.parent / "fmi"
-    for path in (*shell_sources(root, version), *sorted((root / "fmi").glob("*.h"))):
-        put(shell / path.name, path.read_bytes())
-    put(shell / "model.h", model_header(shown))
-    sources = [*model_sources(root, shown.model), *(shell / path.name for path in shell_sources(root, version))]
-    include = [include_folders(root, shown.model)[0], fmi_headers()]
+    root = source_root()
+    sources = compiled_sources(version, shown)
+    if shown.start:
+        own = output.parent / Path(STARTS).name
+        put(own, starts(shown))
+        sources[sources.index(root / STARTS)] = own
+    include = [*include_folders(root, shown.model), fmi_headers()]
     return compile_library(sources, output, target, include=include).read_bytes()

@@ -169,7 +169,7 @@ def _follow(
     for place, index in enumerate(plan.inputs):
         held[index] = table[0, place]
     status = loaded.kernel_start(block, plan.times[0])
-    if status != loaded.KERNEL_OK:
+    if status != loaded.STATUS_OK:
         return status, {}
     rows_count, width = int(plan.keep.sum()), len(plan.outputs)
     found = {"rows": np.empty((rows_count, width, lanes))} if plan.give == "rows" else {"sums": np.zeros((width, lanes))}
@@ -296,17 +296,17 @@ def _gathered(
 
     def follow(places: np.ndarray[Any, np.dtype[np.intp]], lanes: int) -> int:
         status, found = _follow(plan, places, lanes, room, stop)
-        if status == loaded.KERNEL_OK:
+        if status == loaded.STATUS_OK:
             for name, array in found.items():
                 whole[name][places] = array
         return status
 
     def work(places: np.ndarray[Any, np.dtype[np.intp]]) -> int:
-        if places.size >= FEWEST and follow(places, MANY_LANES) in (loaded.KERNEL_OK, loaded.KERNEL_STOPPED):
+        if places.size >= FEWEST and follow(places, MANY_LANES) in (loaded.STATUS_OK, loaded.STATUS_STOPPED):
             return places.size
         for place in places:  # too few, or one of them spoils the block: each alone
             status = follow(np.array([place]), 1)
-            if status not in (loaded.KERNEL_OK, loaded.KERNEL_STOPPED):
+            if status not in (loaded.STATUS_OK, loaded.STATUS_STOPPED):
                 failed[int(place)] = kernel.status_text(status)
         return places.size
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -87,18 +87,19 @@ def variables() -> tuple[Variable, ...]:
     >>> F_C.unit, F_C.min, F_C.max, F_C.meaning
     ('N', 1e-06, 1000000.0, 'Coulomb friction force')
     """
-    return read_table(*library())
-
-
-def read_table(ffi: Any, loaded: Any) -> tuple[Variable, ...]:
-    """Every quantity of a compiled model, in the order of its value references."""
+    ffi, loaded = library()
     rows = [loaded.kernel_variable(index) for index in range(loaded.kernel_variable_count())]
-    found = []
+    return read_table(ffi, rows, loaded.kernel_derivative_of)
+
+
+def read_table(ffi: Any, rows: Sequence[Any], derivative_of: Callable[[int], int]) -> tuple[Variable, ...]:
+    """Every quantity of a compiled model, from the rows of its table, in the order of its value references."""
+    table = []
     for index, row in enumerate(rows):
         choices: list[str] = []
         while row.choices != ffi.NULL and row.choices[len(choices)] != ffi.NULL:
             choices.append(cffi_text(ffi, row.choices[len(choices)]))
-        found.append(
+        table.append(
             Variable(
                 name=cffi_text(ffi, row.name),
                 unit=cffi_text(ffi, row.unit),
@@ -113,13 +114,13 @@ def read_table(ffi: Any, loaded: Any) -> tuple[Variable, ...]:
                 causality=CAUSALITIES[row.causality],
                 variability=VARIABILITIES[row.variability],
                 choices=tuple(choices),
-                derivative_of=cffi_text(ffi, rows[of].name) if (of := loaded.kernel_derivative_of(index)) else None,
+                derivative_of=cffi_text(ffi, rows[of].name) if (of := derivative_of(index)) else None,
                 neutral=row.neutral,
                 required_with=_names(cffi_text(ffi, row.required_with)),
                 index=index,
             )
         )
-    return tuple(found)
+    return tuple(table)
 
 
 @functools.lru_cache(maxsize=1)
@@ -308,7 +309,7 @@ class Contact:
             self._contact.value[variable(name).index][0] = number
 
     def _done(self, status: int, doing: str) -> None:
-        if status != self._library.KERNEL_OK:
+        if status != self._library.STATUS_OK:
             text = self._ffi.new("char[512]")
             self._library.kernel_explain(self._contact, status, text, 512)
             raise SimulationError(f"{doing} at t = {self.time:.9g} s: {_text(text)}.")

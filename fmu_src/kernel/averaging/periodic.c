@@ -47,8 +47,8 @@ static enum Status find_deflection(struct Contact *contact)
             miss_before[i] = n == 0 ? 0 : miss_before[i];
         }
         const enum Status begun = kernel_event(&trial);
-        const enum Status status = begun == KERNEL_OK ? pass_cycle(&trial) : begun;
-        if (status != KERNEL_OK)
+        const enum Status status = begun == STATUS_OK ? pass_cycle(&trial) : begun;
+        if (status != STATUS_OK)
             return status;
         found = 1;
         EACH_LANE {
@@ -73,7 +73,7 @@ static enum Status find_deflection(struct Contact *contact)
         EACH_LANE
             contact->memory[n][i] = trial.memory[n][i];
     contact->warnings |= found && !given_up ? 0u : WARN_NOT_PERIODIC;
-    return KERNEL_OK;
+    return STATUS_OK;
 }
 
 /* ---- with effects that have states of their own: Newton's method on all of them ---- */
@@ -107,7 +107,7 @@ static enum Status cycle(const struct Contact *contact, const struct Configurati
         EACH_LANE
             trial->value[unknown_index(w, n)][i] = from[n][i];
     enum Status status = kernel_event(trial);
-    if (status == KERNEL_OK)
+    if (status == STATUS_OK)
         status = pass_cycle(trial);
     for (int n = 0; n < count; ++n)
         EACH_LANE
@@ -126,7 +126,7 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
         ++used;
     for (int tries = 0; tries < 12 && !found; ++tries) {
         enum Status status = cycle(contact, w, used, (const lanes *)from, to, &trial);
-        if (status != KERNEL_OK)
+        if (status != STATUS_OK)
             return status;
         found = 1;
         for (int i = 0; i < LANES; ++i) {
@@ -156,7 +156,7 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             }
             struct Contact second;
             status = cycle(contact, w, used, (const lanes *)beside, other, &second);
-            if (status != KERNEL_OK)
+            if (status != STATUS_OK)
                 return status;
             for (int n = 0; n < used; ++n)
                 EACH_LANE
@@ -183,7 +183,7 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
         EACH_LANE
             contact->memory[n][i] = trial.memory[n][i];
     contact->warnings |= found && !given_up ? 0u : WARN_NOT_PERIODIC;
-    return KERNEL_OK;
+    return STATUS_OK;
 }
 
 /* Forces of the cycles before, for effects that look back. */
@@ -194,14 +194,14 @@ static enum Status fill_history(struct Contact *contact, const struct Configurat
     EACH_LANE
         back = larger(back, look_back(w, i));
     if (!(back > 0))
-        return KERNEL_OK;
+        return STATUS_OK;
     struct Contact before = *contact;
     EACH_LANE {
         before.value[VAR_TIME][i] = contact->value[VAR_TIME][i] - ceil(back / period) * period;
         before.past_count[i] = before.past_first[i] = 0;
     }
     enum Status status = kernel_event(&before);
-    if (status == KERNEL_OK)
+    if (status == STATUS_OK)
         status = kernel_advance(&before, ceil(back / period) * period, 0, &taken);
     for (int n = 0; n < HISTORY; ++n)
         EACH_LANE {
@@ -222,9 +222,9 @@ enum Status find_periodic(struct Contact *contact)
 {
     const struct Configuration w = wire(contact);
     const enum Status status = w.drivers ? find_states(contact, &w) : find_deflection(contact);
-    if (status == KERNEL_TOO_MANY_STEPS) {
+    if (status == STATUS_TOO_MANY_STEPS) {
         contact->warnings |= WARN_NOT_PERIODIC;
-        return KERNEL_OK; /* from rest */
+        return STATUS_OK; /* from rest */
     }
-    return status == KERNEL_OK && w.looks_back ? fill_history(contact, &w) : status;
+    return status == STATUS_OK && w.looks_back ? fill_history(contact, &w) : status;
 }
