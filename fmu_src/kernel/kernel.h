@@ -299,8 +299,8 @@ double kernel_next_event(const struct Contact *contact);
 enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken);
 /* Follow a record from its first sample, where the contact stands, to its last; see struct Record and struct Yield. A
  * nonzero *stop (may be NULL) breaks off after the sample that is being followed. */
-enum Status kernel_follow(struct Contact *contact, const struct Record *record, struct Yield *yield,
-                          const volatile int *stop);
+enum Status kernel_run_record(struct Contact *contact, const struct Record *record, struct Yield *yield,
+                              const volatile int *stop);
 /* d unknown / d known at the current point, by central differences on a copy. known: inputs and states. */
 enum Status kernel_derivative(const struct Contact *contact, int unknown, int known, double *derivative);
 

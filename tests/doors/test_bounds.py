@@ -55,7 +55,7 @@ def followed(base: dict[int, float], changed: dict[int, float]) -> tuple[str, np
         wanted, none = ffi.new("int[]", [v.index for v in SHOWN]), ffi.new("int[]", 1)
         record.count, record.times, record.input_index, record.most_steps = 7, ffi.from_buffer("double[]", times), none, 2000
         answer.output_count, answer.output_index, answer.rows = len(SHOWN), wanted, ffi.from_buffer("double[]", found)
-        status = library.kernel_follow(contact, record, answer, ffi.NULL)
+        status = library.kernel_run_record(contact, record, answer, ffi.NULL)
         found = found[: answer.rows_done]
     return kernel.status_text(status), found
 

@@ -237,7 +237,7 @@ def answer(case: Case) -> Answer:
         found.output_count, found.output_index = len(names), prepared.output_index
         found.rows = ffi.from_buffer("double[]", prepared.rows)
         if status == loaded.STATUS_OK:
-            status = loaded.kernel_follow(prepared.contact, record, found, ffi.NULL)
+            status = loaded.kernel_run_record(prepared.contact, record, found, ffi.NULL)
     seconds = time.process_time() - begun
     steps = int(prepared.contact.value[kernel.variable("step_count").index][0])
     return Answer(ffi.string(loaded.kernel_status_text(status)).decode(), prepared.rows, steps, seconds)

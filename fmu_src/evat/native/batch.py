@@ -186,7 +186,7 @@ def _follow(
     if plan.data is not None:
         found["squares"] = np.zeros((width, lanes))
         answer.squares, answer.data = ffi.from_buffer("double[]", found["squares"]), ffi.from_buffer("double[]", plan.data)
-    status = loaded.kernel_follow(block, record, answer, stop)
+    status = loaded.kernel_run_record(block, record, answer, stop)
     return status, {name: np.moveaxis(array, -1, 0)[: places.size] for name, array in found.items()}
 
 

@@ -429,7 +429,7 @@ class Contact:
         record.count, record.times = times.size, ffi.from_buffer("double[]", times)
         record.input_count, record.input_index, record.inputs = len(columns), places, ffi.from_buffer("double[]", table)
         answer.output_count, answer.output_index, answer.rows = len(names), wanted, ffi.from_buffer("double[]", found)
-        status = self._library.kernel_follow(self._contact, record, answer, ffi.NULL)
+        status = self._library.kernel_run_record(self._contact, record, answer, ffi.NULL)
         self._done(status, f"sample {answer.samples_done} of {times.size}")
         return found
 

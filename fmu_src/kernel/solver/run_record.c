@@ -107,8 +107,8 @@ static enum Status within(const struct Contact *contact, double most, double *le
     return *left > 0 ? STATUS_OK : STATUS_TOO_MANY_STEPS;
 }
 
-enum Status kernel_follow(struct Contact *contact, const struct Record *record, struct Yield *yield,
-                          const volatile int *stop)
+enum Status kernel_run_record(struct Contact *contact, const struct Record *record, struct Yield *yield,
+                              const volatile int *stop)
 {
     struct Configuration w = wire(contact);
     struct Course course;
