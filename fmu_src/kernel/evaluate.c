@@ -57,11 +57,11 @@ static void show_plain(struct Contact *contact, const struct Point *x, int n)
 
 int shows_plainly(int count, const int *index)
 {
-    int found = 0;
+    int matches = 0;
     for (int j = 0; j < count; ++j)
         for (int n = 0; n < PLAIN_COUNT; ++n)
-            found += plain[n].index == index[j];
-    return found == count;
+            matches += plain[n].index == index[j];
+    return matches == count;
 }
 
 void show_some(struct Contact *contact, const struct Point *x, int count, const int *index)

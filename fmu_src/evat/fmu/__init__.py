@@ -28,14 +28,14 @@ Progress = Callable[[str], None]
 
 def facts(version: Version, part: str = CONTACT) -> Facts:
     """Everything that modelDescription.xml is made of."""
-    found, about = model_of(part), fmu_facts_of(part)
+    model, about = model_of(part), fmu_facts_of(part)
     return Facts(
         shown=about,
-        token=found.token,
-        variables=found.variables,
-        states=found.states,
-        laws=found.laws,
-        structure=found.structure(),
+        token=model.token,
+        variables=model.variables,
+        states=model.states,
+        laws=model.laws,
+        structure=model.structure(),
         sources=source_names(version, about),
         copyright=copyright_line(),
     )
@@ -107,15 +107,15 @@ def build_fmu(
     if not names:
         raise BuildError(f"an FMU without any binary was asked for; name a target, for example {host_target().fmi3_folder}.")
     usable(output.parent)
-    about, found = fmu_facts_of(part), model_of(part)
+    about, model = fmu_facts_of(part), model_of(part)
     title = f"{about.model_name}, FMI {version}"
     progress(f"{title}: variables, dependencies, documentation")
-    tolerance = next((variable.start for variable in found.variables if variable.name == TOLERANCE), None)
+    tolerance = next((variable.start for variable in model.variables if variable.name == TOLERANCE), None)
     files = {
         "modelDescription.xml": model_description(version, part),
-        **found.documentation(about),
-        **terminal_files(about, found.variables, found.icon()),
-        **reference_files(about, tolerance, found.follow),
+        **model.documentation(about),
+        **terminal_files(about, model.variables, model.icon()),
+        **reference_files(about, tolerance, model.follow),
         **source_files(version, about),
     }
     with temporary() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:

@@ -161,10 +161,10 @@ def laws() -> tuple[Law, ...]:
     ['coulomb', 'lugre', 'dahl', 'karnopp', 'bristle', 'reset_integrator']
     """
     ffi, loaded = library()
-    found, at = [], loaded.BASE_COUNT
+    table, at = [], loaded.BASE_COUNT
     for place, name in enumerate(variable("friction_law").choices):
         row = loaded.kernel_law(place)
-        found.append(
+        table.append(
             Law(
                 name=name,
                 meaning=_text(row.meaning),
@@ -176,7 +176,7 @@ def laws() -> tuple[Law, ...]:
             )
         )
         at += row.count
-    return tuple(found)
+    return tuple(table)
 
 
 @functools.lru_cache(maxsize=1)
@@ -201,11 +201,11 @@ def effects() -> tuple[Effect, ...]:
     ['thermal_softening.k_Q', 'thermal_softening.Q']
     """
     _, loaded = library()
-    found = []
+    table = []
     for place in range(loaded.kernel_effect_count()):
         row, at = loaded.kernel_effect(place), loaded.kernel_effect_switch(place)
         own = variables()[at : at + row.count]
-        found.append(
+        table.append(
             Effect(
                 name=own[0].name,
                 meaning=own[0].meaning,
@@ -219,7 +219,7 @@ def effects() -> tuple[Effect, ...]:
                 states=own[row.count - 2 * row.states : row.count - row.states],
             )
         )
-    return tuple(found)
+    return tuple(table)
 
 
 def states() -> tuple[str, ...]:
@@ -265,11 +265,11 @@ def check_values(values: Mapping[str, float | int | bool | str], on: Sequence[st
 
 def by_choice(values: Mapping[str, float]) -> dict[str, float | str | bool]:
     """Values with choices by their names and switches as yes or no: what FMUs and people take."""
-    found: dict[str, float | str | bool] = {}
+    chosen: dict[str, float | str | bool] = {}
     for name, number in values.items():
         known = variable(name)
-        found[name] = known.choices[int(number)] if known.type == "choice" else bool(number) if known.type == "boolean" else number
-    return found
+        chosen[name] = known.choices[int(number)] if known.type == "choice" else bool(number) if known.type == "boolean" else number
+    return chosen
 
 
 class Contact:
@@ -329,8 +329,8 @@ class Contact:
 
     def set(self, name: str, value: float | int | bool | str) -> None:
         """Set one parameter, input or state; ParameterError outside its bounds."""
-        found = variable(name)
-        self._done(self._library.kernel_set(self._contact, found.index, 0, found.check(value)), f"setting {name}")
+        known = variable(name)
+        self._done(self._library.kernel_set(self._contact, known.index, 0, known.check(value)), f"setting {name}")
 
     def get(self, name: str) -> float:
         return float(self._contact.value[variable(name).index][0])
@@ -360,9 +360,9 @@ class Contact:
 
     def indicators(self) -> FloatArray:
         """Event indicators at the present time, in the order of kernel.indicators()."""
-        found = self._ffi.new("double[][1]", len(indicators()))
-        self._library.kernel_indicators(self._contact, found)
-        return np.array([row[0] for row in found])
+        indicator = self._ffi.new("double[][1]", len(indicators()))
+        self._library.kernel_indicators(self._contact, indicator)
+        return np.array([row[0] for row in indicator])
 
     def next_event(self) -> float:
         """Time of the next averaging-window end [s], inf where there is none."""
@@ -370,10 +370,10 @@ class Contact:
 
     def derivative(self, unknown: str, known: str) -> float:
         """d unknown / d known (an input or a state) at the present point, SI."""
-        found = self._ffi.new("double *")
-        status = self._library.kernel_derivative(self._contact, variable(unknown).index, variable(known).index, found)
+        quotient = self._ffi.new("double *")
+        status = self._library.kernel_derivative(self._contact, variable(unknown).index, variable(known).index, quotient)
         self._done(status, f"derivative of {unknown}")
-        return float(found[0])
+        return float(quotient[0])
 
     def copy(self) -> Contact:
         """An independent copy, in mid-cycle too."""
@@ -423,23 +423,23 @@ class Contact:
                 raise ParameterError(f"{name} has {np.size(column)} samples, the clock has {times.size}.")
             check_column(variable(name), np.asarray(column, dtype=np.float64))
         table = np.ascontiguousarray(np.column_stack(list(columns.values())) if columns else np.empty((times.size, 0)), dtype=np.float64)
-        found = np.empty((times.size, len(names)))
+        recorded = np.empty((times.size, len(names)))
         places, wanted = (ffi.new("int[]", [variable(name).index for name in some]) for some in (columns, names))
         record, answer = ffi.new("struct Record *"), ffi.new("struct Yield *")
         record.count, record.times = times.size, ffi.from_buffer("double[]", times)
         record.input_count, record.input_index, record.inputs = len(columns), places, ffi.from_buffer("double[]", table)
-        answer.output_count, answer.output_index, answer.rows = len(names), wanted, ffi.from_buffer("double[]", found)
+        answer.output_count, answer.output_index, answer.rows = len(names), wanted, ffi.from_buffer("double[]", recorded)
         status = self._library.kernel_run_record(self._contact, record, answer, ffi.NULL)
         self._done(status, f"sample {answer.samples_done} of {times.size}")
-        return found
+        return recorded
 
 
-def check_column(found: Variable, column: FloatArray) -> None:
-    bad = ~np.isfinite(column) | (column < found.min) | (column > found.max)
+def check_column(known: Variable, column: FloatArray) -> None:
+    bad = ~np.isfinite(column) | (column < known.min) | (column > known.max)
     if np.any(bad):
         row = int(np.argmax(bad))
         raise ParameterError(
-            f"{found.name}, sample {row}: {column[row]:g} {found.unit}; allowed are finite values from {found.min:g} to {found.max:g}. "
+            f"{known.name}, sample {row}: {column[row]:g} {known.unit}; allowed are finite values from {known.min:g} to {known.max:g}. "
             "Mend or cut the record; nothing is filled in."
         )
 

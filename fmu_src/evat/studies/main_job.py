@@ -64,11 +64,11 @@ def run_cases(fmu: Path, family: str, speed_unit: str, done: Callable[[int], Non
     times = vibration_clock(CYCLES, kernel.variable("vibration_frequency").start, SAMPLES_PER_CYCLE)
     last = slice(-SAMPLES_PER_CYCLE - 1, None)
     for material in paper_tables.materials():
-        found = parameter_sets.load(f"{family}/{material}", speed_unit=speed_unit)
+        parameter_set = parameter_sets.load(f"{family}/{material}", speed_unit=speed_unit)
         for name, model in MODELS.items():
             for principle in kernel.variable("shear_angle_principle").choices:
-                values = {**kernel.by_choice(found.values), "friction_law": model.law, "shear_angle_principle": principle}
-                switches = dict.fromkeys(found.effects, model.with_effects)
+                values = {**kernel.by_choice(parameter_set.values), "friction_law": model.law, "shear_angle_principle": principle}
+                switches = dict.fromkeys(parameter_set.effects, model.with_effects)
                 trace = drive(fmu, Run(times, {}, OUTPUTS), {**values, **switches})
                 cycle = Trace(trace.times[last], {key: column[last] for key, column in trace.columns.items()}, trace.units, trace.made_by)
                 means = {force: float(trace[f"mean_{force}"][-1]) for force in FORCES}
@@ -80,7 +80,7 @@ def run_cases(fmu: Path, family: str, speed_unit: str, done: Callable[[int], Non
 def plot_cases(cases: list[MainJobCase], out: Path) -> list[Path]:
     """The paper's figures 3 and 4, for each material: principal and feed force over one vibration cycle."""
     titles = paper_tables.materials()
-    found = []
+    written = []
     for number, force in zip((3, 4), FORCES, strict=True):
         panels: dict[str, dict[str, Trace]] = {}
         for case in cases:
@@ -88,8 +88,8 @@ def plot_cases(cases: list[MainJobCase], out: Path) -> list[Path]:
             panels.setdefault(titles[case.material], {})[label] = case.cycle
         name = force.replace("_", " ")
         title = f"{name} over one vibration cycle (compare the paper's figure {number}; process conditions are our own)"
-        found.append(plot_cycles(panels, force, out / f"figure-{number}-{force.replace('_', '-')}.png", title))
-    return found
+        written.append(plot_cycles(panels, force, out / f"figure-{number}-{force.replace('_', '-')}.png", title))
+    return written
 
 
 def means_table(cases: list[MainJobCase]) -> list[tuple[str, ...]]:

@@ -36,8 +36,8 @@ def license_text() -> str:
 
 def copyright_line() -> str | None:
     """The copyright line of the licence."""
-    found = re.search(r"^Copyright .*$", license_text(), re.MULTILINE)
-    return found[0].strip() if found else None
+    match = re.search(r"^Copyright .*$", license_text(), re.MULTILINE)
+    return match[0].strip() if match else None
 
 
 def _group(variable: Variable) -> str:
@@ -58,13 +58,13 @@ class Own:
 
 def _own(variables: tuple[Variable, ...]) -> tuple[Own, ...]:
     """What belongs to laws and effects, each with its parameters, states and rates in the order of the table."""
-    found = [Own(law.name, f"friction law {law.name}", None, law.variables) for law in kernel.laws() if law.variables]
+    groups = [Own(law.name, f"friction law {law.name}", None, law.variables) for law in kernel.laws() if law.variables]
     for effect in kernel.effects():
         switch = kernel.variable(effect.name)
         own = {v.name for v in (*effect.variables, *effect.states)}
         every = tuple(v for v in variables if v.name in own or v.derivative_of in own)
-        found.append(Own(effect.name, f"effect {effect.name}", switch, every))
-    return tuple(found)
+        groups.append(Own(effect.name, f"effect {effect.name}", switch, every))
+    return tuple(groups)
 
 
 def _number(value: float) -> str:
