@@ -80,11 +80,11 @@ def info(
             out.print(table)
     entries_of_all: tuple[Law | Effect, ...] = (*laws, *effects)
     own = {v.name for entry in entries_of_all if entry.name == name for v in entry.variables}
-    shown = [v for v in kernel.variables() if name is None or v.name == name or v.name in own]
-    if not shown and name not in {entry.name for entry in entries_of_all}:
+    listed = [v for v in kernel.variables() if name is None or v.name == name or v.name in own]
+    if not listed and name not in {entry.name for entry in entries_of_all}:
         kernel.variable(name or "")
     for causality in ("input", "parameter", "output", "local"):
-        rows = [v for v in shown if v.causality == causality]
+        rows = [v for v in listed if v.causality == causality]
         if rows:
             table = Table("name", "start", "allowed", "meaning [source]", title=f"{causality}s", title_justify="left")
             for variable in rows:

@@ -237,8 +237,8 @@ def compile_library(
     if target.system == "linux" and link and not sanitize:
         command.append("-flto")  # across files a seventh of each step goes; the linkers for the other systems refuse it
     with _scratch_folder(output) as scratch:
-        if shown := [f'#include "{header}"\n' for header in exports]:
-            text = "#pragma GCC visibility push(default)\n" + "".join(shown) + "#pragma GCC visibility pop\n"
+        if includes := [f'#include "{header}"\n' for header in exports]:
+            text = "#pragma GCC visibility push(default)\n" + "".join(includes) + "#pragma GCC visibility pop\n"
             (scratch / "exports.h").write_text(text, encoding="ascii")
             command += ["-include", "exports.h"]
         if link:

@@ -172,10 +172,10 @@ def _value(values: Mapping[str, float], name: str) -> float:
 
 def _simulated(motion: Motion, truth: Mapping[str, float | str], effects: Sequence[str], outputs: Sequence[str]) -> dict[str, FloatArray]:
     """What the sensors show without noise."""
-    shown = {name: sensor if (sensor := f"measured_{name}") in kernel.by_name() else name for name in outputs}
+    sensors = {name: sensor if (sensor := f"measured_{name}") in kernel.by_name() else name for name in outputs}
     values = {"relative_tolerance": TOLERANCE, **truth, **motion.values}
-    trace = simulate(values, effects, times=motion.times, inputs=motion.inputs, outputs=tuple(shown.values()))
-    return {name: trace[sensor] for name, sensor in shown.items()}
+    trace = simulate(values, effects, times=motion.times, inputs=motion.inputs, outputs=tuple(sensors.values()))
+    return {name: trace[sensor] for name, sensor in sensors.items()}
 
 
 def _noisy(

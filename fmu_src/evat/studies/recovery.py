@@ -120,12 +120,12 @@ def recovery(
 def slopes(clean: Experiment, names: Sequence[str], *, noise: float, repeats: int) -> FloatArray:
     """(N, p): by how many sd of the noise each sample moves when a parameter grows by its own size; `clean` holds the truth."""
     values, effects = clean.nominal.values, clean.nominal.effects
-    shown = Prediction(ContactModel(), clean).shown(OUTPUT)
+    output = Prediction(ContactModel(), clean).shown(OUTPUT)
     measured = np.concatenate([trial.outputs[OUTPUT] for trial in clean.trials])
     sd = noise * float(np.sqrt(np.mean(measured**2))) / np.sqrt(repeats)
     rows = []
     for trial in clean.trials:
-        derivatives = sensitivities(Run(trial.times, trial.inputs, (shown,)), {**values, **trial.values}, names, effects)[shown]
+        derivatives = sensitivities(Run(trial.times, trial.inputs, (output,)), {**values, **trial.values}, names, effects)[output]
         rows.append(np.column_stack([derivatives[name] * float(values[name]) for name in names]) / sd)
     return np.concatenate(rows)
 

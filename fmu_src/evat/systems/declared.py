@@ -52,7 +52,7 @@ class Declared:
             raise SspError(f"{where}: component {at[0]} has no variable {at[1]!r}.")
         return self.parts[at[0]].variables[at[1]]
 
-    def shown(self, component: str) -> tuple[str, ...]:
+    def connectors(self, component: str) -> tuple[str, ...]:
         """What the component shows, in the order of its table: what is connected, and the outputs to look at."""
         ports = {*self.connections, *self.connections.values(), *self.show}
         return tuple(name for name in self.parts[component].variables if (component, name) in ports)

@@ -128,9 +128,9 @@ def _connector(element: Any, variables: Mapping[str, Any], where: str) -> Connec
             f"{where}: connector {name} is {kind}, the FMU's variable is {variables[name].causality}; both must be input or output."
         )
     unit, real = _unit(variables[name]), element.find("ssc:Real", _NS)
-    shown = unit if real is None else real.get("unit", unit)
-    if shown != unit and _factor(shown, unit) != (1.0, 0.0):
-        raise SspError(f"{where}: connector {name} is in {shown}, the FMU's variable in {unit}; give both the same unit.")
+    stated = unit if real is None else real.get("unit", unit)
+    if stated != unit and _factor(stated, unit) != (1.0, 0.0):
+        raise SspError(f"{where}: connector {name} is in {stated}, the FMU's variable in {unit}; give both the same unit.")
     return Connector(name, kind, unit)
 
 

@@ -103,14 +103,14 @@ def inline(svg: bytes) -> Markup:
     return Markup(drawing[drawing.index("<svg") :])  # our own drawing: nothing in it comes from outside
 
 
-def page(shown: FmuFacts, drawing: picture.Picture, variables: tuple[Variable, ...]) -> bytes:
+def page(fmu_facts: FmuFacts, drawing: picture.Picture, variables: tuple[Variable, ...]) -> bytes:
     """documentation/index.html."""
     own = _own(variables)
     owned = {v.name for each in own for v in each.variables} | {each.switch.name for each in own if each.switch}
     parameters = [variable for variable in variables if variable.causality == "parameter"]
     text = render(
         "documentation.html.j2",
-        shown=shown,
+        fmu_facts=fmu_facts,
         version=__version__,
         token=kernel.token(),
         diagram=inline(drawing.svg),
@@ -131,11 +131,11 @@ def page(shown: FmuFacts, drawing: picture.Picture, variables: tuple[Variable, .
     return text.encode()
 
 
-def documentation_files(shown: FmuFacts, variables: tuple[Variable, ...]) -> dict[str, bytes]:
+def documentation_files(fmu_facts: FmuFacts, variables: tuple[Variable, ...]) -> dict[str, bytes]:
     """The folder documentation and the picture of the model."""
     drawing = picture.diagram()
     return {
-        "documentation/index.html": page(shown, drawing, variables),
+        "documentation/index.html": page(fmu_facts, drawing, variables),
         "documentation/diagram.png": drawing.png,
         "documentation/diagram.svg": drawing.svg,
         "documentation/externalDependencies.txt": b"none\n",

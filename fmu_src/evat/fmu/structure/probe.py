@@ -153,11 +153,11 @@ class Probe:
         by themselves."""
         by_answer: dict[object, list[int]] = {}
         look_at_idle = self.luck.random() < 0.1  # nothing is expected of them
-        shown = np.ascontiguousarray(settled.T)
+        of_known = np.ascontiguousarray(settled.T)
         for place, known in enumerate(knowns):
             idle = known.name in self.idle
             if look_at_idle or not idle:
-                key = "idle" if idle else place if alone[place] else shown[place].tobytes()
+                key = "idle" if idle else place if alone[place] else of_known[place].tobytes()
                 by_answer.setdefault(key, []).append(place)
         return list(by_answer.values())
 

@@ -63,12 +63,12 @@ def _records(identification: Identification, residual: bool) -> Figure | None:
             rows.append((trial, channel, measured, identification.predicted[at : at + measured.size]))
             at += measured.size
     first = {(trial.condition, channel): row for row in reversed(rows) for trial, channel in [(row[0], row[1])]}
-    shown = list(first.values())[::-1][:PANELS]
-    if not shown:
+    panels = list(first.values())[::-1][:PANELS]
+    if not panels:
         return None
-    columns = 1 if len(shown) == 1 else 2
-    figure, axes = new_figure((len(shown) + columns - 1) // columns, columns, (11, 2.7 * ((len(shown) + 1) // columns)), sharex=False)
-    for axis, (trial, channel, measured, calculated) in zip(axes.ravel(), shown, strict=False):
+    columns = 1 if len(panels) == 1 else 2
+    figure, axes = new_figure((len(panels) + columns - 1) // columns, columns, (11, 2.7 * ((len(panels) + 1) // columns)), sharex=False)
+    for axis, (trial, channel, measured, calculated) in zip(axes.ravel(), panels, strict=False):
         factor, unit = clock_unit(float(trial.times[-1] - trial.times[0]))
         lines = {"calculated less measured": calculated - measured} if residual else {"measured": measured, "calculated": calculated}
         for (name, column), colour in zip(lines.items(), COLOURS[2:] if residual else COLOURS, strict=False):
@@ -79,7 +79,7 @@ def _records(identification: Identification, residual: bool) -> Figure | None:
             ylabel=label(channel, identification.units[channel]),
             title=f"{trial.condition}: {trial.file}",
         )
-    for axis in axes.ravel()[len(shown) :]:
+    for axis in axes.ravel()[len(panels) :]:
         axis.set_visible(False)
     figure.legend(*axes.ravel()[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
@@ -134,13 +134,13 @@ def _smooth(curve: Curve, centre: float) -> tuple[FloatArray, FloatArray]:
 
 
 def _profiles(identification: Identification) -> Figure | None:
-    shown = [(each, each.profile) for each in identification.estimates if each.profile is not None and each.profile.values.size > 1]
-    if not shown:
+    profiles = [(each, each.profile) for each in identification.estimates if each.profile is not None and each.profile.values.size > 1]
+    if not profiles:
         return None
-    columns = min(4, len(shown))
-    rows = -(-len(shown) // columns)
+    columns = min(4, len(profiles))
+    rows = -(-len(profiles) // columns)
     figure, axes = new_figure(rows, columns, (2.9 * columns, 2.6 * rows), sharex=False)
-    for axis, (estimate, curve) in zip(axes.ravel(), shown, strict=False):
+    for axis, (estimate, curve) in zip(axes.ravel(), profiles, strict=False):
         colour = {"identified": COLOURS[2], "weak": COLOURS[4]}.get(estimate.verdict, COLOURS[0])
         unit = estimate.variable.display_unit or estimate.variable.unit
         factor, offset = affine(estimate.variable.unit, unit)
@@ -159,7 +159,7 @@ def _profiles(identification: Identification) -> Figure | None:
             axis.xaxis.set_major_locator(MaxNLocator(3))
             axis.ticklabel_format(axis="x", useOffset=False)
         axis.tick_params(labelsize="small")
-    for axis in axes.ravel()[len(shown) :]:
+    for axis in axes.ravel()[len(profiles) :]:
         axis.set_visible(False)
     for row in axes:
         row[0].set_ylabel("rise of the misfit [sd^2]")
