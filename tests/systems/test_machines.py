@@ -173,17 +173,17 @@ def test_both_directions_of_a_structure_are_alike() -> None:
         "slide_velocity": 1e-3,
     }
     states = ("displacement", "velocity", "slide_displacement", "slide_velocity")
-    found = []
+    rows = []
     for along, across in ("xy", "yx"):
         one = Machine("tool_structure", {f"{name}_{along}": value for name, value in given.items()})
         one.start()
         one.advance(3e-4)
-        found.append(
+        rows.append(
             [one.get(f"{name}_{along}") for name in states] + [one.get("stored_energy"), one.get("power_in"), one.get("power_lost")]
         )
         assert all(one.get(f"{name}_{across}") == 0 for name in states)
-    assert found[0] == found[1]
-    assert all(found[0])
+    assert rows[0] == rows[1]
+    assert all(rows[0])
 
 
 @pytest.mark.parametrize("inertia", [2e-3, 1e-6])
@@ -291,12 +291,12 @@ def test_the_fmu_is_valid_and_says_what_the_library_says(part: str, version: fmu
     times = np.arange(51) * step
     expected = one.run(times, {}, columns)
     for kind, tolerance in (("CoSimulation", 1e-12), ("ModelExchange", 1e-4)):
-        found = fmpy.simulate_fmu(
+        trace = fmpy.simulate_fmu(
             str(path), fmi_type=kind, output=columns, stop_time=times[-1], output_interval=step, relative_tolerance=1e-8
         )
         for place, name in enumerate(columns):
             scale = max(np.max(np.abs(expected[:, place])), 1e-9)
-            assert np.allclose(found[name], expected[:, place], rtol=0, atol=tolerance * scale)
+            assert np.allclose(trace[name], expected[:, place], rtol=0, atol=tolerance * scale)
 
 
 @pytest.mark.parametrize("part", [part for part in PARTS if machine.states(part)])
