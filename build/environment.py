@@ -120,8 +120,8 @@ def check_environment(python: Path) -> None:
     except OSError:
         answer = ""
     if answer != "1":
-        found = "is older than 3.10" if answer == "0" else "does not start"
-        raise SetupError(f"The Python of the environment {python.parent.parent} {found}. Remove that folder and run this again.")
+        fault = "is older than 3.10" if answer == "0" else "does not start"
+        raise SetupError(f"The Python of the environment {python.parent.parent} {fault}. Remove that folder and run this again.")
     pip_works = subprocess.run([str(python), "-m", "pip", "--version"], capture_output=True, check=False).returncode == 0
     if not pip_works and step("put pip into the environment", [str(python), "-m", "ensurepip", "--upgrade"]):
         raise SetupError(f"pip is missing in {python.parent.parent}. Remove that folder and run this again.")

@@ -32,8 +32,8 @@ def cut(step: float) -> TwoScales:
 def two_time_scales() -> None:
     others = [cut(step) for step in (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3)]
     print(plot_two_scales(others[3], others, FOLDER / "two-time-scales.png"))
-    found = study((1e-4, 2e-4, 5e-4, 1e-3, 2e-3))
-    print(plot_coupling(found.steps, found.error, found.made, FOLDER / "coupling.png"))
+    coupling = study((1e-4, 2e-4, 5e-4, 1e-3, 2e-3))
+    print(plot_coupling(coupling.steps, coupling.error, coupling.made, FOLDER / "coupling.png"))
 
 
 def paper_tables() -> None:
@@ -47,8 +47,8 @@ def main() -> None:
     paper_tables()
     forecasts = [recovery.recovery(parameter_sets.load(name)) for name in recovery.study_sets()]
     print(plot_recovery(forecasts, FOLDER / "recovery.png"))
-    found = recovery.fitted(parameter_sets.load(MATERIAL), MOTION, rate=500.0, seed=1)
-    print(save_profiles(found, FOLDER / "identify-profiles.png"))
+    identification = recovery.fitted(parameter_sets.load(MATERIAL), MOTION, rate=500.0, seed=1)
+    print(save_profiles(identification, FOLDER / "identify-profiles.png"))
 
 
 if __name__ == "__main__":

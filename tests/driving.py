@@ -70,10 +70,10 @@ def cycle_by_runge_kutta(values: Mapping[str, float], r: float, phi: float, angl
         F = P * y[0] + sigma2 * v
         return [(v - P * abs(v) / g * y[0]) / OMEGA, F / OMEGA, F * v / OMEGA]
 
-    found, y = [], np.zeros(3)
+    rows, y = [], np.zeros(3)
     stops = sorted({entry, float(phi + np.arcsin(r * np.sin(phi))), *angles})  # |v| has its kink where the slip reverses
     for start, stop in pairwise(stops):
         y = solve_ivp(rates, (start, stop), y, "DOP853", rtol=1e-13, atol=[1e-24, 1e-18, 1e-18], max_step=1e-2).y[:, -1]
         if stop in angles:
-            found.append(y)
-    return np.array(found)
+            rows.append(y)
+    return np.array(rows)

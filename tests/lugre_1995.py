@@ -98,11 +98,11 @@ def follow(plant: Plant, friction: Friction) -> Motion:
         return [*plant.rates(t, y, F), dz]
 
     scales = [1e-4] * len(plant.start) + [1e-6]
-    found = solve_ivp(rates, (0, plant.times[-1]), (*plant.start, 0), "Radau", plant.times, rtol=1e-8, atol=np.multiply(scales, 1e-8))
-    assert found.success, found.message
-    v = np.array([plant.velocity(t, y) for t, y in zip(found.t, found.y.T, strict=True)])
-    F = np.array([friction(t, speed, z)[0] for t, speed, z in zip(found.t, v, found.y[-1], strict=True)])
-    return Motion(found.t, found.y[0] if plant.start else np.full(v.shape, np.nan), v, F)
+    solution = solve_ivp(rates, (0, plant.times[-1]), (*plant.start, 0), "Radau", plant.times, rtol=1e-8, atol=np.multiply(scales, 1e-8))
+    assert solution.success, solution.message
+    v = np.array([plant.velocity(t, y) for t, y in zip(solution.t, solution.y.T, strict=True)])
+    F = np.array([friction(t, speed, z)[0] for t, speed, z in zip(solution.t, v, solution.y[-1], strict=True)])
+    return Motion(solution.t, solution.y[0] if plant.start else np.full(v.shape, np.nan), v, F)
 
 
 def crossings(t: np.ndarray, signal: np.ndarray) -> np.ndarray:

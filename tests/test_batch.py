@@ -76,16 +76,16 @@ def test_an_ellipse_among_others_is_that_ellipse_alone() -> None:
 def test_every_library_gives_the_same_bits(monkeypatch: pytest.MonkeyPatch, kinematics: str) -> None:
     """Compiled for wider vectors or not: with each instruction that the kernel knows to use taken away."""
     run = Run(TIMES, RIG.inputs if kinematics == "external" else {}, ("principal_force", "bristle_deflection"))
-    there, found = instructions(), {}
+    there, rows_of = instructions(), {}
     for less in (frozenset(), {"AVX512F"}, {"AVX512F", "AVX2"}):
         monkeypatch.setattr(kernel, "instructions", lambda less=less: there - less)
         kernel._loaded.cache_clear()
         batch = run_many(
             Run(run.times * (1 if kinematics == "external" else 1e-3), run.inputs, run.outputs), {**sets(), "kinematics": kinematics}
         )
-        found[kernel_library_path(MANY_LANES, there - less).name] = np.stack([batch.rows[name] for name in run.outputs])
+        rows_of[kernel_library_path(MANY_LANES, there - less).name] = np.stack([batch.rows[name] for name in run.outputs])
     kernel._loaded.cache_clear()
-    first, *others = found.values()
+    first, *others = rows_of.values()
     assert np.isfinite(first).all()
     assert all(np.array_equal(first, other) for other in others)
 
@@ -211,11 +211,11 @@ def friction(values: dict[str, float], times: np.ndarray) -> np.ndarray:
         return np.asarray(v - values["sigma0"] * np.abs(v) / g * z)
 
     z = np.zeros(1)
-    found = [0.0]
+    deflections = [0.0]
     for begin, end in pairwise(times):  # the slip has a kink at every sample
         z = solve_ivp(rate, (begin, end), z, "Radau", rtol=1e-11, atol=1e-18).y[:, -1]
-        found.append(float(z[0]))
-    zs = np.array(found)
+        deflections.append(float(z[0]))
+    zs = np.array(deflections)
     rates = np.array([rate(t, value) for t, value in zip(times, zs, strict=True)])
     return np.asarray(values["sigma0"] * zs + values["sigma1"] * rates + values["sigma2"] * slip(times))
 
@@ -225,7 +225,7 @@ def test_sensitivities_are_those_of_a_precise_solution() -> None:
     times = np.linspace(0, 0.02, 21)
     run = Run(times, {"slip_velocity": 0.01 * (1 + 0.5 * np.sin(40 * times))}, ("friction_force",))
     names = ("sigma0", "sigma1", "sigma2", "F_C", "F_S", "v_s")
-    found = sensitivities(run, SMOOTH, names)["friction_force"]
+    slopes = sensitivities(run, SMOOTH, names)["friction_force"]
     numbers = {name: float(SMOOTH[name]) for name in names}
 
     def central(name: str, share: float) -> np.ndarray:
@@ -235,15 +235,15 @@ def test_sensitivities_are_those_of_a_precise_solution() -> None:
 
     for name in names:
         precise = (4 * central(name, 5e-4) - central(name, 1e-3)) / 3
-        assert np.abs(found[name] - precise).max() < 2e-4 * np.abs(precise).max(), name
+        assert np.abs(slopes[name] - precise).max() < 2e-4 * np.abs(precise).max(), name
 
 
 def test_a_sensitivity_at_a_bound_looks_from_within() -> None:
     """An effect at its neutral end: the force grows by width for each N/m of the edge force."""
     run = Run(np.array([0.0, 1e-6]), {}, ("principal_force",))
     values: dict[str, float | str] = {"kinematics": "external", "slip_velocity": 0.1, "uncut_thickness": 1e-4, "edge_force.K_ep": 0.0}
-    found = sensitivities(run, values, ["edge_force.K_ep", "width"], ("edge_force",))["principal_force"]
-    assert found["edge_force.K_ep"] == pytest.approx(np.full(2, 1e-3), rel=1e-6)
+    slopes = sensitivities(run, values, ["edge_force.K_ep", "width"], ("edge_force",))["principal_force"]
+    assert slopes["edge_force.K_ep"] == pytest.approx(np.full(2, 1e-3), rel=1e-6)
 
 
 def test_choices_have_no_sensitivity() -> None:

@@ -22,8 +22,8 @@ SLIP = 0.3 * np.sin(2e4 * TIMES**1.2)
 
 @pytest.fixture(params=[2, 3], ids=["FMI2", "FMI3"])
 def fmu(request: pytest.FixtureRequest) -> Path:
-    found: Path = request.getfixturevalue(f"fmi{request.param}_fmu")
-    return found
+    path: Path = request.getfixturevalue(f"fmi{request.param}_fmu")
+    return path
 
 
 @pytest.fixture(autouse=True)

@@ -118,22 +118,22 @@ def refusal(at: Path) -> str:
 
 
 def test_the_documented_folder_is_read_in_si(tmp_path: Path) -> None:
-    found = read_experiment(folder(tmp_path / "rig"), MODEL)
-    assert (found.title, found.intended_use) == ("Friction rig, copper on carbide", "feed-force prediction at 5 to 30 m/min")
-    assert found.conditions == ("c1", "c2")
-    assert found.outputs == ("friction_force",)
-    first = found.trials[0]
+    recorded = read_experiment(folder(tmp_path / "rig"), MODEL)
+    assert (recorded.title, recorded.intended_use) == ("Friction rig, copper on carbide", "feed-force prediction at 5 to 30 m/min")
+    assert recorded.conditions == ("c1", "c2")
+    assert recorded.outputs == ("friction_force",)
+    first = recorded.trials[0]
     assert (first.file, first.condition, first.values) == ("trials/c1_a.csv", "c1", {"cutting_speed": 0.25})
     assert first.times.tolist() == [0, 1e-3, 3e-3]
     assert first.inputs["slip_velocity"].tolist() == [1e-3, 2.5e-3, 3e-3]
     assert first.outputs["friction_force"].tolist() == [2, -3, 4]
-    assert found.signals["friction_force"] == Signal("friction_force", "F", "N", "output", 50.0)
-    assert found.signals["time"].role is None
-    assert found.nominal.values["F_C"] == 12
-    assert found.nominal.values["sigma0"] == parameter_sets.load("lugre-1995").values["sigma0"]
-    assert (found.nominal.values["friction_law"], found.nominal.values["kinematics"]) == ("lugre", "external")
-    assert (found.nominal.relative_sd, found.nominal.default_relative_sd, found.nominal.effects) == ({"F_C": 0.2}, 0.1, ())
-    assert read_experiment(tmp_path / "rig" / "experiment.toml", MODEL).data_hash == found.data_hash
+    assert recorded.signals["friction_force"] == Signal("friction_force", "F", "N", "output", 50.0)
+    assert recorded.signals["time"].role is None
+    assert recorded.nominal.values["F_C"] == 12
+    assert recorded.nominal.values["sigma0"] == parameter_sets.load("lugre-1995").values["sigma0"]
+    assert (recorded.nominal.values["friction_law"], recorded.nominal.values["kinematics"]) == ("lugre", "external")
+    assert (recorded.nominal.relative_sd, recorded.nominal.default_relative_sd, recorded.nominal.effects) == ({"F_C": 0.2}, 0.1, ())
+    assert read_experiment(tmp_path / "rig" / "experiment.toml", MODEL).data_hash == recorded.data_hash
 
 
 def test_full_scale_is_in_the_unit_of_its_column(tmp_path: Path) -> None:
@@ -151,9 +151,9 @@ def test_full_scale_is_in_the_unit_of_its_column(tmp_path: Path) -> None:
 )
 def test_effects_are_those_named_or_else_those_of_the_set(tmp_path: Path, nominal: str, effects: tuple[str, ...]) -> None:
     toml = TOML.replace('parameters = "lugre-1995"\neffects = []', nominal)
-    found = read_experiment(folder(tmp_path / "rig", toml), MODEL)
-    assert found.nominal.effects == effects
-    assert found.nominal.values["damping_mode"] == "as_published"
+    recorded = read_experiment(folder(tmp_path / "rig", toml), MODEL)
+    assert recorded.nominal.effects == effects
+    assert recorded.nominal.values["damping_mode"] == "as_published"
 
 
 def test_a_set_beside_the_document_is_loaded_and_counts_in_the_hash(tmp_path: Path) -> None:
@@ -172,23 +172,25 @@ def test_names_with_a_dot_need_no_quotes(tmp_path: Path) -> None:
 
 
 def test_means_are_read_in_si_and_named_after_what_varied(tmp_path: Path) -> None:
-    found = read_experiment(means_folder(tmp_path), MODEL)
-    assert found.means is not None
-    assert found.means.values["cutting_speed"] == pytest.approx([0.1, 0.2], rel=1e-15)
-    assert found.means.outputs["mean_feed_force"] == pytest.approx([8, 5], rel=1e-15)
-    assert found.means.outputs["mean_principal_force"].tolist() == [10.5, 8]
-    assert {name: column.tolist() for name, column in found.means.sd.items()} == {"mean_feed_force": [2.2, 0.9]}
-    assert found.means.conditions == found.conditions == ("cutting_speed=0.1, feed=0.0001", "cutting_speed=0.2, feed=0.0001")
-    assert found.outputs == ("mean_principal_force", "mean_feed_force")
-    assert found.samples == 4
+    recorded = read_experiment(means_folder(tmp_path), MODEL)
+    assert recorded.means is not None
+    assert recorded.means.values["cutting_speed"] == pytest.approx([0.1, 0.2], rel=1e-15)
+    assert recorded.means.outputs["mean_feed_force"] == pytest.approx([8, 5], rel=1e-15)
+    assert recorded.means.outputs["mean_principal_force"].tolist() == [10.5, 8]
+    assert {name: column.tolist() for name, column in recorded.means.sd.items()} == {"mean_feed_force": [2.2, 0.9]}
+    assert recorded.means.conditions == recorded.conditions == ("cutting_speed=0.1, feed=0.0001", "cutting_speed=0.2, feed=0.0001")
+    assert recorded.outputs == ("mean_principal_force", "mean_feed_force")
+    assert recorded.samples == 4
 
 
 def test_signals_may_head_the_columns_of_means(tmp_path: Path) -> None:
-    found = read_experiment(means_folder(tmp_path, MEANS_TOML + MEANS_SIGNALS, "speed,Ff,condition\n6,0.008,slow\n12,0.005,fast\n"), MODEL)
-    assert found.means is not None
-    assert found.means.conditions == ("slow", "fast")
-    assert found.means.values["cutting_speed"] == pytest.approx([0.1, 0.2], rel=1e-15)
-    assert found.means.outputs["mean_feed_force"] == pytest.approx([8, 5], rel=1e-15)
+    recorded = read_experiment(
+        means_folder(tmp_path, MEANS_TOML + MEANS_SIGNALS, "speed,Ff,condition\n6,0.008,slow\n12,0.005,fast\n"), MODEL
+    )
+    assert recorded.means is not None
+    assert recorded.means.conditions == ("slow", "fast")
+    assert recorded.means.values["cutting_speed"] == pytest.approx([0.1, 0.2], rel=1e-15)
+    assert recorded.means.outputs["mean_feed_force"] == pytest.approx([8, 5], rel=1e-15)
 
 
 def test_names_of_conditions_are_names_whatever_they_spell(tmp_path: Path) -> None:
@@ -200,22 +202,22 @@ def test_names_of_conditions_are_names_whatever_they_spell(tmp_path: Path) -> No
 def test_means_at_the_values_of_a_trial_are_of_its_condition(tmp_path: Path) -> None:
     rig = folder(tmp_path / "rig", TOML.replace('"external"', '"internal"') + '[means]\nfile = "means.csv"\n')
     (rig / "means.csv").write_text("cutting_speed,mean_feed_force\n0.25,3\n0.5,4\n")
-    found = read_experiment(rig, MODEL)
-    assert found.means is not None
-    assert found.means.conditions == ("c1", "cutting_speed=0.5")
-    assert found.conditions == ("c1", "c2", "cutting_speed=0.5")
-    held_out = found.only(["c2", "cutting_speed=0.5"])
+    recorded = read_experiment(rig, MODEL)
+    assert recorded.means is not None
+    assert recorded.means.conditions == ("c1", "cutting_speed=0.5")
+    assert recorded.conditions == ("c1", "c2", "cutting_speed=0.5")
+    held_out = recorded.only(["c2", "cutting_speed=0.5"])
     assert held_out.means is not None
     assert (len(held_out.trials), held_out.means.outputs["mean_feed_force"].tolist()) == (1, [4])
 
 
 def test_only_takes_conditions_and_nothing_else(tmp_path: Path) -> None:
-    found = read_experiment(folder(tmp_path / "rig"), MODEL)
-    assert [trial.file for trial in found.only(["c1"]).trials] == ["trials/c1_a.csv", "trials/c1_b.csv"]
-    assert found.only(["c2", "c1"]).trials == found.trials
+    recorded = read_experiment(folder(tmp_path / "rig"), MODEL)
+    assert [trial.file for trial in recorded.only(["c1"]).trials] == ["trials/c1_a.csv", "trials/c1_b.csv"]
+    assert recorded.only(["c2", "c1"]).trials == recorded.trials
     for wrong in (["c3"], []):
         with pytest.raises(ExperimentError, match="'c1', 'c2'"):
-            found.only(wrong)
+            recorded.only(wrong)
 
 
 def test_numbers_cannot_be_changed_in_place(tmp_path: Path) -> None:
@@ -271,9 +273,9 @@ def test_a_scan_finds_what_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     )
     rig = folder(tmp_path / "rig", data=data)
     told: list[float] = []
-    found, scan = read_experiment(rig, MODEL), scan_experiment(rig, MODEL, progress=told.append)
-    assert scan.data_hash == found.data_hash
-    facts, trial = scan.trials[0], found.trials[0]
+    recorded, scan = read_experiment(rig, MODEL), scan_experiment(rig, MODEL, progress=told.append)
+    assert scan.data_hash == recorded.data_hash
+    facts, trial = scan.trials[0], recorded.trials[0]
     assert (facts.rows, facts.begin, facts.end) == (500, trial.times[0], trial.times[-1])
     assert (facts.shortest, facts.longest) == (np.diff(trial.times).min(), np.diff(trial.times).max())
     for name, column in {**trial.inputs, **trial.outputs}.items():
@@ -656,60 +658,60 @@ def test_what_no_signal_describes_is_not_written(tmp_path: Path) -> None:
 @given(made=experiments())
 def test_what_is_written_is_read_to_the_last_bit(tmp_path_factory: pytest.TempPathFactory, suffix: str, made: Experiment) -> None:
     at = tmp_path_factory.mktemp("written") / "rig"
-    found = read_experiment(write_experiment(made, at, suffix=suffix), MODEL)
+    recorded = read_experiment(write_experiment(made, at, suffix=suffix), MODEL)
     assert [each.name for each in at.parent.iterdir()] == ["rig"]  # nothing is left lying about
-    assert (found.title, found.intended_use, found.signals) == (made.title, made.intended_use, made.signals)
-    assert (found.nominal.values, found.nominal.effects) == (made.nominal.values, made.nominal.effects)
+    assert (recorded.title, recorded.intended_use, recorded.signals) == (made.title, made.intended_use, made.signals)
+    assert (recorded.nominal.values, recorded.nominal.effects) == (made.nominal.values, made.nominal.effects)
     for name in ("F_C", "thermal_softening.Q"):  # known as well as before, whether it is said for all or for each
-        before, after = (some.nominal.relative_sd.get(name, some.nominal.default_relative_sd) for some in (made, found))
+        before, after = (some.nominal.relative_sd.get(name, some.nominal.default_relative_sd) for some in (made, recorded))
         assert before == after
-    for ours, theirs in zip(made.trials, found.trials, strict=True):
+    for ours, theirs in zip(made.trials, recorded.trials, strict=True):
         assert (ours.condition, dict(ours.values)) == (theirs.condition, theirs.values)
         assert Path(theirs.file) == Path(ours.file).with_suffix(suffix)
         assert ours.times.tobytes() == theirs.times.tobytes()
         assert ours.inputs["slip_velocity"].tobytes() == theirs.inputs["slip_velocity"].tobytes()
         assert ours.outputs["friction_force"].tobytes() == theirs.outputs["friction_force"].tobytes()
-    assert (made.means is None) == (found.means is None)
-    if made.means is not None and found.means is not None:
-        assert made.means.conditions == found.means.conditions
+    assert (made.means is None) == (recorded.means is None)
+    if made.means is not None and recorded.means is not None:
+        assert made.means.conditions == recorded.means.conditions
         for name, column in {**made.means.values, **made.means.outputs}.items():
-            assert column.tobytes() == {**found.means.values, **found.means.outputs}[name].tobytes()
+            assert column.tobytes() == {**recorded.means.values, **recorded.means.outputs}[name].tobytes()
 
 
 def test_units_of_the_files_are_kept(tmp_path: Path) -> None:
-    found = read_experiment(folder(tmp_path / "rig"), MODEL)
-    again = read_experiment(write_experiment(found, tmp_path / "again"), MODEL)
-    assert (again.signals, again.nominal) == (found.signals, found.nominal)
-    for before, after in zip(found.trials, again.trials, strict=True):
+    recorded = read_experiment(folder(tmp_path / "rig"), MODEL)
+    again = read_experiment(write_experiment(recorded, tmp_path / "again"), MODEL)
+    assert (again.signals, again.nominal) == (recorded.signals, recorded.nominal)
+    for before, after in zip(recorded.trials, again.trials, strict=True):
         assert after.inputs["slip_velocity"] == pytest.approx(before.inputs["slip_velocity"], rel=4e-16)  # to mm/s and back: two roundings
     assert "2.5" in (tmp_path / "again" / "trials" / "c1_a.csv").read_text()
 
 
 def test_the_same_experiment_is_the_same_bytes(tmp_path: Path) -> None:
-    found = read_experiment(folder(tmp_path / "rig"), MODEL)
+    recorded = read_experiment(folder(tmp_path / "rig"), MODEL)
     for suffix in (".csv", ".parquet"):
         for name in ("one", "two"):
-            write_experiment(found, tmp_path / f"{name}{suffix}", suffix=suffix)
+            write_experiment(recorded, tmp_path / f"{name}{suffix}", suffix=suffix)
         files = [sorted(path for path in (tmp_path / f"{name}{suffix}").rglob("*") if path.is_file()) for name in ("one", "two")]
         assert [path.read_bytes() for path in files[0]] == [path.read_bytes() for path in files[1]]
         assert len(files[0]) == 4
 
 
 def test_measurements_are_not_overwritten(tmp_path: Path) -> None:
-    found = read_experiment(folder(tmp_path / "rig"), MODEL)
+    recorded = read_experiment(folder(tmp_path / "rig"), MODEL)
     before = (tmp_path / "rig" / "experiment.toml").read_bytes()
     (tmp_path / "file").write_text("")
     (tmp_path / "empty").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "empty")
     for name in ("rig", "file", "link"):
         with pytest.raises(ExperimentError, match="not overwritten; name a new folder"):
-            write_experiment(found, tmp_path / name)
+            write_experiment(recorded, tmp_path / name)
     assert (tmp_path / "rig" / "experiment.toml").read_bytes() == before
-    assert read_experiment(write_experiment(found, tmp_path / "empty"), MODEL).conditions == ("c1", "c2")
+    assert read_experiment(write_experiment(recorded, tmp_path / "empty"), MODEL).conditions == ("c1", "c2")
 
 
 def test_a_folder_appears_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = read_experiment(folder(tmp_path / "rig"), MODEL)
+    recorded = read_experiment(folder(tmp_path / "rig"), MODEL)
     real, calls = experiment_writer.write_columns, []
 
     def full_disk(columns: dict[str, np.ndarray], path: Path) -> Path:
@@ -725,23 +727,23 @@ def test_a_folder_appears_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytes
         with monkeypatch.context() as patched:
             patched.setattr(experiment_writer, name, stand_in)
             with pytest.raises(OutputError, match=r"No space left on device|Input/output error"):
-                write_experiment(found, tmp_path / "new")
+                write_experiment(recorded, tmp_path / "new")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["rig"]
 
 
 @pytest.mark.parametrize("file", ["../out.csv", "/tmp/out.csv", "a\\b.csv", "trials/c1_a.csv"])
 def test_names_that_lead_out_or_clash_are_not_written(tmp_path: Path, file: str) -> None:
-    found = read_experiment(folder(tmp_path / "rig"), MODEL)
-    trials = (found.trials[0], dataclasses.replace(found.trials[1], file=file))
+    recorded = read_experiment(folder(tmp_path / "rig"), MODEL)
+    trials = (recorded.trials[0], dataclasses.replace(recorded.trials[1], file=file))
     with pytest.raises(ExperimentError, match=r"inside the experiment's folder|two files of the name"):
-        write_experiment(dataclasses.replace(found, trials=trials), tmp_path / "new")
+        write_experiment(dataclasses.replace(recorded, trials=trials), tmp_path / "new")
     with pytest.raises(ExperimentError, match=r"written as \.csv or \.parquet"):
-        write_experiment(found, tmp_path / "new", suffix=".xlsx")
+        write_experiment(recorded, tmp_path / "new", suffix=".xlsx")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["rig"]
 
 
 def test_suspicious_but_legal_data_are_read(tmp_path: Path) -> None:
     """All-zero force and saturation are judged by those who know what was to be expected, not here."""
     data = "t [ms],v,F\n" + "".join(f"{k},0,0\n" for k in range(50))
-    found = read_experiment(folder(tmp_path / "rig", data=data), MODEL)
-    assert math.fsum(found.trials[0].outputs["friction_force"]) == 0
+    recorded = read_experiment(folder(tmp_path / "rig", data=data), MODEL)
+    assert math.fsum(recorded.trials[0].outputs["friction_force"]) == 0

@@ -28,23 +28,23 @@ SECTIONS = {
 
 
 def named(name: str) -> Any:
-    found: Any = evat
+    attribute: Any = evat
     for part in name.split("."):
-        found = getattr(found, part)
-    return found
+        attribute = getattr(attribute, part)
+    return attribute
 
 
-def kind(found: Any) -> str:
-    if isinstance(found, types.ModuleType):
+def kind(attribute: Any) -> str:
+    if isinstance(attribute, types.ModuleType):
         return "module"
-    if not isinstance(found, type):
+    if not isinstance(attribute, type):
         return "function"
-    return "error" if issubclass(found, Exception) else "class"
+    return "error" if issubclass(attribute, Exception) else "class"
 
 
-def sections(found: Any) -> dict[str, str]:
+def sections(attribute: Any) -> dict[str, str]:
     """The parts of a numpy-style docstring by their headings."""
-    parts = re.split(r"^(\w+)\n-{3,}\n", inspect.getdoc(found) or "", flags=re.MULTILINE)
+    parts = re.split(r"^(\w+)\n-{3,}\n", inspect.getdoc(attribute) or "", flags=re.MULTILINE)
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
@@ -84,13 +84,13 @@ def test_a_name_that_is_not_there_says_what_is() -> None:
 
 @pytest.mark.parametrize("name", DOCUMENTED)
 def test_every_name_is_documented(name: str) -> None:
-    found = named(name)
-    told, what = sections(found), kind(found)
+    attribute = named(name)
+    told, what = sections(attribute), kind(attribute)
     assert SECTIONS[what] <= told.keys(), name
     if what == "class":
         assert {"Parameters", "Attributes"} & told.keys(), name
     if what in ("class", "function") and "Attributes" not in told:
-        takes = [each for each in inspect.signature(found).parameters if each != "self"]
+        takes = [each for each in inspect.signature(attribute).parameters if each != "self"]
         described = re.findall(r"^(\w+) : ", told.get("Parameters", ""), flags=re.MULTILINE)
         assert described == takes, f"{name}: the docstring's parameters are not those of the signature"
     for error in re.findall(r"^(\w+)$", told.get("Raises", ""), flags=re.MULTILINE):

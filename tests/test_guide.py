@@ -60,7 +60,7 @@ class Block:
 
 
 def blocks(page: Path) -> list[Block]:
-    return [Block(found["kind"], found["text"], found["reason"]) for found in BLOCK.finditer(page.read_text(encoding="utf-8"))]
+    return [Block(match["kind"], match["text"], match["reason"]) for match in BLOCK.finditer(page.read_text(encoding="utf-8"))]
 
 
 def agrees(expected: str, printed: str) -> bool:
@@ -78,13 +78,13 @@ def run_python(block: Block, names: dict[str, object]) -> None:
 
 def commands(text: str) -> list[tuple[str, str]]:
     """Each command of a console block with what stands below it."""
-    found: list[list[str]] = []
+    typed: list[list[str]] = []
     for line in text.replace("\\\n", " ").splitlines():
         if line.startswith("$ "):
-            found.append([line[2:]])
+            typed.append([line[2:]])
         else:
-            found[-1].append(line)
-    return [(lines[0], "\n".join(lines[1:])) for lines in found]
+            typed[-1].append(line)
+    return [(lines[0], "\n".join(lines[1:])) for lines in typed]
 
 
 def run_console(block: Block, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -119,8 +119,8 @@ def test_every_block_of_a_page_runs(name: str, tmp_path: Path, fmus: dict[str, P
 
 
 def test_what_is_not_run_is_listed_with_its_reason() -> None:
-    found = {name: [block.reason for block in blocks(page) if block.reason is not None] for name, page in PAGES.items()}
-    assert {name: reasons for name, reasons in found.items() if reasons} == NOT_RUN
+    reasons_of_page = {name: [block.reason for block in blocks(page) if block.reason is not None] for name, page in PAGES.items()}
+    assert {name: reasons for name, reasons in reasons_of_page.items() if reasons} == NOT_RUN
     for name, page in PAGES.items():
         text = page.read_text(encoding="utf-8")
         assert text.count("<!-- not run:") - text.count("`<!-- not run:") == len(NOT_RUN.get(name, [])), f"{name}: a reason above no block"
@@ -132,9 +132,9 @@ def test_the_experiment_that_is_shown_is_one(tmp_path: Path) -> None:
     (tmp_path / "trials").mkdir()
     (tmp_path / "experiment.toml").write_text(block.text, encoding="utf-8")
     (tmp_path / "trials" / "c1_a.csv").write_text("t [s],v,F\n0,0,0\n0.1,10,5\n0.2,20,6\n", encoding="utf-8")
-    found = evat.read_experiment(tmp_path, evat.ContactModel())
-    assert found.trials[0].inputs["slip_velocity"][1] == pytest.approx(0.01)
-    assert found.nominal.relative_sd == {"F_C": 0.2}
+    recorded = evat.read_experiment(tmp_path, evat.ContactModel())
+    assert recorded.trials[0].inputs["slip_velocity"][1] == pytest.approx(0.01)
+    assert recorded.nominal.relative_sd == {"F_C": 0.2}
 
 
 def test_the_readme_is_short_and_uses_the_front_door_alone() -> None:
@@ -169,8 +169,8 @@ def test_the_site_is_built_without_a_warning_and_asks_no_network(site: Path) -> 
         text = page.read_text(encoding="utf-8")
         for tag in re.findall(r"<(?:script|link|img|iframe|source)\b[^>]*>", text):
             assert not re.search(r"(?:src|href)=[\"']?(?:https?:)?//", tag), f"{page.name}: {tag}"
-            if found := re.search(r"(?:src|href)=[\"']?([^\"'>\s]+)", tag):
-                assert found[1].startswith("data:") or (page.parent / found[1].partition("?")[0].partition("#")[0]).exists(), tag
+            if link := re.search(r"(?:src|href)=[\"']?([^\"'>\s]+)", tag):
+                assert link[1].startswith("data:") or (page.parent / link[1].partition("?")[0].partition("#")[0]).exists(), tag
         assert "<!-- table:" not in text, page.name
         assert "<!-- include:" not in text, page.name
 

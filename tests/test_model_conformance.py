@@ -22,7 +22,7 @@ from evat.models.contact import ContactModel
 from evat.models.fmu import FmuModel
 from evat.native import kernel
 from test_hypothesis import TwoLaws
-from test_valleys import TwoValleys, found
+from test_valleys import TwoValleys, identified
 from test_where import Turning
 from toy import Toy, measured
 
@@ -178,15 +178,15 @@ def test_what_has_settled_is_where_a_long_run_ends(model: Model, case: Case) -> 
     """Constant conditions over one second: a tenth of a millimetre of bristle or less, so that to 1e-6 nothing is left of the start."""
     output, values = case.steady
     name, column = case.vary
-    found = model.settled((output,), (), {**values, name: np.array(column)})[output]
-    assert found.shape == (len(column),)
+    settled = model.settled((output,), (), {**values, name: np.array(column)})[output]
+    assert settled.shape == (len(column),)
     inputs = {variable.name for variable in model.variables if variable.causality == "input"}
     times: FloatArray = np.linspace(0.0, 1.0, 101)
     held = {other: np.full(times.size, float(value)) for other, value in values.items() if other in inputs}
     parameters = {other: value for other, value in values.items() if other not in inputs}
     for place, value in enumerate(column):
         run = model.simulate(Run(times, held, (output,)), (), {**parameters, name: value})
-        assert run[output][-1] == pytest.approx(found[place], rel=1e-6)
+        assert run[output][-1] == pytest.approx(settled[place], rel=1e-6)
 
 
 def test_a_set_that_fails_is_nan_and_spoils_no_other(model: Model, case: Case) -> None:
@@ -317,5 +317,5 @@ def test_an_fmus_digest_is_of_what_runs(fmi2_fmu: Path, tmp_path: Path) -> None:
 
 def test_what_is_found_names_its_model() -> None:
     """identify and diagnose stamp the model that they were given, not the component."""
-    assert found(0.0).made_by["model"] == TwoValleys().digest
+    assert identified(0.0).made_by["model"] == TwoValleys().digest
     assert diagnose(measured(), Toy()).made_by["model"] == Toy().digest

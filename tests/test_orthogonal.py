@@ -24,8 +24,8 @@ FAMILIES = ("lugre-1995", "regularised/copper", "regularised/al-6061", "regulari
 
 
 def values_of(name: str) -> tuple[dict[str, float | str | bool], tuple[str, ...]]:
-    found = parameter_sets.load(name)
-    return kernel.by_choice(found.values), tuple(found.effects)
+    parameter_set = parameter_sets.load(name)
+    return kernel.by_choice(parameter_set.values), tuple(parameter_set.effects)
 
 
 def experiment_of(name: str, **options: object) -> Experiment:
@@ -46,9 +46,9 @@ def steady_force(values: Mapping[str, float | str], speed: float, theta: float |
 def test_at_a_test_speed_friction_is_the_static_curve(name: str) -> None:
     """After a second at constant speed the bristles stand still. Tolerance: that of the integration, 1e-6, with room for its sum."""
     values, effects = values_of(name)
-    found = experiment_of(name)
-    assert len(found.conditions) == 5
-    for trial in found.trials:
+    simulated = experiment_of(name)
+    assert len(simulated.conditions) == 5
+    for trial in simulated.trials:
         speed = trial.values["cutting_speed"]
         assert trial.inputs["slip_velocity"][-1] == speed
         wanted = steady_force(values, speed, None, "thermal_softening" in effects)
@@ -68,9 +68,9 @@ def test_small_strokes_meet_a_spring_and_large_ones_slip() -> None:
     """LuGre 1995. Strokes of 0.3 of the length over which bristles bend meet their stiffness, less what yields: at most the 0.3 itself.
     Strokes of 3 of it slip: the force stops at F_S, and so its slope falls towards 1/3."""
     values, _ = values_of("lugre-1995")
-    found = experiment_of("lugre-1995", motion="presliding")
+    simulated = experiment_of("lugre-1995", motion="presliding")
     sigma0, F_S = float(values["sigma0"]), float(values["F_S"])
-    small, large = found.trials[0], found.trials[-1]
+    small, large = simulated.trials[0], simulated.trials[-1]
     for trial, share in ((small, 0.3), (large, 3.0)):
         velocity = trial.inputs["slip_velocity"]
         x = np.concatenate([[0], np.cumsum((velocity[1:] + velocity[:-1]) / 2 * np.diff(trial.times))])
@@ -87,9 +87,9 @@ def test_heat_softens_as_the_paper_says(proxy: str) -> None:
     """Al 6061, the material whose stiffness falls most: at the peak of each swing friction is eq. 6 at that level. Tolerance: a peak passes
     within a sample, and the bristles lag by F/sigma0 of way behind it."""
     values, _ = values_of("regularised/al-6061")
-    found = experiment_of("regularised/al-6061", motion="temperature", proxy=proxy)
+    simulated = experiment_of("regularised/al-6061", motion="temperature", proxy=proxy)
     at_peak = []
-    for trial in found.trials:
+    for trial in simulated.trials:
         level = trial.inputs[proxy][-1]
         ambient, reference, alpha, ref = (
             float(values.get(name, kernel.variable(name).start))
@@ -107,25 +107,25 @@ def test_heat_softens_as_the_paper_says(proxy: str) -> None:
 @pytest.mark.parametrize("motion", KINDS)
 def test_every_motion_moves_every_set_and_none_breaks_eq_7(motion: str) -> None:
     for name in FAMILIES:
-        found = experiment_of(name, motion=motion)
-        assert all(np.all(np.isfinite(trial.outputs["friction_force"])) for trial in found.trials)
-        assert len(found.conditions) == len(found.trials) >= 3
+        simulated = experiment_of(name, motion=motion)
+        assert all(np.all(np.isfinite(trial.outputs["friction_force"])) for trial in simulated.trials)
+        assert len(simulated.conditions) == len(simulated.trials) >= 3
         _, effects = values_of(name)
         if "thermal_softening" not in effects:
             continue
-        for trial in found.trials:
+        for trial in simulated.trials:
             clamped = simulate(
-                {**found.nominal.values, **trial.values}, effects, times=trial.times, inputs=trial.inputs, outputs=("clamped_count",)
+                {**simulated.nominal.values, **trial.values}, effects, times=trial.times, inputs=trial.inputs, outputs=("clamped_count",)
             )
             assert clamped["clamped_count"][-1] == 0, (name, trial.condition)
 
 
 def change(name: str, motion: str, **off: float) -> float:
     """How far friction moves, root mean square over that of friction, when parameters are multiplied."""
-    found, (_, effects) = experiment_of(name, motion=motion), values_of(name)
+    simulated, (_, effects) = experiment_of(name, motion=motion), values_of(name)
     distance = whole = 0.0
-    for trial in found.trials:
-        values = {**found.nominal.values, **trial.values, "relative_tolerance": 1e-6}
+    for trial in simulated.trials:
+        values = {**simulated.nominal.values, **trial.values, "relative_tolerance": 1e-6}
         values |= {key: float(values[key]) * factor for key, factor in off.items()}
         force = simulate(values, effects, times=trial.times, inputs=trial.inputs, outputs=("friction_force",))["friction_force"]
         distance += float(np.sum((force - trial.outputs["friction_force"]) ** 2))
@@ -186,24 +186,24 @@ def test_the_nominal_model_is_off_in_what_is_to_be_found_and_in_nothing_else() -
         }
         assert nominal.effects == effects
         assert set(nominal.relative_sd) == set(shares)
-        for name, found in shares.items():
-            found.append(float(nominal.values[name]) / float(values[name]) - 1)
-    for name, found in shares.items():
-        assert 0.2 < max(np.abs(found)) <= 0.3 + 1e-12, name
-        assert np.std(found) == pytest.approx(nominal.relative_sd[name], rel=0.35)  # 60 draws: 9 %, four of these
+        for name, off in shares.items():
+            off.append(float(nominal.values[name]) / float(values[name]) - 1)
+    for name, off in shares.items():
+        assert 0.2 < max(np.abs(off)) <= 0.3 + 1e-12, name
+        assert np.std(off) == pytest.approx(nominal.relative_sd[name], rel=0.35)  # 60 draws: 9 %, four of these
 
 
 @pytest.mark.parametrize("motion", KINDS)
 def test_the_folder_reads_back_and_does_not_tell(tmp_path: Path, motion: str) -> None:
     values, effects = values_of("published/copper")
     made = orthogonal(values, effects, motion=motion, repeats=2, seed=3)
-    found = read_experiment(write_experiment(made, tmp_path / "rig"), ContactModel())
-    for ours, theirs in zip(made.trials, found.trials, strict=True):
+    recorded = read_experiment(write_experiment(made, tmp_path / "rig"), ContactModel())
+    for ours, theirs in zip(made.trials, recorded.trials, strict=True):
         assert ours.times.tobytes() == theirs.times.tobytes()
         for name, column in {**ours.inputs, **ours.outputs}.items():
             assert column.tobytes() == {**theirs.inputs, **theirs.outputs}[name].tobytes()
-    assert found.nominal == made.nominal
-    assert ("proxy_source" in found.nominal.values) == (motion in HEATED)
+    assert recorded.nominal == made.nominal
+    assert ("proxy_source" in recorded.nominal.values) == (motion in HEATED)
     document = (tmp_path / "rig" / "experiment.toml").read_text()
     assert "copper" not in document
     for name in uncertain():
@@ -246,11 +246,11 @@ def test_the_truth_is_kept_apart_and_explains_the_data(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["rig", "truth.ssv"]
     assert sorted(path.name for path in (tmp_path / "rig").iterdir()) == ["experiment.png", "experiment.toml", "trials"]
-    found, truth = read_experiment(tmp_path / "rig", ContactModel()), parameter_sets.load(tmp_path / "truth.ssv")
+    recorded, truth = read_experiment(tmp_path / "rig", ContactModel()), parameter_sets.load(tmp_path / "truth.ssv")
     left = {}
-    for name, values, effects in (("truth", truth.values, truth.effects), ("nominal", found.nominal.values, found.nominal.effects)):
+    for name, values, effects in (("truth", truth.values, truth.effects), ("nominal", recorded.nominal.values, recorded.nominal.effects)):
         error = whole = 0.0
-        for trial in found.trials:
+        for trial in recorded.trials:
             run = {**values, **trial.values, "relative_tolerance": 1e-6}
             force = simulate(run, effects, times=trial.times, inputs=trial.inputs, outputs=("friction_force",))["friction_force"]
             error += float(np.sum((force - trial.outputs["friction_force"]) ** 2))

@@ -59,7 +59,7 @@ def test_published_is_table_1_in_si(
     name: str, P: float, Q: float, sigma2: float, alpha1: float, alpha2: float, F_C: float, F_S: float, v_s: float,
     speed_unit: str, speed: float,
 ) -> None:  # fmt: skip
-    found = load(name, speed_unit=speed_unit).values
+    values = load(name, speed_unit=speed_unit).values
     expected = {
         "sigma0": P,
         "sigma1": alpha1 / speed,
@@ -74,7 +74,7 @@ def test_published_is_table_1_in_si(
         "damping_mode": kernel.variable("damping_mode").check("as_published"),
     }
     # Decimal arithmetic against binary division: the last bit may differ.
-    assert found == pytest.approx(expected, rel=4e-16, abs=0)
+    assert values == pytest.approx(expected, rel=4e-16, abs=0)
 
 
 def test_a_speed_in_either_unit_gives_the_same_steady_force() -> None:
@@ -97,9 +97,9 @@ def test_regularised_differs_in_the_damping_mode_only(material: str) -> None:
 
 
 def test_lugre_1995_is_the_table_of_its_source() -> None:
-    found = load("lugre-1995")
-    assert found.effects == ()
-    assert found.values == {
+    parameter_set = load("lugre-1995")
+    assert parameter_set.effects == ()
+    assert parameter_set.values == {
         "sigma0": 1e5, "sigma1": 1e5**0.5, "sigma2": 0.4, "F_C": 1.0, "F_S": 1.5, "v_s": 0.001,
         "damping_mode": kernel.variable("damping_mode").check("as_published"),
     }  # fmt: skip
@@ -107,10 +107,10 @@ def test_lugre_1995_is_the_table_of_its_source() -> None:
 
 @pytest.mark.parametrize("name", names())
 def test_every_value_has_a_source_and_is_allowed(name: str) -> None:
-    found = load(name)
-    assert set(found.sources) == set(found.values)
-    assert all(source and source != "guess" for source in found.sources.values())
-    assert kernel.check_values(found.values, found.effects).items() >= found.values.items()
+    parameter_set = load(name)
+    assert set(parameter_set.sources) == set(parameter_set.values)
+    assert all(source and source != "guess" for source in parameter_set.sources.values())
+    assert kernel.check_values(parameter_set.values, parameter_set.effects).items() >= parameter_set.values.items()
 
 
 # P^(1/Q) by hand from table 1, in the chosen unit; printed to three figures.
@@ -191,9 +191,9 @@ def test_a_written_ssv_is_valid_and_names_its_units(tmp_path: Path) -> None:
     from fmpy.ssp.ssd import read_ssv
 
     path = save_ssv(load("regularised/copper"), tmp_path / "set.ssv")
-    found = {parameter.name: parameter.value for parameter in read_ssv(str(path)).parameters}  # validates by the schema
-    assert float(found["sigma0"]) == 9966000
-    assert found["damping_mode"] == "dissipative"
+    parameters = {parameter.name: parameter.value for parameter in read_ssv(str(path)).parameters}  # validates by the schema
+    assert float(parameters["sigma0"]) == 9966000
+    assert parameters["damping_mode"] == "dissipative"
     names_ = {"ssv": etree.QName(etree.parse(str(path)).getroot()).namespace, "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon"}
     tree = etree.parse(str(path))
     declared = {unit.get("name") for unit in tree.iterfind(".//ssc:Unit", names_)}
@@ -212,12 +212,12 @@ def test_an_ssv_in_other_units_is_converted(tmp_path: Path) -> None:
         '<ssv:Parameter name="thermal_softening"><ssv:Boolean value="false"/></ssv:Parameter>',
         units=IN_MINUTES,
     )
-    found = load(path)
-    assert found.values["v_s"] == pytest.approx(0.05, rel=1e-15)
-    assert found.values["amplitude_x"] == 7e-6
-    assert found.values["contact_temperature"] == 293.15
-    assert kernel.variable("friction_law").choices[int(found.values["friction_law"])] == "dahl"
-    assert found.effects == ("thermal_damping",)
+    parameter_set = load(path)
+    assert parameter_set.values["v_s"] == pytest.approx(0.05, rel=1e-15)
+    assert parameter_set.values["amplitude_x"] == 7e-6
+    assert parameter_set.values["contact_temperature"] == 293.15
+    assert kernel.variable("friction_law").choices[int(parameter_set.values["friction_law"])] == "dahl"
+    assert parameter_set.effects == ("thermal_damping",)
 
 
 @pytest.mark.parametrize(
@@ -327,9 +327,9 @@ def test_a_toml_set_that_is_not_allowed_is_refused_with_its_key(text: str, compl
 def test_a_toml_set_builds_on_a_shipped_one(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text("base = 'regularised/al-7075-t6'\n[values.F_C]\nvalue = 12\nunit = 'N'\nsource = 'our rig'\n", encoding="utf-8")
-    found = load(path)
-    assert found.values == {**load("regularised/al-7075-t6").values, "F_C": 12.0}
-    assert found.sources["F_C"] == "our rig"
+    parameter_set = load(path)
+    assert parameter_set.values == {**load("regularised/al-7075-t6").values, "F_C": 12.0}
+    assert parameter_set.sources["F_C"] == "our rig"
     assert load(path, speed_unit="m/s").values["v_s"] == 0.00987
 
 

@@ -14,15 +14,15 @@ from matplotlib.figure import Figure
 @pytest.fixture
 def figures(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
     """The figures that were drawn, as they are saved."""
-    found: list[Figure] = []
+    saved: list[Figure] = []
     save = plot.save_figure
 
     def kept(figure: Figure, path: Path) -> Path:
-        found.append(figure)
+        saved.append(figure)
         return save(figure, path)
 
     monkeypatch.setattr(plot, "save_figure", kept)
-    return found
+    return saved
 
 
 def trace(**columns: float) -> Trace:

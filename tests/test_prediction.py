@@ -30,12 +30,12 @@ def test_each_segment_is_the_run_of_its_trial() -> None:
     """With the trial's own values before all others; both channels of each trial side by side."""
     asked = experiment(trial(0), trial(1, F_C=5.0))
     prediction = Prediction(MODEL, asked, threads=2)
-    found = prediction.many({"F_C": np.array([6.0, 7.0, 8.0])}, ["direction_asymmetry"])
-    assert found.shape == (3, prediction.measured.size)
+    rows = prediction.many({"F_C": np.array([6.0, 7.0, 8.0])}, ["direction_asymmetry"])
+    assert rows.shape == (3, prediction.measured.size)
     for segment in prediction.segments:
         own = asked.trials[segment.trial]
         assert np.all(prediction.measured[segment.at] == own.outputs[segment.channel])
-        for row, level in zip(found, (6.0, 7.0, 8.0), strict=True):
+        for row, level in zip(rows, (6.0, 7.0, 8.0), strict=True):
             values = {**VALUES, "F_C": level, **own.values, "relative_tolerance": TOLERANCE}
             name = f"measured_{segment.channel}"
             alone = MODEL.simulate(Run(own.times, own.inputs, (name,)), ["direction_asymmetry"], values)
@@ -49,9 +49,9 @@ def test_means_are_those_of_the_periodic_motion() -> None:
     nominal: dict[str, float | str] = {"kinematics": "internal", "friction_law": "lugre", "relative_tolerance": 1e-8}
     prediction = Prediction(MODEL, experiment(means=means, values=nominal))
     levels = np.array([5.0, 12.0])
-    found = prediction.many({"F_C": levels})
+    rows = prediction.many({"F_C": levels})
     cycles = np.linspace(0, 30 / 20e3, 301)
-    for row, level in zip(found, levels, strict=True):
+    for row, level in zip(rows, levels, strict=True):
         for segment in prediction.segments:
             speed = float(speeds["ab".index(segment.condition)])
             name = "mean_measured_" + segment.channel.removeprefix("mean_")

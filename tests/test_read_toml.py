@@ -56,11 +56,11 @@ def test_what_is_not_deep_is_read(tmp_path: Path) -> None:
         f"numbers = [{', '.join(['1.5'] * 100)}]\ntables = [{', '.join(['{a.b = 1}'] * 100)}]\n"
         + "".join(f'[t{n}.a]\n"x.y" = 1979-05-27T07:32:00.5\n' for n in range(100))
     )
-    found = read_toml(written(tmp_path, text))
-    assert found["one"] == f'{signs} " {signs}'
-    assert found["four"] == f"{signs}\n{signs}"
-    assert len(found["tables"]) == 100
-    assert found["t99"]["a"]["x.y"].year == 1979
+    table = read_toml(written(tmp_path, text))
+    assert table["one"] == f'{signs} " {signs}'
+    assert table["four"] == f"{signs}\n{signs}"
+    assert len(table["tables"]) == 100
+    assert table["t99"]["a"]["x.y"].year == 1979
     key = ".".join(["a"] * MOST_LEVELS)
     deepest = read_toml(written(tmp_path, f"{key} = 1\n"))
     for _ in range(MOST_LEVELS):

@@ -32,8 +32,8 @@ def friction_along(times: np.ndarray, velocity: np.ndarray, on: Sequence[str]) -
         fixed: dict[str, float | str] = {"kinematics": "external", "friction_law": "lugre", "sigma1": 0.0, "relative_tolerance": 1e-5}
         contact = Contact({**fixed, **values, "F_S": values["F_C"], "slip_velocity": float(velocity[0])}, on)
         contact.start(float(times[0]))
-        found: np.ndarray = contact.run(times, {"slip_velocity": velocity}, ["measured_friction_force"])[:, 0]
-        return found
+        friction: np.ndarray = contact.run(times, {"slip_velocity": velocity}, ["measured_friction_force"])[:, 0]
+        return friction
 
     return force
 
@@ -41,8 +41,8 @@ def friction_along(times: np.ndarray, velocity: np.ndarray, on: Sequence[str]) -
 def fitted(residual: Callable[[Mapping[str, float]], np.ndarray], start: Mapping[str, float]) -> dict[str, float]:
     """Least squares over the named values, each in units of its start."""
     names, scale = list(start), np.array(list(start.values()))
-    found = least_squares(lambda share: residual(dict(zip(names, share * scale, strict=True))), np.ones(len(names)), diff_step=1e-4)
-    return dict(zip(names, (found.x * scale).tolist(), strict=True))
+    solution = least_squares(lambda share: residual(dict(zip(names, share * scale, strict=True))), np.ones(len(names)), diff_step=1e-4)
+    return dict(zip(names, (solution.x * scale).tolist(), strict=True))
 
 
 def share_of(residual: np.ndarray, whole: np.ndarray) -> float:
@@ -133,8 +133,8 @@ class Drive:
 
     @staticmethod
     def thinned(signal: np.ndarray) -> np.ndarray:
-        found: np.ndarray = decimate(signal, 10)[25:-25]  # the filters' ends off
-        return found
+        samples: np.ndarray = decimate(signal, 10)[25:-25]  # the filters' ends off
+        return samples
 
     def residual(self, on: Sequence[str]) -> Force:
         friction = friction_along(self.times, self.velocity, on)

@@ -22,8 +22,8 @@ needs_data = pytest.mark.skipif(not DATA.is_file(), reason="the tribometer recor
 @needs_data
 def test_the_fmu_leaves_what_an_independent_study_leaves(fmi2_fmu: Path) -> None:
     """LuGre leaves 11 to 12 % of the force (an independent study with more parameters: 11.4 %), the shipped two-parameter set 12.2 %."""
-    found = parameter_sets.load("tribometer-5n")
-    result = follow_record(fmi2_fmu, DATA, COLUMNS, kernel.by_choice(found.values), found.effects, between=FITTED)
+    parameter_set = parameter_sets.load("tribometer-5n")
+    result = follow_record(fmi2_fmu, DATA, COLUMNS, kernel.by_choice(parameter_set.values), parameter_set.effects, between=FITTED)
     assert result.residual_share == pytest.approx(0.1223, abs=0.002)
     assert result.residual_rms == pytest.approx(0.259, abs=0.005)
     assert result.times.size == pytest.approx(40 * 200, abs=60)  # 200 Hz, one sample missing here and there
@@ -33,11 +33,11 @@ def test_the_fmu_leaves_what_an_independent_study_leaves(fmi2_fmu: Path) -> None
 def test_the_shipped_values_are_the_least_squares_fit() -> None:
     """The set's two numbers come back from the record within the digits that it states."""
     times, velocity, measured = read_record(DATA, COLUMNS, FITTED)
-    found = parameter_sets.load("tribometer-5n")
+    parameter_set = parameter_sets.load("tribometer-5n")
 
     def residual(scaled: np.ndarray) -> np.ndarray:
         level = 2.69 * float(scaled[1])
-        values = {**found.values, "kinematics": "external", "sigma0": 3.63e4 * float(scaled[0]), "F_C": level, "F_S": level}
+        values = {**parameter_set.values, "kinematics": "external", "sigma0": 3.63e4 * float(scaled[0]), "F_C": level, "F_S": level}
         contact = kernel.Contact({**values, "slip_velocity": float(velocity[0])})
         contact.start(float(times[0]))
         return contact.run(times, {"slip_velocity": velocity}, ["friction_force"])[:, 0] - measured

@@ -23,8 +23,8 @@ NOISE, REPEATS = 0.01, 2
 
 
 def made(name: str, motion: str, **options: object) -> Experiment:
-    found = parameter_sets.load(name)
-    return orthogonal(kernel.by_choice(found.values), found.effects, motion=motion, nominal_off=0.0, **options)  # type: ignore[arg-type]
+    parameter_set = parameter_sets.load(name)
+    return orthogonal(kernel.by_choice(parameter_set.values), parameter_set.effects, motion=motion, nominal_off=0.0, **options)  # type: ignore[arg-type]
 
 
 def table_of(name: str, motion: str) -> tuple[Experiment, dict[str, int], FloatArray]:
@@ -44,8 +44,8 @@ def table_of(name: str, motion: str) -> tuple[Experiment, dict[str, int], FloatA
 def test_the_forecast_is_what_fits_scatter_by(name: str, motion: str, rate: float) -> None:
     """Ten repetitions, polished from the truth: errors over the forecast sd are ten draws of N(0, 1) for each parameter that comes back.
     Their root mean square lies in 0.35 to 1.8 by chance (chi-squared with 10 degrees of freedom, 0.005 % and 0.03 %)."""
-    found = parameter_sets.load(name)
-    forecast = recovery(found, [motion], noise=NOISE, repeats=REPEATS, rate=rate)
+    parameter_set = parameter_sets.load(name)
+    forecast = recovery(parameter_set, [motion], noise=NOISE, repeats=REPEATS, rate=rate)
     free = [each for each, sd in zip(forecast.truth, forecast.sd[0], strict=True) if sd < IDENTIFIED]
     assert len(free) >= 4
     clean = made(name, motion, noise=0.0, repeats=1, rate=rate)
@@ -95,20 +95,20 @@ def test_heat_exponents_need_the_temperature_to_vary(name: str, parameter: str) 
 
 
 def test_more_data_never_tell_less_and_noise_counts_as_it_should() -> None:
-    found = parameter_sets.load("regularised/al-7075-t6")
-    one = recovery(found, ["ramp", "presliding"], noise=0.01, repeats=4, rate=200.0)
+    parameter_set = parameter_sets.load("regularised/al-7075-t6")
+    one = recovery(parameter_set, ["ramp", "presliding"], noise=0.01, repeats=4, rate=200.0)
     assert one.motions == ("ramp", "presliding")
     assert np.all(one.sd[-1] <= one.sd[:-1].min(axis=0) * (1 + 1e-9))
-    louder = recovery(found, ["ramp"], noise=0.02, repeats=16, rate=200.0)
+    louder = recovery(parameter_set, ["ramp"], noise=0.02, repeats=16, rate=200.0)
     assert louder.sd[0] == pytest.approx(one.sd[0], rel=1e-9)  # twice the noise, four times the repeats
     place = list(one.truth).index("F_S")
     assert one.sd[0, place] > WEAK > IDENTIFIED > one.sd[1, place]  # the paper's ramps do not tell this material's F_S
     assert one.best("F_S") == "presliding"
     assert one.best("thermal_softening.Q") == ""
     with pytest.raises(ParameterError, match="without noise everything comes back"):
-        recovery(found, ["ramp"], noise=0.0)
+        recovery(parameter_set, ["ramp"], noise=0.0)
     with pytest.raises(ParameterError, match="motion 'jump'"):
-        recovery(found, ["jump"])
+        recovery(parameter_set, ["jump"])
 
 
 def test_what_is_studied() -> None:
@@ -123,9 +123,9 @@ def test_a_real_search_beside_the_forecast() -> None:
     """From a nominal model that is off: what the forecast calls identified does come back, by the fit's own verdict too; of the rest the
     interval is wide, if not as wide as the forecast has it: that knows no bounds and no curvature. Intervals hold the truth (all six: 4 of
     10 fits would miss one; this seed does not)."""
-    found = parameter_sets.load("lugre-1995")
-    forecast = recovery(found, ["presliding"], rate=200.0)
-    fit = fitted(found, "presliding", rate=200.0, seed=3, population=32, generations=40)
+    parameter_set = parameter_sets.load("lugre-1995")
+    forecast = recovery(parameter_set, ["presliding"], rate=200.0)
+    fit = fitted(parameter_set, "presliding", rate=200.0, seed=3, population=32, generations=40)
     for name, sd in zip(forecast.truth, forecast.sd[0], strict=True):
         if word(sd) == "identified":
             assert fit[name].verdict == "identified", fit[name]

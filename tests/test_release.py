@@ -15,8 +15,8 @@ yaml = pytest.importorskip("yaml")
 
 
 def project() -> dict[str, Any]:
-    found: dict[str, Any] = read_toml(ROOT / "pyproject.toml")["project"]
-    return found
+    table: dict[str, Any] = read_toml(ROOT / "pyproject.toml")["project"]
+    return table
 
 
 def test_the_version_is_one_everywhere() -> None:

@@ -171,10 +171,10 @@ def test_integers_and_holes_of_parquet_are_numbers(tmp_path: Path) -> None:
         {"n": pa.array([1, 2, 3]), "F": pa.array([1, None, 3]), "half": pa.array([0.5, 1, 2], pa.float32()), "s": ["a", "b", "c"]}
     )
     pa.parquet.write_table(table, tmp_path / "in.parquet")
-    found = read_table(tmp_path / "in.parquet")
-    assert found.column("n", "1").tolist() == [1, 2, 3]
-    assert found.column("half", "1").tolist() == [0.5, 1, 2]
+    read_back = read_table(tmp_path / "in.parquet")
+    assert read_back.column("n", "1").tolist() == [1, 2, 3]
+    assert read_back.column("half", "1").tolist() == [0.5, 1, 2]
     with pytest.raises(RecordError, match="data row 2"):
-        found.column("F", "N")
+        read_back.column("F", "N")
     with pytest.raises(RecordError, match="not all of it is numbers"):
-        found.column("s", "1")
+        read_back.column("s", "1")

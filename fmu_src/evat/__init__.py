@@ -91,16 +91,16 @@ _PLACES = {
 
 def __getattr__(name: str) -> Any:
     """Load what is asked for, once (PEP 562): `import evat` alone loads no library."""
-    found: Any
+    attribute: Any
     if name == "parameter_sets":
-        found = importlib.import_module("evat.parameter_sets")
+        attribute = importlib.import_module("evat.parameter_sets")
     else:
         places = [module for module, names in _PLACES.items() if name in names]
         if not places:
             raise AttributeError(f"module 'evat' has no attribute {name!r}; it has {', '.join(__all__)}.")
-        found = getattr(importlib.import_module(places[0]), name)
-    globals()[name] = found
-    return found
+        attribute = getattr(importlib.import_module(places[0]), name)
+    globals()[name] = attribute
+    return attribute
 
 
 def __dir__() -> list[str]:

@@ -18,7 +18,7 @@ _ACTS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-
 
 def printable(text: str) -> str:
     """The text with a name, such as \\x1b, for each sign that a terminal would act on."""
-    return _ACTS.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
+    return _ACTS.sub(lambda match: match[0].encode("unicode_escape").decode("ascii"), text)
 
 
 class PrintableConsole(Console):

@@ -58,20 +58,20 @@ def _swings(speed: float, rate: float) -> FloatArray:
 
 def ramp(speeds: Sequence[float], rate: float) -> list[Motion]:
     """The paper's tests: from rest at constant acceleration to a test speed [m/s], then constant; forces are read all the way."""
-    found = []
+    motions = []
     for place, speed in enumerate(speeds):
         velocity = np.concatenate([_seconds(ACCELERATION, rate) * speed / ACCELERATION, np.full(round(PLATEAU * rate) + 1, speed)])
-        found.append(_motion(f"speed {place + 1}", velocity, rate, {"cutting_speed": speed}))
-    return found
+        motions.append(_motion(f"speed {place + 1}", velocity, rate, {"cutting_speed": speed}))
+    return motions
 
 
 def steps(speeds: Sequence[float], rate: float) -> list[Motion]:
     """Jumps between shares of a test speed [m/s], each within one sample."""
-    found = []
+    motions = []
     for place, speed in enumerate(speeds):
         levels = [np.full(round(PLATEAU * rate), share * speed) for share in LEVELS]
-        found.append(_motion(f"speed {place + 1}", np.concatenate([np.zeros(1), *levels]), rate, {"cutting_speed": speed}))
-    return found
+        motions.append(_motion(f"speed {place + 1}", np.concatenate([np.zeros(1), *levels]), rate, {"cutting_speed": speed}))
+    return motions
 
 
 def reversal(speeds: Sequence[float], rate: float) -> list[Motion]:
@@ -87,13 +87,13 @@ def presliding(bristle_length: float, rate: float) -> list[Motion]:
 def heated(levels: Sequence[float], cold: float, name: str, strokes: Sequence[float], speeds: Sequence[float], rate: float) -> list[Motion]:
     """Strokes of amplitudes [m] while cold; then, heated to a level of the input `name`, the strokes again, and swings to speeds [m/s]."""
     stroke = np.concatenate([_strokes(amplitude, rate) for amplitude in strokes])
-    found = []
+    motions = []
     for place, level in enumerate(levels):
         velocity = np.concatenate([stroke, stroke, *(_swings(speed, rate) for speed in speeds)])
         heat = np.full(velocity.size, level)
         heat[: stroke.size] = cold
-        found.append(_motion(f"temperature {place + 1}", velocity, rate, {}, **{name: heat}))
-    return found
+        motions.append(_motion(f"temperature {place + 1}", velocity, rate, {}, **{name: heat}))
+    return motions
 
 
 def check_speeds(speeds: Sequence[float]) -> None:

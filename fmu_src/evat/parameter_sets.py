@@ -68,10 +68,10 @@ def names() -> tuple[str, ...]:
     >>> "regularised/inconel-718" in evat.parameter_sets.names()
     True
     """
-    found: list[str] = []
+    shipped: list[str] = []
     for path in sorted(FOLDER.glob("*.toml")):
-        found += [f"{path.stem}/{material}" for material in materials()] if _is_family(path.stem) else [path.stem]
-    return tuple(found)
+        shipped += [f"{path.stem}/{material}" for material in materials()] if _is_family(path.stem) else [path.stem]
+    return tuple(shipped)
 
 
 def load(name_or_path: str | PathLike[str], *, speed_unit: str = "m/min", strict: bool = False) -> ParameterSet:
@@ -107,16 +107,16 @@ def load(name_or_path: str | PathLike[str], *, speed_unit: str = "m/min", strict
     name, path = str(name_or_path), Path(name_or_path)
     if name in names():
         family, _, material = name.partition("/")
-        found = _from_toml(FOLDER / f"{family}.toml", name, material or None, speed_unit)
+        parameter_set = _from_toml(FOLDER / f"{family}.toml", name, material or None, speed_unit)
     elif path.suffix in (".ssv", ".toml"):
         if not path.is_file():
             raise ParameterError(f"parameter set {name}: there is no such file.")
-        found = load_ssv(path) if path.suffix == ".ssv" else _from_toml(path, path.stem, None, speed_unit)
+        parameter_set = load_ssv(path) if path.suffix == ".ssv" else _from_toml(path, path.stem, None, speed_unit)
     else:
         raise ParameterError(f"there is no parameter set {name!r}; shipped are {', '.join(names())}; or give an .ssv or .toml file.")
     if strict:
-        check_stiffness(found)
-    return found
+        check_stiffness(parameter_set)
+    return parameter_set
 
 
 def load_ssv(path: str | PathLike[str]) -> ParameterSet:
@@ -279,16 +279,16 @@ def _from_toml(path: Path, name: str, material: str | None, speed_unit: str) -> 
     return ParameterSet(name, title, values, effects, sources, notes, speed_range)
 
 
-def _table(path: Path, key: str, found: Any) -> dict[str, Any]:
-    if not isinstance(found, dict):
-        raise ParameterError(f"{path.name}, key {key!r}: {found!r}; a table is needed, with {', '.join(ENTRY_KEYS)}.")
-    return found
+def _table(path: Path, key: str, entry: Any) -> dict[str, Any]:
+    if not isinstance(entry, dict):
+        raise ParameterError(f"{path.name}, key {key!r}: {entry!r}; a table is needed, with {', '.join(ENTRY_KEYS)}.")
+    return entry
 
 
-def _texts(path: Path, key: str, found: Any) -> tuple[str, ...]:
-    if not isinstance(found, (list, tuple)) or not all(isinstance(text, str) for text in found):
-        raise ParameterError(f"{path.name}, key {key!r}: {found!r}; a list of texts is needed, [] where there are none.")
-    return tuple(found)
+def _texts(path: Path, key: str, entry: Any) -> tuple[str, ...]:
+    if not isinstance(entry, (list, tuple)) or not all(isinstance(text, str) for text in entry):
+        raise ParameterError(f"{path.name}, key {key!r}: {entry!r}; a list of texts is needed, [] where there are none.")
+    return tuple(entry)
 
 
 def _entry_value(path: Path, key: str, entry: Any, speed_unit: str) -> float:

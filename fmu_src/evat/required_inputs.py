@@ -27,7 +27,7 @@ def missing_inputs(
         variable = by_name[name]
         return variable.choices[int(variable.check(values.get(name, variable.start)))]
 
-    found: dict[str, list[str]] = {}
+    missing: dict[str, list[str]] = {}
     for effect in model.effects:
         if effect.name not in on and not values.get(effect.name):
             continue
@@ -36,8 +36,8 @@ def missing_inputs(
             name = PROXY_INPUT.get(source, source)
             with_all = not by_name[name].required_with
             if (with_all or choice(KINEMATICS) in by_name[name].required_with) and name not in values and name not in given:
-                found.setdefault(name, []).append(effect.name)
-    return found
+                missing.setdefault(name, []).append(effect.name)
+    return missing
 
 
 def lacks_motion(model: Tables, values: Mapping[str, float | str], given: Collection[str]) -> bool:

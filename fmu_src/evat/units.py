@@ -75,10 +75,10 @@ def base_unit(unit: str) -> BaseUnit:
     return BaseUnit(exponents, scale - offset, offset)
 
 
-def convert(value: Decimal, found: BaseUnit, wanted: BaseUnit) -> float:
+def convert(value: Decimal, unit: BaseUnit, wanted: BaseUnit) -> float:
     """`value` from one unit to another that has the same exponents; ParameterError where no float can hold it."""
     try:
-        result = float((found.factor * value + found.offset - wanted.offset) / wanted.factor)
+        result = float((unit.factor * value + unit.offset - wanted.offset) / wanted.factor)
     except ArithmeticError:
         result = math.inf
     if math.isinf(result):
@@ -86,11 +86,11 @@ def convert(value: Decimal, found: BaseUnit, wanted: BaseUnit) -> float:
     return result
 
 
-def affine(found: str, wanted: str) -> tuple[float, float]:
+def affine(unit: str, wanted: str) -> tuple[float, float]:
     """factor and offset with value in `wanted` = factor * value in `found` + offset; ParameterError where they measure different things."""
-    source, target = base_unit(found), base_unit(wanted)
+    source, target = base_unit(unit), base_unit(wanted)
     if source.exponents != target.exponents:
-        raise ParameterError(f"{found!r} does not measure what {wanted!r} measures.")
+        raise ParameterError(f"{unit!r} does not measure what {wanted!r} measures.")
     return float(source.factor / target.factor), float((source.offset - target.offset) / target.factor)
 
 
@@ -104,13 +104,13 @@ def to_si(value: str | float, unit: str, *, name: str) -> float:
     match = _NUMBER.fullmatch(value)
     if match is None:
         raise ParameterError(f"{typed}: this is no number with a unit; {example}.")
-    found = match[2]
+    stated = match[2]
     try:
-        source, target = base_unit(found or unit), base_unit(unit)
+        source, target = base_unit(stated or unit), base_unit(unit)
     except ParameterError as error:
         raise ParameterError(f"{typed}: {error}") from None
     if source.exponents != target.exponents:
-        raise ParameterError(f"{typed}: {found} does not measure what {readable} measures; {example}.")
+        raise ParameterError(f"{typed}: {stated} does not measure what {readable} measures; {example}.")
     try:
         return convert(Decimal(match[1]), source, target)
     except (ParameterError, ArithmeticError):  # Decimal itself holds no exponent of 19 digits

@@ -21,24 +21,45 @@ static unsigned when_settable(const struct Component *c, int index, const struct
     return 0;
 }
 
-static int learn_tables(struct Component *c)
+/* Behind it in one block: model, preview, and arrays whose lengths the model says. */
+static size_t aligned(size_t size) { return (size + 15) / 16 * 16; }
+
+static size_t block_size(void)
 {
-    c->count = kernel_variable_count();
-    c->state_count = kernel_state_count();
-    if (c->count > CAPACITY || c->state_count > STATES || kernel_size() != sizeof(struct Contact))
-        return 0;
+    const size_t variables = (size_t)model_variable_count(), states = (size_t)model_state_count();
+    const struct Component *c = NULL; /* whose elements are measured */
+    return aligned(sizeof *c) + 2 * aligned(model_size()) +
+           states * (sizeof *c->before + sizeof *c->state + sizeof *c->rate) +
+           variables * (sizeof *c->settable + sizeof *c->type);
+}
+
+static void lay_out(struct Component *c)
+{
+    c->count = model_variable_count();
+    c->state_count = model_state_count();
+    unsigned char *at = (unsigned char *)c + aligned(sizeof *c);
+    c->model = (struct Model *)at;
+    c->preview = (struct Model *)(at += aligned(model_size()));
+    c->before = (double *)(at += aligned(model_size()));
+    c->state = (int *)(c->before + c->state_count);
+    c->rate = c->state + c->state_count;
+    c->settable = (uint16_t *)(c->rate + c->state_count);
+    c->type = (uint8_t *)(c->settable + c->count);
+}
+
+static void learn_tables(struct Component *c)
+{
     for (int n = 0; n < c->state_count; ++n)
-        c->state[n] = kernel_state(n);
+        c->state[n] = model_state(n);
     for (int i = 0; i < c->count; ++i) {
-        const struct Variable *v = kernel_variable(i);
+        const struct Variable *v = model_variable(i);
         c->type[i] = (uint8_t)v->type;
         c->settable[i] = (uint16_t)when_settable(c, i, v);
         for (int n = 0; n < c->state_count; ++n)
-            if (kernel_derivative_of(i) == c->state[n])
+            if (model_derivative_of(i) == c->state[n])
                 c->rate[n] = i;
     }
-    kernel_token(c->token);
-    return 1;
+    model_token(c->token);
 }
 
 static void begin(struct Component *c, enum Interface interface)
@@ -48,15 +69,9 @@ static void begin(struct Component *c, enum Interface interface)
     c->life.interface = interface;
     c->life.stop = INFINITY;
     c->told = 0;
-    kernel_reset(&c->contact);
-#ifdef STARTS /* of this FMU, beside the table's */
-    static const struct {
-        int index;
-        double value;
-    } starts[] = {STARTS};
-    for (size_t i = 0; i < sizeof starts / sizeof *starts; ++i)
-        kernel_set(&c->contact, starts[i].index, 0, starts[i].value);
-#endif
+    model_reset(c->model);
+    for (const struct Start *start = fmu_starts; start->index != MODEL_TIME; ++start)
+        model_set(c->model, start->index, start->value);
 }
 
 static int is_blank(const char *text) { return text == NULL || text[strspn(text, " \t\r\n")] == '\0'; }
@@ -73,9 +88,9 @@ static void quote(const char *text, char *quoted, size_t size)
 struct Component *component_new(const char *function, const struct Host *host, enum Interface interface,
                                 const char *name, const char *token)
 {
-    char expected[39], found[64];
-    kernel_token(expected);
-    quote(token, found, sizeof found);
+    char expected[39], given[64];
+    model_token(expected);
+    quote(token, given, sizeof given);
     if (is_blank(name)) {
         refuse_instance(host, "%s: the instance name is empty; give the instance a name.", function);
         return NULL;
@@ -84,28 +99,25 @@ struct Component *component_new(const char *function, const struct Host *host, e
         refuse_instance(host,
                         "%s: the token of the model description is %s, this binary was built for %s; "
                         "use the modelDescription.xml that came with it.",
-                        function, token ? found : "missing", expected);
+                        function, token ? given : "missing", expected);
         return NULL;
     }
-    struct Component *c = host->allocate(1, sizeof *c);
+    struct Component *c = host->allocate(1, block_size());
     char *own_name = host->allocate(strlen(name) + 1, 1);
     if (c == NULL || own_name == NULL) {
         if (c)
             host->release(c);
         if (own_name)
             host->release(own_name);
-        refuse_instance(host, "%s: no memory for an instance of %zu bytes.", function, sizeof *c);
+        refuse_instance(host, "%s: no memory for an instance of %zu bytes.", function, block_size());
         return NULL;
     }
-    memset(c, 0, sizeof *c);
+    memset(c, 0, block_size());
     c->host = *host;
     c->host.name = strcpy(own_name, name);
     c->function = function;
-    if (!learn_tables(c)) {
-        report(c, ANSWER_ERROR, "shell and kernel were compiled with different sizes; rebuild both together.");
-        component_free(c);
-        return NULL;
-    }
+    lay_out(c);
+    learn_tables(c);
     begin(c, interface);
     return c;
 }
@@ -128,9 +140,10 @@ enum Answer component_set_up(struct Component *c, int tolerance_defined, double 
         return report(c, ANSWER_ERROR,
                       "the stop time is %g s; a finite time at or after the start time %g s is needed.", stop, start);
     /* A tolerance that was set as a parameter is the more particular wish. */
-    if (tolerance_defined && !c->life.tolerance_set && kernel_variable(TOLERANCE_ARGUMENT)) {
-        const struct Variable *v = kernel_variable(TOLERANCE_ARGUMENT);
-        if (kernel_set(&c->contact, TOLERANCE_ARGUMENT, 0, tolerance) != KERNEL_OK)
+    const int parameter = model_tolerance();
+    if (tolerance_defined && !c->life.tolerance_set && parameter >= 0) {
+        const struct Variable *v = model_variable(parameter);
+        if (model_set(c->model, parameter, tolerance) != STATUS_OK)
             return report(c, ANSWER_ERROR, "the tolerance is %g; allowed is %g to %g.", tolerance, v->min, v->max);
     }
     c->life.start = c->life.last_time = start;
@@ -145,7 +158,7 @@ enum Answer component_enter(struct Component *c, enum Mode mode)
         return report(c, ANSWER_ERROR, "the start time is not known yet; call fmi2SetupExperiment first.");
     c->life.mode = mode;
     if (mode == INITIALIZING) {
-        c->contact.value[VAR_TIME][0] = c->life.start;
+        model_lead(c->model, MODEL_TIME, c->life.start);
         c->life.stale = 1;
     }
     return ANSWER_OK;
@@ -153,14 +166,12 @@ enum Answer component_enter(struct Component *c, enum Mode mode)
 
 enum Answer component_start(struct Component *c)
 {
-    if (c->life.interface == MODEL_EXCHANGE && kernel_averages(&c->contact))
-        return report(
-            c, ANSWER_ERROR,
-            "averaging = cycle belongs to the steps of Co-Simulation; a solver of Model Exchange follows every "
-            "cycle: set averaging = resolved, or instantiate for Co-Simulation.");
-    const enum Status status = kernel_start(&c->contact, c->life.start);
-    if (status != KERNEL_OK)
-        return report_kernel(c, ANSWER_ERROR, status);
+    const char *obstacle = c->life.interface == MODEL_EXCHANGE ? model_solver_obstacle(c->model) : NULL;
+    if (obstacle)
+        return report(c, ANSWER_ERROR, "%s.", obstacle);
+    const enum Status status = model_start(c->model, c->life.start);
+    if (status != STATUS_OK)
+        return report_status(c, ANSWER_ERROR, status);
     const int events = c->life.interface == MODEL_EXCHANGE || c->host.event_mode;
     c->life.mode = events ? EVENT : STEPPING;
     c->life.stale = 1;

@@ -1,14 +1,14 @@
-/* What is an FMU instance, whatever version of FMI asks for it? A contact, a place in the life cycle, and a host to
+/* What is an FMU instance, whatever version of FMI asks for it? A model, a place in the life cycle, and a host to
  * report to.
  *
  * fmi2.c and fmi3.c are shells over this: they translate names and types, this core decides. Neither knows a variable
- * by name or any physics: all comes from the kernel's tables. No writable static: every instance stands alone, also in
- * its own thread.
+ * by name or any physics: all comes from the model's tables (model.h). No writable static: every instance stands alone,
+ * also in its own thread.
  */
 #ifndef COMPONENT_H
 #define COMPONENT_H
 
-#include "model.h" /* of the FMU that is being compiled: fmus/NAME/model.h */
+#include "model.h"
 
 /* The numbers of fmi2Status and fmi3Status. */
 enum Answer { ANSWER_OK, ANSWER_WARNING, ANSWER_DISCARD, ANSWER_ERROR, ANSWER_FATAL };
@@ -53,7 +53,7 @@ struct Host {
     void (*intermediate_update)(void); /* the host's own callback; `show` knows its type */
 };
 
-/* What an FMU state holds beside the contact; no padding, so equal states have equal bytes. */
+/* What an FMU state holds beside the model; no padding, so equal states have equal bytes. */
 struct Life {
     double start, stop; /* [s] */
     double last_time; /* end of the last step that was carried out [s] */
@@ -62,19 +62,28 @@ struct Life {
     uint32_t set_up, tolerance_set, slope_set, event_pending, reserved;
 };
 
+/* What this FMU starts with, beside its model's tables; the last is that of the time. See starts.c. */
+struct Start {
+    int index;
+    double value;
+};
+extern const struct Start fmu_starts[];
+
 struct Component {
-    struct Contact contact;
-    struct Contact preview; /* in initialization mode: the contact as it would start now */
     struct Life life;
     struct Host host;
     const char *function; /* the FMI function at work */
     uint32_t told; /* warnings that this run has logged */
-    int count; /* of variables */
-    int state_count, state[STATES], rate[STATES]; /* indices of the states and of their rates */
-    uint16_t settable[CAPACITY]; /* modes in which each variable may be set */
-    uint8_t type[CAPACITY];
+    int count, state_count; /* of variables, and of continuous states */
     char token[40];
+    /* What depends on the model lies behind, in the same block of memory. */
+    struct Model *model, *preview; /* preview, in initialization mode: the model as it would start now */
+    double *before; /* room for the states */
+    int *state, *rate; /* indices of the states and of their rates */
+    uint16_t *settable; /* modes in which each variable may be set */
+    uint8_t *type;
 };
+static inline double present_time(const struct Component *c) { return model_get(c->model, MODEL_TIME); }
 
 /* ---- report.c: logging, refusing ---- */
 
@@ -83,7 +92,7 @@ enum Answer report(struct Component *c, enum Answer answer, const char *format, 
     __attribute__((format(printf, 3, 4)));
 /* Why there will be no instance: said whatever the host has switched off. */
 void refuse_instance(const struct Host *host, const char *format, ...) __attribute__((format(printf, 2, 3)));
-enum Answer report_kernel(struct Component *c, enum Answer answer, enum Status status);
+enum Answer report_status(struct Component *c, enum Answer answer, enum Status status);
 void list_modes(unsigned modes, char *text, size_t size);
 int wrong_mode(struct Component *c, unsigned modes);
 enum Answer set_logging(struct Component *c, int on, size_t count, const char *const categories[]);
@@ -125,12 +134,12 @@ struct News {
     double next_event; /* [s] */
 };
 enum Answer component_event(struct Component *c, struct News *news);
-/* Log each new warning of the kernel once. */
+/* Log each new warning of the model once. */
 enum Answer component_warn(struct Component *c);
 
 /* ---- values.c: get and set through the tables ---- */
 
-/* How the host keeps numbers of a type, and which kernel types (a bit each) it reaches by it. */
+/* How the host keeps numbers of a type, and which types of the tables (a bit each) it reaches by it. */
 enum Form { FORM_DOUBLE, FORM_INT32, FORM_INT64, FORM_INT, FORM_BOOL };
 struct Access {
     const char *word;
@@ -142,10 +151,10 @@ enum Answer refresh(struct Component *c);
 /* Every number that leaves an instance passes here: one that is not finite is an error, told in one line; while a
  * solver is integrating it is something to discard. */
 enum Answer give(struct Component *c, const char *what, const char *name, double x);
-/* The contact whose values are shown. */
-static inline const struct Contact *shown(const struct Component *c)
+/* The model whose values the host sees. */
+static inline const struct Model *visible_model(const struct Component *c)
 {
-    return c->life.mode == INITIALIZING ? &c->preview : &c->contact;
+    return c->life.mode == INITIALIZING ? c->preview : c->model;
 }
 enum Answer get_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count,
                        void *values);
@@ -153,7 +162,7 @@ enum Answer set_values(struct Component *c, const struct Access *as, const uint3
                        const void *values);
 enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t count, const int *orders,
                        const double *slopes);
-/* Variables of a type that the kernel does not have: fine as long as none is asked for. */
+/* Variables of a type that no table has: fine as long as none is asked for. */
 enum Answer no_variables(struct Component *c, const char *word, size_t count);
 
 /* ---- continuous.c: vectors of model exchange, derivatives ---- */

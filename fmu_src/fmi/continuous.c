@@ -16,8 +16,8 @@ enum Answer set_time(struct Component *c, double time)
 {
     if (!isfinite(time))
         return report(c, ANSWER_ERROR, "the time is %g s; a finite number is needed. The time %.17g s is kept.", time,
-                      c->contact.value[VAR_TIME][0]);
-    c->contact.value[VAR_TIME][0] = time;
+                      present_time(c));
+    model_lead(c->model, MODEL_TIME, time);
     c->life.stale = 1;
     return ANSWER_OK;
 }
@@ -29,9 +29,9 @@ enum Answer set_states(struct Component *c, const double *states, size_t count)
     for (int i = 0; i < c->state_count; ++i)
         if (!isfinite(states[i]))
             return report(c, ANSWER_ERROR, "the state %s is %g; a finite number is needed. All states are kept.",
-                          kernel_variable(c->state[i])->name, states[i]);
+                          model_variable(c->state[i])->name, states[i]);
     for (int i = 0; i < c->state_count; ++i)
-        c->contact.value[c->state[i]][0] = states[i];
+        model_lead(c->model, c->state[i], states[i]);
     c->life.stale = 1;
     return ANSWER_OK;
 }
@@ -41,8 +41,8 @@ static enum Answer give_all(struct Component *c, const int *index, double *numbe
 {
     enum Answer answer = ANSWER_OK;
     for (int i = 0; i < c->state_count && answer == ANSWER_OK; ++i) {
-        numbers[i] = shown(c)->value[index[i]][0];
-        answer = give(c, "", kernel_variable(index[i])->name, numbers[i]);
+        numbers[i] = model_get(visible_model(c), index[i]);
+        answer = give(c, "", model_variable(index[i])->name, numbers[i]);
     }
     return answer;
 }
@@ -68,7 +68,7 @@ enum Answer get_nominals(struct Component *c, double *nominals, size_t count)
     if (!is_count(c, nominals, count, (size_t)c->state_count, "nominals"))
         return ANSWER_ERROR;
     for (int i = 0; i < c->state_count; ++i) {
-        const double nominal = kernel_variable(c->state[i])->nominal;
+        const double nominal = model_variable(c->state[i])->nominal;
         nominals[i] = nominal > 0 ? nominal : 1;
     }
     return ANSWER_OK;
@@ -76,25 +76,23 @@ enum Answer get_nominals(struct Component *c, double *nominals, size_t count)
 
 enum Answer get_indicators(struct Component *c, double *indicators, size_t count)
 {
-    lanes indicator[INDICATORS + 1]; /* a model may have none */
-    if (!is_count(c, indicators, count, INDICATORS, "event indicators"))
+    const int indicator_count = model_indicator_count();
+    if (!is_count(c, indicators, count, (size_t)indicator_count, "event indicators"))
         return ANSWER_ERROR;
     enum Answer answer = refresh(c);
     if (answer > ANSWER_WARNING)
         return answer;
-    kernel_indicators(shown(c), indicator);
-    for (int i = 0; i < INDICATORS && answer == ANSWER_OK; ++i) {
-        indicators[i] = indicator[i][0];
-        answer = give(c, "", kernel_variable(kernel_indicator(i))->name, indicators[i]);
-    }
+    model_indicators(visible_model(c), indicators);
+    for (int i = 0; i < indicator_count && answer == ANSWER_OK; ++i)
+        answer = give(c, "", model_variable(model_indicator(i))->name, indicators[i]);
     return answer;
 }
 
 enum Answer complete_step(struct Component *c)
 {
-    const enum Status status = kernel_step_completed(&c->contact);
-    if (status != KERNEL_OK)
-        return report_kernel(c, ANSWER_ERROR, status);
+    const enum Status status = model_completed_step(c->model);
+    if (status != STATUS_OK)
+        return report_status(c, ANSWER_ERROR, status);
     return component_warn(c);
 }
 
@@ -110,12 +108,12 @@ static int derivable(struct Component *c, const uint32_t *references, size_t cou
 {
     for (size_t i = 0; i < count; ++i) {
         const int there = references[i] < (uint32_t)c->count, index = there ? (int)references[i] : 0;
-        const enum Causality role = kernel_variable(index)->causality;
+        const enum Causality role = model_variable(index)->causality;
         const int fits = there && c->type[index] == REAL &&
                          (known ? role == INPUT || is_state(c, index) : role == OUTPUT || role == LOCAL);
         if (!fits) {
             report(c, ANSWER_ERROR, "value reference %lu%s%s is no %s; allowed are %s.", (unsigned long)references[i],
-                   there ? ", " : "", there ? kernel_variable(index)->name : "", known ? "known" : "unknown",
+                   there ? ", " : "", there ? model_variable(index)->name : "", known ? "known" : "unknown",
                    known ? "real inputs and continuous states" : "real outputs and local variables");
             return 0;
         }
@@ -146,13 +144,13 @@ enum Answer get_derivative(struct Component *c, int adjoint, const uint32_t *unk
             double entry = 0;
             if (weight == 0)
                 continue;
-            const enum Status status = kernel_derivative(shown(c), (int)unknowns[u], (int)knowns[k], &entry);
-            if (status != KERNEL_OK)
-                return report_kernel(c, ANSWER_ERROR, status);
+            const enum Status status = model_derivative(visible_model(c), (int)unknowns[u], (int)knowns[k], &entry);
+            if (status != STATUS_OK)
+                return report_status(c, ANSWER_ERROR, status);
             result[adjoint ? k : u] += entry * weight;
         }
     for (size_t i = 0; i < result_count && answer <= ANSWER_WARNING; ++i)
         answer =
-            give(c, "a derivative by or of ", kernel_variable((int)(adjoint ? knowns : unknowns)[i])->name, result[i]);
+            give(c, "a derivative by or of ", model_variable((int)(adjoint ? knowns : unknowns)[i])->name, result[i]);
     return answer;
 }

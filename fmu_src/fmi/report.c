@@ -39,11 +39,11 @@ enum Answer report(struct Component *c, enum Answer answer, const char *format, 
     return answer;
 }
 
-enum Answer report_kernel(struct Component *c, enum Answer answer, enum Status status)
+enum Answer report_status(struct Component *c, enum Answer answer, enum Status status)
 {
     char why[TEXT_SIZE / 2];
-    kernel_explain(&c->contact, status, why, sizeof why);
-    return report(c, answer, "at time %.17g s: %s.", c->contact.value[VAR_TIME][0], why);
+    model_explain(c->model, status, why, sizeof why);
+    return report(c, answer, "at time %.17g s: %s.", present_time(c), why);
 }
 
 static const char *const mode_names[] = {"Instantiated",

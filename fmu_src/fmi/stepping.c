@@ -1,29 +1,28 @@
 /* How does an instance move on? Steps of co-simulation, events of both interfaces, and what there is to warn of.
  *
- * Time: the host's communication points and the contact's own time may differ by rounding only. The step taken runs
+ * Time: the host's communication points and the model's own time may differ by rounding only. The step taken runs
  * from the own time to the host's next point, so that rounding never adds up.
  */
 #include "component.h"
 
 #include <float.h>
 #include <math.h>
-#include <string.h>
 
 enum Answer component_warn(struct Component *c)
 {
-    const uint32_t fresh = c->contact.warnings & ~c->told;
+    const uint32_t fresh = model_warnings(c->model) & ~c->told;
     if (!fresh)
         return ANSWER_OK;
     c->told |= fresh;
-    for (int bit = 0; bit < WARNING_COUNT; ++bit)
+    for (int bit = 0; bit < model_warning_count(); ++bit)
         if (fresh >> bit & 1u)
-            report(c, ANSWER_WARNING, "at time %g s: %s.", c->contact.value[VAR_TIME][0], kernel_warning_text(bit));
+            report(c, ANSWER_WARNING, "at time %g s: %s.", present_time(c), model_warning_text(bit));
     return c->host.warned;
 }
 
 static enum Answer bad_step(struct Component *c, double time, double step, double slack)
 {
-    const double now = c->contact.value[VAR_TIME][0];
+    const double now = present_time(c);
     if (!(step > 0 && step < INFINITY))
         return report(c, ANSWER_ERROR, "the step size is %g s; a finite number above 0 is needed.", step);
     if (!(fabs(time - now) <= slack))
@@ -40,10 +39,11 @@ static enum Answer bad_step(struct Component *c, double time, double step, doubl
 /* Would an input that is ramped by its derivative leave its bounds before the end of the step? */
 static int ramps_stay(struct Component *c, double step)
 {
-    for (int i = INPUT_FIRST; i < INPUT_END && c->life.slope_set; ++i) {
-        const double end = c->contact.value[i][0] + c->contact.slope[i - INPUT_FIRST][0] * step;
-        const struct Variable *v = kernel_variable(i);
-        if (kernel_check(i, end) == KERNEL_OK)
+    for (int place = 0; place < model_input_count() && c->life.slope_set; ++place) {
+        const int i = model_input(place);
+        const double end = model_get(c->model, i) + model_slope(c->model, i) * step;
+        const struct Variable *v = model_variable(i);
+        if (model_check(i, end) == STATUS_OK)
             continue;
         report(c, ANSWER_ERROR,
                "the derivative of %s would lead it to %g %s at the end of the step; allowed is %g to %g.", v->name, end,
@@ -55,9 +55,9 @@ static int ramps_stay(struct Component *c, double step)
 
 /* Show the present point to the host. Returns whether it wants the step to end before `target`, which then says where.
  */
-static int shown_and_stopped(struct Component *c, double *target)
+static int stopped_after_showing(struct Component *c, double *target)
 {
-    const double now = c->contact.value[VAR_TIME][0];
+    const double now = present_time(c);
     double until = now;
     const int asks = now < *target;
     c->life.mode = asks ? ASKING : INTERMEDIATE;
@@ -75,29 +75,29 @@ static int shown_and_stopped(struct Component *c, double *target)
 static enum Status advance(struct Component *c, double whole, struct StepEnd *end)
 {
     const int hand_over = c->host.event_mode && c->host.early_return, watched = c->host.show != NULL;
-    double *now = c->contact.value[VAR_TIME], target = *now + whole, left = whole, taken;
+    double target = present_time(c) + whole, left = whole, taken;
     for (int stop = hand_over || watched;;) {
-        enum Status status = kernel_advance(&c->contact, left, stop, &taken);
+        enum Status status = model_step(c->model, left, stop, &taken);
         const int at_event = taken < left;
-        if (status != KERNEL_OK)
+        if (status != STATUS_OK)
             return status;
         end->event = at_event && hand_over;
         end->early |= end->event;
         if (at_event && !hand_over)
-            status = kernel_event(&c->contact);
-        if (status != KERNEL_OK)
+            status = model_event(c->model);
+        if (status != STATUS_OK)
             return status;
-        end->early |= watched && shown_and_stopped(c, &target);
-        left = at_event ? target - *now : 0;
+        end->early |= watched && stopped_after_showing(c, &target);
+        left = at_event ? target - present_time(c) : 0;
         if (end->event || !(left > 0) || c->life.mode != STEPPING)
-            return KERNEL_OK;
+            return STATUS_OK;
         stop = stop && taken > 0;
     }
 }
 
 enum Answer component_step(struct Component *c, double time, double step, struct StepEnd *end)
 {
-    const double now = c->contact.value[VAR_TIME][0];
+    const double now = present_time(c);
     const double slack = 1e-6 * step + 4 * DBL_EPSILON * fabs(now);
     const double whole = time - now + step;
     *end = (struct StepEnd){.last_time = now};
@@ -111,16 +111,16 @@ enum Answer component_step(struct Component *c, double time, double step, struct
         return ANSWER_ERROR;
 
     const enum Status status = advance(c, whole, end);
-    c->life.last_time = end->last_time = c->contact.value[VAR_TIME][0];
+    c->life.last_time = end->last_time = present_time(c);
     c->life.stale = 1;
     c->life.event_pending = (uint32_t)end->event;
-    if (c->life.slope_set)
-        memset(c->contact.slope, 0, sizeof c->contact.slope);
+    for (int place = 0; place < model_input_count() && c->life.slope_set; ++place)
+        model_set_slope(c->model, model_input(place), 0);
     c->life.slope_set = 0;
-    if (status != KERNEL_OK) {
+    if (status != STATUS_OK) {
         c->life.mode = STEP_FAILED;
         char why[512];
-        kernel_explain(&c->contact, status, why, sizeof why);
+        model_explain(c->model, status, why, sizeof why);
         return report(c, end->last_time > now ? c->host.partial_step : ANSWER_ERROR,
                       "the step from %.17g s by %g s ended at %.17g s: %s.", now, step, end->last_time, why);
     }
@@ -129,20 +129,18 @@ enum Answer component_step(struct Component *c, double time, double step, struct
 
 enum Answer component_event(struct Component *c, struct News *news)
 {
-    double before[STATES];
     for (int i = 0; i < c->state_count; ++i)
-        before[i] = c->contact.value[c->state[i]][0];
-    const enum Status status = kernel_event(&c->contact);
-    if (status != KERNEL_OK)
-        return report_kernel(c, ANSWER_ERROR, status);
+        c->before[i] = model_get(c->model, c->state[i]);
+    const enum Status status = model_event(c->model);
+    if (status != STATUS_OK)
+        return report_status(c, ANSWER_ERROR, status);
     c->life.stale = 1;
     c->life.event_pending = 0;
-    *news = (struct News){.next_event = kernel_next_event(&c->contact)};
-    /* Within a step of co-simulation the contact closes its averaging windows itself: the host need not stop there. */
+    *news = (struct News){.next_event = model_next_event(c->model)};
+    /* Within a step of co-simulation the model acts on its events itself: the host need not stop there. */
     news->next_event_defined = c->life.interface == MODEL_EXCHANGE && isfinite(news->next_event);
     for (int i = 0; i < c->state_count; ++i)
-        news->states_changed |= c->contact.value[c->state[i]][0] != before[i];
-    report(c, ANSWER_OK, "event at time %.17g s%s.", c->contact.value[VAR_TIME][0],
-           news->states_changed ? ", states changed" : "");
+        news->states_changed |= model_get(c->model, c->state[i]) != c->before[i];
+    report(c, ANSWER_OK, "event at time %.17g s%s.", present_time(c), news->states_changed ? ", states changed" : "");
     return component_warn(c);
 }

@@ -1,4 +1,4 @@
-/* How do a host's value references reach the kernel's values? Reference = index; type, bounds and roles are asked of
+/* How do a host's value references reach the model's values? Reference = index; type, bounds and roles are asked of
  * the tables.
  *
  * A call that sets several values checks them all before it sets the first.
@@ -7,6 +7,7 @@
 
 #include <math.h>
 #include <stdbool.h>
+#include <string.h>
 
 static const char *const type_names[] = {
     [REAL] = "a real number", [INTEGER] = "an integer", [BOOLEAN] = "a Boolean", [CHOICE] = "an enumeration"};
@@ -29,22 +30,22 @@ enum Answer refresh(struct Component *c)
     if (!c->life.stale || !(c->life.mode & (INITIALIZING | RUNNING | STEP_FAILED | TERMINATED | INTERMEDIATE | ASKING)))
         return ANSWER_OK;
     if (c->life.mode == INITIALIZING) { /* the start may still change: try it on a copy */
-        c->preview = c->contact;
-        status = kernel_start(&c->preview, c->life.start);
-        status = status == KERNEL_OK ? kernel_evaluate(&c->preview) : status;
+        memcpy(c->preview, c->model, model_size());
+        status = model_start(c->preview, c->life.start);
+        status = status == STATUS_OK ? model_evaluate(c->preview) : status;
     } else {
-        status = kernel_evaluate(&c->contact);
+        status = model_evaluate(c->model);
     }
-    c->life.stale = status != KERNEL_OK;
-    return status == KERNEL_OK ? ANSWER_OK : report_kernel(c, out_of_reach(c), status);
+    c->life.stale = status != STATUS_OK;
+    return status == STATUS_OK ? ANSWER_OK : report_status(c, out_of_reach(c), status);
 }
 
 enum Answer give(struct Component *c, const char *what, const char *name, double x)
 {
     if (isfinite(x))
         return ANSWER_OK;
-    return report(c, out_of_reach(c), "at time %.17g s: %s%s is %g, which is no finite number. %s",
-                  c->contact.value[VAR_TIME][0], what, name, x,
+    return report(c, out_of_reach(c), "at time %.17g s: %s%s is %g, which is no finite number. %s", present_time(c),
+                  what, name, x,
                   c->life.mode == INTEGRATING
                       ? "Try other states or a shorter step."
                       : "Reset the instance or restore an FMU state, and look for values far from any machine's.");
@@ -59,7 +60,7 @@ static int reachable(struct Component *c, const struct Access *as, uint32_t refe
                (unsigned long)reference, c->count - 1);
     else
         report(c, ANSWER_ERROR, "%s (value reference %lu) is %s; this function reaches %s variables only.",
-               kernel_variable((int)reference)->name, (unsigned long)reference, type_names[c->type[reference]],
+               model_variable((int)reference)->name, (unsigned long)reference, type_names[c->type[reference]],
                as->word);
     return 0;
 }
@@ -126,13 +127,13 @@ enum Answer get_values(struct Component *c, const struct Access *as, const uint3
     const enum Answer answer = count ? refresh(c) : ANSWER_OK;
     if (answer > ANSWER_WARNING)
         return answer;
-    const struct Contact *contact = shown(c);
+    const struct Model *model = visible_model(c);
     for (size_t i = 0; i < count; ++i) {
         if (!reachable(c, as, references[i]))
             return ANSWER_ERROR;
-        const double x = contact->value[references[i]][0];
+        const double x = model_get(model, (int)references[i]);
         if (!isfinite(x))
-            return give(c, "", kernel_variable((int)references[i])->name, x);
+            return give(c, "", model_variable((int)references[i])->name, x);
         store(values, as->form, i, x + item_offset(c, references[i]));
     }
     return ANSWER_OK;
@@ -140,7 +141,7 @@ enum Answer get_values(struct Component *c, const struct Access *as, const uint3
 
 static enum Answer not_settable(struct Component *c, uint32_t reference)
 {
-    const struct Variable *v = kernel_variable((int)reference);
+    const struct Variable *v = model_variable((int)reference);
     const char *fixed = v->causality == PARAMETER && v->variability == FIXED ? " that is fixed" : "";
     char allowed[256];
     list_modes(c->settable[reference], allowed, sizeof allowed);
@@ -152,14 +153,14 @@ static enum Answer not_settable(struct Component *c, uint32_t reference)
 
 static enum Answer bad_value(struct Component *c, uint32_t reference, double value, enum Status status)
 {
-    const struct Variable *v = kernel_variable((int)reference);
+    const struct Variable *v = model_variable((int)reference);
     const double offset = item_offset(c, reference);
     const int bare = v->unit[0] == '1' && v->unit[1] == '\0';
     const char *space = bare ? "" : " ", *unit = bare ? "" : v->unit;
     return report(c, ANSWER_ERROR,
                   "%s = %g%s%s (value reference %lu): %s; allowed is %g to %g%s%s. The value %g%s%s is kept.", v->name,
-                  value + offset, space, unit, (unsigned long)reference, kernel_status_text(status), v->min + offset,
-                  v->max + offset, space, unit, c->contact.value[reference][0] + offset, space, unit);
+                  value + offset, space, unit, (unsigned long)reference, status_text(status), v->min + offset,
+                  v->max + offset, space, unit, model_get(c->model, (int)reference) + offset, space, unit);
 }
 
 enum Answer set_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count,
@@ -173,16 +174,16 @@ enum Answer set_values(struct Component *c, const struct Access *as, const uint3
         if (!(c->settable[references[i]] & c->life.mode))
             return not_settable(c, references[i]);
         const double value = load(values, as->form, i) - item_offset(c, references[i]);
-        const enum Status status = kernel_check((int)references[i], value);
-        if (status != KERNEL_OK)
+        const enum Status status = model_check((int)references[i], value);
+        if (status != STATUS_OK)
             return bad_value(c, references[i], value, status);
     }
     for (size_t i = 0; i < count; ++i) {
         const double value = load(values, as->form, i) - item_offset(c, references[i]);
-        const enum Status status = kernel_set(&c->contact, (int)references[i], 0, value);
-        if (status != KERNEL_OK)
+        const enum Status status = model_set(c->model, (int)references[i], value);
+        if (status != STATUS_OK)
             return bad_value(c, references[i], value, status);
-        c->life.tolerance_set |= references[i] == TOLERANCE_ARGUMENT;
+        c->life.tolerance_set |= (int)references[i] == model_tolerance();
     }
     c->life.stale |= count > 0;
     return ANSWER_OK;
@@ -197,8 +198,8 @@ enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t c
     for (size_t i = 0; i < count; ++i) {
         if (!reachable(c, &reals, references[i]))
             return ANSWER_ERROR;
-        const char *name = kernel_variable((int)references[i])->name;
-        if (kernel_variable((int)references[i])->causality != INPUT)
+        const char *name = model_variable((int)references[i])->name;
+        if (model_variable((int)references[i])->causality != INPUT)
             return report(c, ANSWER_ERROR, "%s (value reference %lu) is no input; only inputs take a derivative.", name,
                           (unsigned long)references[i]);
         if (orders[i] != 1)
@@ -208,7 +209,7 @@ enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t c
             return report(c, ANSWER_ERROR, "the derivative of %s is %g; a finite number is needed.", name, slopes[i]);
     }
     for (size_t i = 0; i < count; ++i)
-        c->contact.slope[references[i] - INPUT_FIRST][0] = slopes[i];
+        model_set_slope(c->model, (int)references[i], slopes[i]);
     c->life.slope_set |= count > 0;
     return ANSWER_OK;
 }

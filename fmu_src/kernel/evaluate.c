@@ -57,11 +57,11 @@ static void show_plain(struct Contact *contact, const struct Point *x, int n)
 
 int shows_plainly(int count, const int *index)
 {
-    int found = 0;
+    int matches = 0;
     for (int j = 0; j < count; ++j)
         for (int n = 0; n < PLAIN_COUNT; ++n)
-            found += plain[n].index == index[j];
-    return found == count;
+            matches += plain[n].index == index[j];
+    return matches == count;
 }
 
 void show_some(struct Contact *contact, const struct Point *x, int count, const int *index)
@@ -130,7 +130,7 @@ enum Status shows_finite(const struct Contact *contact, const struct Configurati
     int lost = rows_lost(contact->value + VAR_FRICTION_FORCE, BASE_COUNT - VAR_FRICTION_FORCE);
     for (int n = 0; n < w->on_count; ++n)
         lost |= rows_lost(contact->value + w->on_value[n], 2 * w->on[n]->states);
-    return lost ? KERNEL_DIVERGED : KERNEL_OK;
+    return lost ? STATUS_DIVERGED : STATUS_OK;
 }
 
 enum Status show_here(struct Contact *contact, const struct Configuration *w, const struct Point *passed,
@@ -160,7 +160,7 @@ enum Status show_here(struct Contact *contact, const struct Configuration *w, co
 enum Status kernel_evaluate(struct Contact *contact)
 {
     if (!ordered_temperatures(contact))
-        return KERNEL_TEMPERATURES;
+        return STATUS_TEMPERATURES;
     const struct Configuration w = wire(contact);
     return kernel_averages(contact) ? shows_finite(contact, &w) : show_here(contact, &w, NULL, NULL, 1);
 }
@@ -176,7 +176,7 @@ void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS
 enum Status kernel_event(struct Contact *contact)
 {
     if (kernel_averages(contact))
-        return KERNEL_OK;
+        return STATUS_OK;
     const struct Configuration w = wire(contact);
     struct Point x;
     /* hosts find events to some roundings of the time, and stop on either side */
@@ -194,16 +194,16 @@ enum Status kernel_step_completed(struct Contact *contact)
     const struct Configuration w = wire(contact);
     struct Point x;
     if (!w.looks_back && !w.meets_again)
-        return KERNEL_OK;
+        return STATUS_OK;
     point_at(contact, &w, here, &x);
     for (int i = 0; i < LANES && w.meets_again; ++i)
         leave_surface(contact, i, meeting_time(&w, i), w.p[VAR_FEED][i], &x);
     for (int i = 0; i < LANES && w.looks_back; ++i) {
         remember_host_step(contact, i, &x);
         if (!recall_reaches(contact, i, x.t[i] - look_back(&w, i)))
-            return KERNEL_HISTORY_SHORT;
+            return STATUS_HISTORY_SHORT;
     }
-    return KERNEL_OK;
+    return STATUS_OK;
 }
 
 double kernel_next_event(const struct Contact *contact)

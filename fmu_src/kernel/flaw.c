@@ -27,7 +27,7 @@ static const char *flaw_of_values(const struct Contact *contact)
     for (int index = 0; index < kernel_variable_count(); ++index) {
         const enum Causality role = kernel_variable(index)->causality;
         for (int i = 0; i < LANES && (role == PARAMETER || role == INPUT); ++i)
-            if (kernel_check(index, contact->value[index][i]) != KERNEL_OK)
+            if (kernel_check(index, contact->value[index][i]) != STATUS_OK)
                 return "a parameter or an input lies outside its bounds";
     }
     for (int place = 0; place < kernel_state_count(); ++place)
@@ -45,9 +45,9 @@ static const char *flaw_of_start(const struct Contact *contact)
         return "the effects that are on are not those that are switched on";
     const struct Configuration w = wire(contact);
     if (rivals_on(&w))
-        return kernel_status_text(KERNEL_RIVALS);
+        return kernel_status_text(STATUS_RIVALS);
     if (kernel_averages(contact) && w.kinematics == KINEMATICS_EXTERNAL)
-        return kernel_status_text(KERNEL_NO_CYCLE);
+        return kernel_status_text(STATUS_NO_CYCLE);
     EACH_LANE
         if (!(fabs(contact->largest_difference[i] / largest_difference(contact, i) - 1) < 1e-9))
             return "what a step may leave unexplained is not that of relative_tolerance";

@@ -177,22 +177,6 @@ enum Indicator {
     AT_LAW /* the friction law's own, > 0 on its sticking side: break-away of a bristle, Karnopp's band */
 };
 
-enum Status {
-    KERNEL_OK,
-    KERNEL_NO_SUCH_VARIABLE,
-    KERNEL_NOT_FINITE,
-    KERNEL_OUT_OF_BOUNDS,
-    KERNEL_BAD_STEP,
-    KERNEL_TOO_MANY_STEPS,
-    KERNEL_DIVERGED,
-    KERNEL_TEMPERATURES,
-    KERNEL_RIVALS,
-    KERNEL_HISTORY_SHORT,
-    KERNEL_STOPPED,
-    KERNEL_NO_CYCLE,
-    KERNEL_STATUS_COUNT
-};
-
 /* Things that are legal but worth one line in the log; bits of kernel_warnings. */
 enum Warning {
     WARN_STIFFNESS_FLOOR = 1,
@@ -315,8 +299,8 @@ double kernel_next_event(const struct Contact *contact);
 enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken);
 /* Follow a record from its first sample, where the contact stands, to its last; see struct Record and struct Yield. A
  * nonzero *stop (may be NULL) breaks off after the sample that is being followed. */
-enum Status kernel_follow(struct Contact *contact, const struct Record *record, struct Yield *yield,
-                          const volatile int *stop);
+enum Status kernel_run_record(struct Contact *contact, const struct Record *record, struct Yield *yield,
+                              const volatile int *stop);
 /* d unknown / d known at the current point, by central differences on a copy. known: inputs and states. */
 enum Status kernel_derivative(const struct Contact *contact, int unknown, int known, double *derivative);
 

@@ -1,30 +1,21 @@
 /* How does a contact begin, and what are its derivatives? Life of one contact around advance.c. */
+#include "shared.h"
 #include "stages.h"
 
 #include <math.h>
 
-enum Status kernel_check(int index, double value)
-{
-    const struct Variable *variable = kernel_variable(index);
-    if (!variable)
-        return KERNEL_NO_SUCH_VARIABLE;
-    if (!isfinite(value))
-        return KERNEL_NOT_FINITE;
-    if (value < variable->min || value > variable->max)
-        return KERNEL_OUT_OF_BOUNDS;
-    return variable->type != REAL && value != floor(value) ? KERNEL_OUT_OF_BOUNDS : KERNEL_OK;
-}
+enum Status kernel_check(int index, double value) { return check_value(kernel_variable(index), value); }
 
 enum Status kernel_set(struct Contact *contact, int index, int lane, double value)
 {
     const enum Status status = kernel_check(index, value);
-    if (status != KERNEL_OK)
+    if (status != STATUS_OK)
         return status;
     contact->value[index][lane] = value;
     if (index == VAR_SLIP_VELOCITY && value != 0 && contact->started &&
         chosen(contact->value, VAR_KINEMATICS, 0) == KINEMATICS_INTERNAL)
         contact->warnings |= WARN_UNUSED_SLIP;
-    return KERNEL_OK;
+    return STATUS_OK;
 }
 
 void kernel_reset(struct Contact *contact)
@@ -74,22 +65,22 @@ enum Status kernel_start(struct Contact *contact, double time)
     contact->effects_on = effects_switched_on(contact);
     const struct Configuration w = wire(contact);
     if (!isfinite(time))
-        return KERNEL_NOT_FINITE;
+        return STATUS_NOT_FINITE;
     if (rivals_on(&w))
-        return KERNEL_RIVALS;
+        return STATUS_RIVALS;
     if (kernel_averages(contact) && w.kinematics == KINEMATICS_EXTERNAL)
-        return KERNEL_NO_CYCLE;
+        return STATUS_NO_CYCLE;
     EACH_LANE
         contact->value[VAR_TIME][i] = contact->window_origin = time;
     contact->started = 1;
     enum Status status = begin(contact);
-    if (status == KERNEL_OK && kernel_averages(contact))
+    if (status == STATUS_OK && kernel_averages(contact))
         return average_start(contact);
-    if (chosen(contact->value, VAR_INITIAL_STATE, 0) == PERIODIC && status == KERNEL_OK) {
+    if (chosen(contact->value, VAR_INITIAL_STATE, 0) == PERIODIC && status == STATUS_OK) {
         const int cyclic = chosen(contact->value, VAR_KINEMATICS, 0) != KINEMATICS_EXTERNAL;
         contact->warnings |= cyclic ? 0u : WARN_NOT_PERIODIC;
-        status = cyclic ? find_periodic(contact) : KERNEL_OK;
-        if (status == KERNEL_OK)
+        status = cyclic ? find_periodic(contact) : STATUS_OK;
+        if (status == STATUS_OK)
             status = kernel_event(contact);
     }
     EACH_LANE
@@ -104,7 +95,7 @@ enum Status kernel_derivative(const struct Contact *contact, int unknown, int kn
     struct Contact probe = *contact;
     const struct Variable *variable = kernel_variable(known);
     if (!variable || !kernel_variable(unknown))
-        return KERNEL_NO_SUCH_VARIABLE;
+        return STATUS_NO_SUCH_VARIABLE;
     /* Central differences, of second order from within where a bound is near (a magnitude at 0 has no other side). The
      * step balances rounding and truncation, both near 1e-10 of the nominal. */
     const double value = contact->value[known][0], scale = variable->nominal > 0 ? variable->nominal : 1;
@@ -120,10 +111,10 @@ enum Status kernel_derivative(const struct Contact *contact, int unknown, int kn
         EACH_LANE
             probe.value[known][i] = contact->value[known][i] + place[kind][n] * h;
         const enum Status status = averages ? average_here(&probe) : kernel_evaluate(&probe);
-        if (status != KERNEL_OK)
+        if (status != STATUS_OK)
             return status;
         sum += weight[kind][n] * probe.value[unknown][0];
     }
     *derivative = sum / h;
-    return KERNEL_OK;
+    return STATUS_OK;
 }

@@ -59,9 +59,9 @@ static void angle_at(const lanes X, const struct Turn *t, lanes sought, lanes ch
             low[i] = miss > 0 ? low[i] : at;
             chi[i] = on ? at - move : chi[i];
             /* Halley's rule leaves the cube of the move as error; the last: rounding of X */
-            const int found = (fabs(move) < 1e-6 * (last - chi[i])) | (high[i] - low[i] < 1e-15) | (fabs(miss) < 4e-16);
-            sought[i] = on & !found;
-            any |= on & !found;
+            const int close = (fabs(move) < 1e-6 * (last - chi[i])) | (high[i] - low[i] < 1e-15) | (fabs(miss) < 4e-16);
+            sought[i] = on & !close;
+            any |= on & !close;
         }
     }
     EACH_LANE

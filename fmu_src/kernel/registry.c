@@ -1,6 +1,7 @@
 /* Which variables, laws and effects does the kernel have, and where does each keep its values? */
 #include "kernel.h"
 #include "registry.h"
+#include "shared.h"
 
 #define DECLARE_LAW(name) extern const struct FrictionLaw friction_##name;
 #define DECLARE_EFFECT(name) extern const struct Effect effect_##name;
@@ -98,79 +99,24 @@ int kernel_derivative_of(int index)
 
 int kernel_indicator(int place) { return place >= 0 && place < INDICATORS ? VAR_CONTACT_INDICATOR + place : -1; }
 
-/* FNV-1a, 64 bits. */
-static uint64_t mix(uint64_t hash, const void *bytes, size_t size)
-{
-    for (size_t i = 0; i < size; ++i)
-        hash = (hash ^ ((const unsigned char *)bytes)[i]) * 1099511628211u;
-    return hash;
-}
-
-static uint64_t mix_text(uint64_t hash, const char *text)
-{
-    for (; text && *text; ++text)
-        hash = mix(hash, text, 1);
-    return mix(hash, "", 1);
-}
-
 static uint64_t hash_tables(uint64_t hash)
 {
     const int count = kernel_variable_count();
-    for (int i = 0; i < count; ++i) {
-        const struct Variable *v = kernel_variable(i);
-        const double numbers[] = {v->start, v->min, v->max, v->nominal, v->neutral};
-        const int32_t kinds[] = {(int32_t)v->type, (int32_t)v->causality, (int32_t)v->variability,
-                                 kernel_derivative_of(i)};
-        hash = mix_text(mix_text(mix_text(hash, v->name), v->unit), v->display_unit);
-        hash = mix_text(mix_text(mix_text(hash, v->meaning), v->source), v->required_with);
-        hash = mix(mix(hash, numbers, sizeof numbers), kinds, sizeof kinds);
-        for (const char *const *choice = v->choices; choice && *choice; ++choice)
-            hash = mix_text(hash, *choice);
-    }
+    for (int i = 0; i < count; ++i)
+        hash = hash_row(hash, kernel_variable(i), kernel_derivative_of(i), 1);
     for (int i = 0; i < LAW_COUNT; ++i)
-        hash = mix_text(mix_text(mix_text(mix_text(hash, laws[i]->meaning), laws[i]->equation), laws[i]->source),
-                        laws[i]->reads);
+        hash = hash_text(hash_text(hash_text(hash_text(hash, laws[i]->meaning), laws[i]->equation), laws[i]->source),
+                         laws[i]->reads);
     for (int i = 0; i < EFFECT_COUNT; ++i)
-        hash = mix_text(
-            mix_text(mix_text(mix_text(hash, effects[i]->equation), effects[i]->signature), effects[i]->rivals),
+        hash = hash_text(
+            hash_text(hash_text(hash_text(hash, effects[i]->equation), effects[i]->signature), effects[i]->rivals),
             effects[i]->needs);
     return hash;
 }
 
-void kernel_token(char token[39])
-{
-    static const char form[] = "{xxxxxxxx-xxxx-xxxx-xxxx-xxxxxxxxxxxx}";
-    uint64_t hash = 14695981039346656037u;
-    int digit = 0;
-    for (int i = 0; i < 39; ++i) {
-        if (form[i] == 'x' && digit % 16 == 0)
-            hash = hash_tables(hash);
-        token[i] = form[i] == 'x' ? "0123456789abcdef"[hash >> 4 * (digit % 16) & 15] : form[i];
-        digit += form[i] == 'x';
-    }
-}
+void kernel_token(char token[39]) { write_token(hash_tables, token); }
 
-static const char *const status_texts[KERNEL_STATUS_COUNT] = {
-    [KERNEL_OK] = "done",
-    [KERNEL_NO_SUCH_VARIABLE] = "there is no such variable",
-    [KERNEL_NOT_FINITE] = "the value is not a finite number",
-    [KERNEL_OUT_OF_BOUNDS] = "the value lies outside its bounds",
-    [KERNEL_BAD_STEP] = "the step is not a number above 0 and up to 1e9 s",
-    [KERNEL_TOO_MANY_STEPS] = "it takes internal steps without end, as where contact flickers: change what is on, or "
-                              "loosen relative_tolerance",
-    [KERNEL_DIVERGED] = "a force, a state or another output is no longer a finite number",
-    [KERNEL_RIVALS] = "two effects are on that are rivals of each other: switch one of them off",
-    [KERNEL_HISTORY_SHORT] = "an effect looks back further than the last 256 internal steps, which are kept: shorten "
-                             "its time or loosen relative_tolerance",
-    [KERNEL_STOPPED] = "stopped on request",
-    [KERNEL_NO_CYCLE] =
-        "averaging = cycle needs a vibration cycle: use kinematics = internal or combined, or averaging = resolved",
-    [KERNEL_TEMPERATURES] = "reference_temperature must lie above ambient_temperature, by 0.001 K or more",
-};
-const char *kernel_status_text(enum Status status)
-{
-    return status < KERNEL_STATUS_COUNT ? status_texts[status] : "unknown status";
-}
+const char *kernel_status_text(enum Status status) { return status_text(status); }
 
 /* `more` behind what text holds, as far as it has room. */
 static void append(char *text, size_t size, const char *more)
@@ -197,7 +143,7 @@ void kernel_explain(const struct Contact *contact, enum Status status, char *tex
     if (size > 0)
         text[0] = '\0';
     append(text, size, kernel_status_text(status));
-    if (status != KERNEL_TOO_MANY_STEPS && status != KERNEL_DIVERGED)
+    if (status != STATUS_TOO_MANY_STEPS && status != STATUS_DIVERGED)
         return;
     append(text, size, " (");
     append_choice(contact, VAR_FRICTION_LAW, text, size);

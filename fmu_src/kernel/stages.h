@@ -118,15 +118,17 @@ void remember_host_step(struct Contact *contact, int lane, const struct Point *x
 int recall_reaches(const struct Contact *contact, int lane, double t);
 
 /* linear_response.c: exact answers of linear states to a drive that is a parabola over the step, through u at start,
- * middle and end. relax: dy/dt = (u - y)/T after half and whole of h; swing: d2y/dt2 = w^2 (u - y) - 2 zeta w dy/dt for
- * y and its rate. */
-void relax(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole);
-void swing(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2],
-           double whole[2]);
+ * middle and end. first_order_response: dy/dt = (u - y)/T after half and whole of h; second_order_response: d2y/dt2 =
+ * w^2 (u - y) - 2 zeta w dy/dt for y and its rate. */
+void first_order_response(double h, double T, double u_0, double u_m, double u_1, double y, double *half,
+                          double *whole);
+void second_order_response(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2],
+                           double half[2], double whole[2]);
 /* The same of a sensor: what stands for the middle gives the mean by Simpson's rule. */
-void relax_in_mean(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole);
-void swing_in_mean(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2],
-                   double half[2], double whole[2]);
+void first_order_response_in_mean(double h, double T, double u_0, double u_m, double u_1, double y, double *half,
+                                  double *whole);
+void second_order_response_in_mean(double h, double w, double zeta, double u_0, double u_m, double u_1,
+                                   const double y[2], double half[2], double whole[2]);
 
 /* path.c: r = v_c / (a w). */
 void turn_at(double r, struct Turn *turn, int lane);

@@ -1,5 +1,6 @@
-/* What is said of every quantity, whatever model it belongs to? One row of a table. The contact and its partners
- * (machines/) write their tables in these words, and the FMI shells, Python and the documentation read them.
+/* What is said of every quantity, and how may a call end, whatever model it belongs to? One row of a table, and the
+ * statuses. The contact and its partners (machines/) write their tables in these words, and the FMI shells, Python and
+ * the documentation read them.
  */
 #ifndef TABLES_H
 #define TABLES_H
@@ -21,6 +22,23 @@ struct Variable {
                                   it needs it given; with others it is computed, or its start will do; NULL: with all */
     double neutral; /* of an effect's parameter: with all at their neutral values on equals off; NAN: shape, has no say;
                        of a law's parameter: the published law's value, where that is not 0 */
+};
+
+enum Status { /* status_text says each in words */
+              STATUS_OK,
+              STATUS_NO_SUCH_VARIABLE,
+              STATUS_NOT_FINITE,
+              STATUS_OUT_OF_BOUNDS,
+              STATUS_BAD_STEP,
+              STATUS_DIVERGED,
+              /* of the contact alone */
+              STATUS_TOO_MANY_STEPS,
+              STATUS_TEMPERATURES,
+              STATUS_RIVALS,
+              STATUS_HISTORY_SHORT,
+              STATUS_STOPPED,
+              STATUS_NO_CYCLE,
+              STATUS_COUNT
 };
 
 #endif

@@ -6,24 +6,38 @@
  * its energy but for rounding.
  */
 #include "machine.h"
-#include "response.h"
+#include "linear_response.h"
 
 #include <math.h>
 #include <string.h>
 
 #define LONGEST_STEP 1e9 /* [s]: 30 years */
 
-int kernel_variable_count(void) { return part.count; }
-const struct Variable *kernel_variable(int index)
+static uint64_t hash_part(uint64_t hash)
+{
+    for (int i = 0; i < part.count; ++i)
+        hash = hash_row(hash, &part.variables[i], part.variables[i].derivative_of, 0);
+    return hash_text(hash, part.equations);
+}
+
+const char *machine_equations(void) { return part.equations; }
+size_t model_size(void) { return sizeof(struct Model); }
+void model_token(char token[39]) { write_token(hash_part, token); }
+int model_variable_count(void) { return part.count; }
+const struct Variable *model_variable(int index)
 {
     return index >= 0 && index < part.count ? &part.variables[index] : NULL;
 }
-const char *kernel_equations(void) { return part.equations; }
-size_t kernel_size(void) { return sizeof(struct Contact); }
-int kernel_derivative_of(int index)
+int model_derivative_of(int index) { return index > 0 && index < part.count ? part.variables[index].derivative_of : 0; }
+
+int model_input_count(void)
 {
-    return index > 0 && index < part.count ? part.variables[index].derivative_of : 0;
+    int count = 0;
+    for (int i = 0; i < part.count; ++i)
+        count += part.variables[i].causality == INPUT;
+    return count;
 }
+int model_input(int place) { return INPUT_FIRST + place; }
 
 /* The states in the order of their rates in the table. */
 static int rate_of(int place)
@@ -34,7 +48,7 @@ static int rate_of(int place)
     return -1;
 }
 
-int kernel_state_count(void)
+int model_state_count(void)
 {
     int count = 0;
     for (int i = 0; i < part.count; ++i)
@@ -42,209 +56,196 @@ int kernel_state_count(void)
     return count;
 }
 
-int kernel_state(int place)
+int model_state(int place)
 {
     const int rate = place < 0 ? -1 : rate_of(place);
     return rate < 0 ? -1 : part.variables[rate].derivative_of;
 }
 
-/* Nothing happens to a partner: no events, no warnings. */
-int kernel_indicator(int place) { return (void)place, -1; }
-void kernel_indicators(const struct Contact *contact, lanes *indicator) { (void)contact, (void)indicator; }
-double kernel_next_event(const struct Contact *contact) { return (void)contact, INFINITY; }
-int kernel_averages(const struct Contact *contact) { return (void)contact, 0; }
-enum Status kernel_event(struct Contact *contact) { return kernel_evaluate(contact); }
-enum Status kernel_step_completed(struct Contact *contact) { return kernel_evaluate(contact); }
-const char *kernel_warning_text(int bit) { return (void)bit, "unknown warning"; }
+/* Nothing happens to a partner: no events, no warnings; its step is exact, and any solver can follow it. */
+int model_tolerance(void) { return -1; }
+int model_indicator_count(void) { return 0; }
+int model_indicator(int place) { return (void)place, -1; }
+void model_indicators(const struct Model *model, double *indicators) { (void)model, (void)indicators; }
+double model_next_event(const struct Model *model) { return (void)model, INFINITY; }
+enum Status model_event(struct Model *model) { return model_evaluate(model); }
+enum Status model_completed_step(struct Model *model) { return model_evaluate(model); }
+uint32_t model_warnings(const struct Model *model) { return (void)model, 0; }
+int model_warning_count(void) { return 0; }
+const char *model_warning_text(int bit) { return (void)bit, "unknown warning"; }
+const char *model_solver_obstacle(const struct Model *model) { return (void)model, NULL; }
 
-static const char *const status_texts[KERNEL_STATUS_COUNT] = {
-    [KERNEL_OK] = "done",
-    [KERNEL_NO_SUCH_VARIABLE] = "there is no such variable",
-    [KERNEL_NOT_FINITE] = "the value is not a finite number",
-    [KERNEL_OUT_OF_BOUNDS] = "the value lies outside its bounds",
-    [KERNEL_BAD_STEP] = "the step is not a number above 0 and up to 1e9 s",
-    [KERNEL_DIVERGED] = "a state or an output is no longer a finite number",
-};
-const char *kernel_status_text(enum Status status)
+void model_explain(const struct Model *model, enum Status status, char *text, size_t size)
 {
-    return status < KERNEL_STATUS_COUNT ? status_texts[status] : "unknown status";
-}
-
-void kernel_explain(const struct Contact *contact, enum Status status, char *text, size_t size)
-{
-    (void)contact;
+    (void)model;
     if (size == 0)
         return;
-    strncpy(text, kernel_status_text(status), size - 1);
+    strncpy(text, status_text(status), size - 1);
     text[size - 1] = '\0';
 }
 
-enum Status kernel_check(int index, double value)
-{
-    const struct Variable *variable = kernel_variable(index);
-    if (!variable)
-        return KERNEL_NO_SUCH_VARIABLE;
-    if (!isfinite(value))
-        return KERNEL_NOT_FINITE;
-    if (value < variable->min || value > variable->max)
-        return KERNEL_OUT_OF_BOUNDS;
-    return variable->type != REAL && value != floor(value) ? KERNEL_OUT_OF_BOUNDS : KERNEL_OK;
-}
+enum Status model_check(int index, double value) { return check_value(model_variable(index), value); }
+double model_get(const struct Model *model, int index) { return model->value[index]; }
+void model_lead(struct Model *model, int index, double value) { model->value[index] = value; }
+double model_slope(const struct Model *model, int input) { return model->slope[input - INPUT_FIRST]; }
+void model_set_slope(struct Model *model, int input, double slope) { model->slope[input - INPUT_FIRST] = slope; }
 
-enum Status kernel_set(struct Contact *contact, int index, int lane, double value)
+enum Status model_set(struct Model *model, int index, double value)
 {
-    const enum Status status = kernel_check(index, value);
-    if (status != KERNEL_OK)
+    const enum Status status = model_check(index, value);
+    if (status != STATUS_OK)
         return status;
-    contact->value[index][lane] = value;
+    model->value[index] = value;
     if (part.variables[index].causality == PARAMETER)
-        contact->step = 0;
-    return KERNEL_OK;
+        model->step = 0;
+    return STATUS_OK;
 }
 
-void kernel_reset(struct Contact *contact)
+void model_reset(struct Model *model)
 {
-    memset(contact, 0, sizeof *contact);
+    memset(model, 0, sizeof *model);
     for (int i = 0; i < part.count; ++i)
-        contact->value[i][0] = part.variables[i].start;
+        model->value[i] = part.variables[i].start;
 }
 
-enum Status kernel_start(struct Contact *contact, double time)
+int model_started(const struct Model *model) { return model->started != 0; }
+
+enum Status model_start(struct Model *model, double time)
 {
     if (!isfinite(time))
-        return KERNEL_NOT_FINITE;
-    contact->value[VAR_TIME][0] = time;
-    contact->started = 1;
-    contact->step = 0;
-    return kernel_evaluate(contact);
+        return STATUS_NOT_FINITE;
+    model->value[VAR_TIME] = time;
+    model->started = 1;
+    model->step = 0;
+    return model_evaluate(model);
 }
 
-enum Status kernel_evaluate(struct Contact *contact)
+enum Status model_evaluate(struct Model *model)
 {
-    part.evaluate(contact->value);
+    part.evaluate(model->value);
     for (int i = 0; i < part.count; ++i)
-        if (!isfinite(contact->value[i][0]))
-            return KERNEL_DIVERGED;
-    return KERNEL_OK;
+        if (!isfinite(model->value[i]))
+            return STATUS_DIVERGED;
+    return STATUS_OK;
 }
 
 static double nominal(int index) { return part.variables[index].nominal > 0 ? part.variables[index].nominal : 1; }
 
-static void rates(lanes *value, const int *rate, int count, double *f)
+static void rates(double *value, const int *rate, int count, double *f)
 {
     part.evaluate(value);
     for (int n = 0; n < count; ++n)
-        f[n] = value[rate[n]][0];
+        f[n] = value[rate[n]];
 }
 
 /* The integrals of the response for a step of h, from rates with one state after the other moved from 0 by its nominal
  * value. */
-static void prepare(struct Contact *contact, const int *state, const int *rate, int count, double h)
+static void prepare(struct Model *model, const int *state, const int *rate, int count, double h)
 {
     double matrix[STATES * STATES], rest[STATES], moved[STATES];
-    struct Contact probe = *contact;
+    struct Model probe = *model;
     for (int n = 0; n < count; ++n)
-        probe.value[state[n]][0] = 0;
+        probe.value[state[n]] = 0;
     for (int i = 0; i < part.count; ++i)
         if (part.variables[i].causality == INPUT)
-            probe.value[i][0] = 0;
+            probe.value[i] = 0;
     rates(probe.value, rate, count, rest);
     for (int k = 0; k < count; ++k) {
-        probe.value[state[k]][0] = nominal(state[k]);
+        probe.value[state[k]] = nominal(state[k]);
         rates(probe.value, rate, count, moved);
-        probe.value[state[k]][0] = 0;
+        probe.value[state[k]] = 0;
         for (int n = 0; n < count; ++n)
             matrix[n * count + k] = (moved[n] - rest[n]) / nominal(state[k]);
     }
-    respond(count, matrix, h, contact->once, contact->twice);
-    contact->step = h;
+    linear_response(count, matrix, h, model->once, model->twice);
+    model->step = h;
 }
 
-enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken)
+enum Status model_step(struct Model *model, double step, int stop_at_events, double *taken)
 {
     int state[STATES], rate[STATES];
     double now[STATES], end[STATES];
-    const int count = kernel_state_count();
+    const int count = model_state_count(), inputs = model_input_count();
     (void)stop_at_events; /* there are none */
     *taken = 0;
     if (!(step > 0 && step <= LONGEST_STEP))
-        return KERNEL_BAD_STEP;
+        return STATUS_BAD_STEP;
     for (int n = 0; n < count; ++n) {
         rate[n] = rate_of(n);
         state[n] = part.variables[rate[n]].derivative_of;
     }
     /* Communication steps differ by the rounding of time: the integrals serve for all of them, the rest is a step of
      * first order. */
-    if (!(fabs(step - contact->step) <= 1e-9 * step))
-        prepare(contact, state, rate, count, step);
-    const double rest = step - contact->step;
-    rates(contact->value, rate, count, now);
-    for (int i = INPUT_FIRST; i < INPUT_END; ++i)
-        contact->value[i][0] += step * contact->slope[i - INPUT_FIRST][0]; /* of what is no input it is 0 */
-    rates(contact->value, rate, count, end);
+    if (!(fabs(step - model->step) <= 1e-9 * step))
+        prepare(model, state, rate, count, step);
+    const double rest = step - model->step;
+    rates(model->value, rate, count, now);
+    for (int i = INPUT_FIRST; i < INPUT_FIRST + inputs; ++i)
+        model->value[i] += step * model->slope[i - INPUT_FIRST];
+    rates(model->value, rate, count, end);
     for (int n = 0; n < count; ++n) {
         double by = rest * now[n];
         for (int k = 0; k < count; ++k)
-            by += contact->once[n * count + k] * now[k] + contact->twice[n * count + k] * ((end[k] - now[k]) / step);
-        contact->value[state[n]][0] += by;
+            by += model->once[n * count + k] * now[k] + model->twice[n * count + k] * ((end[k] - now[k]) / step);
+        model->value[state[n]] += by;
     }
-    contact->value[VAR_TIME][0] += step;
+    model->value[VAR_TIME] += step;
     *taken = step;
-    return kernel_evaluate(contact);
+    return model_evaluate(model);
 }
 
 /* The integrals of the response belong to the step and the parameters: a state from outside cannot bring others. */
-static int belongs(const struct Contact *contact)
+static int belongs(const struct Model *model)
 {
     int state[STATES], rate[STATES];
-    const int count = kernel_state_count();
-    struct Contact own = *contact;
+    const int count = model_state_count();
+    struct Model own = *model;
     for (int n = 0; n < count; ++n) {
         rate[n] = rate_of(n);
         state[n] = part.variables[rate[n]].derivative_of;
     }
-    prepare(&own, state, rate, count, contact->step);
+    prepare(&own, state, rate, count, model->step);
     for (int n = 0; n < count * count; ++n)
-        if (!(fabs(own.once[n] - contact->once[n]) <= 1e-9 * fabs(own.once[n]) &&
-              fabs(own.twice[n] - contact->twice[n]) <= 1e-9 * fabs(own.twice[n])))
+        if (!(fabs(own.once[n] - model->once[n]) <= 1e-9 * fabs(own.once[n]) &&
+              fabs(own.twice[n] - model->twice[n]) <= 1e-9 * fabs(own.twice[n])))
             return 0;
     return 1;
 }
 
-const char *kernel_flaw(const struct Contact *contact)
+const char *model_flaw(const struct Model *model)
 {
-    if (contact->started > 1 || contact->warnings)
+    if (model->started > 1 || model->reserved)
         return "a flag is not there";
-    if (!isfinite(contact->value[VAR_TIME][0]))
+    if (!isfinite(model->value[VAR_TIME]))
         return "the time is no finite number";
     for (int i = 0; i < part.count; ++i) { /* outputs are found anew from these */
         const enum Causality role = part.variables[i].causality;
-        if ((role == PARAMETER || role == INPUT) && kernel_check(i, contact->value[i][0]) != KERNEL_OK)
+        if ((role == PARAMETER || role == INPUT) && model_check(i, model->value[i]) != STATUS_OK)
             return "a parameter or an input lies outside its bounds";
-        if (part.variables[i].derivative_of && !isfinite(contact->value[part.variables[i].derivative_of][0]))
+        if (part.variables[i].derivative_of && !isfinite(model->value[part.variables[i].derivative_of]))
             return "a continuous state is no finite number";
     }
-    for (int k = 0; k < INPUT_END - INPUT_FIRST; ++k)
-        if (!isfinite(contact->slope[k][0]))
+    for (int k = 0; k < INPUTS; ++k)
+        if (!isfinite(model->slope[k]))
             return "a derivative of an input is no finite number";
-    if (!(contact->step >= 0 && contact->step < INFINITY))
+    if (!(model->step >= 0 && model->step < INFINITY))
         return "the step is no finite number from 0 on";
-    return contact->step > 0 && !belongs(contact) ? "the response over a step is not that of the parameters" : NULL;
+    return model->step > 0 && !belongs(model) ? "the response over a step is not that of the parameters" : NULL;
 }
 
-enum Status kernel_derivative(const struct Contact *contact, int unknown, int known, double *derivative)
+enum Status model_derivative(const struct Model *model, int unknown, int known, double *derivative)
 {
-    struct Contact probe = *contact;
-    if (!kernel_variable(unknown) || !kernel_variable(known))
-        return KERNEL_NO_SUCH_VARIABLE;
+    struct Model probe = *model;
+    if (!model_variable(unknown) || !model_variable(known))
+        return STATUS_NO_SUCH_VARIABLE;
     /* Central differences: exact but for rounding where the unknown is linear or quadratic in the known, as all here
      * are. */
-    const double value = contact->value[known][0], h = fmax(1e-3 * fabs(value), 1e-2 * nominal(known));
-    probe.value[known][0] = value + h;
+    const double value = model->value[known], h = fmax(1e-3 * fabs(value), 1e-2 * nominal(known));
+    probe.value[known] = value + h;
     part.evaluate(probe.value);
-    const double above = probe.value[unknown][0];
-    probe.value[known][0] = value - h;
+    const double above = probe.value[unknown];
+    probe.value[known] = value - h;
     part.evaluate(probe.value);
-    *derivative = (above - probe.value[unknown][0]) / (2 * h);
-    return KERNEL_OK;
+    *derivative = (above - probe.value[unknown]) / (2 * h);
+    return STATUS_OK;
 }

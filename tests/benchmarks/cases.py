@@ -76,7 +76,7 @@ class Case:
     @functools.cached_property
     def truth(self) -> list[FloatArray]:
         """z at the checks of each span: Radau, rtol 1e-12, in pieces from one reversal of the slip to the next."""
-        found, rate = [], self.rate()
+        rows, rate = [], self.rate()
         for span in self.spans:
             grid, z, pieces = np.linspace(*span, 64 * CYCLES + 1), 0.0, [span[0]]
             slips = [self.slip(t) for t in grid]
@@ -91,12 +91,12 @@ class Case:
                 out = np.union1d(inside, [end])
                 done = solve_ivp(rate, (begin, end), [z], "Radau", t_eval=out, rtol=1e-12, atol=1e-12 * self.scale)
                 z, row = done.y[0, -1], np.append(row, done.y[0, : inside.size])
-            found.append(row)
-        return found
+            rows.append(row)
+        return rows
 
-    def error(self, found: list[FloatArray]) -> float:
+    def error(self, rows: list[FloatArray]) -> float:
         """Largest error of z over all checks, relative to its largest value."""
-        true, other = np.concatenate(self.truth), np.concatenate(found)
+        true, other = np.concatenate(self.truth), np.concatenate(rows)
         return float(np.max(np.abs(other - true)) / np.max(np.abs(true)))
 
     def contact(self, tolerance: float) -> Contact:
@@ -106,17 +106,17 @@ class Case:
 
     def of_kernel(self, tolerance: float) -> list[FloatArray]:
         """z at the checks, each reached in one communication step from the start of its span's cycle: the steps of an unbroken run."""
-        contact, found = self.contact(tolerance), []
+        contact, rows = self.contact(tolerance), []
         for span in self.spans:
             before, row = contact.state(), []
             for t in self.checks(span):
                 contact.restore(before)
                 contact.advance(t - contact.time)
                 row.append(contact.get("bristle_deflection"))
-            found.append(np.array(row))
+            rows.append(np.array(row))
             contact.restore(before)
             contact.advance(PERIOD * round((span[1] - contact.time) / PERIOD))
-        return found
+        return rows
 
 
 def _law(set_name: str) -> tuple[tuple[float, float, float, float], dict[str, float | str]]:

@@ -15,7 +15,7 @@ class Row:
     """One line of the table. wanted: the project's aim, where it has one. limit: what the figure could be at best, and why."""
 
     what: str
-    found: str
+    measured: str
     wanted: str = ""
     limit: str = ""
 
@@ -26,14 +26,14 @@ class Summary:
     def __init__(self, rows: list[Row]) -> None:
         self._rows = rows
 
-    def add(self, what: str, found: str, *, wanted: str = "", limit: str = "") -> None:
-        self._rows.append(Row(what, found, wanted, limit))
+    def add(self, what: str, measured: str, *, wanted: str = "", limit: str = "") -> None:
+        self._rows.append(Row(what, measured, wanted, limit))
 
 
 def as_text(rows: Sequence[Row]) -> str:
     table = Table("what", "found", "wanted", "limit", title="processor time: least of several rounds, taken in turns", title_justify="left")
     for row in rows:
-        table.add_row(row.what, row.found, row.wanted, row.limit)
+        table.add_row(row.what, row.measured, row.wanted, row.limit)
     text = StringIO()
     Console(file=text, width=170).print(table)
     return text.getvalue()

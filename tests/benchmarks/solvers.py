@@ -50,11 +50,11 @@ def radau(case: Case, tolerance: float, dense: bool) -> list[FloatArray]:
 
 def odeint_lsoda(case: Case, tolerance: float, dense: bool) -> list[FloatArray]:
     """scipy.integrate.odeint: the same LSODA in its older interface, whose loop is compiled."""
-    rate, atol, found = case.rate(), tolerance * case.scale, []
+    rate, atol, rows = case.rate(), tolerance * case.scale, []
     for span, out in _outputs(case, dense):
         times = np.concatenate([span[:1], out])
-        found.append(odeint(rate, [0.0], times, rtol=tolerance, atol=atol, mxstep=MOST_STEPS, hmax=LONGEST, tfirst=True)[1:, 0])
-    return found
+        rows.append(odeint(rate, [0.0], times, rtol=tolerance, atol=atol, mxstep=MOST_STEPS, hmax=LONGEST, tfirst=True)[1:, 0])
+    return rows
 
 
 class CompiledCVode:
@@ -65,7 +65,7 @@ class CompiledCVode:
         self._data = ct.cast(sundials_nvecserial.N_VGetArrayPointer_Serial, ct.c_void_p)
 
     def __call__(self, case: Case, tolerance: float, dense: bool) -> list[FloatArray]:
-        law, context, found = case.in_c(), sun.SUNContext(), []
+        law, context, rows = case.in_c(), sun.SUNContext(), []
         law.data = self._data
         self._check(sun.SUNContext_Create(sun.SUN_COMM_NULL, ct.byref(context)))
         for (begin, _), out in _outputs(case, dense):
@@ -85,9 +85,9 @@ class CompiledCVode:
             for place, t in enumerate(out):
                 self._check(sun.CVode(memory, t, z, ct.byref(reached), sun.CV_NORMAL))
                 row[place] = at[0]
-            found.append(row)
+            rows.append(row)
             sun.CVodeFree(ct.byref(ct.c_void_p(memory)))
-        return found
+        return rows
 
     @staticmethod
     def _check(status: int) -> None:

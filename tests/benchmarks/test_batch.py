@@ -34,9 +34,9 @@ def one_at_a_time() -> None:
 def test_batch_against_one_at_a_time(benchmark: Any, summary: Summary) -> None:
     """Limit: fields of a point go through memory between stages, and some twenty quotients a step, which wide vectors take no faster than
     narrow ones; a loop of even steps for this one law, written by hand, would take half. One contact alone has been made faster, too."""
-    found = least({"alone": one_at_a_time, "batch": lambda: run_many(RIG, VALUES, threads=1)}, rounds=5)
+    seconds = least({"alone": one_at_a_time, "batch": lambda: run_many(RIG, VALUES, threads=1)}, rounds=5)
     benchmark.pedantic(run_many, args=(RIG, VALUES), kwargs={"threads": 1}, rounds=3)
-    ratio, each = found["alone"] / found["batch"], found["batch"] / (COUNT * SAMPLES)
+    ratio, each = seconds["alone"] / seconds["batch"], seconds["batch"] / (COUNT * SAMPLES)
     benchmark.extra_info.update(ratio=ratio, seconds_each=each)
     summary.add(
         f"{MANY_LANES} lanes against one set at a time, slip given",
@@ -79,9 +79,9 @@ def test_what_an_effect_costs(benchmark: Any, summary: Summary, kinematics: str)
 
         return action
 
-    found = least({"": with_effects(), **{e.name: with_effects(e.name) for e in kernel.effects()}}, rounds=3)
+    fastest = least({"": with_effects(), **{e.name: with_effects(e.name) for e in kernel.effects()}}, rounds=3)
     benchmark.pedantic(with_effects(), rounds=1)
-    costs = {name: seconds / found[""] - 1 for name, seconds in found.items() if name}
+    costs = {name: seconds / fastest[""] - 1 for name, seconds in fastest.items() if name}
     dear = sorted((name for name in costs if costs[name] > 0.3), key=lambda name: -costs[name])
     benchmark.extra_info.update(costs)
     summary.add(

@@ -70,8 +70,8 @@ def test_diagnose(benchmark: Any, summary: Summary, name: str) -> None:
         prediction.many(values)
     run = (time.process_time() - started) / 5
     started = time.process_time()
-    found = benchmark.pedantic(lambda: diagnose(replace(case), MODEL), rounds=1)
+    answer = benchmark.pedantic(lambda: diagnose(replace(case), MODEL), rounds=1)
     seconds = time.process_time() - started
-    assert CASES[name][2] in [effect.name for effect in found.effects]
+    assert CASES[name][2] in [effect.name for effect in answer.effects]
     samples = sum(trial.times.size for trial in case.trials)
     summary.add(f"diagnosing {name}, {samples} samples", f"{seconds:.1f} s, as {seconds / run:.0f} runs of 8 value sets", wanted=WANTED)

@@ -55,7 +55,7 @@ def test_from_c(benchmark: Any, summary: Summary, loops: ct.CDLL, fmi2: OpenFmu,
     native = {2: started(fmi2, kinematics), 3: started(fmi3, kinematics)}
     before = fmi2.steps(native[2])
     loop = {version: in_c(loops, version, instance) for version, instance in native.items()}
-    found = {version: min(loop[version]() for _ in range(ROUNDS)) for version in (2, 3)}
+    seconds = {version: min(loop[version]() for _ in range(ROUNDS)) for version in (2, 3)}
     share = (fmi2.steps(native[2]) - before) / (ROUNDS * FROM_C)
     clock = ct.c_double(0.0)
     empty = (
@@ -68,10 +68,10 @@ def test_from_c(benchmark: Any, summary: Summary, loops: ct.CDLL, fmi2: OpenFmu,
     )
     least_work = bare(loops, kinematics == "internal")
     benchmark.pedantic(loop[2], rounds=5)
-    benchmark.extra_info.update(fmi2=found[2], fmi3=found[3], empty=empty, bare=least_work, internal_steps=share)
+    benchmark.extra_info.update(fmi2=seconds[2], fmi3=seconds[3], empty=empty, bare=least_work, internal_steps=share)
     summary.add(
         f"doStep of one internal step from C, {kinematics} kinematics ({share:.2f} steps each)",
-        f"FMI 2: {found[2] * 1e6:.3f} us, FMI 3: {found[3] * 1e6:.3f} us",
+        f"FMI 2: {seconds[2] * 1e6:.3f} us, FMI 3: {seconds[3] * 1e6:.3f} us",
         wanted="<= 0.15 us",
         limit=f"bare law {least_work * 1e6:.3f} us, empty call {empty * 1e6:.4f} us",
     )
@@ -112,16 +112,16 @@ def test_call_overhead(benchmark: Any, summary: Summary, loops: ct.CDLL, fmi2: O
         "empty, fmpy": lambda: through_fmpy("empty, fmpy", empty),
         "empty, raw": lambda: raw_loop("empty, raw", nothing, None),
     }
-    found = {name: value / FROM_PYTHON * 1e6 for name, value in least(actions, ROUNDS).items()}
+    microseconds = {name: value / FROM_PYTHON * 1e6 for name, value in least(actions, ROUNDS).items()}
     benchmark.pedantic(actions["fmpy, FMI 2"], rounds=5)
-    benchmark.extra_info.update(found)
+    benchmark.extra_info.update(microseconds)
     for name, base in (("fmpy, FMI 2", "empty, fmpy"), ("raw ctypes", "empty, raw")):
         summary.add(
             f"the same doStep through {name}",
-            f"{found[name]:.2f} us",
-            limit=f"empty: {found[base]:.2f} us, {found[base] / found[name]:.0%}",
+            f"{microseconds[name]:.2f} us",
+            limit=f"empty: {microseconds[base]:.2f} us, {microseconds[base] / microseconds[name]:.0%}",
         )
-    summary.add("the same doStep through fmpy, FMI 3", f"{found['fmpy, FMI 3']:.2f} us")
+    summary.add("the same doStep through fmpy, FMI 3", f"{microseconds['fmpy, FMI 3']:.2f} us")
     for instance in (fmpy2, fmpy3, raw, empty):
         instance.freeInstance()
 

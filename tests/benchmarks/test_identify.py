@@ -81,7 +81,7 @@ def by_cma(aim: Objective, seed: int) -> tuple[FloatArray, int]:
 
 def by_scipy(aim: Objective, seed: int) -> tuple[FloatArray, int]:
     count = len(aim.space.free)
-    found = differential_evolution(
+    solution = differential_evolution(
         lambda u: float(aim.costs(u[None, :])[0]),
         [(0.0, 1.0)] * count,
         popsize=POPULATION // count,
@@ -89,7 +89,7 @@ def by_scipy(aim: Objective, seed: int) -> tuple[FloatArray, int]:
         rng=seed,
         polish=False,
     )
-    return found.x, int(found.nfev)
+    return solution.x, int(solution.nfev)
 
 
 @pytest.mark.benchmark(group="identify")
@@ -102,8 +102,8 @@ def test_which_search_reaches_the_optimum(benchmark: Any, summary: Summary) -> N
 
     def ours(kind: Search) -> Callable[[int], tuple[list[FloatArray], int]]:
         def run(seed: int) -> tuple[list[FloatArray], int]:
-            found = search(kind, aim.costs, aim.space.start, population=POPULATION, generations=GENERATIONS, seed=seed)
-            return [found.point, *found.others], found.history[-1].evaluations
+            searched = search(kind, aim.costs, aim.space.start, population=POPULATION, generations=GENERATIONS, seed=seed)
+            return [searched.point, *searched.others], searched.history[-1].evaluations
 
         return run
 

@@ -54,11 +54,11 @@ def times_in_cuts(case: Case) -> FloatArray:
 def tight(case: Case, times: FloatArray) -> FloatArray:
     """z by the kernel at 1e-10."""
     contact = case.contact(1e-10)
-    found = []
+    deflections = []
     for t in times:
         contact.advance(t - contact.time)
-        found.append(contact.get("bristle_deflection"))
-    return np.array(found)
+        deflections.append(contact.get("bristle_deflection"))
+    return np.array(deflections)
 
 
 @pytest.mark.parametrize("set_name", ["regularised/copper", "regularised/al-6061", "lugre-1995"])
@@ -70,8 +70,8 @@ def test_co_simulation_against_cvode(benchmark: Any, summary: Summary, fmi2: Ope
     true = tight(case, times)
 
     def exchange_error(tolerance: float) -> float:
-        found = simulate(fmi2, me, "ModelExchange", case, tolerance, PERIOD / POINTS)
-        z = np.interp(times, found["time"], found["bristle_deflection"])
+        trace = simulate(fmi2, me, "ModelExchange", case, tolerance, PERIOD / POINTS)
+        z = np.interp(times, trace["time"], trace["bristle_deflection"])
         return float(np.max(np.abs(z - true)) / np.max(np.abs(true)))
 
     of_cvode = loosest(exchange_error, ERROR, a_decade=2)
@@ -98,7 +98,7 @@ def test_co_simulation_against_cvode(benchmark: Any, summary: Summary, fmi2: Ope
     summary.add(
         f"    the same FMU in Co-Simulation through fmpy: {seconds['fmpy'] * 1e6:.0f} us", f"{ratios['fmpy']:.0f} x", wanted=">= 20 x"
     )
-    found = f"{seconds['doStep'] * 1e6:.0f} us"
-    summary.add(f"    in one doStep: {found}", f"{ratios['doStep']:.0f} x", limit="the integration alone, no start and no outputs")
+    in_one_step = f"{seconds['doStep'] * 1e6:.0f} us"
+    summary.add(f"    in one doStep: {in_one_step}", f"{ratios['doStep']:.0f} x", limit="the integration alone, no start and no outputs")
     for instance in (me, cs, begun):
         instance.freeInstance()

@@ -29,8 +29,8 @@ def means(contact: Contact) -> np.ndarray:
 def test_one_second(benchmark: Any, summary: Summary, loops: ct.CDLL, set_name: str) -> None:
     """Limit: arithmetic. 20 000 cycles of the ellipse with all that is switched on in the set; the bare law needs as many steps of the
     exponential midpoint rule, timed from C, without contact, thickness, forces and means."""
-    found = None if set_name == "start values" else parameter_sets.load(set_name)
-    values, on = ({}, ()) if found is None else (dict(found.values), found.effects)
+    parameter_set = None if set_name == "start values" else parameter_sets.load(set_name)
+    values, on = ({}, ()) if parameter_set is None else (dict(parameter_set.values), parameter_set.effects)
     contact, exact = Contact(values, on), Contact({**values, "relative_tolerance": 1e-10}, on)
     contact.start()
     exact.start()
@@ -51,7 +51,7 @@ def test_one_second(benchmark: Any, summary: Summary, loops: ct.CDLL, set_name: 
     summary.add(
         f"1 s of 20 kHz, {set_name}: {steps / FREQUENCY:.0f} steps a cycle, {seconds / steps * 1e9:.0f} ns each",
         f"{seconds:.3f} s; {errors}",
-        wanted="<= 0.2 s" if found is None else "",
+        wanted="<= 0.2 s" if parameter_set is None else "",
         limit=f"bare law, as many steps: {limit:.3f} s",
     )
 

@@ -39,12 +39,12 @@ def in_steps(case: Case, loops: ct.CDLL) -> tuple[float, int] | None:
     true = case.truth[0]
     checks = case.checks(case.spans[0])
     for count in np.unique((checks.size + 1) * 2 ** np.arange(0, 10)):
-        h, z, found = (end - begin) / int(count), ct.c_double(0.0), []
+        h, z, deflections = (end - begin) / int(count), ct.c_double(0.0), []
         every = int(count) // (checks.size + 1)
         for n in range(checks.size):
             loops.bare_steps(ct.byref(law), 1, ct.c_double(begin + n * every * h), ct.c_double(h), ct.c_int64(every), ct.byref(z))
-            found.append(z.value)
-        if np.max(np.abs(np.array(found) - true)) <= ERROR * np.max(np.abs(true)):
+            deflections.append(z.value)
+        if np.max(np.abs(np.array(deflections) - true)) <= ERROR * np.max(np.abs(true)):
             repeat = 200_000 // int(count) + 1
             begin_c = ct.c_double(begin)
             seconds = min(

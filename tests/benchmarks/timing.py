@@ -12,13 +12,13 @@ SHORTEST = 0.01  # s; a shorter action is repeated until it fills this, lest it 
 
 def least(actions: Mapping[str, Action], rounds: int = 7) -> dict[str, float]:
     """Least processor seconds of one run of each action. Every round runs all of them, so that none gets the quiet hour for itself."""
-    found, repeats = dict.fromkeys(actions, math.inf), dict.fromkeys(actions, 1)
+    fastest, repeats = dict.fromkeys(actions, math.inf), dict.fromkeys(actions, 1)
     for _ in range(rounds):
         for name, action in actions.items():
             begin = time.process_time()
             for _ in range(repeats[name]):
                 action()
             once = (time.process_time() - begin) / repeats[name]
-            found[name] = min(found[name], once)
+            fastest[name] = min(fastest[name], once)
             repeats[name] = max(repeats[name], math.ceil(SHORTEST / max(once, 1e-7)))
-    return found
+    return fastest

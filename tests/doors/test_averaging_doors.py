@@ -32,24 +32,24 @@ def door(request: pytest.FixtureRequest, fmus: dict[str, Path], tmp_path_factory
 def of_kernel(values: dict[str, float], on: tuple[str, ...]) -> list[list[float]]:
     contact = Contact({**values, "averaging": "cycle"}, on)
     contact.start()
-    found = []
+    rows = []
     for step, speed in zip(STEPS, SPEEDS, strict=True):
         contact.set("cutting_speed", speed)
         contact.advance(step)
-        found.append([contact.get(name) for name in SHOWN])
-    return found
+        rows.append([contact.get(name) for name in SHOWN])
+    return rows
 
 
 def of_instance(one: Instance, begin: float, values: dict[str, float] | None = None, on: tuple[str, ...] = ()) -> list[list[float]]:
     if values is not None:
         one.start({**values, **dict.fromkeys(on, 1.0), "averaging": CYCLE + 1})
-    found, time = [], begin
+    rows, time = [], begin
     for step, speed in zip(STEPS, SPEEDS, strict=True):
         assert one.set({"cutting_speed": speed}) == OK
         assert one.step(time, step) == OK, one.lines
         time = one.get("time")[0]
-        found.append(one.get(*SHOWN))
-    return found
+        rows.append(one.get(*SHOWN))
+    return rows
 
 
 @pytest.mark.parametrize("on", [(), ("holder_compliance", "sensor_lowpass", "regenerative")])

@@ -45,19 +45,19 @@ def near_the_bounds(v: Variable) -> Iterator[float]:
 
 def followed(base: dict[int, float], changed: dict[int, float]) -> tuple[str, np.ndarray]:
     """Six samples of 10 us: how it ended, and what every sample showed."""
-    contact, times, found = ffi.new("struct Contact *"), np.arange(7) * 1e-5, np.full((7, len(SHOWN)), 0.0)
+    contact, times, rows = ffi.new("struct Contact *"), np.arange(7) * 1e-5, np.full((7, len(SHOWN)), 0.0)
     library.kernel_reset(contact)
     for index, value in {**base, **changed}.items():
-        assert library.kernel_set(contact, index, 0, value) == library.KERNEL_OK
+        assert library.kernel_set(contact, index, 0, value) == library.STATUS_OK
     status = library.kernel_start(contact, 0.0)
-    if status == library.KERNEL_OK:
+    if status == library.STATUS_OK:
         record, answer = ffi.new("struct Record *"), ffi.new("struct Yield *")
         wanted, none = ffi.new("int[]", [v.index for v in SHOWN]), ffi.new("int[]", 1)
         record.count, record.times, record.input_index, record.most_steps = 7, ffi.from_buffer("double[]", times), none, 2000
-        answer.output_count, answer.output_index, answer.rows = len(SHOWN), wanted, ffi.from_buffer("double[]", found)
-        status = library.kernel_follow(contact, record, answer, ffi.NULL)
-        found = found[: answer.rows_done]
-    return kernel.status_text(status), found
+        answer.output_count, answer.output_index, answer.rows = len(SHOWN), wanted, ffi.from_buffer("double[]", rows)
+        status = library.kernel_run_record(contact, record, answer, ffi.NULL)
+        rows = rows[: answer.rows_done]
+    return kernel.status_text(status), rows
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -69,8 +69,8 @@ def test_the_contact_computes_at_every_bound_and_next_to_zero(case: str) -> None
             continue
         switch = {kernel.variable(OWNER[v.name]).index: 1.0} if v.name in OWNER else {}
         for value in near_the_bounds(v):
-            text, found = followed(base, {**switch, v.index: value})
-            lost = [SHOWN[j].name for j in np.nonzero(~np.isfinite(found).all(axis=0))[0]]
+            text, rows = followed(base, {**switch, v.index: value})
+            lost = [SHOWN[j].name for j in np.nonzero(~np.isfinite(rows).all(axis=0))[0]]
             runs, done = runs + 1, done + (text == "done")
             if lost or not (text == "done" or any(words in text for words in WORDS)):
                 wrong.append(f"{v.name} = {value:g}: {text} {lost}")

@@ -55,8 +55,8 @@ def follow(fmu: Path, kind: str, values: Values, tolerance: float = 1e-9) -> np.
     """The outputs on a grid; of Model Exchange also before and after each event."""
     solver = {"solver": "CVode", "relative_tolerance": tolerance, "record_events": True} if kind == "ModelExchange" else {}
     times = {"start_time": 0.0, "stop_time": END, "output_interval": GRID}
-    found = fmpy.simulate_fmu(str(fmu), fmi_type=kind, start_values=in_fmi(values), output=WATCHED, **times, **solver)
-    return np.asarray(found).view(np.ndarray)
+    trace = fmpy.simulate_fmu(str(fmu), fmi_type=kind, start_values=in_fmi(values), output=WATCHED, **times, **solver)
+    return np.asarray(trace).view(np.ndarray)
 
 
 def agree(solver: np.ndarray, own: np.ndarray, allowed: float) -> None:
@@ -88,8 +88,8 @@ def test_the_own_steps_and_cvode_agree(fmu: Path, case: str) -> None:
 @pytest.mark.parametrize("case", ["lugre", "coulomb", "dahl"])
 def test_events_come_when_the_ellipse_says(fmu: Path, case: str) -> None:
     """Entry, exit and reversal against their closed forms. CVode stops within a few roundings of its time and step."""
-    found = follow(fmu, "ModelExchange", {**CUT, **CASES[case]})
-    time, contact, slip = found["time"], found["in_contact"].astype(int), found["slip_velocity_used"]
+    trace = follow(fmu, "ModelExchange", {**CUT, **CASES[case]})
+    time, contact, slip = trace["time"], trace["in_contact"].astype(int), trace["slip_velocity_used"]
     event = np.flatnonzero(np.diff(time) == 0)  # a row before, a row after
     moves = np.diff(contact)[event]
     assert time[event][moves > 0] == pytest.approx(times_of(ENTRY, (1, 2)), rel=0, abs=1e-10 * PERIOD)
@@ -97,15 +97,15 @@ def test_events_come_when_the_ellipse_says(fmu: Path, case: str) -> None:
     turns = event[(moves == 0) & (np.abs(slip[event]) < 1e-9)]
     assert time[turns] == pytest.approx(times_of(REVERSAL, (0, 1, 2)), rel=0, abs=1e-10 * PERIOD)
     if case == "coulomb":
-        assert found["friction_force"][turns + 1] == pytest.approx([-9.0] * 3, rel=1e-12)
-        assert found["friction_force"][turns - 1] == pytest.approx([9.0] * 3, rel=1e-12)
-    closed = event[np.diff(found["mean_friction_force"])[event] != 0]
+        assert trace["friction_force"][turns + 1] == pytest.approx([-9.0] * 3, rel=1e-12)
+        assert trace["friction_force"][turns - 1] == pytest.approx([9.0] * 3, rel=1e-12)
+    closed = event[np.diff(trace["mean_friction_force"])[event] != 0]
     assert time[closed] == pytest.approx([PERIOD, 2 * PERIOD], rel=1e-14)  # a time event: the end of an averaging window
 
 
 def test_co_simulation_changes_sides_between_the_right_samples(fmu: Path) -> None:
-    found = follow(fmu, "CoSimulation", {**CUT, "friction_law": "coulomb"})
-    time, contact, force = found["time"], found["in_contact"].astype(int), found["friction_force"]
+    trace = follow(fmu, "CoSimulation", {**CUT, "friction_law": "coulomb"})
+    time, contact, force = trace["time"], trace["in_contact"].astype(int), trace["friction_force"]
     for change, due in ((1, times_of(ENTRY, (1, 2))), (-1, times_of(EXIT, (0, 1, 2)))):
         at = np.flatnonzero(np.diff(contact) == change)
         assert all(time[at] < due)
@@ -121,9 +121,9 @@ def test_a_periodic_start_repeats_itself(fmu: Path, kind: str) -> None:
     values = {**CUT, **CASES["lugre, periodic"]}
     periodic, at_rest = (follow(fmu, kind, {**values, "initial_state": start}, 3e-10) for start in ("periodic", "at_rest"))
     largest = np.abs(periodic["bristle_deflection"]).max()
-    for found, bounds in ((periodic, (0, 1e-7)), (at_rest, (1e-3, 2))):
-        time, row = np.unique(np.round(found["time"] / GRID, 6), return_index=True)
-        z = found["bristle_deflection"][row][time == np.round(time)]
+    for trace, bounds in ((periodic, (0, 1e-7)), (at_rest, (1e-3, 2))):
+        time, row = np.unique(np.round(trace["time"] / GRID, 6), return_index=True)
+        z = trace["bristle_deflection"][row][time == np.round(time)]
         assert bounds[0] <= np.abs(z[200:400] - z[:200]).max() / largest <= bounds[1]
 
 
@@ -132,14 +132,14 @@ def test_a_delayed_sensor_hears_the_same_in_both(fmu: Path) -> None:
     values = {**CUT, "relative_tolerance": 1e-7, "sensor_delay": 1, "sensor_delay.time": 7e-6}
     solver = {"solver": "CVode", "relative_tolerance": 1e-9, "record_events": False}
     times = {"start_time": 0.0, "stop_time": END, "output_interval": GRID}
-    found = {
+    traces = {
         kind: fmpy.simulate_fmu(
             str(fmu), fmi_type=kind, start_values=in_fmi(values), output=["principal_force", "measured_principal_force"], **times, **more
         )
         for kind, more in (("CoSimulation", {}), ("ModelExchange", solver))
     }
     true, own, host = (
-        np.asarray(found[kind][name], dtype=float).view(np.ndarray)
+        np.asarray(traces[kind][name], dtype=float).view(np.ndarray)
         for kind, name in (
             ("CoSimulation", "principal_force"),
             ("CoSimulation", "measured_principal_force"),

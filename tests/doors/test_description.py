@@ -66,39 +66,39 @@ def test_checkers_find_nothing(path: Path) -> None:
 def test_every_variable_is_told_as_the_table_has_it(version: int, description: ModelDescription) -> None:
     rows, told = kernel.variables(), description.modelVariables
     assert [v.name for v in told] == [v.name for v in rows]
-    for row, found in zip(rows, told, strict=True):
-        assert found.valueReference == row.index, row.name
-        assert found.type == TYPES[version][row.type], row.name
-        assert found.causality == row.causality, row.name
-        assert found.variability == row.variability, row.name
-        assert found.description == f"{row.meaning} [{row.source}]", row.name
+    for row, described in zip(rows, told, strict=True):
+        assert described.valueReference == row.index, row.name
+        assert described.type == TYPES[version][row.type], row.name
+        assert described.causality == row.causality, row.name
+        assert described.variability == row.variability, row.name
+        assert described.description == f"{row.meaning} [{row.source}]", row.name
         if row.type == "real":
-            assert found.unit == row.unit, row.name
-            assert found.displayUnit == row.display_unit, row.name
-            assert float(found.nominal or 1) == row.nominal, row.name
-            assert (found.derivative.name if found.derivative else None) == row.derivative_of, row.name
+            assert described.unit == row.unit, row.name
+            assert described.displayUnit == row.display_unit, row.name
+            assert float(described.nominal or 1) == row.nominal, row.name
+            assert (described.derivative.name if described.derivative else None) == row.derivative_of, row.name
         if row.type in ("real", "integer"):
-            assert float(found.min or -math.inf) == row.min, row.name
-            assert float(found.max or math.inf) == row.max, row.name
+            assert float(described.min or -math.inf) == row.min, row.name
+            assert float(described.max or math.inf) == row.max, row.name
 
 
 def test_starts_are_told_where_a_start_may_be_set(description: ModelDescription) -> None:
-    for row, found in zip(kernel.variables(), description.modelVariables, strict=True):
+    for row, described in zip(kernel.variables(), description.modelVariables, strict=True):
         if row.causality in ("parameter", "input") or row.name in kernel.states():
-            assert found.initial == "exact", row.name
-            number = {"true": 1.0, "false": 0.0}.get(found.start) if row.type == "boolean" else float(found.start)
+            assert described.initial == "exact", row.name
+            number = {"true": 1.0, "false": 0.0}.get(described.start) if row.type == "boolean" else float(described.start)
             assert number == row.start + (row.type == "choice"), row.name  # items of FMI count from 1
         else:
-            assert found.start is None, row.name
-            assert found.initial == (None if row.causality == "independent" else "calculated"), row.name
+            assert described.start is None, row.name
+            assert described.initial == (None if row.causality == "independent" else "calculated"), row.name
 
 
 def test_choices_are_enumerations_with_a_word_on_each_item(description: ModelDescription) -> None:
     laws = {law.name: law.meaning for law in kernel.laws()}
-    for row, found in zip(kernel.variables(), description.modelVariables, strict=True):
+    for row, described in zip(kernel.variables(), description.modelVariables, strict=True):
         if row.type != "choice":
             continue
-        items = found.declaredType.items
+        items = described.declaredType.items
         assert [item.name for item in items] == list(row.choices)
         assert [int(item.value) for item in items] == list(range(1, len(row.choices) + 1))
         words = [item.description for item in items]
@@ -146,8 +146,8 @@ def test_units_by_their_si_exponents(description: ModelDescription, name: str, e
     ],
 )
 def test_display_units_by_known_values(description: ModelDescription, unit: str, value: float, display: str, shown: float) -> None:
-    found = next(u for u in description.unitDefinitions if u.name == unit)
-    part = next(d for d in found.displayUnits if d.name == display)
+    definition = next(u for u in description.unitDefinitions if u.name == unit)
+    part = next(d for d in definition.displayUnits if d.name == display)
     assert part.factor * value + part.offset == pytest.approx(shown, rel=1e-14)  # rounding of one product and one sum
 
 
@@ -211,7 +211,7 @@ class Point:
 @lru_cache(maxsize=64)
 def reactions(count: int, seed: int, knowns: tuple[Variable, ...], unknowns: tuple[str, ...]) -> set[tuple[str, str]]:
     """Which unknown reacted to which known, at random points."""
-    found = set()
+    reacting = set()
     for number in range(count):
         point = Point(seed + number)
         try:
@@ -220,10 +220,10 @@ def reactions(count: int, seed: int, knowns: tuple[Variable, ...], unknowns: tup
             for known in knowns:
                 point.contact.restore(here)
                 point.change(known)
-                found |= {(name, known.name) for name, old, new in zip(unknowns, base, point.seen(unknowns), strict=True) if new != old}
+                reacting |= {(name, known.name) for name, old, new in zip(unknowns, base, point.seen(unknowns), strict=True) if new != old}
         except SimulationError:
             continue
-    return found
+    return reacting
 
 
 def listed(unknowns: list[object]) -> set[tuple[str, str]]:
@@ -266,7 +266,7 @@ def test_what_is_listed_reacts_somewhere(fmi2_fmu: Path) -> None:
 def reactions_of_the_start(count: int, seed: int, unknowns: tuple[str, ...]) -> set[tuple[str, str]]:
     """Which unknown, read after a start, reacted to which known that was set before it."""
     knowns = [v for v in kernel.variables() if v.causality in ("independent", "input", "parameter") or v.name in kernel.states()]
-    found = set()
+    reacting = set()
     for number in range(count):
         point = Point(seed + number)
         try:
@@ -279,10 +279,10 @@ def reactions_of_the_start(count: int, seed: int, unknowns: tuple[str, ...]) -> 
                 if point.contact.get("chip_flow_angle") and point.contact.get("initial_state"):
                     continue  # see Point
                 point.contact.start(point.contact.time)
-                found |= {(name, known.name) for name, old in zip(unknowns, base, strict=True) if point.contact.get(name) != old}
+                reacting |= {(name, known.name) for name, old in zip(unknowns, base, strict=True) if point.contact.get(name) != old}
         except SimulationError:
             continue
-    return found
+    return reacting
 
 
 def test_what_is_not_listed_for_the_start_does_not_react(description: ModelDescription) -> None:
@@ -508,13 +508,13 @@ def test_documentation_tells_all_and_links_nowhere_else(path: Path) -> None:
         assert law.equation in text, law.name
     for effect in kernel.effects():
         assert effect.equation in text, effect.name
-    found = Links()
-    found.feed(page)
-    assert {v.name for v in kernel.variables()} <= found.anchors
+    links = Links()
+    links.feed(page)
+    assert {v.name for v in kernel.variables()} <= links.anchors
     with zipfile.ZipFile(path) as opened:
-        files = {f"documentation/{link}" for link in found.links if not link.startswith("#")}
+        files = {f"documentation/{link}" for link in links.links if not link.startswith("#")}
         assert files <= set(opened.namelist())
-    assert {link[1:] for link in found.links if link.startswith("#")} <= found.anchors
+    assert {link[1:] for link in links.links if link.startswith("#")} <= links.anchors
     assert "<script" not in page
 
 

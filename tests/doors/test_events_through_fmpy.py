@@ -28,7 +28,7 @@ def opened(fmi3_fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[st
 
 def crossings(until: float) -> list[tuple[float, float]]:
     """(time, in_contact behind it) of the kernel, in steps that stop at events; nothing of the FMU."""
-    contact, found = Contact(), []
+    contact, sides = Contact(), []
     contact.start()
     while contact.time < until * (1 - 1e-12):
         left = until - contact.time
@@ -36,8 +36,8 @@ def crossings(until: float) -> list[tuple[float, float]]:
             before = contact.get("in_contact")
             contact.event()
             if contact.get("in_contact") != before:
-                found.append((contact.time, contact.get("in_contact")))
-    return found
+                sides.append((contact.time, contact.get("in_contact")))
+    return sides
 
 
 def test_steps_return_at_entry_and_exit(opened: tuple[str, Any]) -> None:
@@ -49,7 +49,7 @@ def test_steps_return_at_entry_and_exit(opened: tuple[str, Any]) -> None:
     one.exitInitializationMode()
     one.updateDiscreteStates()
     one.enterStepMode()
-    time, found, contact = 0.0, [], one.getBoolean([references["in_contact"]])[0]
+    time, sides, contact = 0.0, [], one.getBoolean([references["in_contact"]])[0]
     for end in (1.5 * PERIOD, 3 * PERIOD):
         while time < end - CLOSE:
             event, terminate, early, time = one.doStep(currentCommunicationPoint=time, communicationStepSize=end - time)
@@ -59,15 +59,15 @@ def test_steps_return_at_entry_and_exit(opened: tuple[str, Any]) -> None:
                 one.enterEventMode()
                 one.updateDiscreteStates()
                 now = one.getBoolean([references["in_contact"]])[0]
-                found += [(time, float(now))] if now != contact else []
+                sides += [(time, float(now))] if now != contact else []
                 contact = now
                 one.enterStepMode()
     one.terminate()
     one.freeInstance()
     expected = [(EXIT, 0.0), (ENTRY, 1.0), (EXIT + PERIOD, 0.0), (ENTRY + PERIOD, 1.0), (EXIT + 2 * PERIOD, 0.0), (ENTRY + 2 * PERIOD, 1.0)]
-    assert [side for _, side in found] == [side for _, side in expected]
-    assert np.abs(np.array(found) - expected)[:, 0].max() <= CLOSE
-    assert np.abs(np.array(found) - crossings(3 * PERIOD))[:, 0].max() <= CLOSE
+    assert [side for _, side in sides] == [side for _, side in expected]
+    assert np.abs(np.array(sides) - expected)[:, 0].max() <= CLOSE
+    assert np.abs(np.array(sides) - crossings(3 * PERIOD))[:, 0].max() <= CLOSE
 
 
 def test_fmpys_own_loop_records_the_events(fmi3_fmu: Path) -> None:

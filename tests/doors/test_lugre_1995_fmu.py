@@ -143,15 +143,15 @@ def follow(request: pytest.FixtureRequest, host: Make) -> FollowPlant:
 
 
 def test_presliding_displacement(follow: FollowPlant) -> None:
-    found = published.presliding(follow(published.presliding_plant(), 1e-3))
-    assert found == pytest.approx(published.PRESLIDING, abs=published.TOLERANCE["presliding"])
+    simulated = published.presliding(follow(published.presliding_plant(), 1e-3))
+    assert simulated == pytest.approx(published.PRESLIDING, abs=published.TOLERANCE["presliding"])
 
 
 @pytest.mark.parametrize("rate", published.BREAK_AWAY)
 def test_break_away_force_falls_with_the_rate_of_the_force(follow: FollowPlant, rate: float) -> None:
     plant = published.break_away_plant(rate)
-    found = published.break_away(follow(plant, plant.times[-1] / max(2000, 2000 / rate)))
-    assert found == pytest.approx(published.BREAK_AWAY[rate], abs=published.TOLERANCE["break_away"])
+    simulated = published.break_away(follow(plant, plant.times[-1] / max(2000, 2000 / rate)))
+    assert simulated == pytest.approx(published.BREAK_AWAY[rate], abs=published.TOLERANCE["break_away"])
 
 
 @pytest.mark.parametrize("w", published.LAG)
@@ -159,20 +159,20 @@ def test_friction_lags_the_velocity(follow: FollowPlant, w: float) -> None:
     plant = published.lag_plant(w)
     motion = follow(plant, plant.times[-1] / 8000)
     F = motion.F if motion.t.size == 3 else motion.F[[0, 7000, 8000]]  # the passages, at 14/3 and 16/3 pi
-    found = (F[1], F[2])
-    assert found == pytest.approx(published.LAG[w], abs=published.TOLERANCE["lag"])
+    simulated = (F[1], F[2])
+    assert simulated == pytest.approx(published.LAG[w], abs=published.TOLERANCE["lag"])
 
 
 def test_stick_slip(follow: FollowPlant) -> None:
-    found = published.stick_slip(follow(published.stick_slip_plant(), 1e-3))
-    assert found == pytest.approx(published.STICK_SLIP, abs=published.TOLERANCE["ms"])
+    simulated = published.stick_slip(follow(published.stick_slip_plant(), 1e-3))
+    assert simulated == pytest.approx(published.STICK_SLIP, abs=published.TOLERANCE["ms"])
 
 
 def test_a_servo_with_integral_action_hunts(follow: FollowPlant) -> None:
-    found = published.hunting(follow(published.servo_plant(), 2e-3))
+    simulated = published.hunting(follow(published.servo_plant(), 2e-3))
     expected = dict(published.HUNTING)
-    assert found.pop("period") == pytest.approx(expected.pop("period"), abs=published.TOLERANCE["hunting_period"])
-    assert found == pytest.approx(expected, abs=published.TOLERANCE["ms"])
+    assert simulated.pop("period") == pytest.approx(expected.pop("period"), abs=published.TOLERANCE["hunting_period"])
+    assert simulated == pytest.approx(expected, abs=published.TOLERANCE["ms"])
 
 
 @pytest.mark.parametrize("kind", [FMU2Slave, FMU3Slave])

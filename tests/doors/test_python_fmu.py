@@ -67,8 +67,8 @@ class Instance:
 
     def set(self, **values: float) -> int:
         """By name, with _ for a dot; a choice by its place in FMI."""
-        found = {name.replace(".", "_"): variable for name, variable in kernel.by_name().items()}
-        return max(self.set_as(FUNCTIONS[found[name].type], found[name].index, value) for name, value in values.items())
+        by_fmi_name = {name.replace(".", "_"): variable for name, variable in kernel.by_name().items()}
+        return max(self.set_as(FUNCTIONS[by_fmi_name[name].type], by_fmi_name[name].index, value) for name, value in values.items())
 
     def get(self, *names: str) -> list[float]:
         values = []
@@ -92,11 +92,11 @@ class Instance:
         return self.call("DoStep", n * SIZE, size, 1)
 
     def run(self, first: int, last: int) -> list[float]:
-        found = []
+        answers = []
         for n in range(first, last):
             assert self.step(n) == OK, self.lines
-            found += self.get(*WATCHED)
-        return found
+            answers += self.get(*WATCHED)
+        return answers
 
     def said(self) -> str:
         """The one line that was logged since the last time, at status Error."""
@@ -214,17 +214,17 @@ def test_answers_are_those_of_reference_to_the_last_bit_and_of_the_kernel_to_1e_
     python.start(0.0)
     c.start()
     assert one.get(*WATCHED) == [python.get(name) for name in WATCHED]
-    found = one.run(0, 40)
+    answers = one.run(0, 40)
     rows = []
     for n in range(40):
         for contact in (python, c):
             contact.advance(SIZE)
             contact.time = n * SIZE + SIZE
-        assert found[6 * n : 6 * n + 6] == [python.get(name) for name in WATCHED]
+        assert answers[6 * n : 6 * n + 6] == [python.get(name) for name in WATCHED]
         rows.append([c.get(name) for name in WATCHED])
     for k in range(len(WATCHED)):
         largest = max(abs(row[k]) for row in rows)
-        assert found[k::6] == pytest.approx([row[k] for row in rows], abs=1e-9 * largest)
+        assert answers[k::6] == pytest.approx([row[k] for row in rows], abs=1e-9 * largest)
 
 
 def test_inputs_and_tunable_parameters_change_between_steps(one: Instance) -> None:
@@ -279,21 +279,21 @@ def test_a_law_that_is_no_python_is_refused_with_its_line(fmu: Path, tmp_path: P
 
 
 def test_two_instances_in_two_threads_do_not_know_each_other(fmu: Path) -> None:
-    found: dict[float, list[float]] = {}
+    answers: dict[float, list[float]] = {}
 
     def run(friction: float) -> None:
         instance = Instance(fmu).start(F_C=friction)
-        found[friction] = instance.run(0, 12)
+        answers[friction] = instance.run(0, 12)
         instance.slave.freeInstance()
 
     run(5.0)
-    alone = found.pop(5.0)
+    alone = answers.pop(5.0)
     threads = [threading.Thread(target=run, args=(friction,)) for friction in (5.0, 6.0)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert found[5.0] == alone != found[6.0]
+    assert answers[5.0] == alone != answers[6.0]
 
 
 # ---- states ------------------------------------------------------------------------------------------------------------------------------

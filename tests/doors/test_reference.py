@@ -128,25 +128,25 @@ def friction() -> published.Friction:
 
 
 def test_presliding_displacement(friction: published.Friction) -> None:
-    found = published.presliding(published.follow(published.presliding_plant(), friction))
-    assert found == pytest.approx(published.PRESLIDING, abs=published.TOLERANCE["presliding"])
+    simulated = published.presliding(published.follow(published.presliding_plant(), friction))
+    assert simulated == pytest.approx(published.PRESLIDING, abs=published.TOLERANCE["presliding"])
 
 
 @pytest.mark.parametrize("rate", [1, 10, 50])
 def test_break_away_force_falls_with_the_rate_of_the_force(friction: published.Friction, rate: float) -> None:
-    found = published.break_away(published.follow(published.break_away_plant(rate), friction))
-    assert found == pytest.approx(published.BREAK_AWAY[rate], abs=published.TOLERANCE["break_away"])
+    simulated = published.break_away(published.follow(published.break_away_plant(rate), friction))
+    assert simulated == pytest.approx(published.BREAK_AWAY[rate], abs=published.TOLERANCE["break_away"])
 
 
 @pytest.mark.parametrize("w", published.LAG)
 def test_friction_lags_the_velocity(friction: published.Friction, w: int) -> None:
-    found = published.lag(published.follow(published.lag_plant(w), friction))
-    assert found == pytest.approx(published.LAG[w], abs=published.TOLERANCE["lag"])
+    simulated = published.lag(published.follow(published.lag_plant(w), friction))
+    assert simulated == pytest.approx(published.LAG[w], abs=published.TOLERANCE["lag"])
 
 
 def test_stick_slip(friction: published.Friction) -> None:
-    found = published.stick_slip(published.follow(published.stick_slip_plant(16), friction))
-    assert found == pytest.approx(published.STICK_SLIP, abs=published.TOLERANCE["ms"])
+    simulated = published.stick_slip(published.follow(published.stick_slip_plant(16), friction))
+    assert simulated == pytest.approx(published.STICK_SLIP, abs=published.TOLERANCE["ms"])
 
 
 @pytest.mark.parametrize("stiff", [1e2, 1e5, 1e8])
@@ -202,14 +202,14 @@ def test_reset_integrator_peaks_at_F_S_and_slides_at_F_C() -> None:
 
 @pytest.mark.parametrize("law", LAWS)
 def test_mirrored_slip_mirrors_the_force(law: str) -> None:
-    found = []
+    impulses = []
     for sign in (1, -1):
         contact = sliding({"friction_law": law, "slip_velocity": sign * 0.4, "applied_force": sign * 2.0})
         contact.slope["slip_velocity"] = sign * -4e4
         for _ in range(7):
             contact.advance(3e-6)
-            found.append(sign * float(contact.get("friction_impulse")))
-    assert found[:7] == pytest.approx(found[7:], rel=1e-14)
+            impulses.append(sign * float(contact.get("friction_impulse")))
+    assert impulses[:7] == pytest.approx(impulses[7:], rel=1e-14)
 
 
 def test_coulomb_chip_that_flows_along_the_current_angle_sticks_at_reversal() -> None:
@@ -255,14 +255,14 @@ def both(values: Mapping[str, Any], steps: list[float], slopes: Mapping[str, flo
     for step in steps:
         python.advance(step)
         rows.append([float(python.get(name)) for name in names])
-    found = c.run(times, columns, names)
-    return {name: np.array([[row[n] for row in rows], found[:, n]]) for n, name in enumerate(names)}
+    in_c = c.run(times, columns, names)
+    return {name: np.array([[row[n] for row in rows], in_c[:, n]]) for n, name in enumerate(names)}
 
 
-def assert_same(found: Mapping[str, np.ndarray], tolerance: float = 1e-9) -> None:
+def assert_same(answers: Mapping[str, np.ndarray], tolerance: float = 1e-9) -> None:
     """Relative to the largest value that a variable takes. Energy and distance are looser: the kernel chooses its steps for deflection
     and forces."""
-    for name, (python, c) in found.items():
+    for name, (python, c) in answers.items():
         bound = (100 * tolerance if name in INTEGRATED else tolerance) * max(float(np.abs(c).max()), 1e-300)
         miss = float(np.abs(python - c).max())
         assert miss <= bound, name
@@ -291,8 +291,8 @@ def test_ellipse_as_the_kernel_does(law: str, setting: str) -> None:
 def test_floor_of_the_stiffness_as_the_kernel_does(law: str) -> None:
     """At the floor the force has a kink, which the kernel's steps approach by halving: 3e-8."""
     values = {"thermal_softening": True, "rate_stiffness": "thermal", "thermal_softening.k_Q": 20.0, "damping_mode": "as_published"}
-    found = both({"friction_law": law, **values}, CYCLE)
-    assert_same(found, 3e-8)
+    answers = both({"friction_law": law, **values}, CYCLE)
+    assert_same(answers, 3e-8)
 
 
 @pytest.mark.parametrize("law", ["coulomb", "lugre", "reset_integrator"])

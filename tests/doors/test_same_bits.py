@@ -175,9 +175,9 @@ def test_kernel_and_fmu_answer_a_solver_alike(make: Make, case: str, law: str) -
         put(contact, {**inputs, **dict(zip(kernel.states(), states, strict=True))})
         contact.evaluate()
         assert not differing(of_kernel(contact), of_fmu(one))
-        found = (ct.c_double * len(kernel.indicators()))()
-        assert one.call("GetEventIndicators", found, ct.c_size_t(len(found))) == OK
-        assert list(found) == list(contact.indicators())
+        indicators = (ct.c_double * len(kernel.indicators()))()
+        assert one.call("GetEventIndicators", indicators, ct.c_size_t(len(indicators))) == OK
+        assert list(indicators) == list(contact.indicators())
         assert one.call("EnterEventMode") == OK
         contact.event()
         assert one.update()[0] <= WARNING

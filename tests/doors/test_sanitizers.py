@@ -47,7 +47,7 @@ one = Instance(Door(Path(sys.argv[1]), Path(sys.argv[2])))
 one.start() if sys.argv[3] == "start" else one.call("Reset")
 """
 FAULTS = {
-    "start": "    ((volatile char *)c)[sizeof *c + 5] = 1;\n",
+    "start": "    ((volatile char *)c)[block_size() + 5] = 1;\n",
     "reset": "    volatile int largest = 0x7fffffff; largest = largest + (c != NULL);\n",
 }
 

@@ -20,7 +20,7 @@ from evat.native.compile import host_target
 
 
 @pytest.fixture(scope="module")
-def found() -> Structure:
+def kernel_structure() -> Structure:
     return structure.find_structure()
 
 
@@ -47,8 +47,8 @@ def place(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def asked(found: Structure, place: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Asked]:
-    asked = Asked(found)
+def asked(kernel_structure: Structure, place: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Asked]:
+    asked = Asked(kernel_structure)
     monkeypatch.setattr(structure, "find_structure", asked)
     monkeypatch.setattr(structure, "place_of", lambda library: place)
     structure.model_structure.cache_clear()
@@ -56,15 +56,15 @@ def asked(found: Structure, place: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
     structure.model_structure.cache_clear()
 
 
-def test_the_kernel_is_asked_once(asked: Asked, found: Structure, place: Path) -> None:
-    assert asked.again() == found
-    assert asked.again() == found
+def test_the_kernel_is_asked_once(asked: Asked, kernel_structure: Structure, place: Path) -> None:
+    assert asked.again() == kernel_structure
+    assert asked.again() == kernel_structure
     assert asked.count == 1
     assert [path.name for path in place.parent.iterdir()] == [place.name]  # no scratch file stays
 
 
-def test_asking_twice_gives_the_same(found: Structure) -> None:
-    assert structure.find_structure() == found
+def test_asking_twice_gives_the_same(kernel_structure: Structure) -> None:
+    assert structure.find_structure() == kernel_structure
 
 
 def change_a_name(text: str) -> str:
@@ -89,24 +89,24 @@ def change_the_key(text: str) -> str:
         change_the_key,
     ],
 )
-def test_a_spoilt_file_is_ignored_and_written_anew(spoil: object, asked: Asked, found: Structure, place: Path) -> None:
+def test_a_spoilt_file_is_ignored_and_written_anew(spoil: object, asked: Asked, kernel_structure: Structure, place: Path) -> None:
     asked.again()
     good = place.read_bytes()
     spoilt = spoil(good.decode())  # type: ignore[operator]
     assert spoilt.encode() != good
     place.write_text(spoilt, encoding="utf-8")
-    assert asked.again() == found
+    assert asked.again() == kernel_structure
     assert asked.count == 2
     assert place.read_bytes() == good
 
 
 def test_a_folder_that_cannot_be_written_keeps_nothing_and_harms_nothing(
-    asked: Asked, found: Structure, place: Path, monkeypatch: pytest.MonkeyPatch
+    asked: Asked, kernel_structure: Structure, place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (place.parent / "file").write_text("no folder", encoding="utf-8")
     monkeypatch.setattr(structure, "place_of", lambda library: place.parent / "file" / "kept.json")
-    assert asked.again() == found
-    assert asked.again() == found
+    assert asked.again() == kernel_structure
+    assert asked.again() == kernel_structure
     assert asked.count == 2
 
 

@@ -52,8 +52,8 @@ def tool(request: pytest.FixtureRequest) -> Terminal:
 
 
 def test_members_of_one_name_are_connected(tool: Terminal, machine: Terminal) -> None:
-    found = {connection.member: (connection.output, connection.input, connection.forward) for connection in connect(tool, machine)}
-    assert found == {
+    connected = {connection.member: (connection.output, connection.input, connection.forward) for connection in connect(tool, machine)}
+    assert connected == {
         "force_x": ("tool_force_x", "f_x", True),
         "force_y": ("tool_force_y", "f_y", True),
         "displacement_x": ("place_x", "tool_displacement_x", False),
@@ -62,7 +62,7 @@ def test_members_of_one_name_are_connected(tool: Terminal, machine: Terminal) ->
         "velocity_y": ("speed_y", "tool_velocity_y", False),
     }
     backward = {connection.member: (connection.output, connection.input, not connection.forward) for connection in connect(machine, tool)}
-    assert backward == found
+    assert backward == connected
 
 
 def test_the_connections_are_those_of_a_valid_system_structure(tool: Terminal, machine: Terminal) -> None:

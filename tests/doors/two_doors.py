@@ -29,13 +29,13 @@ def of_kernel(contact: kernel.Contact) -> np.ndarray:
 
 def of_fmu(instance: Instance) -> np.ndarray:
     """The same through the FMU's getters, one call for each type."""
-    found = np.empty(len(SHOWN))
+    values_by_place = np.empty(len(SHOWN))
     for kind in (REAL, INTEGER, BOOLEAN):
         places = [place for place, v in enumerate(SHOWN) if v.type == kind]
         status, values = instance.get_as(kind, [instance.door.reference[SHOWN[place].name] for place in places])
         assert status == OK, instance.lines
-        found[places] = values
-    return found
+        values_by_place[places] = values
+    return values_by_place
 
 
 def differing(one: np.ndarray, other: np.ndarray) -> list[str]:

@@ -28,8 +28,8 @@ def added(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 def test_the_pages_effect_passes_the_conformance_test(added: dict[str, str]) -> None:
     done = conformance(added)
     assert done.returncode == 0, done.stdout[-3000:]
-    found = conformance(added, "--collect-only", "-k", NAME)
-    assert f"test_neutral_is_off_to_the_last_bit[{NAME}-internal]" in found.stdout
+    collected = conformance(added, "--collect-only", "-k", NAME)
+    assert f"test_neutral_is_off_to_the_last_bit[{NAME}-internal]" in collected.stdout
 
 
 def test_the_command_line_knows_it_by_asking(added: dict[str, str], tmp_path: Path) -> None:

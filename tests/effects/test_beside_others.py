@@ -43,9 +43,9 @@ def test_a_filter_behind_a_creeping_platform_is_one_of_third_order() -> None:
     w, zeta, T = 2 * np.pi / 3e-4, 1.4, 7e-5
     drive = shown([])[0]
     system = (w**2, np.polymul([1, 2 * zeta * w, w**2], [T, 1]))
-    found = shown(["dynamometer_resonance", "sensor_lowpass"], **FILTER, **RESONANCE)[0]
+    filtered = shown(["dynamometer_resonance", "sensor_lowpass"], **FILTER, **RESONANCE)[0]
     exact = lsim(system, drive, TIMES, interp=True)[1]
-    assert found == pytest.approx(exact, abs=2e-6 * np.abs(drive).max())  # both errors of the tolerance of 1e-8, and the bristle's start
+    assert filtered == pytest.approx(exact, abs=2e-6 * np.abs(drive).max())  # both errors of the tolerance of 1e-8, and the bristle's start
 
 
 @pytest.mark.parametrize("before", ["run_out", "viscous_friction", "load_dependence"])

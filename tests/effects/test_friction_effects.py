@@ -239,9 +239,9 @@ def test_friction_goes_by_a_power_of_the_load(n: float, speed: float) -> None:
         inputs = {"slip_velocity": np.full(2, speed), "normal_load": np.full(2, load)}
         return float(follow(times, inputs, values, ("load_dependence",), "friction_force")[0, -1])
 
-    found = np.array([force(float(load)) for load in loads])
-    assert np.diff(np.log(np.abs(found))) == pytest.approx([n * log(10)] * 4, abs=1e-6)
-    assert found[2] == pytest.approx(steady(speed, {**CURVE, "sigma2": 0.0}), rel=1e-6)
+    forces = np.array([force(float(load)) for load in loads])
+    assert np.diff(np.log(np.abs(forces))) == pytest.approx([n * log(10)] * 4, abs=1e-6)
+    assert forces[2] == pytest.approx(steady(speed, {**CURVE, "sigma2": 0.0}), rel=1e-6)
 
 
 def test_friction_follows_a_load_that_swings() -> None:

@@ -29,8 +29,8 @@ def response(frequency: float, values: dict[str, float], on: str, cycles: int, s
     the samples: what that takes from its line, (sin x/x)^2 with x = pi/samples, is taken from the measured one too."""
     times = np.arange((cycles + 1) * samples) / (samples * frequency)
     speed = 2 + np.sin(2 * pi * frequency * times)
-    found = follow(times, {"slip_velocity": speed}, {**VISCOUS, **values}, [on], *FORCES, *MEASURED)
-    true, shown = np.split(line(frequency, times[-samples:], found[:, -samples:]), 2)
+    rows = follow(times, {"slip_velocity": speed}, {**VISCOUS, **values}, [on], *FORCES, *MEASURED)
+    true, shown = np.split(line(frequency, times[-samples:], rows[:, -samples:]), 2)
     assert np.abs(true) == pytest.approx(1, rel=1e-5)  # each channel holds the friction force, at no rake
     gain: np.ndarray = shown / true / np.sinc(1 / samples) ** 2
     return gain
@@ -79,8 +79,8 @@ def test_delay_turns_a_sine_and_keeps_its_form(tau: float) -> None:
     frequency, samples = 1e3, 100
     times = np.arange(3 * samples) / (samples * frequency)
     speed = 2 + np.sin(2 * pi * frequency * times) + 0.3 * np.sign(np.sin(6 * pi * frequency * times + 1e-3))
-    found = follow(times, {"slip_velocity": speed}, {**VISCOUS, "sensor_delay.time": tau}, ["sensor_delay"], *FORCES, *MEASURED)
-    for true, shown in zip(found[:3], found[3:], strict=True):
+    rows = follow(times, {"slip_velocity": speed}, {**VISCOUS, "sensor_delay.time": tau}, ["sensor_delay"], *FORCES, *MEASURED)
+    for true, shown in zip(rows[:3], rows[3:], strict=True):
         assert shown == pytest.approx(np.interp(times - tau, times, true), rel=1e-9, abs=1e-6)  # before the start: the first force
     gain = response(frequency, {"sensor_delay.time": tau}, "sensor_delay", 1, samples)
     exact = np.exp(-2j * pi * frequency * tau)
@@ -142,12 +142,12 @@ def mixed(on: list[str], **values: float) -> tuple[np.ndarray, np.ndarray, np.nd
     times = np.linspace(0, 1, 200)
     inputs = {"slip_velocity": 0.3 + 0.2 * np.sin(20 * times), "uncut_thickness": 1e-4 * (1.2 + np.cos(33 * times))}
     settings = {**VISCOUS, "sigma2": 30.0, "rake_angle": 0.2, "flank_wear.feed_rate": 5e5}
-    found = follow(times, inputs, {**settings, **values}, ["flank_wear", *on], *FORCES, *MEASURED)
-    assert np.array_equal(found[:3], follow(times, inputs, settings, ["flank_wear"], *FORCES))  # the true forces know of no sensor
-    causes = np.vstack([found[:3], np.ones_like(times), times])
+    rows = follow(times, inputs, {**settings, **values}, ["flank_wear", *on], *FORCES, *MEASURED)
+    assert np.array_equal(rows[:3], follow(times, inputs, settings, ["flank_wear"], *FORCES))  # the true forces know of no sensor
+    causes = np.vstack([rows[:3], np.ones_like(times), times])
     assert np.linalg.cond(causes / np.linalg.norm(causes, axis=1, keepdims=True)) < 1e4
-    answer, *_ = np.linalg.lstsq(causes.T, found[3:].T, rcond=None)
-    return answer[:3].T, answer[3], answer[4], found[3:] - answer.T @ causes
+    answer, *_ = np.linalg.lstsq(causes.T, rows[3:].T, rcond=None)
+    return answer[:3].T, answer[3], answer[4], rows[3:] - answer.T @ causes
 
 
 def test_static_sensor_errors_are_linear_algebra() -> None:
@@ -163,8 +163,8 @@ def test_static_sensor_errors_are_linear_algebra() -> None:
     for name, (matrix, offset, rate) in expected.items():
         given = {f"{name}.{force}": value for force, value in zip(FORCES, cases.get(name, ()), strict=False)}
         given |= {"cross_talk.principal_from_feed": 0.3, "cross_talk.feed_from_principal": -0.2} if name == "cross_talk" else {}
-        found = mixed([name], **given)
-        for part, exact in zip(found, (matrix, offset, rate, 0 * found[3]), strict=True):
+        measured = mixed([name], **given)
+        for part, exact in zip(measured, (matrix, offset, rate, 0 * measured[3]), strict=True):
             assert part == pytest.approx(exact, abs=1e-9)
 
 

@@ -52,12 +52,12 @@ def test_the_states_of_an_effect_converge_at_fourth_order(name: str) -> None:
         contact = begun(values, on, BEGIN - 0.2 * PERIOD)  # the first steps after a start are short
         contact.advance(0.2 * PERIOD)
         put(contact, BEGIN, states, start)
-        before, found = contact.get("step_count"), []
+        before, rows = contact.get("step_count"), []
         for n in range(count):
             contact.advance(LENGTH / count)
             if (n + 1) % (count // 8) == 0:
-                found.append(read(contact, *states))
+                rows.append(read(contact, *states))
         assert contact.get("step_count") - before == count
-        errors.append(np.linalg.norm(np.array(found) - exact, axis=0))
+        errors.append(np.linalg.norm(np.array(rows) - exact, axis=0))
     slopes = -np.polyfit(np.log2(COUNTS), np.log2(np.array(errors)), 1)[0]
     assert slopes == pytest.approx(ORDER, abs=0.3), dict(zip(states, slopes, strict=True))

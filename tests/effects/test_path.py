@@ -77,8 +77,8 @@ def test_holder_resonates(part: float, cycles: int) -> None:
     times = np.arange((cycles + 1) * samples) / (samples * part * f_n)
     thickness = 1e-4 + 2e-5 * np.sin(2 * pi * part * f_n * times)
     values = {**CONSTANT, "slip_velocity": 1.0, **holder(f_n, zeta, c_x, 0.0)}
-    found = follow(times, {"uncut_thickness": thickness}, values, HOLDER, "principal_force", MOVED[0])
-    force, moved = line(part * f_n, times[-samples:], found[:, -samples:])
+    rows = follow(times, {"uncut_thickness": thickness}, values, HOLDER, "principal_force", MOVED[0])
+    force, moved = line(part * f_n, times[-samples:], rows[:, -samples:])
     exact = 1 / (1 - part**2 + 2j * zeta * part)
     assert abs(force) == pytest.approx(2 * 4e8 * 1e-3 * 2e-5, rel=1e-6)
     # straight between samples: (sin x/x)^2 less in the line, and neighbours of it that pass as 1/samples^2
@@ -104,9 +104,9 @@ def test_holder_is_stable_at_its_corners(f_n: float, c: float, ratio: float, zet
     """Stiff or soft, slow or fast, damped or not: a force that sets in and stays, or pulses, moves an oscillator by at most twice c F. (In
     a long cut friction that falls with speed excites an undamped holder of itself, as it does in nature.)"""
     values = {"cutting_speed": ratio * FASTEST, "relative_tolerance": 1e-5, **holder(f_n, zeta, c, c)}
-    found = course(begun(values, HOLDER), np.linspace(0, 100 * PERIOD, 4000), MOVED[0], MOVED[2], "principal_force", "feed_force")
-    assert np.all(np.abs(found[:2]).max(axis=1) <= 2.01 * c * np.abs(found[2:]).max(axis=1))
-    assert np.abs(found[:2]).max() > 0
+    rows = course(begun(values, HOLDER), np.linspace(0, 100 * PERIOD, 4000), MOVED[0], MOVED[2], "principal_force", "feed_force")
+    assert np.all(np.abs(rows[:2]).max(axis=1) <= 2.01 * c * np.abs(rows[2:]).max(axis=1))
+    assert np.abs(rows[:2]).max() > 0
 
 
 def test_holders_energy_balances_over_a_cycle() -> None:
@@ -149,8 +149,8 @@ def test_phase_error_is_a_tool_that_runs_out_of_phase(delta: float) -> None:
     times = np.linspace(0, 2 * PERIOD, 100)
     tilted = begun({**CUT, "ellipse_phase_error.delta": delta}, ["ellipse_phase_error"])
     meant = begun({**CUT, "phase_y": pi + delta})
-    found, exact = course(tilted, times, *CYCLE), course(meant, times, *CYCLE)
-    assert found == pytest.approx(exact, rel=1e-9, abs=1e-9)
+    rows, exact = course(tilted, times, *CYCLE), course(meant, times, *CYCLE)
+    assert rows == pytest.approx(exact, rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize("shear_stress", [2e8, 6e8])
@@ -158,15 +158,15 @@ def test_run_out_makes_the_spindles_line_whatever_the_feed(shear_stress: float) 
     """Where the nominal surface stands: a line of 2 tau_s w e in the principal force at the spindle's frequency, none at its harmonics; the
     cycle means keep sin(x)/x of it, x = pi f_spindle/f."""
     e, spindle, cycles = 4e-6, 500.0, 40
-    found = []
+    lines = []
     for feed in (3e-5, 1e-4, 3e-4):
         values = {**CONSTANT, "cutting_speed": 1.5 * FASTEST, "feed": feed, "shear_stress": shear_stress, "amplitude_y": 2e-6}
         own = {"run_out.amplitude": e, "run_out.spindle_frequency": spindle, "run_out.phase": pi / 2}
         times = np.arange(cycles + 1) * PERIOD
         mean = course(begun({**values, **own}, ["run_out"]), times, "mean_principal_force")[0, 1:]
-        found.append([line(k * spindle, times[1:] - PERIOD / 2, mean) for k in (1, 2, 3)])
+        lines.append([line(k * spindle, times[1:] - PERIOD / 2, mean) for k in (1, 2, 3)])
     exact = 2 * shear_stress * 1e-3 * e * np.sinc(spindle / FREQUENCY)
-    assert np.array(found) == pytest.approx(np.tile([exact, 0, 0], (3, 1)), rel=1e-6, abs=1e-6 * exact)
+    assert np.array(lines) == pytest.approx(np.tile([exact, 0, 0], (3, 1)), rel=1e-6, abs=1e-6 * exact)
 
 
 def test_the_tool_comes_near_by_the_holders_swing_alone() -> None:

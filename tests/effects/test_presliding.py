@@ -107,13 +107,13 @@ def test_what_slid_stays_and_what_bent_springs_back(break_away: float) -> None:
 def test_steady_sliding_is_that_of_lugre(speed: float) -> None:
     """After 30 break-away ways both are on the Stribeck curve: what is left of LuGre is exp(-30), and the gate has fewer ways to go."""
     values: Values = {"friction_law": "lugre", "sigma0": 1e6, "sigma1": 3.0, "sigma2": 0.7, "F_C": 9.0, "F_S": 12.0, "v_s": 1e-3}
-    found = []
+    forces = []
     for on in ((), GATE):
         contact = begun({**values, "kinematics": "external", "slip_velocity": speed}, on)
         contact.advance(30 * 1.2e-5 / abs(speed))
-        found.append(contact.get("friction_force"))
+        forces.append(contact.get("friction_force"))
     steady = np.sign(speed) * (9 + 3 * exp(-((speed / 1e-3) ** 2))) + 0.7 * speed
-    assert found == pytest.approx([steady, steady], rel=1e-8)
+    assert forces == pytest.approx([steady, steady], rel=1e-8)
 
 
 def test_half_the_share_lies_between() -> None:
@@ -136,9 +136,9 @@ def by_radau(times: np.ndarray, speed: np.ndarray, break_away: float) -> np.ndar
             return 0.0
         return 1.0 if z >= 1 else 0.5 + 0.5 * sin(pi * (z - 0.5 * (1 + break_away)) / (1 - break_away))
 
-    found = [0.0]
+    deflections = [0.0]
     for (t0, t1), (v0, v1) in zip(pairwise(times), pairwise(speed / Z), strict=True):
-        z, slope = found[-1], (v1 - v0) / (t1 - t0)
+        z, slope = deflections[-1], (v1 - v0) / (t1 - t0)
         turn = [t0 - v0 / slope] if v0 * v1 < 0 else []
         for start, stop in pairwise([t0, *turn, t1]):
             side = 1 if v0 + slope * (0.5 * (start + stop) - t0) > 0 else -1
@@ -148,8 +148,8 @@ def by_radau(times: np.ndarray, speed: np.ndarray, break_away: float) -> np.ndar
                 return [v - plastic(side * y[0]) * side * v * y[0]]
 
             z = solve_ivp(rate, (start, stop), [z], "Radau", rtol=1e-11, atol=1e-13, max_step=(t1 - t0) / 10).y[0, -1]
-        found.append(float(z))
-    return np.array(found)
+        deflections.append(float(z))
+    return np.array(deflections)
 
 
 def test_the_kernels_steps_hold_their_tolerance_at_the_gate() -> None:

@@ -12,11 +12,11 @@ FEED, TURN = 1e-4, 0.02  # [m], [s]
 
 
 def thickness(contact: Contact, times: np.ndarray) -> np.ndarray:
-    found = []
+    thicknesses = []
     for time in times:
         contact.advance(float(time) - contact.time)
-        found.append(contact.get("uncut_thickness_used"))
-    return np.array(found)
+        thicknesses.append(contact.get("uncut_thickness_used"))
+    return np.array(thicknesses)
 
 
 @pytest.mark.parametrize("split", [1, 7])

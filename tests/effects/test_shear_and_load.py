@@ -66,8 +66,8 @@ def stress(theta: float, speed: float, **own: float) -> float:
 def test_flow_stress_rises_with_the_logarithm_of_speed() -> None:
     """Johnson and Cook's rate term: the same step C ln 10 for each decade, far above v_ref; the plain stress at rest."""
     C, v_ref = 0.03, 1e-6
-    found = [stress(0, speed, C=C, v_ref=v_ref, softening=0.2) for speed in (1e-2, 1e-1, 1, 10)]
-    assert np.diff(found) == pytest.approx(C * log(10), rel=1e-4)  # 1 + u/v_ref for u/v_ref
+    stresses = [stress(0, speed, C=C, v_ref=v_ref, softening=0.2) for speed in (1e-2, 1e-1, 1, 10)]
+    assert np.diff(stresses) == pytest.approx(C * log(10), rel=1e-4)  # 1 + u/v_ref for u/v_ref
     assert stress(0, 1e-9, C=C, v_ref=v_ref, softening=0.2) == pytest.approx(1, abs=1e-4)
 
 

@@ -27,36 +27,36 @@ FILES = (
 )
 
 
-def over(found: Signature, across: str, title: str = "") -> SignaturePanel:
+def over(signed: Signature, across: str, title: str = "") -> SignaturePanel:
     """The panel of a condition, by what is varied."""
-    (panel,) = (panel for panel in found.conditions if panel.across.name == across and title in panel.title)
+    (panel,) = (panel for panel in signed.conditions if panel.across.name == across and title in panel.title)
     return panel
 
 
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
 def test_every_effect_shows_somewhere_and_its_panels_have_units(effect: Effect) -> None:
-    found = signature(effect.name)
-    panels = (*found.cycle, found.rig, *found.conditions)
+    signed = signature(effect.name)
+    panels = (*signed.cycle, signed.rig, *signed.conditions)
     assert any(panel.shows for panel in panels)
-    assert max(panel.share for panel in panels[:4]) > 1e-3 or found.conditions[0].share > 0.01  # it can be seen in the picture
+    assert max(panel.share for panel in panels[:4]) > 1e-3 or signed.conditions[0].share > 0.01  # it can be seen in the picture
     for panel in panels:
         for axis in (panel.across, panel.up):
             assert units.affine(axis.unit, axis.display_unit)[0] > 0
         assert panel.without.shape == panel.with_effect.shape == panel.over[0].shape == panel.over[1].shape
         assert np.all(np.isfinite([*panel.without, *panel.with_effect]))
-    ranks = [(not panel.varies, -panel.share) for panel in found.conditions]
+    ranks = [(not panel.varies, -panel.share) for panel in signed.conditions]
     assert ranks == sorted(ranks)
-    assert len({(panel.title, panel.across.name) for panel in found.conditions}) == len(found.conditions)
-    assert found.left_out == ()
+    assert len({(panel.title, panel.across.name) for panel in signed.conditions}) == len(signed.conditions)
+    assert signed.left_out == ()
 
 
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
 def test_a_neutral_effect_shows_nowhere(effect: Effect) -> None:
     neutral = {variable.name: variable.neutral for variable in effect.variables if math.isfinite(variable.neutral)}
-    found = signature(effect.name, neutral)
+    signed = signature(effect.name, neutral)
     # the tolerance of the runs: with states, the periodic start is found by another method
-    assert max(panel.share for panel in (*found.cycle, found.rig, *found.conditions)) < 1e-5
-    assert found.left_out == ()
+    assert max(panel.share for panel in (*signed.cycle, signed.rig, *signed.conditions)) < 1e-5
+    assert signed.left_out == ()
 
 
 def test_no_effect_is_named_in_the_code() -> None:
@@ -67,24 +67,24 @@ def test_no_effect_is_named_in_the_code() -> None:
 
 def test_a_gain_is_one_factor_everywhere() -> None:
     values = {f"sensor_gain.{name}": 1.25 for name in ("friction_force", "principal_force", "feed_force")}
-    found = signature("sensor_gain", values)
-    for panel in (*found.cycle[:3], found.rig, *found.conditions):
+    signed = signature("sensor_gain", values)
+    for panel in (*signed.cycle[:3], signed.rig, *signed.conditions):
         if "contact" not in panel.up.name:
             assert panel.with_effect == pytest.approx(1.25 * panel.without, rel=1e-9, abs=1e-12)
             assert panel.share == pytest.approx(0.2, rel=1e-9)  # 0.25 of 1.25
 
 
 def test_an_offset_is_there_where_nothing_touches() -> None:
-    found = signature("sensor_offset", {"sensor_offset.feed_force": 3.0})
-    _, _, feed, _ = found.cycle
+    signed = signature("sensor_offset", {"sensor_offset.feed_force": 3.0})
+    _, _, feed, _ = signed.cycle
     assert feed.with_effect - feed.without == pytest.approx(np.full(feed.without.size, 3.0), abs=1e-9)
     assert np.any(feed.without == 0)
 
 
 def test_run_out_is_a_line_at_the_spindle_frequency_in_the_long_record() -> None:
-    found = signature("run_out", {"run_out.spindle_frequency": 25.0})
-    assert [panel.across.name for panel in found.conditions[:2]] == ["time", "time"]
-    panel = over(found, "time", "later")
+    signed = signature("run_out", {"run_out.spindle_frequency": 25.0})
+    assert [panel.across.name for panel in signed.conditions[:2]] == ["time", "time"]
+    panel = over(signed, "time", "later")
     step = panel.over[0][1] - panel.over[0][0]
     assert panel.over[0].size * step == pytest.approx(0.2)  # 5 turns
     spectrum = np.abs(np.fft.rfft(panel.with_effect - panel.without))
@@ -96,9 +96,9 @@ def test_run_out_is_a_line_at_the_spindle_frequency_in_the_long_record() -> None
 def test_a_carried_tool_meets_its_own_surface_after_one_turn() -> None:
     """Six and a half waves in 0.2 s: with a turn of two of them the surface goes with the tool, and the cut stays as thick as nominal."""
     turn = 2 * 0.2 / 6.5
-    found = signature("regenerative", {"regenerative.revolution_time": turn})
-    panel = over(found, "time", "carried")
-    assert found.conditions[0] is panel
+    signed = signature("regenerative", {"regenerative.revolution_time": turn})
+    panel = over(signed, "time", "carried")
+    assert signed.conditions[0] is panel
     before, after = panel.over[0] < turn, panel.over[0] > turn + 2e-3  # less two windows that hold the change
     assert panel.with_effect[before] == pytest.approx(panel.without[before], rel=1e-4)
     assert np.ptp(panel.without[after]) > 0.15 * panel.without.mean()
@@ -106,8 +106,8 @@ def test_a_carried_tool_meets_its_own_surface_after_one_turn() -> None:
 
 
 def test_edge_force_is_the_same_step_at_every_thickness() -> None:
-    found = signature("edge_force", {"edge_force.K_ef": 0.0})
-    panel = over(found, "uncut_thickness")
+    signed = signature("edge_force", {"edge_force.K_ef": 0.0})
+    panel = over(signed, "uncut_thickness")
     assert panel.up.name == "measured_principal_force"
     width = kernel.variable("width").start
     added = np.full(panel.without.size, kernel.variable("edge_force.K_ep").start * width)
@@ -126,16 +126,16 @@ def test_dwell_strengthening_climbs_by_equal_steps_for_equal_ratios_of_rest() ->
 
 def test_direction_asymmetry_shifts_the_loop_on_the_rig() -> None:
     """The mean of the two branches in the middle of the slip: a F_C of each branch, up and down alike."""
-    found = signature("direction_asymmetry", {"direction_asymmetry.a": 0.1})
-    assert found.rig.up.name == "measured_friction_force"
-    middle = np.argsort(np.abs(found.rig.over[0]))[:3]
-    shift = found.rig.with_effect[middle] - found.rig.without[middle]
+    signed = signature("direction_asymmetry", {"direction_asymmetry.a": 0.1})
+    assert signed.rig.up.name == "measured_friction_force"
+    middle = np.argsort(np.abs(signed.rig.over[0]))[:3]
+    shift = signed.rig.with_effect[middle] - signed.rig.without[middle]
     assert shift == pytest.approx(0.1 * kernel.variable("F_C").start, rel=0.02)
 
 
 def test_an_effect_on_the_temperature_alone_is_shown_by_the_temperature() -> None:
-    found = signature("proxy_lag")
-    assert found.rig.up.name == "theta_used"
+    signed = signature("proxy_lag")
+    assert signed.rig.up.name == "theta_used"
     warm = signature("proxy_lag", {"thermal_viscosity.beta": 0.5, "sigma2": 5.0}, ["thermal_viscosity"])
     assert warm.rig.up.name != "theta_used"  # now a force shows it
     assert warm.beside == ("thermal_viscosity",)
@@ -143,8 +143,8 @@ def test_an_effect_on_the_temperature_alone_is_shown_by_the_temperature() -> Non
 
 def test_rivals_that_are_on_make_room() -> None:
     (rival,) = EFFECTS["edge_force"].rivals
-    found = signature("edge_force", {rival: 1.0}, [rival])
-    assert found.beside == ()
+    signed = signature("edge_force", {rival: 1.0}, [rival])
+    assert signed.beside == ()
 
 
 @pytest.mark.parametrize(
@@ -164,9 +164,9 @@ def test_what_cannot_be_shown_is_refused(name: str, values: Mapping[str, float |
 
 def test_a_condition_that_cannot_be_run_is_named() -> None:
     """Bristles so soft that they yield after 10 m: at 20 kHz the slip would be faster than any that the component takes."""
-    found = signature("sensor_gain", {"sigma0": 1.0})
-    assert [line for line in found.left_out if line.startswith("rig, slip to and fro, over frequency of the slip: slip_velocity = ")]
-    assert "frequency of the slip" not in {panel.across.name for panel in found.conditions}
+    signed = signature("sensor_gain", {"sigma0": 1.0})
+    assert [line for line in signed.left_out if line.startswith("rig, slip to and fro, over frequency of the slip: slip_velocity = ")]
+    assert "frequency of the slip" not in {panel.across.name for panel in signed.conditions}
 
 
 def test_the_picture_is_the_same_bytes_each_time(tmp_path: Path) -> None:

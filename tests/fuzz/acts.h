@@ -17,7 +17,7 @@ extern struct One *stepped;    /* whose callback is called */
 #define NAME(two, three) (one->version == 2 ? "fmi2" two : "fmi3" three)
 #define EITHER(two, three) (one->version == 2 ? (int)(two) : (int)(three))
 
-static inline enum Sort sort_of(int index) { return (enum Sort)kernel_variable(index)->type; }
+static inline enum Sort sort_of(int index) { return (enum Sort)model_variable(index)->type; }
 static inline unsigned reading(const struct One *one)
 {
     return READING | (one->version == 3 ? INTERMEDIATE | ASKING : 0);

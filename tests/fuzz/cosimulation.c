@@ -35,8 +35,8 @@ void step(struct One *one)
         status = CALL(one, "fmi3DoStep", STEPPING, fine ? MAY_FAIL : MUST_FAIL,
                       fmi3DoStep(one->c, time, h, chance(0.5), &event, &terminates, &early, &last));
     tally.steps_done += status <= WARNING;
-    for (int i = INPUT_FIRST; one->ramped && i < INPUT_END; ++i)
-        one->given[i] = NAN;
+    for (int place = 0; one->ramped && place < model_input_count(); ++place)
+        one->given[model_input(place)] = NAN;
     if (status == DISCARD)
         one->mode = one->version == 2 ? STEP_FAILED : one->mode;
     if (status <= WARNING && one->version == 3)
@@ -88,8 +88,8 @@ void step_and_back(struct One *one)
         else
             for (size_t i = 0; i < count; ++i)
                 if (value[0][i] != value[1][i] && !one->watched) {
-                    finding("%s is %.17g, and %.17g after the same step again",
-                            kernel_variable((int)reference[i])->name, value[0][i], value[1][i]);
+                    finding("%s is %.17g, and %.17g after the same step again", model_variable((int)reference[i])->name,
+                            value[0][i], value[1][i]);
                     return;
                 }
     }

@@ -135,7 +135,7 @@ static void draw_model(struct One *one)
         set_some(one);
     for (int n = below(4); n > 0 && one->mode != FAILED; --n) {
         const int index = below(variables);
-        const struct Variable *v = kernel_variable(index);
+        const struct Variable *v = model_variable(index);
         if (v->type == BOOLEAN && v->causality == PARAMETER)
             set_one(one, index, 1);
     }
@@ -152,7 +152,7 @@ static void too_slow_now(struct One *one)
 static void run_sequence(void)
 {
     char token[39];
-    kernel_token(token);
+    model_token(token);
     struct One *one = calloc(1, sizeof *one);
     one->version = 2 + below(2);
     one->interface = chance(0.6) ? CO_SIMULATION : MODEL_EXCHANGE;
@@ -215,10 +215,14 @@ int main(int count, char **argument)
                    most = strtoull(argument[3], NULL, 0);
     const double seconds = atof(argument[4]), begin = clock_now();
     verbose = count > 6;
-    variables = kernel_variable_count();
-    states = kernel_state_count();
+    variables = model_variable_count();
+    states = model_state_count();
+    if (variables > CAPACITY || states > STATES || model_indicator_count() > STATES) {
+        fputs("the model has more variables, states or indicators than there is room for\n", stderr);
+        return 2;
+    }
     for (int n = 0; n < states; ++n)
-        is_start[kernel_state(n)] = 1;
+        is_start[model_state(n)] = 1;
     host_begin(atof(argument[5]));
     for (uint64_t n = first; n < first + most && clock_now() - begin < seconds; ++n) {
         sequence_begins(seed, n);

@@ -2,8 +2,8 @@
  *
  * After OK every number is finite; what must be refused is refused with fmi2Error; an answer from Discard on comes with
  * one log line and no other does; no call takes longer than SLOW seconds of the processor. What breaks a rule is a
- * finding, told with the sequence that led to it. The model and both shells are linked in; tables are read by
- * kernel_variable, the rest is reached by functions of the standard only.
+ * finding, told with the sequence that led to it. The model and both shells are linked in; tables are read by model.h,
+ * the rest is reached by functions of the standard only.
  */
 #ifndef HOST_H
 #define HOST_H
@@ -16,6 +16,7 @@
 #include <setjmp.h>
 #include <stdint.h>
 
+enum { CAPACITY = 512, STATES = 64 }; /* room for any model; main sees that it is enough */
 enum { OK = ANSWER_OK, WARNING = ANSWER_WARNING, DISCARD = ANSWER_DISCARD, ERROR = ANSWER_ERROR };
 
 /* What the host knows the answer must be. MAY_FAIL: the numbers, or the model, decide. */

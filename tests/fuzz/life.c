@@ -16,12 +16,12 @@ void initialise(struct One *one)
     one->start = chance(0.8) ? 0 : chance(0.9) ? between(-1, 10) : strange();
     const double stop = chance(0.95) ? one->start + spread(1e-6, 1) : strange();
     int fine = isfinite(one->start) && !(with_stop && (!isfinite(stop) || stop < one->start));
-    const struct Variable *v = kernel_variable(TOLERANCE_ARGUMENT);
+    const struct Variable *v = model_variable(model_tolerance());
     const enum Verdict verdict = !fine                                              ? MUST_FAIL
                                  : with_tolerance && v && !is_allowed(v, tolerance) ? MAY_FAIL
                                                                                     : MUST_PASS;
     if (v)
-        one->given[TOLERANCE_ARGUMENT] = NAN;
+        one->given[model_tolerance()] = NAN;
     one->stop = with_stop ? stop : INFINITY;
     if (one->version == 3) {
         if (CALL(one, "fmi3EnterInitializationMode", INSTANTIATED, verdict,

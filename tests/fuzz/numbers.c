@@ -81,7 +81,7 @@ int get_all(struct One *one)
             const double given = one->given[reference[i]];
             const double less = form == CHOICES ? 1 : 0;
             if (!isnan(given) && value[i] - less != given)
-                finding("%s was set to %.17g and shows %.17g", kernel_variable((int)reference[i])->name, given,
+                finding("%s was set to %.17g and shows %.17g", model_variable((int)reference[i])->name, given,
                         value[i] - less);
         }
         worst = status > worst ? status : worst;
@@ -116,7 +116,7 @@ void get_some(struct One *one)
 
 static unsigned settable(const struct One *one, int index)
 {
-    const struct Variable *v = kernel_variable(index);
+    const struct Variable *v = model_variable(index);
     if (v->causality == INPUT)
         return SETTING | ASKING;
     if (v->causality == PARAMETER)
@@ -141,9 +141,9 @@ static void set_these(struct One *one, enum Sort form, unsigned *reference, doub
         const double offset = there && sort_of((int)reference[i]) == CHOICES ? 1 : 0;
         sent[i] = value[i] + offset;
         if (verbose)
-            printf("    sets %s = %.17g\n", there ? kernel_variable((int)reference[i])->name : "-", value[i]);
+            printf("    sets %s = %.17g\n", there ? model_variable((int)reference[i])->name : "-", value[i]);
         if (!there || !(settable(one, (int)reference[i]) & one->mode) ||
-            !is_allowed(kernel_variable((int)reference[i]), value[i]))
+            !is_allowed(model_variable((int)reference[i]), value[i]))
             verdict = MUST_FAIL;
     }
     if (CALL(one, set_names[one->version - 2][form], legal, verdict, set_numbers(one, form, reference, count, sent)) >
@@ -180,7 +180,7 @@ void set_some(struct One *one)
         const int index = count ? drawn_variable(one) : first;
         if (count && sort_of(index) != form)
             continue;
-        const struct Variable *v = kernel_variable(index);
+        const struct Variable *v = model_variable(index);
         int again = 0;
         for (size_t i = 0; i < count; ++i)
             again |= reference[i] == (unsigned)index;
@@ -195,11 +195,11 @@ void set_some(struct One *one)
 void ramp_inputs(struct One *one)
 {
     const unsigned legal = INSTANTIATED | INITIALIZING | STEPPING;
-    unsigned reference[1] = {(unsigned)(INPUT_FIRST + below(INPUT_END - INPUT_FIRST))};
+    unsigned reference[1] = {(unsigned)(model_input(0) + below(model_input_count() + 1))};
     if (one->version == 3)
         return; /* FMI 3 ramps its inputs otherwise */
     const int there = reference[0] < (unsigned)variables;
-    const struct Variable *v = kernel_variable(there ? (int)reference[0] : 0);
+    const struct Variable *v = model_variable(there ? (int)reference[0] : 0);
     const double span = v->nominal > 0 ? v->nominal : 1,
                  slope[1] = {chance(0.9) ? span * between(-1, 1) * spread(1e-3, 1e5) : strange()};
     const int order[1] = {chance(0.98) ? 1 : below(4)};
@@ -214,7 +214,7 @@ void ramp_inputs(struct One *one)
 
 double time_of(struct One *one)
 {
-    unsigned reference = VAR_TIME;
+    unsigned reference = MODEL_TIME;
     double time = NAN;
     const int status = CALL(one, get_names[one->version - 2][REALS], reading(one), MAY_FAIL,
                             get_numbers(one, REALS, &reference, 1, &time));

@@ -87,18 +87,18 @@ static double forged_number(double was)
 /* Where the model keeps what no table bounds lies behind its values. */
 static size_t drawn_place(size_t size, size_t width)
 {
-    const size_t hidden = MODEL + sizeof(lanes) * CAPACITY;
+    const size_t hidden = MODEL + sizeof(double) * (size_t)variables, most = 1700;
     switch (below(8)) {
     case 0:
         return (size_t)below(MODEL) / width * width;
     case 1:
     case 2:
     case 3:
-        return MODEL + (size_t)below(variables) * sizeof(lanes) + (width < 8 ? (size_t)below(2) * 4 : 0);
+        return MODEL + (size_t)below(variables) * sizeof(double) + (width < 8 ? (size_t)below(2) * 4 : 0);
     case 4:
     case 5:
     case 6:
-        return hidden + (size_t)below((int)(size - hidden < 900 ? size - hidden - 8 : 900)) / width * width;
+        return hidden + (size_t)below((int)(size - hidden < most ? size - hidden - 8 : most)) / width * width;
     default:
         return (size_t)below((int)size - 8) / width * width;
     }

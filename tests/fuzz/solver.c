@@ -35,7 +35,7 @@ void look_as_solver(struct One *one)
 {
     double x[STATES + 1];
     const int odd = chance(0.02);
-    const size_t count = (size_t)states + (odd ? 1 : 0), signs = INDICATORS + (odd ? 1 : 0);
+    const size_t count = (size_t)states + (odd ? 1 : 0), signs = (size_t)model_indicator_count() + (odd ? 1 : 0);
     const enum Verdict verdict = odd ? MUST_FAIL : for_solvers(one);
     int status;
     switch (below(4)) {
@@ -85,7 +85,7 @@ void set_strange_states(struct One *one)
 {
     double x[STATES];
     for (int i = 0; i < states; ++i) {
-        const double nominal = kernel_variable(kernel_state(i))->nominal;
+        const double nominal = model_variable(model_state(i))->nominal;
         x[i] = (nominal > 0 ? nominal : 1) * between(-2, 2);
     }
     if (states && chance(0.3))
@@ -140,11 +140,11 @@ void differentiate(struct One *one)
         do
             unknown[i] = (unsigned)below(variables);
         while (chance(0.99) &&
-               (sort_of((int)unknown[i]) != REALS || (kernel_variable((int)unknown[i])->causality != OUTPUT &&
-                                                      kernel_variable((int)unknown[i])->causality != LOCAL)));
+               (sort_of((int)unknown[i]) != REALS || (model_variable((int)unknown[i])->causality != OUTPUT &&
+                                                      model_variable((int)unknown[i])->causality != LOCAL)));
         do
             known[i] = (unsigned)below(variables);
-        while (chance(0.99) && !is_start[known[i]] && kernel_variable((int)known[i])->causality != INPUT);
+        while (chance(0.99) && !is_start[known[i]] && model_variable((int)known[i])->causality != INPUT);
         seed[i] = chance(0.9) ? between(-1, 1) : strange();
     }
     const size_t seeds = adjoint ? unknowns : knowns, results = adjoint ? knowns : unknowns;

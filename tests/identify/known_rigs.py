@@ -26,8 +26,8 @@ def force(
     velocity: FloatArray, values: Mapping[str, float | str] = TRUTH, on: Sequence[str] = (), inputs: Mapping[str, FloatArray] | None = None
 ) -> FloatArray:
     run = Run(np.arange(velocity.size) * STEP, {"slip_velocity": velocity, **(inputs or {})}, ("friction_force",))
-    found: FloatArray = MODEL.simulate(run, on, {**values, "relative_tolerance": 1e-8})["friction_force"]
-    return found
+    friction: FloatArray = MODEL.simulate(run, on, {**values, "relative_tolerance": 1e-8})["friction_force"]
+    return friction
 
 
 def trial(

@@ -49,15 +49,15 @@ def test_temperature_steps_are_advised_where_only_they_tell() -> None:
     times = np.arange(1000) * 1e-3
     slip = 0.05 * np.sin(4 * np.pi * times) + 3 * WAY * 50 * np.pi * np.cos(50 * np.pi * times)
     one = recorded("warm", times, slip, np.full(times.size, WARM), 0.1, 1)
-    found = identify(rig(one), MODEL, FREE, Settings(search="none", seed=1))
-    assert found[Q].verdict == "not identifiable"
-    assert "proxy does not vary" in found[Q].why
-    assert found["F_C"].advice == found["sigma0"].advice == ""
+    identification = identify(rig(one), MODEL, FREE, Settings(search="none", seed=1))
+    assert identification[Q].verdict == "not identifiable"
+    assert "proxy does not vary" in identification[Q].why
+    assert identification["F_C"].advice == identification["sigma0"].advice == ""
     said = re.match(
         r"temperature steps, contact_temperature of (.*) K, with strokes and reversals: with it the standard error would be about (.*) %$",
-        found[Q].advice,
+        identification[Q].advice,
     )
-    assert said is not None, found[Q].advice
+    assert said is not None, identification[Q].advice
     levels = [float(text) for text in said[1].split(", ")]
     assert min(levels) == WARM < max(levels)
     fastest = float(np.max(np.abs(slip)))
@@ -77,6 +77,6 @@ def test_nothing_is_advised_that_cannot_be_done() -> None:
     times = np.arange(1000) * 1e-3
     one = recorded("warm", times, 0.05 * np.sin(4 * np.pi * times), np.full(times.size, WARM), 0.1, 1)
     blind = replace(one, inputs={"slip_velocity": one.inputs["slip_velocity"]}, values={"contact_temperature": WARM})
-    found = identify(rig(blind), MODEL, ("F_C", Q), Settings(search="none", seed=1))
-    assert found[Q].verdict == "not identifiable"
-    assert found[Q].advice == ""
+    identification = identify(rig(blind), MODEL, ("F_C", Q), Settings(search="none", seed=1))
+    assert identification[Q].verdict == "not identifiable"
+    assert identification[Q].advice == ""

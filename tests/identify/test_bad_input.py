@@ -75,10 +75,12 @@ def test_one_speed_only() -> None:
     slip = np.full(TIMES.size, 0.1)
     slip[0] = 0.0
     still = trial(slip, values={**TRUTH, "sigma0": 1e7, "sigma1": 20.0})
-    found = identify(experiment(still, nominal={**TRUTH, "sigma0": 1e7, "sigma1": 20.0}), MODEL, ["F_C", "sigma2"], Settings(seed=1))
-    assert {estimate.verdict for estimate in found.estimates} <= {"weak", "not identifiable"}
-    assert abs(found.correlation[0, 1]) > 0.99
-    assert "there is one speed only" in found["sigma2"].why
+    identification = identify(
+        experiment(still, nominal={**TRUTH, "sigma0": 1e7, "sigma1": 20.0}), MODEL, ["F_C", "sigma2"], Settings(seed=1)
+    )
+    assert {estimate.verdict for estimate in identification.estimates} <= {"weak", "not identifiable"}
+    assert abs(identification.correlation[0, 1]) > 0.99
+    assert "there is one speed only" in identification["sigma2"].why
 
 
 @pytest.mark.parametrize("column", ["force", "motion"])
@@ -88,18 +90,18 @@ def test_a_column_in_the_wrong_unit(column: str) -> None:
         wrong = replace(GOOD, outputs={"friction_force": 1e3 * GOOD.outputs["friction_force"]})
     else:
         wrong = replace(GOOD, inputs={"slip_velocity": 1e3 * GOOD.inputs["slip_velocity"]})
-    found = identify(experiment(wrong), MODEL, FREE, Settings(seed=1, generations=40))
-    assert found.doubts
-    assert any(estimate.verdict != "identified" for estimate in found.estimates)
+    identification = identify(experiment(wrong), MODEL, FREE, Settings(seed=1, generations=40))
+    assert identification.doubts
+    assert any(estimate.verdict != "identified" for estimate in identification.estimates)
     if column == "force":
-        assert "Is the column in the unit that the experiment says?" in found.doubts[0]
-        assert any("bound" in estimate.why for estimate in found.estimates)
+        assert "Is the column in the unit that the experiment says?" in identification.doubts[0]
+        assert any("bound" in estimate.why for estimate in identification.estimates)
 
 
 def test_a_force_that_has_nothing_to_do_with_the_motion() -> None:
     noise = replace(GOOD, outputs={"friction_force": np.random.default_rng(3).standard_normal(TIMES.size)})
-    found = identify(experiment(noise), MODEL, FREE, Settings(seed=1, generations=30))
-    assert any("These parameters say nothing" in doubt for doubt in found.doubts)
+    identification = identify(experiment(noise), MODEL, FREE, Settings(seed=1, generations=30))
+    assert any("These parameters say nothing" in doubt for doubt in identification.doubts)
 
 
 def test_a_recording_of_two_samples() -> None:

@@ -41,11 +41,11 @@ def test_a_worker_that_is_killed_loses_nothing(local: Any) -> None:
                 killed.append(victim)
             return cluster.costs(objective, points)
 
-        found = identify(RIG, model, FREE, Settings(search="de", **SETTINGS), execution=Execution(spread=spread))  # type: ignore[arg-type]
+        identification = identify(RIG, model, FREE, Settings(search="de", **SETTINGS), execution=Execution(spread=spread))  # type: ignore[arg-type]
     assert killed
-    assert generations[0] == len(found.history)
-    assert [e.value for e in found.estimates] == [e.value for e in alone.estimates]
-    assert found.history == alone.history
+    assert generations[0] == len(identification.history)
+    assert [e.value for e in identification.estimates] == [e.value for e in alone.estimates]
+    assert identification.history == alone.history
 
 
 def test_no_scheduler_is_an_error() -> None:

@@ -27,8 +27,8 @@ def covered(count: int, first: int = 0, repeats: int = 1, scatter: float = 0.0) 
         trials = [trial(slip, values=truth, seed=place + 1000 * repeat, measured=gain * clean) for repeat, gain in enumerate(gains)]
         rig = experiment(*trials, nominal={**nominal, "sigma1": truth["sigma1"]})
         search = Settings(search="de" if repeats == 1 else "none", population=24, generations=25, seed=place)
-        found = identify(rig, MODEL, NAMES, search)
-        for estimate in found.estimates:
+        identification = identify(rig, MODEL, NAMES, search)
+        for estimate in identification.estimates:
             if estimate.verdict == "identified":
                 whole += 1
                 inside += estimate.low <= float(truth[estimate.name]) <= estimate.high

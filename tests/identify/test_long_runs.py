@@ -37,8 +37,8 @@ def test_a_search_that_was_cut_off_goes_on_to_the_same_result(kind: Search, tmp_
     for held, torn in ((0, 0), (1, 7), (5, 0), (5, 300), (11, 1), (12, 0)):
         cut = tmp_path / f"{held}-{torn}"
         cut.write_bytes(b"".join(lines[: 1 + held]) + (lines[1 + held][:torn] if torn else b""))
-        found = identify(RIG, MODEL, FREE, Settings(search=kind, **SETTINGS), execution=Execution(journal=cut, resume=True))  # type: ignore[arg-type]
-        assert same(found, whole)
+        identification = identify(RIG, MODEL, FREE, Settings(search=kind, **SETTINGS), execution=Execution(journal=cut, resume=True))  # type: ignore[arg-type]
+        assert same(identification, whole)
         assert cut.read_bytes() == (tmp_path / "whole").read_bytes()
 
 
@@ -134,11 +134,11 @@ def test_kill_9_loses_at_most_one_generation(tmp_path: Path) -> None:
 
 
 def test_the_same_seed_gives_the_same_result_with_any_number_of_threads() -> None:
-    found = [identify(RIG, ContactModel(threads=threads), FREE, Settings(search="ga", **SETTINGS)) for threads in (1, 2, 3)]  # type: ignore[arg-type]
-    assert same(found[0], found[1])
-    assert same(found[0], found[2])
+    identifications = [identify(RIG, ContactModel(threads=threads), FREE, Settings(search="ga", **SETTINGS)) for threads in (1, 2, 3)]  # type: ignore[arg-type]
+    assert same(identifications[0], identifications[1])
+    assert same(identifications[0], identifications[2])
     other = identify(RIG, MODEL, FREE, Settings(search="ga", **{**SETTINGS, "seed": 4}))  # type: ignore[arg-type]
-    assert other.history != found[0].history
+    assert other.history != identifications[0].history
 
 
 def test_stopping_gives_the_best_so_far() -> None:
@@ -149,14 +149,14 @@ def test_stopping_gives_the_best_so_far() -> None:
         return count[0] > 4
 
     told = []
-    found = identify(
+    identification = identify(
         RIG,
         MODEL,
         FREE,
         Settings(search="ga", **SETTINGS),
         execution=Execution(cancelled=after_four, progress=lambda what, share: told.append((what, share))),
     )
-    assert found.stopped
-    assert len(found.history) == 4
-    assert all(np.isnan(estimate.low) for estimate in found.estimates)
+    assert identification.stopped
+    assert len(identification.history) == 4
+    assert all(np.isnan(estimate.low) for estimate in identification.estimates)
     assert [share for what, share in told if what.startswith("search")] == [place / 12 for place in range(1, 5)]

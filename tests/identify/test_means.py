@@ -42,15 +42,15 @@ def averages(seed: int = 0, stated: float | None = 1.0) -> Experiment:
 
 def test_shear_stress_and_friction_come_back_from_mean_forces() -> None:
     """Principal force tells the shear stress, feed force the friction: within four standard errors, which are near 1 %/sqrt(6)."""
-    found = identify(averages(), MODEL, FREE, Settings(search="de", population=16, generations=20, seed=1))
+    identification = identify(averages(), MODEL, FREE, Settings(search="de", population=16, generations=20, seed=1))
     for name in FREE:
-        estimate = found[name]
+        estimate = identification[name]
         assert estimate.verdict == "identified", estimate
         assert abs(estimate.value - float(TRUTH[name])) < 4 * estimate.sd
         assert 0.2 * SHARE / np.sqrt(6) < estimate.sd / estimate.value < 3 * SHARE / np.sqrt(6)
-    assert set(found.fits) == set(FORCES)
-    assert all(fit.samples == SPEEDS.size and fit.relative_error < 3 * SHARE for fit in found.fits.values())
-    assert found.doubts == ()
+    assert set(identification.fits) == set(FORCES)
+    assert all(fit.samples == SPEEDS.size and fit.relative_error < 3 * SHARE for fit in identification.fits.values())
+    assert identification.doubts == ()
 
 
 def test_stated_errors_count_even_where_the_averages_lie_closer() -> None:
@@ -66,11 +66,11 @@ def test_stated_errors_count_even_where_the_averages_lie_closer() -> None:
 
 
 def test_averages_without_errors_are_doubted() -> None:
-    found = identify(averages(stated=None), MODEL, FREE, Settings(search="none"))
+    identification = identify(averages(stated=None), MODEL, FREE, Settings(search="none"))
     for name in FREE:
-        assert abs(found[name].value - float(TRUTH[name])) < 6 * found[name].sd
-    assert len(found.doubts) == 2
-    for name, doubt in zip(FORCES, found.doubts, strict=True):
+        assert abs(identification[name].value - float(TRUTH[name])) < 6 * identification[name].sd
+    assert len(identification.doubts) == 2
+    for name, doubt in zip(FORCES, identification.doubts, strict=True):
         assert f"{name}: 6 numbers" in doubt
         assert f"{name}_sd" in doubt
 

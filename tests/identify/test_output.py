@@ -29,20 +29,20 @@ from typer.testing import CliRunner
 
 
 @pytest.fixture(scope="module")
-def found() -> Identification:
+def identification() -> Identification:
     rig = experiment(trial(TO_AND_FRO), trial(TO_AND_FRO, seed=2), trial(0.6 * TO_AND_FRO, "c1", seed=3))
     return identify(rig, MODEL, FREE, Settings(seed=1, generations=60, hold_out=("c1",)))
 
 
-def test_the_fmu_with_the_identified_set_gives_the_calculated_force(found: Identification, tmp_path: Path, fmi2_fmu: Path) -> None:
+def test_the_fmu_with_the_identified_set_gives_the_calculated_force(identification: Identification, tmp_path: Path, fmi2_fmu: Path) -> None:
     """Relative to the force, within the tolerance of either run."""
-    ssv, _, _ = output.write(found, tmp_path / "out")
+    ssv, _, _ = output.write(identification, tmp_path / "out")
     read = parameter_sets.load_ssv(ssv)
     run = Run(TIMES, {"slip_velocity": TO_AND_FRO}, ("friction_force",))
     force = drive(fmi2_fmu, run, kernel.by_choice(dict(read.values)), relative_tolerance=1e-6)["friction_force"]
-    calculated = found.predicted[: TIMES.size]
+    calculated = identification.predicted[: TIMES.size]
     assert np.max(np.abs(force - calculated)) < 1e-3 * np.max(np.abs(calculated))
-    for estimate in found.estimates:
+    for estimate in identification.estimates:
         assert read.values[estimate.name] == estimate.value
         assert estimate.verdict in read.sources[estimate.name]
     notes = " ".join(read.notes)
@@ -50,24 +50,24 @@ def test_the_fmu_with_the_identified_set_gives_the_calculated_force(found: Ident
         assert word in notes
 
 
-def test_the_json_is_what_was_found(found: Identification, tmp_path: Path) -> None:
-    _, path, _ = output.write(found, tmp_path)
+def test_the_json_is_what_was_found(identification: Identification, tmp_path: Path) -> None:
+    _, path, _ = output.write(identification, tmp_path)
     read = json.loads(path.read_text(encoding="utf-8"), parse_constant=lambda text: pytest.fail(f"{text} is no JSON"))
-    for estimate in found.estimates:
+    for estimate in identification.estimates:
         entry = read["parameters"][estimate.name]
         assert entry["value"] == estimate.value
         assert entry["interval_90"] == [estimate.low, estimate.high]
         assert entry["verdict"] == estimate.verdict
         assert min(entry["profile"]["rise"]) == pytest.approx(0.0, abs=0.1)
     assert read["held_out"]["conditions"] == ["c1"]
-    assert read["fit"]["friction_force"]["noise"] == found.fits["friction_force"].noise
-    assert len(read["search"]["best"]) == len(found.history)
+    assert read["fit"]["friction_force"]["noise"] == identification.fits["friction_force"].noise
+    assert len(read["search"]["best"]) == len(identification.history)
 
 
-def test_the_report_stands_alone_and_escapes(found: Identification, tmp_path: Path) -> None:
+def test_the_report_stands_alone_and_escapes(identification: Identification, tmp_path: Path) -> None:
     """A title and file names that are markup stay text; nothing is loaded from elsewhere; the same answer gives the same bytes."""
     evil = "<script>alert(1)</script>"
-    shown = replace(found, experiment=replace(found.experiment, title=evil), doubts=(evil,), seconds=1.0)
+    shown = replace(identification, experiment=replace(identification.experiment, title=evil), doubts=(evil,), seconds=1.0)
     _, _, path = output.write(shown, tmp_path)
     text = path.read_text(encoding="utf-8")
     assert evil not in text
@@ -81,8 +81,8 @@ def test_the_report_stands_alone_and_escapes(found: Identification, tmp_path: Pa
     assert (tmp_path / "again" / "report.html").read_bytes() == path.read_bytes()
 
 
-def test_nothing_half_written_is_left(found: Identification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    output.write(found, tmp_path)
+def test_nothing_half_written_is_left(identification: Identification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    output.write(identification, tmp_path)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     assert set(before) == {"identified.ssv", "identification.json", "report.html"}
 
@@ -91,7 +91,7 @@ def test_nothing_half_written_is_left(found: Identification, tmp_path: Path, mon
 
     monkeypatch.setattr(output, "figures", fails)
     with pytest.raises(OutputError, match="cannot be written"):
-        output.write(replace(found, cost=math.pi), tmp_path)
+        output.write(replace(identification, cost=math.pi), tmp_path)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 

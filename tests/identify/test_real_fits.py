@@ -50,7 +50,7 @@ def test_the_tribometer_is_told_where_it_was_not_fitted(tribometer: Experiment) 
     shares = {}
     for name, on in (("LuGre", ("sensor_offset",)), ("gate", ("sensor_offset", "elasto_plastic"))):
         free = ["F_C", "sigma0", ZERO, *(["elasto_plastic.break_away"] if "elasto_plastic" in on else [])]
-        found = identify(
+        identification = identify(
             tribometer,
             ContactModel(threads=2),
             free,
@@ -66,7 +66,7 @@ def test_the_tribometer_is_told_where_it_was_not_fitted(tribometer: Experiment) 
                 profiles=False,
             ),
         )
-        shares[name] = (found.fits["friction_force"].share, found.held_out["friction_force"].share)
+        shares[name] = (identification.fits["friction_force"].share, identification.held_out["friction_force"].share)
     assert shares["LuGre"][0] < 0.1140
     assert shares["gate"][0] < 0.0515
     assert shares["gate"][1] < 0.7 * shares["LuGre"][1]
@@ -83,8 +83,8 @@ def columns_of(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def thinned(column: np.ndarray) -> np.ndarray:
     """Every tenth sample, through a filter; its ends off."""
-    found: np.ndarray = decimate(column, 10)[25:-25]
-    return found
+    samples: np.ndarray = decimate(column, 10)[25:-25]
+    return samples
 
 
 def drive_record(path: Path, condition: str) -> Trial:
@@ -124,8 +124,8 @@ def test_the_published_cross_test_comes_back() -> None:
     for path in (EMPS, PULSES):
         v, a, force = columns_of(path)
         tables.append((np.column_stack([thinned(column) for column in (a, v, np.sign(v), np.ones_like(v))]), thinned(force)))
-    found = np.linalg.lstsq(*tables[0], rcond=None)[0]
-    left = tables[1][0] @ found - tables[1][1]
+    solution = np.linalg.lstsq(*tables[0], rcond=None)[0]
+    left = tables[1][0] @ solution - tables[1][1]
     assert np.linalg.norm(left) / np.linalg.norm(tables[1][1]) == pytest.approx(0.0598, rel=0.01)
 
 

@@ -46,12 +46,12 @@ def test_intervals_are_those_of_a_parabola_where_the_misfit_is_one(by_search: di
 
 def test_standard_errors_are_the_spread_over_repetitions() -> None:
     """Twenty repetitions of the same test: their spread is within a factor of the standard error that each states (99.9 %)."""
-    found = [
+    identifications = [
         identify(experiment(trial(TO_AND_FRO, seed=seed), nominal=TRUTH), MODEL, ["F_C", "sigma0"], Settings(search="none", profiles=False))
         for seed in range(20)
     ]
     for name in ("F_C", "sigma0"):
-        spread, stated = np.std([one[name].value for one in found], ddof=1), np.mean([one[name].sd for one in found])
+        spread, stated = np.std([one[name].value for one in identifications], ddof=1), np.mean([one[name].sd for one in identifications])
         assert 0.5 < spread / stated < 1.6
 
 
@@ -62,11 +62,11 @@ def test_huber_and_eq_9_do_not_follow_outliers() -> None:
     rig = experiment(trial(TO_AND_FRO, measured=clean + np.where(hit, 5.0, 0.0)), nominal=TRUTH)
     off = {}
     for kind in ("least_squares", "huber", "relative"):
-        found = identify(rig, MODEL, ["F_C", "sigma0"], Settings(search="none", objective=kind, whiten=False))  # type: ignore[arg-type]
-        off[kind] = abs(found["F_C"].value - 9.0) / 9.0
+        identification = identify(rig, MODEL, ["F_C", "sigma0"], Settings(search="none", objective=kind, whiten=False))  # type: ignore[arg-type]
+        off[kind] = abs(identification["F_C"].value - 9.0) / 9.0
         if kind != "least_squares":
-            assert found["F_C"].low < 9.0 * 1.01
-            assert abs(found["F_C"].value - 9.0) < 4 * found["F_C"].sd + 0.02
+            assert identification["F_C"].low < 9.0 * 1.01
+            assert abs(identification["F_C"].value - 9.0) < 4 * identification["F_C"].sd + 0.02
     assert off["huber"] < 0.3 * off["least_squares"]
     assert off["relative"] < 0.3 * off["least_squares"]
 
@@ -83,9 +83,9 @@ def test_slow_noise_widens_the_intervals() -> None:
     whitened, plain, of_white = (
         identify(one, MODEL, names, Settings(search="none", whiten=whiten)) for one, whiten in ((rig, True), (rig, False), (white, True))
     )
-    for found in (whitened, plain):
+    for identification in (whitened, plain):
         for name in names:
-            assert abs(found[name].value - float(TRUTH[name])) < 4 * found[name].sd
+            assert abs(identification[name].value - float(TRUTH[name])) < 4 * identification[name].sd
     assert plain["F_C"].sd > 2 * of_white["F_C"].sd
     assert whitened["F_C"].sd < 1.1 * plain["F_C"].sd
     assert whitened.doubts
@@ -100,16 +100,16 @@ def test_sliding_one_way_does_not_tell_the_bristles() -> None:
     slip[0] = 0.0
     free, bounds = ["F_C", "sigma0", "sigma1", "sigma2"], {"sigma0": (3e6, 1e8), "sigma1": (1.0, 100.0)}
     sliding = trial(slip, values=stiff)
-    found = identify(experiment(sliding, nominal=stiff), MODEL, free, Settings(bounds=bounds, search="de", seed=1))
+    identification = identify(experiment(sliding, nominal=stiff), MODEL, free, Settings(bounds=bounds, search="de", seed=1))
     for name in ("sigma0", "sigma1"):
-        estimate = found[name]
+        estimate = identification[name]
         assert estimate.verdict == "not identifiable", estimate
         assert "never reverses" in estimate.why
         assert "presliding" in estimate.advice
         assert estimate.profile is not None
         assert np.max(estimate.profile.rise) < estimate.profile.threshold  # flat, up to both bounds
     for name in ("F_C", "sigma2"):
-        assert found[name].verdict == "identified"
+        assert identification[name].verdict == "identified"
     way = 9.0 / 1e7
     strokes = 2 * way * 2 * np.pi * 5 * np.cos(2 * np.pi * 5 * TIMES)
     bent = trial(strokes, "c1", values=stiff, seed=2)
@@ -127,13 +127,13 @@ def test_held_out_conditions_are_not_seen() -> None:
     """What is held out may be anything: the fit stays, and the error on it says so."""
     good, other = trial(TO_AND_FRO, "c0"), trial(0.5 * TO_AND_FRO, "c1", seed=2)
     wild = trial(0.5 * TO_AND_FRO, "c1", measured=3 * force(0.5 * TO_AND_FRO), seed=2)
-    found = [
+    identifications = [
         identify(experiment(good, second, nominal=TRUTH), MODEL, ["F_C", "sigma0"], Settings(search="none", hold_out=("c1",)))
         for second in (other, wild)
     ]
-    assert found[0]["F_C"].value == found[1]["F_C"].value
-    assert found[0].held_out["friction_force"].relative_error < 0.011
-    assert found[1].held_out["friction_force"].relative_error == pytest.approx(2 / 3, rel=0.05)
+    assert identifications[0]["F_C"].value == identifications[1]["F_C"].value
+    assert identifications[0].held_out["friction_force"].relative_error < 0.011
+    assert identifications[1].held_out["friction_force"].relative_error == pytest.approx(2 / 3, rel=0.05)
     with pytest.raises(ParameterError, match="F_C is named twice"):
         identify(experiment(good), MODEL, ["F_C", "F_C"])
 

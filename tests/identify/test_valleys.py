@@ -40,7 +40,7 @@ class TwoValleys(PlainModel):
         return {"F": values["q"] + h(values["p"], values["e"]) * np.cos(times)}
 
 
-def found(depth: float, begin: float = 1.0) -> Identification:
+def identified(depth: float, begin: float = 1.0) -> Identification:
     """depth : of the second valley, in sd; begin : nominal p, from which alone the polish starts. The noise has no share of cos t and none
     of a constant, so that the misfit is the formula's."""
     noise = np.random.default_rng(0).standard_normal(TIMES.size)
@@ -62,7 +62,7 @@ def end(depth: float, low: float, high: float) -> float:
 def test_an_interval_holds_the_second_valley(depth: float) -> None:
     """Both valleys lie within the 90 %: the interval goes from the far side of the one to the far side of the other, which the formula
     gives; the ends are found to a twentieth of the misfit's root."""
-    one = found(depth)["p"]
+    one = identified(depth)["p"]
     assert one.value == pytest.approx(1.0, abs=0.01)
     assert one.verdict == "weak"
     assert "second set of values" in one.why
@@ -73,7 +73,7 @@ def test_an_interval_holds_the_second_valley(depth: float) -> None:
 @pytest.mark.parametrize("depth", [2.5, 8.0])
 def test_a_valley_that_the_data_reject_is_left_out(depth: float) -> None:
     """2.5 sd are more than the 1.645 of a 90 % interval: only the valley of the optimum counts."""
-    one = found(depth)["p"]
+    one = identified(depth)["p"]
     assert one.verdict == "identified"
     assert one.high == pytest.approx(end(depth, 1.0, 1.5), abs=0.1 * ROOT * UNIT / 4)
     assert one.high < 1.1
@@ -81,13 +81,13 @@ def test_a_valley_that_the_data_reject_is_left_out(depth: float) -> None:
 
 def test_from_the_worse_valley_the_better_one_is_found() -> None:
     """The polish starts beside p = 3 and ends there, 8 sd above the least; the profile comes across p = 1, and all is judged from there."""
-    one = found(8.0, begin=3.1)["p"]
+    one = identified(8.0, begin=3.1)["p"]
     assert one.value == pytest.approx(1.0, abs=0.01)
     assert one.verdict == "identified"
 
 
 def test_the_other_parameter_has_one_valley() -> None:
-    one = found(0.0)["q"]
+    one = identified(0.0)["q"]
     assert one.verdict == "identified"
     assert "second set" not in one.why
     assert one.high - one.low == pytest.approx(2 * ROOT * NOISE / math.sqrt(TIMES.size), rel=0.1)

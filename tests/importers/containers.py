@@ -34,9 +34,9 @@ def by_fmpy(ssp: Path, folder: Path, step: float, ports: list[Port]) -> Path:
         variables[name] = {v.name: v for v in components[name].modelDescription.modelVariables}
 
     def real(port: Port) -> ModelVariable:
-        found = copy.copy(variables[port[0]][port[1]])
-        found.type = "Float64"  # in the words of FMI 3, which its runtime reads
-        return found
+        variable = copy.copy(variables[port[0]][port[1]])
+        variable.type = "Float64"  # in the words of FMI 3, which its runtime reads
+        return variable
 
     connections = [Connection(components[at[0]], [real(at)], components[to[0]], [real(to)]) for to, at in system.connections.items()]
     clock = ModelVariable("time", 0, "Float64")

@@ -53,8 +53,8 @@ def asked(script: str, system: Path, step: float, stop: float, every: int, ports
     if line is None and "libtbb" in result.stderr:
         pytest.skip("ecospy needs the system library libtbb.so.12 (Debian: apt install libtbb12)")
     assert line is not None, result.stderr[-2000:]
-    found = json.loads(line.removeprefix("RESULT "))
-    return np.array(found["times"]), {port: np.array(found["columns"][name]) for port, name in zip(ports, names, strict=True)}
+    answered = json.loads(line.removeprefix("RESULT "))
+    return np.array(answered["times"]), {port: np.array(answered["columns"][name]) for port, name in zip(ports, names, strict=True)}
 
 
 def by_cosim(ssp: Path, folder: Path, step: float, stop: float, every: int, ports: list[Port]) -> tuple[np.ndarray, Columns]:
@@ -110,15 +110,15 @@ def answer(systems: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -
     @functools.cache
     def ask(importer: str, name: str) -> tuple[np.ndarray, Columns]:
         step, stop, every = CASES[name]
-        times, found = IMPORTERS[importer](systems[name], tmp_path_factory.mktemp("work") / "in", step, stop, every, PORTS[name])
+        times, columns = IMPORTERS[importer](systems[name], tmp_path_factory.mktemp("work") / "in", step, stop, every, PORTS[name])
         assert times == pytest.approx(every * step * np.arange(1, round(stop / step) // every + 1), rel=1e-9)
-        return times, found
+        return times, columns
 
     return ask
 
 
-def block(times: np.ndarray, found: Columns) -> published.Motion:
-    return published.Motion(times, *(found[port] for port in PORTS["stick_slip"]))
+def block(times: np.ndarray, columns: Columns) -> published.Motion:
+    return published.Motion(times, *(columns[port] for port in PORTS["stick_slip"]))
 
 
 def apart(first: Columns, second: Columns) -> float:
@@ -129,29 +129,29 @@ def apart(first: Columns, second: Columns) -> float:
 @pytest.mark.parametrize("importer", IMPORTERS)
 def test_stick_slip_as_in_1995(answer: Callable[[str, str], tuple[np.ndarray, Columns]], importer: str) -> None:
     """All lag by a step more than our own coupling, so the slip begins some steps of 1 ms off: a thousandth of the period, 6.4 s."""
-    found = published.stick_slip(block(*answer(importer, "stick_slip")))
-    off = {key: found[key] / value - 1 for key, value in published.STICK_SLIP.items()}
+    simulated = published.stick_slip(block(*answer(importer, "stick_slip")))
+    off = {key: simulated[key] / value - 1 for key, value in published.STICK_SLIP.items()}
     print(f"{importer:18} stick-slip: " + ", ".join(f"{key} {100 * value:+.3f} %" for key, value in off.items()))
-    assert found == pytest.approx(published.STICK_SLIP, rel=5e-3)
+    assert simulated == pytest.approx(published.STICK_SLIP, rel=5e-3)
 
 
 @pytest.mark.parametrize("importer", IMPORTERS)
 def test_hunting_as_in_1995(answer: Callable[[str, str], tuple[np.ndarray, Columns]], importer: str) -> None:
-    found = published.hunting(block(*answer(importer, "hunting")))
-    off = {key: found[key] / value - 1 for key, value in published.HUNTING.items()}
+    simulated = published.hunting(block(*answer(importer, "hunting")))
+    off = {key: simulated[key] / value - 1 for key, value in published.HUNTING.items()}
     print(f"{importer:18} hunting: " + ", ".join(f"{key} {100 * value:+.3f} %" for key, value in off.items()))
-    assert found == pytest.approx(published.HUNTING, rel=5e-3)
+    assert simulated == pytest.approx(published.HUNTING, rel=5e-3)
 
 
 @pytest.mark.parametrize("importer", IMPORTERS)
 def test_turning_is_the_same_cut(answer: Callable[[str, str], tuple[np.ndarray, Columns]], importer: str, systems: dict[str, Path]) -> None:
     """Against a converged run of our own; entry and exit of the tool are steps of the force, so a lag of 1 us of 50 is what may show."""
     step, stop, every = CASES["evat_turning"]
-    _, found = answer(importer, "evat_turning")
+    _, columns = answer(importer, "evat_turning")
     good, _ = run(systems["evat_turning"], step=step / 2, stop=stop, every=2 * every)
     expected = {port: good[".".join(port)][1:] for port in PORTS["evat_turning"]}
-    print(f"{importer:18} turning: {100 * apart(found, expected):.3f} %")
-    assert apart(found, expected) < 0.03
+    print(f"{importer:18} turning: {100 * apart(columns, expected):.3f} %")
+    assert apart(columns, expected) < 0.03
 
 
 @pytest.mark.parametrize("importer", [name for name in IMPORTERS if name != "fmpy"])

@@ -109,9 +109,9 @@ def test_its_parameters_are_identified(added: dict[str, str], rig: Path, tmp_pat
     done = evat(added, "identify", str(rig), "--law", NAME, "-f", "F_C", "-f", OWN, *bounds, "--search", "none", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     (path,) = (tmp_path / "identified").glob("*.json")
-    found = json.loads(path.read_text(encoding="utf-8"))["parameters"]
-    assert found["F_C"]["value"] == pytest.approx(F_C, rel=0.01)
-    assert found[OWN]["value"] == pytest.approx(V_T, rel=0.02)
+    estimates = json.loads(path.read_text(encoding="utf-8"))["parameters"]
+    assert estimates["F_C"]["value"] == pytest.approx(F_C, rel=0.01)
+    assert estimates[OWN]["value"] == pytest.approx(V_T, rel=0.02)
 
 
 def test_a_diagnosis_tries_it_as_a_rival_law(added: dict[str, str], rig: Path, tmp_path: Path) -> None:

@@ -48,15 +48,15 @@ def test_a_steady_cut_has_the_same_means(law: str, cut: str) -> None:
     values: Values = {"friction_law": law, "applied_force": 5.0}
     if cut == "without":
         values = {**values, "amplitude_x": 1e-6, "cutting_speed": 0.4}
-    found = []
+    means = []
     for averaging in ("resolved", "cycle"):
         contact = Contact({**values, "averaging": averaging})
         contact.start()
         contact.advance(2e-3)
         begin = np.array([contact.get(name) for name in INTEGRALS])
         contact.advance(2e-3)
-        found.append((np.array([contact.get(name) for name in INTEGRALS]) - begin) / 2e-3)
-    resolved, averaged = found
+        means.append((np.array([contact.get(name) for name in INTEGRALS]) - begin) / 2e-3)
+    resolved, averaged = means
     if law == "bristle" and cut == "without":  # its bristles break when they are bent, not when the cycle is round: the means are rough
         assert np.abs(averaged[:3] - resolved[:3]).max() <= FACTOR * contact.get("averaging_error")
         assert any("periodic" in line for line in contact.warnings())
@@ -174,12 +174,12 @@ def test_a_slow_filter_hears_the_means() -> None:
 def test_a_delay_of_one_step_shows_the_step_before() -> None:
     contact = Contact({"averaging": "cycle", "sensor_delay.time": 1e-3}, ("sensor_delay",))
     contact.start()
-    begun, found = contact.get("principal_force"), []
+    begun, rows = contact.get("principal_force"), []
     for value in (0.1, 0.2, 0.3, 0.25):
         contact.set("cutting_speed", value)
         contact.advance(1e-3)
-        found.append((contact.get("principal_force"), contact.get("measured_principal_force")))
-    forces, measured = np.array(found).T
+        rows.append((contact.get("principal_force"), contact.get("measured_principal_force")))
+    forces, measured = np.array(rows).T
     jumps = np.abs(np.diff(forces, prepend=begun))  # fall on a start or an end of one of 16 parts, that Simpson's rule gives a sixth
     assert (np.abs(measured[1:] - forces[:-1]) <= np.maximum(jumps[:-1], jumps[1:]) / 6 / 16 * (1 + 1e-6)).all()
     assert np.ptp(forces) > 0.1 * forces[0]
@@ -283,23 +283,23 @@ def test_wear_counts_the_way_of_the_cycles_that_are_not_run(release: float) -> N
     errors, counts = [], (4, 8, 16)
     for count in counts:
         times = np.linspace(0, 0.008, count + 1)
-        found = run("cycle", values, ("friction_wear",), times, np.full(count + 1, 0.3), (*IMPULSES, "sliding_distance"))
-        assert found[:, 3] == pytest.approx(truth[:: 128 // count, 3], rel=1e-4)
+        rows = run("cycle", values, ("friction_wear",), times, np.full(count + 1, 0.3), (*IMPULSES, "sliding_distance"))
+        assert rows[:, 3] == pytest.approx(truth[:: 128 // count, 3], rel=1e-4)
         exact = np.diff(truth[:: 128 // count, :3], axis=0) / np.diff(times)[:, None]
-        errors.append(np.abs(np.diff(found[:, :3], axis=0) / np.diff(times)[:, None] - exact).max())
+        errors.append(np.abs(np.diff(rows[:, :3], axis=0) / np.diff(times)[:, None] - exact).max())
     orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert orders == pytest.approx([2, 2], abs=0.25)
 
 
 @pytest.mark.parametrize("averaging", ["resolved", "cycle"])
 def test_what_was_summed_up_before_the_start_is_not_of_the_first_window(averaging: str) -> None:
-    found = []
+    means = []
     for before in (0.0, 3.0):
         contact = Contact({"averaging": averaging, "averaging_window": 2 * PERIOD})
         contact.set("principal_impulse", before)
         contact.start()
         contact.advance(2 * PERIOD)
         assert contact.get("principal_impulse") == pytest.approx(before, abs=0.1)
-        found.append(contact.get("mean_principal_force"))
-    assert found[1] == pytest.approx(found[0], rel=1e-6)
-    assert found[0] > 1
+        means.append(contact.get("mean_principal_force"))
+    assert means[1] == pytest.approx(means[0], rel=1e-6)
+    assert means[0] > 1

@@ -38,10 +38,10 @@ def test_a_round_ellipse_at_a_ratio_of_one_has_a_third_of_the_thrust() -> None:
 
 def test_without_thrust_vibration_a_ratio_of_one_is_conventional_turning() -> None:
     """The other limit: along the cut alone nothing drags the chip outwards, and thrust rises to the conventional one with the duty."""
-    found = [mean_thrust(ratio, 1e-9, np.pi / 6) for ratio in (0.5, 0.9, 0.999, 1.001)]
-    assert np.all(np.diff(found) > 0)
-    assert found[0] < 0.8
-    assert found[2:] == pytest.approx([1, 1], abs=0.04)
+    thrusts = [mean_thrust(ratio, 1e-9, np.pi / 6) for ratio in (0.5, 0.9, 0.999, 1.001)]
+    assert np.all(np.diff(thrusts) > 0)
+    assert thrusts[0] < 0.8
+    assert thrusts[2:] == pytest.approx([1, 1], abs=0.04)
 
 
 def test_friction_that_grows_with_speed_is_conventional_as_soon_as_the_tool_stays_in() -> None:
@@ -50,5 +50,5 @@ def test_friction_that_grows_with_speed_is_conventional_as_soon_as_the_tool_stay
     path = {"amplitude_x": A, "amplitude_y": A, "chip_flow_shear_angle": np.pi / 6}
     for ratio, bounds in ((0.5, (0.4, 0.9)), (1.001, (1 - 1e-4, 1 + 1e-4)), (1.5, (1 - 1e-4, 1 + 1e-4))):
         speed = ratio * A * OMEGA
-        found = simulate({**viscous, **path, "friction_law": "lugre", "cutting_speed": speed}, (), cycles=4)["mean_feed_force"][-1]
-        assert bounds[0] < found / (10.0 * speed * np.tan(np.pi / 6)) < bounds[1]
+        mean = simulate({**viscous, **path, "friction_law": "lugre", "cutting_speed": speed}, (), cycles=4)["mean_feed_force"][-1]
+        assert bounds[0] < mean / (10.0 * speed * np.tan(np.pi / 6)) < bounds[1]

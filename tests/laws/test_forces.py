@@ -28,10 +28,10 @@ def forces(F: float, k: float, alpha: float, principle: str) -> dict[str, float]
     }
     contact = started(values)
     names = ("friction_force", "normal_force", "principal_force", "feed_force", "shear_angle", "tool_force_x", "tool_force_y")
-    found = dict(zip(("F", "N", "F_p", "F_f", "phi", "x", "y"), read(contact, *names), strict=True))
-    found["warned"] = bool(contact.warnings())
-    assert found["F"] == F
-    return found
+    values_by_name = dict(zip(("F", "N", "F_p", "F_f", "phi", "x", "y"), read(contact, *names), strict=True))
+    values_by_name["warned"] = bool(contact.warnings())
+    assert values_by_name["F"] == F
+    return values_by_name
 
 
 def angle(beta: float, alpha: float, principle: str) -> float:
@@ -57,10 +57,10 @@ def test_textbook_case(principle: str) -> None:
     alpha, beta, k = radians(10), atan(0.5), 400e6 * 2e-3 * 0.2e-3
     phi = angle(beta, alpha, principle)
     R = resultant(k, beta, phi, alpha)
-    found = forces(R * sin(beta), k, alpha, principle)
-    assert found["phi"] == pytest.approx(phi, abs=1e-13)
-    assert found["N"] == pytest.approx(2 * found["F"], rel=1e-13)  # mu = F/N
-    assert (found["F_p"], found["F_f"]) == pytest.approx((R * cos(beta - alpha), R * sin(beta - alpha)), rel=1e-13)
+    solved = forces(R * sin(beta), k, alpha, principle)
+    assert solved["phi"] == pytest.approx(phi, abs=1e-13)
+    assert solved["N"] == pytest.approx(2 * solved["F"], rel=1e-13)  # mu = F/N
+    assert (solved["F_p"], solved["F_f"]) == pytest.approx((R * cos(beta - alpha), R * sin(beta - alpha)), rel=1e-13)
 
 
 def test_textbook_case_in_numbers() -> None:
@@ -68,9 +68,9 @@ def test_textbook_case_in_numbers() -> None:
     for principle, degrees, F_p, F_f in (("maximum_shear_stress", 28.435, 455.48, 135.48), ("minimum_energy", 36.717, 429.04, 127.62)):
         beta = atan(0.5)
         F = resultant(160, beta, radians(degrees), radians(10)) * sin(beta)
-        found = forces(F, 160, radians(10), principle)
-        assert np.degrees(found["phi"]) == pytest.approx(degrees, abs=1e-3)
-        assert (found["F_p"], found["F_f"]) == pytest.approx((F_p, F_f), abs=0.02)
+        solved = forces(F, 160, radians(10), principle)
+        assert np.degrees(solved["phi"]) == pytest.approx(degrees, abs=1e-3)
+        assert (solved["F_p"], solved["F_f"]) == pytest.approx((F_p, F_f), abs=0.02)
 
 
 @pytest.mark.parametrize("alpha", RAKES)
@@ -81,15 +81,15 @@ def test_closed_form_agrees_with_the_angles(principle: str, alpha: float) -> Non
     for f in (-0.6, -0.2, -1e-3, 1e-6, 0.1, 0.5, 0.9, 1.4):
         beta = friction_angle(f, alpha, principle)
         phi = angle(beta, alpha, principle)
-        found = forces(f * k, k, alpha, principle)
+        solved = forces(f * k, k, alpha, principle)
         if not -pi / 2 < beta < pi / 2:
-            assert (found["N"], found["warned"]) == (0, True)
+            assert (solved["N"], solved["warned"]) == (0, True)
             continue
         R = resultant(k, beta, phi, alpha)
         assert R * sin(beta) == pytest.approx(f * k, rel=1e-12)  # the angles close the circle
-        assert found["N"] == pytest.approx(R * cos(beta), rel=1e-12, abs=1e-12 * k)
-        assert found["phi"] == pytest.approx(phi, abs=1e-12)
-        assert not found["warned"]
+        assert solved["N"] == pytest.approx(R * cos(beta), rel=1e-12, abs=1e-12 * k)
+        assert solved["phi"] == pytest.approx(phi, abs=1e-12)
+        assert not solved["warned"]
 
 
 @pytest.mark.parametrize("alpha", RAKES)
@@ -98,14 +98,14 @@ def test_closed_form_agrees_with_the_angles(principle: str, alpha: float) -> Non
 def test_force_triangle(principle: str, alpha: float, F: float) -> None:
     """One resultant, seen from the rake, from the cutting direction and from the shear plane."""
     k = 150.0
-    found = forces(F, k, alpha, principle)
-    N, F_p, F_f, phi = (found[name] for name in ("N", "F_p", "F_f", "phi"))
+    solved = forces(F, k, alpha, principle)
+    N, F_p, F_f, phi = (solved[name] for name in ("N", "F_p", "F_f", "phi"))
     R = hypot(F, N)
     assert hypot(F_p, F_f) == pytest.approx(R, rel=1e-14)
     assert F_p * sin(alpha) + F_f * cos(alpha) == pytest.approx(F, rel=1e-12)  # back onto the rake
     assert F_p * cos(phi) - F_f * sin(phi) == pytest.approx(k / sin(phi), rel=1e-12)  # along the shear plane: tau_s w h/sin(phi)
     assert phi == pytest.approx(angle(atan2(F, N), alpha, principle), abs=1e-14)
-    assert (found["x"], found["y"]) == (-F_p, F_f)
+    assert (solved["x"], solved["y"]) == (-F_p, F_f)
 
 
 @pytest.mark.parametrize("alpha", RAKES)
@@ -118,20 +118,20 @@ def test_each_principle_does_what_it_is_named_after(alpha: float, beta: float) -
         return resultant(k, beta, phi, alpha) * cos(beta - alpha)
 
     lowest = minimize_scalar(F_p, bounds=(0.01, pi / 2 + alpha - beta - 0.01), method="bounded", options={"xatol": 1e-10})
-    found = forces(resultant(k, beta, lowest.x, alpha) * sin(beta), k, alpha, "minimum_energy")
-    assert found["phi"] == pytest.approx(lowest.x, abs=1e-6)  # a minimum is found to the root of the rounding
-    assert found["F_p"] == pytest.approx(lowest.fun, rel=1e-6)
+    solved = forces(resultant(k, beta, lowest.x, alpha) * sin(beta), k, alpha, "minimum_energy")
+    assert solved["phi"] == pytest.approx(lowest.x, abs=1e-6)  # a minimum is found to the root of the rounding
+    assert solved["F_p"] == pytest.approx(lowest.fun, rel=1e-6)
 
     phi = pi / 4 + alpha - beta
-    found = forces(resultant(k, beta, phi, alpha) * sin(beta), k, alpha, "maximum_shear_stress")
-    along, across = found["F_p"] * cos(phi) - found["F_f"] * sin(phi), found["F_p"] * sin(phi) + found["F_f"] * cos(phi)
+    solved = forces(resultant(k, beta, phi, alpha) * sin(beta), k, alpha, "maximum_shear_stress")
+    along, across = solved["F_p"] * cos(phi) - solved["F_f"] * sin(phi), solved["F_p"] * sin(phi) + solved["F_f"] * cos(phi)
     assert along == pytest.approx(across, rel=1e-12)
 
 
 def test_at_zero_rake_feed_force_is_friction_and_principal_force_is_normal() -> None:
     for principle in PRINCIPLES:
-        found = forces(20.0, 100.0, 0.0, principle)
-        assert (found["F_f"], found["F_p"]) == (20.0, found["N"])
+        solved = forces(20.0, 100.0, 0.0, principle)
+        assert (solved["F_f"], solved["F_p"]) == (20.0, solved["N"])
 
 
 @pytest.mark.parametrize("alpha", RAKES)
@@ -152,10 +152,10 @@ def test_a_vanishing_chip_leaves_a_limit(principle: str, alpha: float) -> None:
     F = 10.0
     limit = F * (1 - tan(alpha)) / (1 + tan(alpha)) if principle == "maximum_shear_stress" else -F * tan(alpha)
     for k in (1e-6, 1e-9):
-        found = forces(F, k, alpha, principle)
-        assert all(isfinite(value) for value in found.values())
-        assert found["N"] == pytest.approx(max(limit, 0), abs=5 * (k + sqrt(k * F)))  # minimum energy nears it with the root of k
-        assert found["warned"] == (limit < 0)
+        solved = forces(F, k, alpha, principle)
+        assert all(isfinite(value) for value in solved.values())
+        assert solved["N"] == pytest.approx(max(limit, 0), abs=5 * (k + sqrt(k * F)))  # minimum energy nears it with the root of k
+        assert solved["warned"] == (limit < 0)
 
 
 @pytest.mark.parametrize("alpha", RAKES)
@@ -163,11 +163,11 @@ def test_a_vanishing_chip_leaves_a_limit(principle: str, alpha: float) -> None:
 def test_a_chip_cannot_pull_the_tool(principle: str, alpha: float) -> None:
     """However strong the reversed friction: finite forces, no negative normal force, and a word about it."""
     for f in (-1.2, -5.0, -1e3, -1e6):
-        found = forces(f * 0.5, 0.5, alpha, principle)
-        assert all(isfinite(value) for value in found.values())
-        assert 0 <= found["N"] < inf
+        solved = forces(f * 0.5, 0.5, alpha, principle)
+        assert all(isfinite(value) for value in solved.values())
+        assert 0 <= solved["N"] < inf
         outside = f <= -1 / cos(alpha) if principle == "minimum_energy" else sqrt(2) + f * cos(pi / 4 + alpha) < 0
-        assert found["warned"] == outside
+        assert solved["warned"] == outside
 
 
 @pytest.mark.parametrize("principle", PRINCIPLES)

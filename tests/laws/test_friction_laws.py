@@ -33,10 +33,10 @@ def stribeck(v: float) -> float:
 def test_the_stribeck_curve_has_the_exponent_that_is_set(v: float, exponent: float) -> None:
     """At v_s the curve does not depend on it: friction is F_C + (F_S - F_C)/e there."""
     curve = SET["F_C"] + (SET["F_S"] - SET["F_C"]) * exp(-((abs(v) / SET["v_s"]) ** exponent))
-    found = steady("lugre", v, **{"lugre.stribeck_exponent": exponent})
-    assert found == pytest.approx(np.sign(v) * curve + SET["sigma2"] * v, rel=1e-12)
+    friction = steady("lugre", v, **{"lugre.stribeck_exponent": exponent})
+    assert friction == pytest.approx(np.sign(v) * curve + SET["sigma2"] * v, rel=1e-12)
     if abs(v) == SET["v_s"]:
-        assert found == pytest.approx(steady("lugre", v), rel=1e-12)
+        assert friction == pytest.approx(steady("lugre", v), rel=1e-12)
 
 
 @pytest.mark.parametrize("exponent", [0.5, 0.8, 1.0, 2.0, 4.0])
@@ -122,8 +122,8 @@ def test_steady_slip_is_the_stribeck_curve(v: float) -> None:
 @pytest.mark.parametrize("v", [-2.0, -1e-3, 1e-4, 1.0])
 @pytest.mark.parametrize("law", ["coulomb", "dahl", "karnopp", "reset_integrator"])
 def test_steady_slip_of_the_plain_laws_is_coulombs(law: str, v: float) -> None:
-    found = steady(law, v, **({"karnopp.zero_velocity_band": 1e-5} if law == "karnopp" else {}))
-    assert found == pytest.approx(np.sign(v) * SET["F_C"], rel=1e-12)
+    friction = steady(law, v, **({"karnopp.zero_velocity_band": 1e-5} if law == "karnopp" else {}))
+    assert friction == pytest.approx(np.sign(v) * SET["F_C"], rel=1e-12)
 
 
 @pytest.mark.parametrize("tolerance", [1e-1, 1e-6])
@@ -170,8 +170,8 @@ def test_dahl_loop_is_made_of_exponentials_of_the_way() -> None:
     expected = SET["F_C"] * (2 * np.exp(-SET["sigma0"] * way / SET["F_C"]) - 1)
     for v in (1e-4, 1e-2, 1.0):
         values = {**SET, "friction_law": "dahl", "bristle_deflection": SET["F_C"] / SET["sigma0"]}
-        found = slide(way / v, np.full(61, -v), values, "friction_force")[:, 0]
-        assert found == pytest.approx(expected, rel=1e-9, abs=1e-9)
+        friction = slide(way / v, np.full(61, -v), values, "friction_force")[:, 0]
+        assert friction == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize("applied", [-20.0, -11.9, 0.0, 5.0, 11.9, 13.0])
@@ -187,11 +187,11 @@ def test_karnopp_balances_the_applied_force_up_to_the_static_one(applied: float)
 def test_reset_integrator_breaks_away_at_the_static_force_and_slides_at_the_kinetic_one() -> None:
     v = 1e-2
     way = np.linspace(0, 2 * SET["F_C"] / SET["sigma0"], 401)
-    found = slide(way / v, np.full(401, v), {**SET, "sigma1": 0.0, "friction_law": "reset_integrator"}, "friction_force")[:, 0]
+    friction = slide(way / v, np.full(401, v), {**SET, "sigma1": 0.0, "friction_law": "reset_integrator"}, "friction_force")[:, 0]
     sticks = way < SET["F_C"] / SET["sigma0"] * (1 - 1e-9)
-    assert found[sticks] == pytest.approx(SET["F_S"] / SET["F_C"] * SET["sigma0"] * way[sticks], rel=1e-9, abs=1e-12)
-    assert found[sticks].max() == pytest.approx(SET["F_S"], rel=6e-3)  # a sample is a two-hundredth of the way
-    assert found[~sticks][1:] == pytest.approx(SET["F_C"], rel=1e-9)
+    assert friction[sticks] == pytest.approx(SET["F_S"] / SET["F_C"] * SET["sigma0"] * way[sticks], rel=1e-9, abs=1e-12)
+    assert friction[sticks].max() == pytest.approx(SET["F_S"], rel=6e-3)  # a sample is a two-hundredth of the way
+    assert friction[~sticks][1:] == pytest.approx(SET["F_C"], rel=1e-9)
 
 
 def test_reset_integrator_sticks_again_when_it_turns_back() -> None:

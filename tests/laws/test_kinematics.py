@@ -81,8 +81,8 @@ def test_thickness_is_what_a_sweep_of_the_earlier_paths_leaves(r: float, feed: f
     psi = np.linspace(-theta_s, theta_e, 203)[1:-1]
     top = np.minimum(surface_by_sweeping(r, psi, 0) * AMPLITUDE, feed - AMPLITUDE)
     expected = top + AMPLITUDE * np.cos(psi)
-    found = np.array([at_angle(angle % (2 * pi), values, "uncut_thickness_used")[0] for angle in psi])
-    assert found == pytest.approx(expected, abs=1e-7 * AMPLITUDE + 1e-13 * feed)  # grid of the sweep, at its wall
+    thickness = np.array([at_angle(angle % (2 * pi), values, "uncut_thickness_used")[0] for angle in psi])
+    assert thickness == pytest.approx(expected, abs=1e-7 * AMPLITUDE + 1e-13 * feed)  # grid of the sweep, at its wall
 
 
 def test_thickness_jumps_where_only_the_nominal_surface_stands() -> None:
@@ -180,8 +180,8 @@ def test_a_machine_that_moves_the_tool_adds_its_velocity() -> None:
     carried = {**at_speed_ratio(0.0), "cutting_speed": v_c, "kinematics": "combined", "tool_velocity_x": extra, "tool_velocity_y": lift}
     faster = {**at_speed_ratio(0.0), "cutting_speed": v_c + extra}
     for angle in np.linspace(0, 2 * pi, 9):
-        found, plain = (at_angle(angle, values, "slip_velocity_used")[0] for values in (carried, faster))
-        assert found == pytest.approx(plain - lift, abs=1e-14)
+        moved, plain = (at_angle(angle, values, "slip_velocity_used")[0] for values in (carried, faster))
+        assert moved == pytest.approx(plain - lift, abs=1e-14)
 
 
 def test_a_machine_that_lifts_the_tool_thins_the_chip() -> None:

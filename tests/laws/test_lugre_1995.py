@@ -31,20 +31,20 @@ def friction() -> published.Friction:
 
 
 def test_presliding_displacement(friction: published.Friction) -> None:
-    found = published.presliding(published.follow(published.presliding_plant(), friction))
-    assert found == pytest.approx(published.PRESLIDING, abs=published.TOLERANCE["presliding"])
+    simulated = published.presliding(published.follow(published.presliding_plant(), friction))
+    assert simulated == pytest.approx(published.PRESLIDING, abs=published.TOLERANCE["presliding"])
 
 
 @pytest.mark.parametrize("rate", published.BREAK_AWAY)
 def test_break_away_force_falls_with_the_rate_of_the_force(friction: published.Friction, rate: float) -> None:
-    found = published.break_away(published.follow(published.break_away_plant(rate), friction))
-    assert found == pytest.approx(published.BREAK_AWAY[rate], abs=published.TOLERANCE["break_away"])
+    simulated = published.break_away(published.follow(published.break_away_plant(rate), friction))
+    assert simulated == pytest.approx(published.BREAK_AWAY[rate], abs=published.TOLERANCE["break_away"])
 
 
 @pytest.mark.parametrize("w", published.LAG)
 def test_friction_lags_the_velocity(friction: published.Friction, w: float) -> None:
-    found = published.lag(published.follow(published.lag_plant(w), friction))
-    assert found == pytest.approx(published.LAG[w], abs=published.TOLERANCE["lag"])
+    simulated = published.lag(published.follow(published.lag_plant(w), friction))
+    assert simulated == pytest.approx(published.LAG[w], abs=published.TOLERANCE["lag"])
 
 
 @pytest.mark.parametrize("w", published.LAG)
@@ -55,18 +55,18 @@ def test_friction_lags_the_velocity_in_the_kernels_own_steps(w: float) -> None:
     times = np.union1d(times, plant.times)
     bristle.set("slip_velocity", plant.velocity(0, ()))
     F = bristle.run(times, {"slip_velocity": np.array([plant.velocity(t, ()) for t in times])}, ["friction_force"])[:, 0]
-    found = tuple(F[np.searchsorted(times, plant.times[1:])])
-    assert found == pytest.approx(published.LAG[w], abs=published.TOLERANCE["lag"])
+    simulated = tuple(F[np.searchsorted(times, plant.times[1:])])
+    assert simulated == pytest.approx(published.LAG[w], abs=published.TOLERANCE["lag"])
 
 
 def test_stick_slip(friction: published.Friction) -> None:
-    found = published.stick_slip(published.follow(published.stick_slip_plant(), friction))
-    assert found == pytest.approx(published.STICK_SLIP, abs=published.TOLERANCE["ms"])
+    simulated = published.stick_slip(published.follow(published.stick_slip_plant(), friction))
+    assert simulated == pytest.approx(published.STICK_SLIP, abs=published.TOLERANCE["ms"])
 
 
 def test_a_servo_with_integral_action_hunts(friction: published.Friction) -> None:
-    found = published.hunting(published.follow(published.servo_plant(), friction))
-    period = found.pop("period")
+    simulated = published.hunting(published.follow(published.servo_plant(), friction))
+    period = simulated.pop("period")
     expected = dict(published.HUNTING)
     assert period == pytest.approx(expected.pop("period"), abs=published.TOLERANCE["hunting_period"])
-    assert found == pytest.approx(expected, abs=published.TOLERANCE["ms"])
+    assert simulated == pytest.approx(expected, abs=published.TOLERANCE["ms"])

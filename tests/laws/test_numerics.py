@@ -31,11 +31,11 @@ def unexplained(tolerance: float) -> float:
 def cut(values: Mapping[str, float], r: float, angles: np.ndarray, tolerance: float) -> np.ndarray:
     """The same as cycle_by_runge_kutta, by the kernel."""
     contact = started({**at_speed_ratio(r), **values, "relative_tolerance": tolerance}, time=PERIOD / 2)
-    found = []
+    rows = []
     for stop in PERIOD * (1 + angles / (2 * pi)):
         contact.advance(stop - contact.time)
-        found.append(read(contact, "bristle_deflection", "friction_impulse", "dissipated_energy"))
-    return np.array(found)
+        rows.append(read(contact, "bristle_deflection", "friction_impulse", "dissipated_energy"))
+    return np.array(rows)
 
 
 def error(values: Mapping[str, float], tolerance: float, r: float = 0.27) -> float:
@@ -60,8 +60,8 @@ def test_a_narrow_stribeck_dip_is_not_jumped_over(name: str, tolerance: float, b
     values, angles = STRIBECK_DIPS[name], np.linspace(-0.5, acos(-0.27) - 1e-3, 9)
     exact = cycle_by_runge_kutta(values, 0.27, pi / 6, angles)
     once = np.concatenate([cut(values, 0.27, angles[n : n + 1], tolerance) for n in range(9)])
-    for found in (cut(values, 0.27, angles, tolerance), once):
-        error = np.max(np.abs(found - exact) / np.abs(exact).max(axis=0))
+    for rows in (cut(values, 0.27, angles, tolerance), once):
+        error = np.max(np.abs(rows - exact) / np.abs(exact).max(axis=0))
         assert error < bound  # measured at 1e-4 and 1e-6: 0.2 to 4.2 tolerances; at 1e-8 up to 250, for the dip takes the order away
 
 
@@ -79,8 +79,8 @@ def test_a_deep_stribeck_dip_is_not_jumped_over(begin: float, end: float, tolera
     for bounds in pairwise(sorted({0, length * begin / (begin - end), length})):
         z = solve_ivp(rate, bounds, z, "DOP853", rtol=1e-13, atol=1e-22, max_step=length / 500).y[:, -1]
     values = {"sigma0": P, "F_C": F_C, "F_S": F_S, "v_s": v_s, "bristle_deflection": F_C / P, "relative_tolerance": tolerance}
-    found = slide(np.array([0, length]), np.array([begin, end]), values, "bristle_deflection")[-1, 0]
-    assert found == pytest.approx(z[0], abs=unexplained(tolerance) * F_C / P)
+    deflection = slide(np.array([0, length]), np.array([begin, end]), values, "bristle_deflection")[-1, 0]
+    assert deflection == pytest.approx(z[0], abs=unexplained(tolerance) * F_C / P)
 
 
 @pytest.mark.parametrize(("sigma0", "lowest", "highest"), [(1e4, 3.9, 4.1), (1e6, 3.9, 4.1), (1e7, 3.9, 4.1), (1e9, 1.6, 2.5)])
@@ -125,9 +125,9 @@ def test_stiff_slip_is_right_at_any_step(step: float) -> None:
     contact.advance(1e-6)
     times = contact.time + step * np.arange(21)
     speed = 1 - 0.02 * np.arange(21)
-    found = contact.run(times, {"slip_velocity": speed}, ["bristle_deflection", "friction_force"])
-    assert found[:, 0] == pytest.approx(1e-9, rel=1e-6)
-    assert found[:, 1] == pytest.approx(0.1 + 0.01 * speed, rel=1e-6)
+    rows = contact.run(times, {"slip_velocity": speed}, ["bristle_deflection", "friction_force"])
+    assert rows[:, 0] == pytest.approx(1e-9, rel=1e-6)
+    assert rows[:, 1] == pytest.approx(0.1 + 0.01 * speed, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -138,15 +138,15 @@ def test_how_a_communication_step_is_split_does_not_matter(law: str, tolerance: 
     values = {**ELLIPSE, "cutting_speed": 0.2, "relative_tolerance": tolerance, "friction_law": law}
     values |= {"release_time": 1e-5} if law == "lugre" else {"sigma0": 1e7}
     uneven = np.random.default_rng(57).dirichlet(np.full(57, 0.5)) * 1e-3
-    found = []
+    rows = []
     for steps in ([1e-3], uneven, np.full(10_000, 1e-7)):
         contact = started(values)
         for step in steps:
             contact.advance(step)
         assert contact.time == pytest.approx(1e-3, rel=1e-13)
-        found.append(read(contact, *STATES))
-    assert found[1] == pytest.approx(found[0], rel=0.3 * unexplained(tolerance))
-    assert found[2] == pytest.approx(found[0], rel=0.3 * unexplained(tolerance))
+        rows.append(read(contact, *STATES))
+    assert rows[1] == pytest.approx(rows[0], rel=0.3 * unexplained(tolerance))
+    assert rows[2] == pytest.approx(rows[0], rel=0.3 * unexplained(tolerance))
 
 
 def test_the_same_run_gives_the_same_bits() -> None:

@@ -66,11 +66,11 @@ def test_a_resonance_answers_a_parabola_exactly(zeta: float, turn: float) -> Non
     of_middle = with_mean if turn > 1e-2 else exactly  # of a short step they are the same, and this test's own differences cancel
     exact = of_middle(np.array([[0, 1], [-1, -2 * zeta]]), np.array([0.0, 1.0]), y, turn)
     values = {"natural_period": period, "damping_ratio": zeta}
-    found = moved("dynamometer_resonance", values, [y[0], y[1] * w] * 3, turn / w, measured=U)
+    response = moved("dynamometer_resonance", values, [y[0], y[1] * w] * 3, turn / w, measured=U)
     for channel in range(3):
-        assert found[1, 2 * channel] == pytest.approx(exact[1, 0], abs=1e-10)
-        assert found[0, 2 * channel] == pytest.approx(exact[0, 0], abs=1e-8)  # a difference over the step
-        assert found[:, 2 * channel + 1] / w == pytest.approx(exact[:, 1], abs=1e-10)
+        assert response[1, 2 * channel] == pytest.approx(exact[1, 0], abs=1e-10)
+        assert response[0, 2 * channel] == pytest.approx(exact[0, 0], abs=1e-8)  # a difference over the step
+        assert response[:, 2 * channel + 1] / w == pytest.approx(exact[:, 1], abs=1e-10)
 
 
 @pytest.mark.parametrize("zeta", DAMPING)
@@ -79,11 +79,11 @@ def test_a_holder_gives_way_along_and_across_the_cut(zeta: float) -> None:
     f, y, turn = 300.0, [2e-6, -3e-7], 1.1
     w = 2 * pi * f
     values = {"compliance_x": 1e-7, "compliance_y": 3e-8, "natural_frequency": f, "damping_ratio": zeta}
-    found = moved("holder_compliance", values, [y[0], y[1] * w, y[0], y[1] * w], turn / w, F_p=U, F_f=U)
+    response = moved("holder_compliance", values, [y[0], y[1] * w, y[0], y[1] * w], turn / w, F_p=U, F_f=U)
     for at, gain in ((0, -1e-7), (2, 3e-8)):
         exact = exactly(np.array([[0, 1], [-1, -2 * zeta]]), np.array([0.0, gain]), y, turn)
-        assert found[:, at] == pytest.approx(exact[:, 0], abs=1e-17)
-        assert found[:, at + 1] / w == pytest.approx(exact[:, 1], abs=1e-17)
+        assert response[:, at] == pytest.approx(exact[:, 0], abs=1e-17)
+        assert response[:, at + 1] / w == pytest.approx(exact[:, 1], abs=1e-17)
 
 
 @pytest.mark.parametrize("part", [1e-9, 1e-3, 0.5, 2.0, 60.0])
@@ -92,16 +92,18 @@ def test_a_lag_answers_a_parabola_exactly(name: str, part: float) -> None:
     T, y = 2e-3, 0.7
     constant = "response_time" if name == "amplitude_loss" else "time_constant"
     field = {"sensor_lowpass": "measured", "proxy_lag": "theta_given", "amplitude_loss": "F_p"}[name]
-    found = moved(name, {constant: T}, [y] * (3 if name == "sensor_lowpass" else 1), part * T, **{field: U})
+    response = moved(name, {constant: T}, [y] * (3 if name == "sensor_lowpass" else 1), part * T, **{field: U})
     exact = (with_mean if name == "sensor_lowpass" and part > 1e-2 else exactly)(np.array([[-1.0]]), np.array([1.0]), [y], part)
-    assert found == pytest.approx(np.tile(exact, (1, found.shape[1])), rel=1e-12, abs=1e-12)
+    assert response == pytest.approx(np.tile(exact, (1, response.shape[1])), rel=1e-12, abs=1e-12)
 
 
 def test_a_lag_that_is_none_or_hardly_begins() -> None:
     """No time constant: the drive itself. A step of 1e-15 time constants: by its own slope, and not nothing."""
     assert moved("sensor_lowpass", {"time_constant": 0.0}, [0.7] * 3, 1e-3, measured=U)[:, 1] == pytest.approx(U[1:], abs=0)
-    found = moved("sensor_lowpass", {"time_constant": 1.0}, [0.0] * 3, 1e-15, measured=(2.0, 3.0, 4.0))[:, 0]
-    assert found / 1e-15 == pytest.approx([0.5 * 2, 3], rel=1e-9)  # half of it by the drive at the start, the whole by that of the middle
+    response = moved("sensor_lowpass", {"time_constant": 1.0}, [0.0] * 3, 1e-15, measured=(2.0, 3.0, 4.0))[:, 0]
+    assert response / 1e-15 == pytest.approx(
+        [0.5 * 2, 3], rel=1e-9
+    )  # half of it by the drive at the start, the whole by that of the middle
 
 
 @pytest.mark.parametrize("zeta", [0.05, 0.9, 1.0, 1.1, 2.0])
@@ -123,8 +125,8 @@ def test_a_contact_ages_to_the_time_of_its_renewal(renewals: float) -> None:
     """At a constant speed age - D_c/v is an exponential over the way; exact where the way is long, by Simpson's rule where it is short."""
     D_c, h, age = 1e-6, 1e-3, 4e-4
     speed, ones = renewals * D_c / h, (1.0, 1.0, 1.0)
-    found = moved("dwell_strengthening", {"D_c": D_c}, [age], h, cutting=ones, speed=(speed,) * 3)[:, 0]
-    for value, way in zip(found, (renewals / 2, renewals), strict=True):
+    ages = moved("dwell_strengthening", {"D_c": D_c}, [age], h, cutting=ones, speed=(speed,) * 3)[:, 0]
+    for value, way in zip(ages, (renewals / 2, renewals), strict=True):
         exact = age * np.exp(-way) - D_c / speed * np.expm1(-way)
         assert value == pytest.approx(exact, abs=h * way**4 / 2880 if way < 0.5 else 0, rel=1e-12)
     still = moved("dwell_strengthening", {"D_c": D_c}, [age], h, cutting=(0.0, 0.0, 0.0), speed=(speed,) * 3)

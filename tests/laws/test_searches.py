@@ -39,14 +39,14 @@ def test_the_surface_of_the_cycle_before_is_found_to_rounding(r: float) -> None:
     top = r * last + sin(last)
     entry = brentq(lambda psi: r * (pi + psi) + sin(psi), -pi * (1 - 1e-6 * r), -1e-6, xtol=1e-15)
     ends = brentq(lambda psi: r * (psi + 2 * pi) + sin(psi) - top, entry, last, xtol=1e-15)  # beyond it the nominal surface stands
-    found = 0
+    checked = 0
     for psi in [*np.linspace(entry + 1e-3, ends, 40)[1:-1], ends - 1e-6]:
         X = r * (psi + 2 * pi) + sin(psi)
         chi = brentq(lambda a, X=X: r * a + sin(a) - X, -last, last, xtol=4e-16)
         (h,) = at_angle(psi, at_speed_ratio(r, feed=1e-2), "uncut_thickness_used")
         assert h / AMPLITUDE == pytest.approx(cos(psi) - cos(chi), abs=1e-12 + 4e-16 / max(top - X, 1e-15) ** 0.5)
-        found += 1
-    assert found == 39
+        checked += 1
+    assert checked == 39
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-5, 1e-8])

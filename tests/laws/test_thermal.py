@@ -81,15 +81,15 @@ def test_four_sources_of_the_proxy_agree_where_they_should(speed: float) -> None
         "contact_temperature": {"contact_temperature": temperature, "alpha_T": exponent},
     }
     for sign in (-1.0, 1.0):
-        found = []
+        rows = []
         for source, given in sources.items():
             contact = started({**SET, "slip_velocity": sign * speed, "proxy_source": source, **given}, EFFECTS)
             contact.advance(1e-4)
-            found.append(read(contact, *SHOWN))
-        assert found[0][-1] == speed
-        np.testing.assert_array_equal(found[1:3], [found[0], found[0]])
+            rows.append(read(contact, *SHOWN))
+        assert rows[0][-1] == speed
+        np.testing.assert_array_equal(rows[1:3], [rows[0], rows[0]])
         # eq. 3 turned round: the rise of the temperature loses digits to the ambient one, to the power 1/alpha_T
-        assert found[3] == pytest.approx(found[0], rel=1e-10, abs=1e-300)
+        assert rows[3] == pytest.approx(rows[0], rel=1e-10, abs=1e-300)
 
 
 def test_an_input_proxy_leaves_the_slip_alone() -> None:

@@ -27,16 +27,16 @@ def test_a_pulled_block_sticks_and_slips(systems: dict[str, Path]) -> None:
 
 
 def test_a_servo_with_integral_action_hunts(systems: dict[str, Path]) -> None:
-    found = published.hunting(motion(run(systems["hunting"], PUBLISHED)[0]))
+    simulated = published.hunting(motion(run(systems["hunting"], PUBLISHED)[0]))
     expected = dict(published.HUNTING)
-    assert found.pop("period") == pytest.approx(expected.pop("period"), abs=published.TOLERANCE["hunting_period"])
-    assert found == pytest.approx(expected, abs=published.TOLERANCE["ms"])
+    assert simulated.pop("period") == pytest.approx(expected.pop("period"), abs=published.TOLERANCE["hunting_period"])
+    assert simulated == pytest.approx(expected, abs=published.TOLERANCE["ms"])
 
 
 def test_the_portable_values_hardly_differ_from_the_published(systems: dict[str, Path]) -> None:
     """Some importers cannot set a choice; the damping that is dissipative at all speeds moves the period by less than 1 part in 2000."""
-    found = published.stick_slip(motion(run(systems["stick_slip"], stop=28.0)[0]))
-    assert found == pytest.approx(published.STICK_SLIP, rel=5e-4)
+    simulated = published.stick_slip(motion(run(systems["stick_slip"], stop=28.0)[0]))
+    assert simulated == pytest.approx(published.STICK_SLIP, rel=5e-4)
 
 
 FREE = {
@@ -105,8 +105,8 @@ def test_vibration_lowers_the_forces_the_more_the_slower_the_cut(systems: dict[s
     """Why EVAT exists. Mean forces of the coupled cut over those of conventional turning at the same speed: they fall with the speed
     ratio, thrust further than principal force where friction hardly depends on speed (as here: tests/laws/test_conventional.py), duty
     with them; at four times the speed ratio of separation thrust is conventional, principal force but for b of the feed, 5 %."""
-    found = parameter_sets.load("regularised/al-7075-t6")
-    material = {**kernel.by_choice(found.values), **dict.fromkeys(found.effects, True)}
+    parameter_set = parameter_sets.load("regularised/al-7075-t6")
+    material = {**kernel.by_choice(parameter_set.values), **dict.fromkeys(parameter_set.effects, True)}
     fastest = 5e-6 * 2 * np.pi * 20e3
     ratios, rows = (0.1, 0.3, 0.5, 0.8, 0.99, 4.0), []
     for ratio in ratios:
@@ -144,7 +144,7 @@ def test_the_measured_axis_is_followed(systems: dict[str, Path]) -> None:
     start = {"drive": {"table_position": float(position[0]), "motor_position": float(position[0])}}
     trace, _ = run(systems["emps"], start, given, stop=20.0)
     at = t - t[0] <= 20.0
-    found = CubicSpline(trace.times, trace["drive.table_position"])(t[at] - t[0])
-    assert np.sqrt(np.mean((found - position[at]) ** 2)) < 2e-5 * np.ptp(position)  # 5 um of 246 mm
+    simulated = CubicSpline(trace.times, trace["drive.table_position"])(t[at] - t[0])
+    assert np.sqrt(np.mean((simulated - position[at]) ** 2)) < 2e-5 * np.ptp(position)  # 5 um of 246 mm
     pushed = np.interp(t[at] - t[0], trace.times, trace["drive.motor_force"])
     assert np.sqrt(np.mean((pushed - force[at]) ** 2)) < 0.08 * np.sqrt(np.mean(force[at] ** 2))

@@ -48,7 +48,7 @@ def rates(one: Machine, at: dict[str, float]) -> np.ndarray:
 def test_the_table_is_what_the_shared_code_takes_it_for(part: str) -> None:
     variables = machine.variables(part)
     inputs = [v.index for v in variables if v.causality == "input"]
-    assert inputs == list(range(1, len(inputs) + 1))  # machine.h: INPUT_FIRST
+    assert inputs == list(range(1, len(inputs) + 1))  # model.h: model_input
     assert len({v.name for v in variables}) == len(variables)
     for v in variables:
         assert v.name
@@ -173,17 +173,17 @@ def test_both_directions_of_a_structure_are_alike() -> None:
         "slide_velocity": 1e-3,
     }
     states = ("displacement", "velocity", "slide_displacement", "slide_velocity")
-    found = []
+    rows = []
     for along, across in ("xy", "yx"):
         one = Machine("tool_structure", {f"{name}_{along}": value for name, value in given.items()})
         one.start()
         one.advance(3e-4)
-        found.append(
+        rows.append(
             [one.get(f"{name}_{along}") for name in states] + [one.get("stored_energy"), one.get("power_in"), one.get("power_lost")]
         )
         assert all(one.get(f"{name}_{across}") == 0 for name in states)
-    assert found[0] == found[1]
-    assert all(found[0])
+    assert rows[0] == rows[1]
+    assert all(rows[0])
 
 
 @pytest.mark.parametrize("inertia", [2e-3, 1e-6])
@@ -234,29 +234,27 @@ def test_what_a_partner_has_come_to_has_no_flaw_and_what_is_forged_has_one(part:
     one = drawn(part, seed)
     ffi, library = one._ffi, one._library
     machine_of = one._machine
-    assert library.kernel_flaw(machine_of) == ffi.NULL
+    assert library.model_flaw(machine_of) == ffi.NULL
     one.start()
     one.advance(1e-3)
-    assert library.kernel_flaw(machine_of) == ffi.NULL
+    assert library.model_flaw(machine_of) == ffi.NULL
     states = len(machine.states(part))
     forged = [
         ("step", None, -1.0),
         ("step", None, np.inf),
         ("started", None, 2),
-        ("warnings", None, 1),
+        ("reserved", None, 1),
         ("value", 0, np.nan),
         ("slope", 2, np.inf),
     ]
     forged += [("once", 0, 0.3), ("twice", states * states - 1, np.nan)] if states else []
     for field, place, value in forged:
-        twin = ffi.new("struct Contact *", machine_of[0])
+        twin = ffi.new("struct Model *", machine_of[0])
         if place is None:
             setattr(twin, field, value)
-        elif field in ("value", "slope"):
-            getattr(twin, field)[place][0] = value
         else:
             getattr(twin, field)[place] = value
-        assert library.kernel_flaw(twin) != ffi.NULL, (field, place, value)
+        assert library.model_flaw(twin) != ffi.NULL, (field, place, value)
 
 
 def test_the_circle_is_one_and_is_entered_smoothly() -> None:
@@ -293,12 +291,12 @@ def test_the_fmu_is_valid_and_says_what_the_library_says(part: str, version: fmu
     times = np.arange(51) * step
     expected = one.run(times, {}, columns)
     for kind, tolerance in (("CoSimulation", 1e-12), ("ModelExchange", 1e-4)):
-        found = fmpy.simulate_fmu(
+        trace = fmpy.simulate_fmu(
             str(path), fmi_type=kind, output=columns, stop_time=times[-1], output_interval=step, relative_tolerance=1e-8
         )
         for place, name in enumerate(columns):
             scale = max(np.max(np.abs(expected[:, place])), 1e-9)
-            assert np.allclose(found[name], expected[:, place], rtol=0, atol=tolerance * scale)
+            assert np.allclose(trace[name], expected[:, place], rtol=0, atol=tolerance * scale)
 
 
 @pytest.mark.parametrize("part", [part for part in PARTS if machine.states(part)])

@@ -20,17 +20,17 @@ def test_it_parses(path: Path) -> None:
     parser = pytest.importorskip("pymoca.parser", reason="pymoca is not installed: pip install 'evat[importers]'")
     tree = parser.parse(path.read_text(encoding="utf-8"))
     assert tree is not None
-    found = [*tree.classes, *(inner for each in tree.classes.values() for inner in each.classes)]
+    classes = [*tree.classes, *(inner for each in tree.classes.values() for inner in each.classes)]
     name = path.parent.name if path.stem == "package" else path.stem
-    assert name in found or "EvatSystems" in found
+    assert name in classes or "EvatSystems" in classes
 
 
 @pytest.mark.parametrize("name", WRAPPED)
 def test_connectors_are_variables_of_the_fmu(name: str) -> None:
     variables = {v.name: v for v in model_of(WRAPPED[name]).variables}
-    found = CONNECTOR.findall((PACKAGE / "Interfaces" / f"{name}.mo").read_text(encoding="utf-8"))
-    assert found
-    for kind, variable, unit in found:
+    connectors = CONNECTOR.findall((PACKAGE / "Interfaces" / f"{name}.mo").read_text(encoding="utf-8"))
+    assert connectors
+    for kind, variable, unit in connectors:
         assert variables[variable].causality == kind.lower()
         assert variables[variable].unit == unit
 

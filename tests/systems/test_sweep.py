@@ -41,8 +41,8 @@ def test_a_cluster_gives_the_same_rows(systems: dict[str, Path], tmp_path: Path)
         distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None) as local,
         Cluster(local.scheduler_address) as cluster,
     ):
-        found = rows_of(systems["stick_slip"], tmp_path / "in", cluster)
-    assert found == rows_of(systems["stick_slip"], tmp_path / "again")
+        rows = rows_of(systems["stick_slip"], tmp_path / "in", cluster)
+    assert rows == rows_of(systems["stick_slip"], tmp_path / "again")
 
 
 def test_a_point_that_fails_says_why_and_the_others_stand(systems: dict[str, Path], tmp_path: Path) -> None:

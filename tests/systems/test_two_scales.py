@@ -25,14 +25,14 @@ def turning(systems: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) 
 
 
 @pytest.fixture(scope="module")
-def found(turning: System) -> SystemScales:
+def scales(turning: System) -> SystemScales:
     """Steps of 2 us move the mean forces by 1e-4 from those of 1 us, which is far below what is asked here."""
     return compare(turning, FASTER, step=STEP, fine=2e-6, stop=STOP)
 
 
-def test_the_mean_forces_are_those_of_the_resolved_cut(found: SystemScales) -> None:
+def test_the_mean_forces_are_those_of_the_resolved_cut(scales: SystemScales) -> None:
     """The first step knows nothing of how the tool gives way, whatever the contact does: 1 % is its coupling error. Later ones do."""
-    cut = found.cut
+    cut = scales.cut
     assert cut.relative_error < 0.015
     assert cut.error.argmax() == 0
     assert cut.error[6:].max() < 1e-3 * cut.largest
@@ -42,31 +42,31 @@ def test_the_mean_forces_are_those_of_the_resolved_cut(found: SystemScales) -> N
     assert np.all(cut.error[1:] < 10 * cut.said[1:])  # of the averaging alone; the coupling adds to it
 
 
-def test_the_machine_goes_the_same_way(found: SystemScales) -> None:
+def test_the_machine_goes_the_same_way(scales: SystemScales) -> None:
     """What has 20 kHz in it may differ by that; the spindle filters it out, and the tool stands where the mean force puts it,
     but for a ripple of 2 % that the ends of the steps meet at the same phase of the vibration each time."""
-    machine = found.machine()
+    machine = scales.machine()
     assert {name.partition(".")[0] for name in machine} == {"structure", "spindle", "heat"}
     largest, apart = machine["spindle.cutting_speed"]
     assert apart < 5e-4 * largest
-    resolved, cycle = (found.runs[mode]["structure.displacement_x"][5:].mean() for mode in ("resolved", "cycle"))
+    resolved, cycle = (scales.runs[mode]["structure.displacement_x"][5:].mean() for mode in ("resolved", "cycle"))
     assert cycle == pytest.approx(resolved, rel=0.05)
     assert resolved < -4e-7
 
 
-def test_it_is_at_least_ten_times_cheaper(found: SystemScales) -> None:
-    cut = found.cut
+def test_it_is_at_least_ten_times_cheaper(scales: SystemScales) -> None:
+    cut = scales.cut
     assert cut.cheaper > 10
     assert cut.internal_steps["resolved"] > 10 * cut.internal_steps["cycle"]
-    assert found.steps == {"resolved": pytest.approx(2e-6), "cycle": STEP}
+    assert scales.steps == {"resolved": pytest.approx(2e-6), "cycle": STEP}
 
 
-def test_a_run_with_the_choice_is_the_averaged_one(systems: dict[str, Path], found: SystemScales) -> None:
+def test_a_run_with_the_choice_is_the_averaged_one(systems: dict[str, Path], scales: SystemScales) -> None:
     trace, _ = run(systems["evat_turning"], {**FASTER, "contact": {"averaging": "cycle"}}, step=STEP, stop=STOP, every=1)
     assert trace.times.size == 21
     for name in ("contact.mean_principal_force", "spindle.cutting_speed"):
-        assert np.array_equal(trace[name], found.runs["cycle"][name])
-    assert trace["contact.mean_feed_force"][1:] == pytest.approx(found.cut.means["cycle"][:, 2], rel=1e-9)
+        assert np.array_equal(trace[name], scales.runs["cycle"][name])
+    assert trace["contact.mean_feed_force"][1:] == pytest.approx(scales.cut.means["cycle"][:, 2], rel=1e-9)
 
 
 def test_what_cannot_be_compared(systems: dict[str, Path], turning: System, tmp_path: Path) -> None:

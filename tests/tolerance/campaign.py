@@ -116,12 +116,12 @@ def report(lines: Sequence[Line], seed: int) -> str:
 
 
 def _unjudged(lines: Sequence[Line]) -> str:
-    found: dict[tuple[str, str], list[int]] = {}
+    by_verdict: dict[tuple[str, str], list[int]] = {}
     for one in lines:
         if not is_judged(one):
-            found.setdefault((one.verdict, one.status), []).append(one.number)
-    rows = [f"not judged: {sum(map(len, found.values()))} of {len(lines)}"]
-    for (verdict, status), numbers in sorted(found.items()):
+            by_verdict.setdefault((one.verdict, one.status), []).append(one.number)
+    rows = [f"not judged: {sum(map(len, by_verdict.values()))} of {len(lines)}"]
+    for (verdict, status), numbers in sorted(by_verdict.items()):
         rows.append(f"  reference: {verdict}; kernel: {status}: {len(numbers)}, draws {', '.join(map(str, numbers[:8]))}")
     return "\n".join(rows)
 

@@ -130,18 +130,18 @@ def _process(random: Random, on: Sequence[str]) -> dict[str, Any]:
 def switched(random: Random, *, vibrating: bool) -> list[Effect]:
     """None, one or two that may go together."""
     open_to = [effect for effect in kernel.effects() if vibrating or effect.name not in PATH_ONLY]
-    found: list[Effect] = []
+    on: list[Effect] = []
     for _ in range(random.choice(3, p=[0.35, 0.4, 0.25])):
         effect = open_to[random.integers(len(open_to))]
-        if effect not in found and not any(effect.name in other.rivals or other.name in effect.rivals for other in found):
-            found.append(effect)
-    return sorted(found, key=lambda effect: kernel.variable(effect.name).index)
+        if effect not in on and not any(effect.name in other.rivals or other.name in effect.rivals for other in on):
+            on.append(effect)
+    return sorted(on, key=lambda effect: kernel.variable(effect.name).index)
 
 
 def parameters(random: Random, effect: Effect, duration: float, values: Mapping[str, Any]) -> dict[str, float]:
     """Near their starts; times in half of the draws such that the motion shows them."""
     period = 1 / float(values["vibration_frequency"]) if "vibration_frequency" in values else duration / 10
-    found = {variable.name: _near(random, variable) for variable in effect.variables}
+    drawn = {variable.name: _near(random, variable) for variable in effect.variables}
     seen: dict[str, float] = {
         "sensor_delay.time": period * random.uniform(0.02, 1.5),
         "sensor_lowpass.time_constant": period * logarithmic(random, 0.01, 3),
@@ -155,11 +155,11 @@ def parameters(random: Random, effect: Effect, duration: float, values: Mapping[
     }
     shown = random.uniform() < 0.5
     for name, value in seen.items():
-        if name in found and (shown or name == "regenerative.revolution_time"):
-            found[name] = value
-    if "dynamometer_resonance.natural_period" in found:  # no more swings than can be followed
-        found["dynamometer_resonance.natural_period"] = min(max(found["dynamometer_resonance.natural_period"], duration / 300), 1)
-    return found
+        if name in drawn and (shown or name == "regenerative.revolution_time"):
+            drawn[name] = value
+    if "dynamometer_resonance.natural_period" in drawn:  # no more swings than can be followed
+        drawn["dynamometer_resonance.natural_period"] = min(max(drawn["dynamometer_resonance.natural_period"], duration / 300), 1)
+    return drawn
 
 
 def _near(random: Random, variable: Variable) -> float:
@@ -246,20 +246,20 @@ def _others(random: Random, times: FloatArray, values: Mapping[str, Any]) -> dic
         places = np.unique(np.concatenate([[0, len(times) - 1], random.integers(0, len(times), 4)]))
         return np.interp(times, times[places], random.uniform(low, high, len(places)))
 
-    found: dict[str, FloatArray] = {}
+    inputs: dict[str, FloatArray] = {}
     if random.uniform() < 0.4:
         thickness = path(2e-5, 2e-4)
-        found["uncut_thickness"] = np.maximum(thickness - 8e-5, 0) if random.uniform() < 0.25 else thickness
+        inputs["uncut_thickness"] = np.maximum(thickness - 8e-5, 0) if random.uniform() < 0.25 else thickness
     if random.uniform() < 0.4:
-        found["normal_load"] = path(0, 30)
+        inputs["normal_load"] = path(0, 30)
     if values["friction_law"] == "karnopp":
-        found["applied_force"] = path(-1.5 * friction_level, 1.5 * friction_level)
+        inputs["applied_force"] = path(-1.5 * friction_level, 1.5 * friction_level)
     source = values.get("proxy_source", "slip_speed")
     if source == "contact_temperature":
-        found["contact_temperature"] = path(280, 600)
+        inputs["contact_temperature"] = path(280, 600)
     elif source != "slip_speed":
-        found[source] = path(0, 0.5)
-    return found
+        inputs[source] = path(0, 0.5)
+    return inputs
 
 
 # ---- a tool that vibrates ----

@@ -195,14 +195,14 @@ def reference(case: Case, care: Care | None = None) -> Reference:
     prepared.motion.late, prepared.motion.lags = late, lags
     room = 4000
     jumps, sides = ffi.new("struct Jump[]", room), np.empty((2 * room, len(names)))
-    found, how = ffi.new("struct Found *"), ffi.new("struct Care *")
-    found.rows, found.jumps = ffi.from_buffer("double[]", prepared.rows), jumps
-    found.sides, found.jump_room = ffi.from_buffer("double[]", sides), room
+    yielded, how = ffi.new("struct Found *"), ffi.new("struct Care *")
+    yielded.rows, yielded.jumps = ffi.from_buffer("double[]", prepared.rows), jumps
+    yielded.sides, yielded.jump_room = ffi.from_buffer("double[]", sides), room
     how.tolerance, how.span, how.most_steps, how.most_events = care.tolerance, care.span, care.most_steps, care.most_events
     begun = time.process_time()
-    verdict = loaded.reference_run(prepared.contact, prepared.motion, how, found)
+    verdict = loaded.reference_run(prepared.contact, prepared.motion, how, yielded)
     seconds = time.process_time() - begun
-    noted = [Jump(jumps[n].time, jumps[n].patience, *sides[jumps[n].first : jumps[n].first + 2].copy()) for n in range(found.jump_count)]
+    noted = [Jump(jumps[n].time, jumps[n].patience, *sides[jumps[n].first : jumps[n].first + 2].copy()) for n in range(yielded.jump_count)]
     if drifts:
         drift = np.zeros((len(case.motion.times), len(names)))
         for name in MEASURED:
@@ -212,8 +212,8 @@ def reference(case: Case, care: Care | None = None) -> Reference:
     if late > 0:
         lagging = np.array([name in MEASURED for name in names])
         noted = [jump.of(~lagging) for jump in noted] + [jump.of(lagging, late) for jump in noted if not drifts]
-    steps, events, evaluations = found.steps, found.events, found.evaluations
-    return Reference(VERDICTS[verdict], prepared.rows, noted, steps, events, evaluations, seconds, found.failed_at)
+    steps, events, evaluations = yielded.steps, yielded.events, yielded.evaluations
+    return Reference(VERDICTS[verdict], prepared.rows, noted, steps, events, evaluations, seconds, yielded.failed_at)
 
 
 def answer(case: Case) -> Answer:
@@ -226,7 +226,7 @@ def answer(case: Case) -> Answer:
         status = loaded.stepped_run(prepared.contact, prepared.motion, ffi.from_buffer("double[]", prepared.rows))
     else:
         status = loaded.kernel_start(prepared.contact, case.motion.times[0])
-        record, found = ffi.new("struct Record *"), ffi.new("struct Yield *")
+        record, yielded = ffi.new("struct Record *"), ffi.new("struct Yield *")
         table = np.ascontiguousarray(np.vstack([prepared.begin, prepared.end[-1:]]))
         record.count, record.times = len(case.motion.times), prepared.motion.times
         record.input_count, record.input_index, record.inputs = (
@@ -234,10 +234,10 @@ def answer(case: Case) -> Answer:
             prepared.input_index,
             ffi.from_buffer("double[]", table),
         )
-        found.output_count, found.output_index = len(names), prepared.output_index
-        found.rows = ffi.from_buffer("double[]", prepared.rows)
-        if status == loaded.KERNEL_OK:
-            status = loaded.kernel_follow(prepared.contact, record, found, ffi.NULL)
+        yielded.output_count, yielded.output_index = len(names), prepared.output_index
+        yielded.rows = ffi.from_buffer("double[]", prepared.rows)
+        if status == loaded.STATUS_OK:
+            status = loaded.kernel_run_record(prepared.contact, record, yielded, ffi.NULL)
     seconds = time.process_time() - begun
     steps = int(prepared.contact.value[kernel.variable("step_count").index][0])
     return Answer(ffi.string(loaded.kernel_status_text(status)).decode(), prepared.rows, steps, seconds)
@@ -287,8 +287,8 @@ def errors(case: Case, rows: FloatArray, right: Reference, names: Sequence[str])
     size = sizes(case, right.rows, names)
     tolerance = case.relative_tolerance
     with np.errstate(invalid="ignore"):
-        found = np.abs(rows - right.rows) / size / tolerance
-    found[~np.isfinite(rows) & np.isfinite(right.rows)] = math.inf
+        shares = np.abs(rows - right.rows) / size / tolerance
+    shares[~np.isfinite(rows) & np.isfinite(right.rows)] = math.inf
     times = case.motion.times
     for jump in right.jumps:
         low, high = np.minimum(jump.before, jump.after), np.maximum(jump.before, jump.after)
@@ -296,8 +296,8 @@ def errors(case: Case, rows: FloatArray, right: Reference, names: Sequence[str])
         for n in range(np.searchsorted(times, jump.time - reach), np.searchsorted(times, jump.time + reach, side="right")):
             outside = np.maximum(np.maximum(low - rows[n], rows[n] - high), 0) / size / tolerance
             late = abs(times[n] - jump.time) / jump.patience / tolerance
-            found[n] = np.fmin(found[n], np.maximum(outside, late))
-    return found
+            shares[n] = np.fmin(shares[n], np.maximum(outside, late))
+    return shares
 
 
 if __name__ == "__main__":

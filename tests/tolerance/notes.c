@@ -108,7 +108,7 @@ int notes_event(struct Course *c, int hangs_on_state)
         return 0;
     if (noted)
         show_before(c, rounded);
-    if (kernel_event(c->contact) != KERNEL_OK)
+    if (kernel_event(c->contact) != STATUS_OK)
         return 0;
     course_take_states(c);
     if (!course_look(c))

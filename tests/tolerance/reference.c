@@ -67,7 +67,7 @@ enum Verdict reference_run(struct Contact *contact, const struct Motion *motion,
     course_put(&c, c.t, c.y);
     for (int j = 0; j < motion->inputs; ++j)
         contact->slope[motion->input_index[j] - INPUT_FIRST][0] = 0;
-    if (kernel_start(contact, c.t) != KERNEL_OK)
+    if (kernel_start(contact, c.t) != STATUS_OK)
         return NO_RATES;
     course_sort_states(&c);
     course_take_states(&c);

@@ -14,12 +14,12 @@ enum Status stepped_run(struct Contact *contact, const struct Motion *m, double 
             contact->slope[m->input_index[j] - INPUT_FIRST][0] = n < 0 ? 0 : (u_1 - u_0) / length;
         }
         status = n < 0 ? kernel_start(contact, m->times[0]) : kernel_advance(contact, length, 0, &taken);
-        if (status == KERNEL_OK)
+        if (status == STATUS_OK)
             status = kernel_evaluate(contact);
-        if (status != KERNEL_OK)
+        if (status != STATUS_OK)
             return status;
         for (int j = 0; j < m->outputs; ++j)
             rows[(int64_t)(n + 1) * m->outputs + j] = contact->value[m->output_index[j]][0];
     }
-    return KERNEL_OK;
+    return STATUS_OK;
 }

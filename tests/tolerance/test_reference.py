@@ -24,10 +24,10 @@ def given(times: FloatArray, slip: FloatArray, values: Mapping[str, Any], on: tu
     return Case("test", values, on, Motion.record(times, {"slip_velocity": slip, **others}), 1e-4)
 
 
-def column(case: Case, name: str, found: Reference | None = None) -> FloatArray:
-    found = found or reference(case)
-    assert found.verdict == "done"
-    return found.rows[:, outputs(case).index(name)]
+def column(case: Case, name: str, solved: Reference | None = None) -> FloatArray:
+    solved = solved or reference(case)
+    assert solved.verdict == "done"
+    return solved.rows[:, outputs(case).index(name)]
 
 
 # ---- exact ----
@@ -53,8 +53,8 @@ def test_without_a_stribeck_curve_deflection_follows_the_path(law: str) -> None:
             path = 0.5 * (u + w) * part
             z = math.copysign(settled, path) + (z - math.copysign(settled, path)) * math.exp(-abs(path) / settled) if path else z
         right.append(z)
-    found = column(given(times, corners, {**PRESLIDING, "friction_law": law}), "bristle_deflection")
-    np.testing.assert_allclose(found, right, atol=1e-10 * settled)
+    deflection = column(given(times, corners, {**PRESLIDING, "friction_law": law}), "bristle_deflection")
+    np.testing.assert_allclose(deflection, right, atol=1e-10 * settled)
 
 
 def test_a_reset_integrator_sticks_slides_and_turns() -> None:
@@ -89,14 +89,14 @@ def test_a_second_turn_meets_what_the_first_left() -> None:
         "run_out.spindle_frequency": 130.0,
     }  # fmt: skip
     times = np.linspace(1.3e-4, 0.07, 138)
-    found = column(given(times, np.zeros_like(times), values, ("run_out", "regenerative")), "principal_force")
+    force = column(given(times, np.zeros_like(times), values, ("run_out", "regenerative")), "principal_force")
     start = times[0]
 
     def rise(t: FloatArray) -> FloatArray:
         return 4e-6 * np.sin(2 * math.pi * 130.0 * t)
 
     thickness = 1e-4 + rise(times) - np.where(times > start + 0.02, 0.7 * rise(times - 0.02), 0)
-    np.testing.assert_allclose(found, 2 * 4e8 * 1e-3 * thickness, rtol=1e-9)
+    np.testing.assert_allclose(force, 2 * 4e8 * 1e-3 * thickness, rtol=1e-9)
 
 
 def test_a_delay_is_a_shift() -> None:
@@ -203,9 +203,9 @@ def test_scipy_finds_the_same(law: str, on: tuple[str, ...]) -> None:
         "dynamometer_resonance.natural_period": 8e-3, "holder_compliance.natural_frequency": 400.0, "sensor_lowpass.time_constant": 1e-3,
     }  # fmt: skip
     case = given(times, slip, values, on)
-    found, other = reference(case), by_scipy(case)
+    solved, other = reference(case), by_scipy(case)
     for place, size in enumerate((3, 3 / 3e5, 3)):
-        np.testing.assert_allclose(column(case, SHOWN[place], found), other[:, place], rtol=0, atol=3e-7 * size)
+        np.testing.assert_allclose(column(case, SHOWN[place], solved), other[:, place], rtol=0, atol=3e-7 * size)
 
 
 # ---- itself, and the kernel where it is run tightly ----
@@ -252,9 +252,9 @@ def test_an_error_of_three_tolerances_counts_as_three() -> None:
     right, names = reference(case), outputs(case)
     rows = right.rows.copy()
     rows[1, 0] += 3e-4 * max(10.0, np.max(np.abs(right.rows[:, 0])))
-    found = errors(case, rows, right, names)
-    assert found[1, 0] == pytest.approx(3, rel=1e-9)
-    assert np.max(np.delete(found.ravel(), 1 * len(names))) == 0
+    in_tolerances = errors(case, rows, right, names)
+    assert in_tolerances[1, 0] == pytest.approx(3, rel=1e-9)
+    assert np.max(np.delete(in_tolerances.ravel(), 1 * len(names))) == 0
 
 
 def test_a_late_jump_counts_by_how_late_it_is() -> None:

@@ -64,10 +64,10 @@ def diagnose(
     began, model = time.monotonic(), ContactModel(threads)
     _there(fmu)
     with _told() as tell:
-        found = read_experiment(experiment, model, progress=lambda share: tell("reading", READING * share), most=MOST_SAMPLES + 1)
-        _known(why, found, model)
+        recorded = read_experiment(experiment, model, progress=lambda share: tell("reading", READING * share), most=MOST_SAMPLES + 1)
+        _known(why, recorded, model)
         answer, comparison = diagnose_with(
-            found,
+            recorded,
             model,
             version=importlib.metadata.version("evat"),
             report=lambda doing, share: tell(doing, READING + (1 - READING) * share),

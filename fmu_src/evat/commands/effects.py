@@ -58,9 +58,9 @@ def _plot(name: str, to: Path, parameters: str | None, value: list[str] | None, 
     from evat.plots.signature import plot_signature
     from evat.signature import signature
 
-    found = parameter_sets.load(parameters, speed_unit=speed_unit) if parameters is not None else None
-    values: dict[str, float | str] = {**(found.values if found else {}), **typed_values(value)}
-    result = signature(name, values, found.effects if found else ())
+    parameter_set = parameter_sets.load(parameters, speed_unit=speed_unit) if parameters is not None else None
+    values: dict[str, float | str] = {**(parameter_set.values if parameter_set else {}), **typed_values(value)}
+    result = signature(name, values, parameter_set.effects if parameter_set else ())
     for line in result.left_out:
         err.print(f"left out: {line}", highlight=False)
     out.print(f"wrote {plot_signature(result, to)}")
@@ -106,5 +106,5 @@ def _facts(effect: Effect) -> dict[str, Any]:
             return [plain(part) for part in entry]
         return None if isinstance(entry, float) and not math.isfinite(entry) else entry
 
-    found: dict[str, Any] = plain(dataclasses.asdict(effect))
-    return found
+    facts: dict[str, Any] = plain(dataclasses.asdict(effect))
+    return facts

@@ -44,24 +44,24 @@ def check(folder: Folder) -> None:
     from evat.models.contact import ContactModel
 
     with share_done(f"checking {folder.name}") as progress:
-        found = scan_experiment(folder, ContactModel(), progress=progress)
-    document, means = found.document, found.means
+        scan = scan_experiment(folder, ContactModel(), progress=progress)
+    document, means = scan.document, scan.means
     channels = [signal.name for signal in document.recorded if signal.role is not None]
-    if found.trials:
-        out.print(_trials(document.title, found.trials, channels))
-        out.print(_channels(document.signals, found.trials, channels))
+    if scan.trials:
+        out.print(_trials(document.title, scan.trials, channels))
+        out.print(_channels(document.signals, scan.trials, channels))
     if means is not None:
         columns = {**means.values, **means.outputs}
         table = Table("condition", *columns, title=f"averages: {means.file}", title_justify="left")
         for row, condition in enumerate(means.conditions):
             table.add_row(condition, *(_shown(float(column[row]), name) for name, column in columns.items()))
         out.print(table)
-    conditions = dict.fromkeys([*(trial.condition for trial in found.trials), *(means.conditions if means is not None else ())])
-    rows = sum(trial.rows for trial in found.trials)
+    conditions = dict.fromkeys([*(trial.condition for trial in scan.trials), *(means.conditions if means is not None else ())])
+    rows = sum(trial.rows for trial in scan.trials)
     averages = f", {len(means.conditions)} rows of averages" if means is not None else ""
-    out.print(f"{len(found.trials)} trials of {rows} rows in all{averages}; {len(conditions)} conditions")
+    out.print(f"{len(scan.trials)} trials of {rows} rows in all{averages}; {len(conditions)} conditions")
     out.print(_nominal(document.nominal))
-    out.print(f"data {found.data_hash}", highlight=False, soft_wrap=True)
+    out.print(f"data {scan.data_hash}", highlight=False, soft_wrap=True)
 
 
 def _trials(title: str, trials: Sequence[TrialFacts], channels: Sequence[str]) -> Table:
@@ -129,13 +129,13 @@ def orthogonal(
 
     if truth is not None and (truth.suffix != ".ssv" or Path(os.path.abspath(truth)).is_relative_to(os.path.abspath(to))):
         raise ParameterError(f"--truth {truth}: an .ssv file outside {to} is needed, so that the experiment does not tell.")
-    found = (
+    parameter_set = (
         parameter_sets.load(parameters, speed_unit=speed_unit)
         if parameters is not None
         else parameter_sets.ParameterSet("values", "values", {})
     )
-    values = {**kernel.by_choice(found.values), **typed_values(value)}
-    effects = (*found.effects, *(name for name in effect or () if name not in found.effects))
+    values = {**kernel.by_choice(parameter_set.values), **typed_values(value)}
+    effects = (*parameter_set.effects, *(name for name in effect or () if name not in parameter_set.effects))
     made = tests.orthogonal(
         values,
         effects,
@@ -154,7 +154,9 @@ def orthogonal(
     if truth is not None:
         whole = {name: number for name, number in kernel.check_values(tests.truth_of(values, motion, proxy)).items()}
         notes = (f"truth of simulated tests: {motion}, seed {seed}",)
-        kept = parameter_sets.ParameterSet(found.name, found.title, whole, effects, found.sources, notes, found.speed_range)
+        kept = parameter_sets.ParameterSet(
+            parameter_set.name, parameter_set.title, whole, effects, parameter_set.sources, notes, parameter_set.speed_range
+        )
         out.print(f"wrote {parameter_sets.save_ssv(kept, truth)}")
 
 

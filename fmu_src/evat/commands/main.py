@@ -84,11 +84,11 @@ def info(
             out.print(table)
     entries_of_all: tuple[Law | Effect, ...] = (*laws, *effects)
     own = {v.name for entry in entries_of_all if entry.name == name for v in entry.variables}
-    shown = [v for v in kernel.variables() if name is None or v.name == name or v.name in own]
-    if not shown and name not in {entry.name for entry in entries_of_all}:
+    listed = [v for v in kernel.variables() if name is None or v.name == name or v.name in own]
+    if not listed and name not in {entry.name for entry in entries_of_all}:
         kernel.variable(name or "")
     for causality in ("input", "parameter", "output", "local"):
-        rows = [v for v in shown if v.causality == causality]
+        rows = [v for v in listed if v.causality == causality]
         if rows:
             table = Table("name", "start", "allowed", "meaning [source]", title=f"{causality}s", title_justify="left")
             for variable in rows:
@@ -110,18 +110,18 @@ def sets(
             table.add_row(each, parameter_sets.load(each, speed_unit=speed_unit).title)
         out.print(table)
         return
-    found = parameter_sets.load(name, speed_unit=speed_unit, strict=strict)
-    table = Table("variable", "value", "SI", "source", title=f"{found.name}: {found.title}", title_justify="left")
-    for key, value in found.values.items():
+    parameter_set = parameter_sets.load(name, speed_unit=speed_unit, strict=strict)
+    table = Table("variable", "value", "SI", "source", title=f"{parameter_set.name}: {parameter_set.title}", title_justify="left")
+    for key, value in parameter_set.values.items():
         known = kernel.variable(key)
         si = "" if known.type in ("choice", "boolean") else f"{value:g} {known.unit}"
-        table.add_row(key, display(value, known), si, found.sources.get(key, ""))
+        table.add_row(key, display(value, known), si, parameter_set.sources.get(key, ""))
     out.print(table)
-    out.print(f"effects on: {', '.join(found.effects) or 'none'}")
-    for note in found.notes:
+    out.print(f"effects on: {', '.join(parameter_set.effects) or 'none'}")
+    for note in parameter_set.notes:
         out.print(f"note: {note}")
     if save is not None:
-        out.print(f"wrote {parameter_sets.save_ssv(found, save)}")
+        out.print(f"wrote {parameter_sets.save_ssv(parameter_set, save)}")
 
 
 @app.command()
@@ -180,8 +180,8 @@ def simulate(
     effects: list[str] = []
     beside = picture_beside(to)
     if parameters is not None:
-        found = parameter_sets.load(parameters, speed_unit=speed_unit)
-        values, effects = dict(found.values), list(found.effects)
+        parameter_set = parameter_sets.load(parameters, speed_unit=speed_unit)
+        values, effects = dict(parameter_set.values), list(parameter_set.effects)
     values |= typed_values(value)
     effects += [name for name in effect or [] if name not in effects]
     values |= {name: choice for name, choice in (("friction_law", law), ("shear_angle_principle", principle)) if choice is not None}
@@ -236,9 +236,9 @@ def run(
     if record is None:
         _run_materials(family, speed_unit, to)
         return
-    found = parameter_sets.load(parameters, speed_unit=speed_unit)
-    values = kernel.check_values({**found.values, **typed_values(value)})
-    _run_record(record, Columns(time, force, velocity, position, force_sign), found, values, (begin, end), to)
+    parameter_set = parameter_sets.load(parameters, speed_unit=speed_unit)
+    values = kernel.check_values({**parameter_set.values, **typed_values(value)})
+    _run_record(record, Columns(time, force, velocity, position, force_sign), parameter_set, values, (begin, end), to)
 
 
 def _host_fmu(version: Literal[2, 3], to: Path) -> Path:
@@ -250,16 +250,21 @@ def _host_fmu(version: Literal[2, 3], to: Path) -> Path:
 
 
 def _run_record(
-    record: Path, columns: Columns, found: parameter_sets.ParameterSet, values: dict[str, float], between: tuple[float, float], to: Path
+    record: Path,
+    columns: Columns,
+    parameter_set: parameter_sets.ParameterSet,
+    values: dict[str, float],
+    between: tuple[float, float],
+    to: Path,
 ) -> None:
     from evat.plots.cycles import plot_record
     from evat.studies.record import follow_record
 
     built = _host_fmu(2, to)
     with share_done(f"following {record.name}") as progress:
-        result = follow_record(built, record, columns, kernel.by_choice(values), found.effects, between=between, progress=progress)
+        result = follow_record(built, record, columns, kernel.by_choice(values), parameter_set.effects, between=between, progress=progress)
     residual = f"residual {result.residual_rms:.3g} N RMS, {100 * result.residual_share:.1f} % of the measured force"
-    title = f"{record.name}, {found.name}: {residual}"
+    title = f"{record.name}, {parameter_set.name}: {residual}"
     picture = plot_record(result.times, result.velocity, result.measured, result.trace["friction_force"], to / "record.png", title)
     out.print(title)
     out.print(f"wrote {picture}")

@@ -53,7 +53,7 @@ def recovery(
     from evat.plots.cycles import check_picture
     from evat.studies import recovery as study
 
-    found = [parameter_sets.load(name, speed_unit=speed_unit) for name in sets or study.study_sets()]
+    chosen = [parameter_sets.load(name, speed_unit=speed_unit) for name in sets or study.study_sets()]
     if repeated := [name for name in dict.fromkeys(motion or ()) if (motion or []).count(name) > 1]:
         raise ParameterError(f"motion {repeated[0]!r} is named twice; name it once.")
     motions = tuple(motion or KINDS)
@@ -63,14 +63,14 @@ def recovery(
     if plot is not None:
         check_picture(plot)
         usable(plot.parent)
-    with lines_done(len(found) * len(motions)) as progress:
-        forecasts = [study.recovery(one, motions, progress=progress, **tests) for one in found]
+    with lines_done(len(chosen) * len(motions)) as progress:
+        forecasts = [study.recovery(one, motions, progress=progress, **tests) for one in chosen]
     for forecast in forecasts:
         _show(forecast)
     fits: dict[tuple[str, str], Identification] = {}
     if fit:
-        with lines_done(len(found) * len(motions)) as progress:
-            for one in found:
+        with lines_done(len(chosen) * len(motions)) as progress:
+            for one in chosen:
                 for name in motions:
                     progress(f"{one.name}: {name}, identification")
                     fits[one.name, name] = study.fitted(one, name, seed=seed, generations=generations, **tests)
@@ -91,28 +91,28 @@ def _short(name: str) -> str:
     return name.rpartition(".")[2]
 
 
-def _show(found: Recovery) -> None:
+def _show(forecast: Recovery) -> None:
     from evat.studies.recovery import TOGETHER, percent, word
 
-    title = f"{found.name}: sd over the truth [%]"
-    table = Table("motion", *map(_short, found.truth), title=title, title_justify="left")
-    for motion, row in zip((*found.motions, TOGETHER), found.sd, strict=True):
+    title = f"{forecast.name}: sd over the truth [%]"
+    table = Table("motion", *map(_short, forecast.truth), title=title, title_justify="left")
+    for motion, row in zip((*forecast.motions, TOGETHER), forecast.sd, strict=True):
         table.add_row(motion, *(Text(percent(sd), COLOURS[word(sd)]) for sd in row))
     out.print(table)
     for what in COLOURS:
-        named = [name for name, sd in zip(found.truth, found.sd.min(axis=0), strict=True) if word(float(sd)) == what]
+        named = [name for name, sd in zip(forecast.truth, forecast.sd.min(axis=0), strict=True) if word(float(sd)) == what]
         if named:
-            told = [f"{name} ({found.best(name)})" if found.best(name) else name for name in named]
+            told = [f"{name} ({forecast.best(name)})" if forecast.best(name) else name for name in named]
             out.print(f"{what}: {', '.join(told)}", highlight=False)
     out.print()
 
 
-def _beside(found: Recovery, motion: str, fit: Identification) -> Table:
+def _beside(forecast: Recovery, motion: str, fit: Identification) -> Table:
     from evat.studies.recovery import percent
 
-    title = f"{found.name}, {motion}: identified; errors over the truth [%]"
+    title = f"{forecast.name}, {motion}: identified; errors over the truth [%]"
     table = Table("", "truth", "sd forecast", "estimate", "error", "90 % interval", "verdict", title=title, title_justify="left")
-    for place, (name, truth) in enumerate(found.truth.items()):
+    for place, (name, truth) in enumerate(forecast.truth.items()):
         known, estimate = kernel.variable(name), fit[name]
         ends = (
             "bound" if is_open else f"{100 * (end / truth - 1):+.2g}"
@@ -121,7 +121,7 @@ def _beside(found: Recovery, motion: str, fit: Identification) -> Table:
         table.add_row(
             _short(name),
             display(truth, known, digits=4),
-            percent(float(found.sd[found.motions.index(motion), place])),
+            percent(float(forecast.sd[forecast.motions.index(motion), place])),
             display(estimate.value, known, digits=4),
             f"{100 * (estimate.value / truth - 1):+.2g}",
             " .. ".join(ends),
@@ -137,18 +137,18 @@ def _columns(rows: Sequence[Mapping[str, str | float]]) -> dict[str, FloatArray 
     return {name: column(name) for name in rows[0]}
 
 
-def _rows(found: Recovery, fits: dict[tuple[str, str], Identification]) -> Iterator[dict[str, str | float]]:
+def _rows(forecast: Recovery, fits: dict[tuple[str, str], Identification]) -> Iterator[dict[str, str | float]]:
     """A row for each motion and parameter; with fits, what they found (nan where there is none)."""
     from evat.studies.recovery import TOGETHER, word
 
-    for motion, row in zip((*found.motions, TOGETHER), found.sd, strict=True):
-        for (name, truth), sd in zip(found.truth.items(), row, strict=True):
+    for motion, row in zip((*forecast.motions, TOGETHER), forecast.sd, strict=True):
+        for (name, truth), sd in zip(forecast.truth.items(), row, strict=True):
             line: dict[str, str | float] = {
-                "set": found.name, "motion": motion, "parameter": name, "unit": kernel.variable(name).unit, "truth": truth,
-                "sd_over_truth": float(sd), "forecast": word(float(sd)), "best_motion": found.best(name),
+                "set": forecast.name, "motion": motion, "parameter": name, "unit": kernel.variable(name).unit, "truth": truth,
+                "sd_over_truth": float(sd), "forecast": word(float(sd)), "best_motion": forecast.best(name),
             }  # fmt: skip
             if fits:
-                fit = fits.get((found.name, motion))
+                fit = fits.get((forecast.name, motion))
                 numbers: Sequence[float] = (float("nan"),) * 4
                 if fit is not None:
                     numbers = (fit[name].value, fit[name].sd, fit[name].low, fit[name].high)

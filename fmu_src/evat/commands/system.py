@@ -35,17 +35,17 @@ Sets = Annotated[
 ]
 
 
-def _values(found: System, value: list[str] | None, sets: list[str] | None) -> dict[str, dict[str, Value]]:
+def _values(system: System, value: list[str] | None, sets: list[str] | None) -> dict[str, dict[str, Value]]:
     from evat.model import ParameterError
     from evat.systems.values import from_set, merged, typed
 
     of_sets: dict[str, dict[str, Value]] = {}
     for text in sets or []:
         name, equals, which = text.partition("=")
-        if not equals or name not in found.components:
-            raise ParameterError(f"--set {text!r}: write COMPONENT=SET; components are {', '.join(found.components)}.")
-        of_sets = merged(of_sets, {name: from_set(found, name, which)})
-    return merged(of_sets, typed(found, value or []))
+        if not equals or name not in system.components:
+            raise ParameterError(f"--set {text!r}: write COMPONENT=SET; components are {', '.join(system.components)}.")
+        of_sets = merged(of_sets, {name: from_set(system, name, which)})
+    return merged(of_sets, typed(system, value or []))
 
 
 @system.command()
@@ -78,10 +78,10 @@ def run(
 
     beside = picture_beside(to)
     with temporary() as folder:
-        found = read(ssp, folder)
-        wanted = plan(found, step, stop, every, order, inputs)
-        given = NO_INPUTS if record is None else read_record(found, record)
-        with Coupled(found, _values(found, value, sets), given) as coupled, share_done(f"running {found.name}") as progress:
+        system = read(ssp, folder)
+        wanted = plan(system, step, stop, every, order, inputs)
+        given = NO_INPUTS if record is None else read_record(system, record)
+        with Coupled(system, _values(system, value, sets), given) as coupled, share_done(f"running {system.name}") as progress:
             try:
                 trace, power = coupled.run(wanted, progress)
             except SystemStopped as stopped:
@@ -89,7 +89,7 @@ def run(
                     out.print(f"wrote {write_trace(stopped.trace, to)}, the results until the stop")
                 raise
     out.print(f"wrote {write_trace(trace, to)}")
-    out.print(f"wrote {plot_run(trace, beside, list(trace.columns), found.title)}")
+    out.print(f"wrote {plot_run(trace, beside, list(trace.columns), system.title)}")
     for line in power.advice(wanted.step, 2 if inputs == "linear" else 1):
         out.print(line, soft_wrap=True)
 
@@ -135,13 +135,13 @@ def sweep(
 
     picture = picture_beside(to)
     with temporary() as folder:
-        found = read(ssp, folder)
-        axes = [sweeping.axis(found, text) for text in over]
-        values = _values(found, value, sets)
-        grids = [{}, typed(found, beside)] if beside else [{}]
-        plan(found, step, stop, None, order, inputs)
-        units = {f"{name}.{c.name}": c.unit for name, component in found.components.items() for c in component.connectors.values()}
-        with nullcontext() if dask is None else Cluster(dask) as cluster, share_done(f"sweeping {found.name}") as progress:
+        system = read(ssp, folder)
+        axes = [sweeping.axis(system, text) for text in over]
+        values = _values(system, value, sets)
+        grids = [{}, typed(system, beside)] if beside else [{}]
+        plan(system, step, stop, None, order, inputs)
+        units = {f"{name}.{c.name}": c.unit for name, component in system.components.items() for c in component.connectors.values()}
+        with nullcontext() if dask is None else Cluster(dask) as cluster, share_done(f"sweeping {system.name}") as progress:
             wishes = {"step": step, "stop": stop, "order": order, "inputs": inputs}
             rows, *again = [
                 sweeping.sweep(ssp, axes, values, wishes, lambda done, n=n: progress((n + done) / len(grids)), cluster, grid)  # type: ignore[misc]
@@ -186,7 +186,7 @@ def averaging(
     with temporary() as folder:
         system = read(ssp, folder)
         with share_done("following every cycle") as progress:
-            found = compare(
+            comparison = compare(
                 system,
                 _values(system, value, sets),
                 step=step,
@@ -194,11 +194,11 @@ def averaging(
                 stop=stop,
                 progress=lambda mode, share: progress(share if mode == "resolved" else 0.0),
             )
-    cut = found.cut
-    out.print(f"wrote {write_columns(found.columns(), to)}")
+    cut = comparison.cut
+    out.print(f"wrote {write_columns(comparison.columns(), to)}")
     out.print(f"wrote {plot_cut(cut, beside, f'{system.title}, averaged in steps of {1e3 * step:g} ms')}")
     for mode, name in (("resolved", "every cycle"), ("cycle", "averaged")):
-        out.print(f"{name}: {cut.seconds[mode]:.3g} s for {cut.times[-1] - cut.times[0]:g} s, in steps of {found.steps[mode]:g} s")
+        out.print(f"{name}: {cut.seconds[mode]:.3g} s for {cut.times[-1] - cut.times[0]:g} s, in steps of {comparison.steps[mode]:g} s")
     worst = cut.times[int(cut.error.argmax())]
     out.print(
         f"{cut.cheaper:.0f} times cheaper; mean forces to {100 * cut.relative_error:.2g} % of the largest, worst from t = {worst:g} s on, "
@@ -206,6 +206,6 @@ def averaging(
         soft_wrap=True,
     )
     table = Table("output of the machine", "largest value", "largest difference", title="at the ends of the steps, 20 kHz of it and all")
-    for name, (largest, apart) in found.machine().items():
+    for name, (largest, apart) in comparison.machine().items():
         table.add_row(name, f"{largest:.3g}", f"{apart:.2g}")
     out.print(table)

@@ -53,56 +53,56 @@ class Checks:
             raise self.error(where, f"{name} is an {known.causality} of the component; only parameters and inputs can be set.")
         return known
 
-    def value(self, where: str, name: str, found: Any, *, by_place: bool = False) -> float | str:
+    def value(self, where: str, name: str, entry: Any, *, by_place: bool = False) -> float | str:
         """A value as the component takes it, SI; a choice by its name."""
         known = self.settable(where, name)
         if known.type == "choice":
-            if not (isinstance(found, str) or by_place):
-                raise self.error(where, f"{found!r}; allowed is one of {', '.join(known.choices)}.")
-        elif not is_number(found):
-            raise self.error(where, f"{found!r}; a bare number in {known.unit} is needed.")
+            if not (isinstance(entry, str) or by_place):
+                raise self.error(where, f"{entry!r}; allowed is one of {', '.join(known.choices)}.")
+        elif not is_number(entry):
+            raise self.error(where, f"{entry!r}; a bare number in {known.unit} is needed.")
         try:
-            number = known.check(found)
+            number = known.check(entry)
         except ParameterError as error:
             raise self.error(where, f"{error} Values are in SI: is the unit right?" if known.type == "real" else str(error)) from error
         return known.choices[int(number)] if known.type == "choice" else number
 
-    def numbers(self, where: str, found: Any) -> Iterable[tuple[str, Any]]:
-        return _flat(self.table(where, found))
+    def numbers(self, where: str, entry: Any) -> Iterable[tuple[str, Any]]:
+        return _flat(self.table(where, entry))
 
-    def table(self, where: str, found: Any) -> Mapping[str, Any]:
-        if not isinstance(found, dict):
-            raise self.error(where, f"{found!r}; a table is needed.")
-        return found
+    def table(self, where: str, entry: Any) -> Mapping[str, Any]:
+        if not isinstance(entry, dict):
+            raise self.error(where, f"{entry!r}; a table is needed.")
+        return entry
 
-    def text(self, where: str, found: Any) -> str:
-        if not isinstance(found, str):
-            raise self.error(where, f"{found!r}; a text in quotes is needed.")
-        return found
+    def text(self, where: str, entry: Any) -> str:
+        if not isinstance(entry, str):
+            raise self.error(where, f"{entry!r}; a text in quotes is needed.")
+        return entry
 
-    def keys(self, where: str, found: Mapping[str, Any], allowed: Collection[str], needed: Collection[str]) -> None:
-        for key in found:
+    def keys(self, where: str, table: Mapping[str, Any], allowed: Collection[str], needed: Collection[str]) -> None:
+        for key in table:
             if key not in allowed:
                 raise self.error(where, f"key {key!r} is not known; {near(key, allowed)}")
         for key in needed:
-            if key not in found:
+            if key not in table:
                 raise self.error(where, f"key {key!r} is missing.")
 
 
-def _flat(found: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, Any]]:
+def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, Any]]:
     """Entries by their whole names: to TOML, `a.b = 1` without quotes is a table in a table."""
-    for key, entry in found.items():
+    for key, entry in table.items():
         if isinstance(entry, dict) and entry:
             yield from _flat(entry, f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", entry
 
 
-def is_number(found: Any) -> bool:
+def is_number(entry: Any) -> bool:
     """A number of TOML that a float can hold; its whole numbers have no bounds."""
-    return isinstance(found, float) or (isinstance(found, int) and not isinstance(found, bool) and abs(found) < 1 << 1023)
+    return isinstance(entry, float) or (isinstance(entry, int) and not isinstance(entry, bool) and abs(entry) < 1 << 1023)
 
 
 def near(name: str, allowed: Collection[str]) -> str:
-    found = [each for each in allowed if each.lower() == name.lower()] or difflib.get_close_matches(name, allowed, n=3)
-    return f"did you mean {', '.join(found)}?" if found else f"allowed are {', '.join(sorted(allowed)[:40])}."
+    similar = [each for each in allowed if each.lower() == name.lower()] or difflib.get_close_matches(name, allowed, n=3)
+    return f"did you mean {', '.join(similar)}?" if similar else f"allowed are {', '.join(sorted(allowed)[:40])}."

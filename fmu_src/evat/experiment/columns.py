@@ -34,9 +34,9 @@ class Column:
         si, low, high = (known.unit, known.min, known.max) if known else ("s", -np.inf, np.inf)
         return cls(header, name, unit, *affine(unit, si), si, low, high)
 
-    def checked(self, file: str, first_row: int, found: FloatArray) -> FloatArray:
+    def checked(self, file: str, first_row: int, raw: FloatArray) -> FloatArray:
         """The column in SI; an error names the row (from 1) of what is no number or lies outside the variable's bounds."""
-        column = found if (self.factor, self.offset) == (1, 0) else found * self.factor + self.offset
+        column = raw if (self.factor, self.offset) == (1, 0) else raw * self.factor + self.offset
         low, high = float(column.min()), float(column.max())
         if not (np.isfinite(low) and np.isfinite(high)):
             row = first_row + int(np.argmin(np.isfinite(column))) + 1
@@ -56,14 +56,14 @@ def trial_columns(document: Document, entry: TrialEntry, model: Model) -> list[C
     """The columns that a trial's file must have, the clock first."""
     by_name = {variable.name: variable for variable in model.variables}
     try:
-        found = headers(entry.path)
+        header = headers(entry.path)
     except RecordError as error:
         raise ExperimentError(f"{entry.file}: {error}") from error
     columns = []
     for signal in sorted(document.recorded, key=lambda signal: signal.name != CLOCK):
-        if signal.column not in found:
+        if signal.column not in header:
             raise ExperimentError(
-                f"{entry.file}: there is no column {signal.column!r} for {signal.name}; it has {', '.join(map(repr, found[:40]))}. "
+                f"{entry.file}: there is no column {signal.column!r} for {signal.name}; it has {', '.join(map(repr, header[:40]))}. "
                 f"Name the right one as signals.{signal.name}.column."
             )
         if signal.name in entry.values:
@@ -98,10 +98,10 @@ def trial_batches(entry: TrialEntry, columns: list[Column], done: Bytes, rows: C
     """A trial's file in batches, in SI and checked. `rows` is told how many there will be where the file says so."""
     at, last = 0, -np.inf
     try:
-        with open_batches(entry.path, [column.header for column in columns], done) as found:
-            if found.rows is not None:
-                rows(found.rows)
-            for raw in found.each:
+        with open_batches(entry.path, [column.header for column in columns], done) as batches:
+            if batches.rows is not None:
+                rows(batches.rows)
+            for raw in batches.each:
                 batch = [column.checked(entry.file, at, values) for column, values in zip(columns, raw, strict=True)]
                 _check_clock(entry.file, columns[0].header, at, last, batch[0])
                 at, last = at + batch[0].size, float(batch[0][-1])

@@ -55,14 +55,14 @@ class Document:
     @property
     def recorded(self) -> tuple[Signal, ...]:
         """The signals that each trial's file has a column of: all, but for averages where there is a file of them."""
-        found = (signal for name, signal in self.signals.items() if self.means is None or not name.startswith(MEAN))
-        return tuple(found) if self.trials else ()
+        of_trials = (signal for name, signal in self.signals.items() if self.means is None or not name.startswith(MEAN))
+        return tuple(of_trials) if self.trials else ()
 
     @property
     def averaged(self) -> tuple[Signal, ...]:
         """The signals that the file of averages must have a column of."""
-        found = (signal for name, signal in self.signals.items() if name.startswith(MEAN) or (not self.trials and name != CLOCK))
-        return tuple(found) if self.means is not None else ()
+        of_means = (signal for name, signal in self.signals.items() if name.startswith(MEAN) or (not self.trials and name != CLOCK))
+        return tuple(of_means) if self.means is not None else ()
 
 
 def read_document(folder_or_toml: Path, model: Model) -> Document:
@@ -78,31 +78,31 @@ class _Reader(Checks):
 
     def document(self) -> Document:
         try:
-            found = read_toml(self.path)
+            table = read_toml(self.path)
         except TomlError as error:
             raise ExperimentError(str(error)) from error
-        self.keys("", found, KEYS, ("format", "title", "nominal"))
-        if found["format"] != FORMAT or isinstance(found["format"], bool):
-            raise self.error("format", f"{found['format']!r}; this version reads format {FORMAT}.")
-        signals = self.signals(self.table("signals", found.get("signals", {})))
-        entries = found.get("trials", [])
+        self.keys("", table, KEYS, ("format", "title", "nominal"))
+        if table["format"] != FORMAT or isinstance(table["format"], bool):
+            raise self.error("format", f"{table['format']!r}; this version reads format {FORMAT}.")
+        signals = self.signals(self.table("signals", table.get("signals", {})))
+        entries = table.get("trials", [])
         if not isinstance(entries, list):
             raise self.error("trials", "write each recording as a table [[trials]], with two brackets.")
         trials = tuple(self.trial(f"trials {place + 1}", entry) for place, entry in enumerate(entries))
         means = None
-        if "means" in found:
-            self.keys("means", self.table("means", found["means"]), ("file",), ("file",))
-            means = (file := self.text("means.file", found["means"]["file"]), self.inside("means.file", file))
+        if "means" in table:
+            self.keys("means", self.table("means", table["means"]), ("file",), ("file",))
+            means = (file := self.text("means.file", table["means"]["file"]), self.inside("means.file", file))
         self.contents(signals, trials, means)
-        nominal, files = read_nominal(self, self.table("nominal", found["nominal"]))
-        title, intended_use = (self.text(key, found.get(key, "")) for key in ("title", "intended_use"))
+        nominal, files = read_nominal(self, self.table("nominal", table["nominal"]))
+        title, intended_use = (self.text(key, table.get(key, "")) for key in ("title", "intended_use"))
         self.motion(nominal, signals, trials)
         data = [entry.path for entry in trials] + ([means[1]] if means else [])
         if twice := [path for path, count in Counter(data).items() if count > 1]:
             raise self.error(
                 "", f"{twice[0].relative_to(self.root)} is named twice; each recording counts once, and repeats have files of their own."
             )
-        setup_sd = self.setup_sd(self.table("setup_sd", found.get("setup_sd", {})), signals)
+        setup_sd = self.setup_sd(self.table("setup_sd", table.get("setup_sd", {})), signals)
         return Document(self.path.parent, title, intended_use, nominal, signals, trials, means, (self.path, *files, *data), setup_sd)
 
     def setup_sd(self, found: Mapping[str, Any], signals: Mapping[str, Signal]) -> dict[str, SetupSd]:
@@ -143,8 +143,8 @@ class _Reader(Checks):
             given = {name for name, signal in signals.items() if signal.role == "input"}
             check_inputs(self.model, nominal, given | set(trial.values), f"{self.path.name}, {trial.file}")
 
-    def signals(self, found: Mapping[str, Any]) -> dict[str, Signal]:
-        signals = {name: self.signal(name, self.table(f"signals.{name}", entry)) for name, entry in found.items()}
+    def signals(self, table: Mapping[str, Any]) -> dict[str, Signal]:
+        signals = {name: self.signal(name, self.table(f"signals.{name}", entry)) for name, entry in table.items()}
         first: dict[str, str] = {}
         for name, signal in signals.items():
             if signal.column in first:
@@ -154,22 +154,22 @@ class _Reader(Checks):
             first[signal.column] = name
         return signals
 
-    def signal(self, name: str, found: Mapping[str, Any]) -> Signal:
+    def signal(self, name: str, table: Mapping[str, Any]) -> Signal:
         where = f"signals.{name}"
-        self.keys(where, found, SIGNAL_KEYS, ("unit",))
+        self.keys(where, table, SIGNAL_KEYS, ("unit",))
         known = self.variable(where, name) if name != CLOCK else None
-        unit, role = self.text(f"{where}.unit", found["unit"]), found.get("role")
+        unit, role = self.text(f"{where}.unit", table["unit"]), table.get("role")
         self.check_role(where, known, role)
         try:
             factor, offset = affine(unit, known.unit if known else "s")
         except ParameterError as error:
             raise self.error(f"{where}.unit", str(error)) from error
-        full_scale = found.get("full_scale")
+        full_scale = table.get("full_scale")
         if full_scale is not None:
             if not is_number(full_scale) or not 0 < full_scale < math.inf or role != "output":
                 raise self.error(f"{where}.full_scale", f"{full_scale!r}; a number above 0 in {unit} is needed, and only outputs have one.")
             full_scale = full_scale * factor + offset
-        return Signal(name, self.text(f"{where}.column", found.get("column", name)), unit, role, full_scale)
+        return Signal(name, self.text(f"{where}.column", table.get("column", name)), unit, role, full_scale)
 
     def check_role(self, where: str, known: Variable | None, role: Role | None) -> None:
         if known is None:
@@ -182,16 +182,16 @@ class _Reader(Checks):
             )
         right = "output" if known.causality == "output" else "input"
         if role != right:
-            found = "the role is missing" if role is None else f"role = {role!r}"
-            raise self.error(f"{where}.role", f'{found}; {known.name} is an {right} of the component: role = "{right}".')
+            wrong = "the role is missing" if role is None else f"role = {role!r}"
+            raise self.error(f"{where}.role", f'{wrong}; {known.name} is an {right} of the component: role = "{right}".')
 
-    def trial(self, where: str, found: Any) -> TrialEntry:
-        self.keys(where, self.table(where, found), TRIAL_KEYS, ("file", "condition"))
-        file, condition = self.text(f"{where}.file", found["file"]), self.text(f"{where}.condition", found["condition"])
+    def trial(self, where: str, entry: Any) -> TrialEntry:
+        self.keys(where, self.table(where, entry), TRIAL_KEYS, ("file", "condition"))
+        file, condition = self.text(f"{where}.file", entry["file"]), self.text(f"{where}.condition", entry["condition"])
         if not condition.strip():
             raise self.error(f"{where}.condition", "it is empty; trials of one condition are repeats of each other, so name it.")
         values = {}
-        for key, number in self.numbers(f"{where}.values", found.get("values", {})):
+        for key, number in self.numbers(f"{where}.values", entry.get("values", {})):
             if self.settable(f"{where}.values.{key}", key).type != "real":
                 raise self.error(f"{where}.values.{key}", "only numbers vary from trial to trial; choices stand in [nominal].")
             values[key] = float(self.value(f"{where} ({file}), values.{key}", key, number))

@@ -30,10 +30,10 @@ def read_means(document: Document, file: str, path: Path, model: Model) -> Means
         raise ExperimentError(f"{file}: {error}") from error
     by_name = {variable.name: variable for variable in model.variables}
     columns = _columns(document, file, table, by_name)
-    found = {column.name: column.checked(file, 0, table.columns[column.header]) for column in columns}
-    outputs = {name: column for name, column in found.items() if name in by_name and by_name[name].causality == "output"}
-    sd = {name.removesuffix(SD): column for name, column in found.items() if name not in by_name}
-    values = {name: column for name, column in found.items() if name in by_name and name not in outputs}
+    checked = {column.name: column.checked(file, 0, table.columns[column.header]) for column in columns}
+    outputs = {name: column for name, column in checked.items() if name in by_name and by_name[name].causality == "output"}
+    sd = {name.removesuffix(SD): column for name, column in checked.items() if name not in by_name}
+    values = {name: column for name, column in checked.items() if name in by_name and name not in outputs}
     if not outputs:
         raise ExperimentError(f"{file}: there is no column of averages; head at least one like {', '.join(_means(by_name)[:3])}.")
     for name in sd:
@@ -118,5 +118,5 @@ def _condition(row: Mapping[str, float], trials: Iterable[TrialEntry]) -> str:
     return same.pop() if len(same) == 1 else ", ".join(f"{name}={value!r}" for name, value in row.items()) or "all"
 
 
-def _close(found: float | None, value: float) -> bool:
-    return found is not None and math.isclose(found, value, rel_tol=SAME)
+def _close(number: float | None, value: float) -> bool:
+    return number is not None and math.isclose(number, value, rel_tol=SAME)

@@ -16,13 +16,13 @@ CHOICES = {"friction": "friction_law", "kinematics": "kinematics"}  # key of [no
 KEYS = (*CHOICES, "parameters", "effects", "values", "relative_sd")
 
 
-def read_nominal(checks: Checks, found: Mapping[str, Any]) -> tuple[Nominal, list[Path]]:
+def read_nominal(checks: Checks, table: Mapping[str, Any]) -> tuple[Nominal, list[Path]]:
     choices = {key: name for key, name in CHOICES.items() if name in checks.variables}
-    checks.keys("nominal", found, [key for key in KEYS if key not in CHOICES or key in choices], ())
+    checks.keys("nominal", table, [key for key in KEYS if key not in CHOICES or key in choices], ())
     values: dict[str, float | str] = {}
     effects: tuple[str, ...] = ()
     files: list[Path] = []
-    name = checks.text("nominal.parameters", found.get("parameters", ""))
+    name = checks.text("nominal.parameters", table.get("parameters", ""))
     if name:
         where = "nominal.parameters"
         if name not in parameter_sets.names():
@@ -33,44 +33,44 @@ def read_nominal(checks: Checks, found: Mapping[str, Any]) -> tuple[Nominal, lis
             raise checks.error(where, str(error)) from error
         values = {key: checks.value(where, key, number, by_place=True) for key, number in known.values.items()}
         effects = known.effects
-    elif not found.get("values"):
+    elif not table.get("values"):
         raise checks.error(
             "nominal", "there are no values; name a shipped set or an .ssv file as parameters, or list them in [nominal.values]."
         )
-    for key, number in checks.numbers("nominal.values", found.get("values", {})):
+    for key, number in checks.numbers("nominal.values", table.get("values", {})):
         if key in choices.values():
             raise checks.error(
                 f"nominal.values.{key}", f"the choice stands in [nominal] as {next(k for k, v in choices.items() if v == key)}."
             )
         values[key] = checks.value(f"nominal.values.{key}", key, number)
     for key, variable in choices.items():
-        if key in found:
-            values[variable] = checks.value(f"nominal.{key}", variable, found[key])
+        if key in table:
+            values[variable] = checks.value(f"nominal.{key}", variable, table[key])
         elif variable not in values:
             raise checks.error("nominal", f"{key} is missing; allowed are {', '.join(checks.variables[variable].choices)}.")
-    if "effects" in found:
-        effects = _effects(checks, found["effects"])
+    if "effects" in table:
+        effects = _effects(checks, table["effects"])
     relative_sd = {
-        key: _relative_sd(checks, key, number) for key, number in checks.numbers("nominal.relative_sd", found.get("relative_sd", {}))
+        key: _relative_sd(checks, key, number) for key, number in checks.numbers("nominal.relative_sd", table.get("relative_sd", {}))
     }
     return Nominal(values, effects, relative_sd, parameters=name), files
 
 
-def _effects(checks: Checks, found: Any) -> tuple[str, ...]:
-    if not isinstance(found, list) or not all(isinstance(name, str) for name in found):
-        raise checks.error("nominal.effects", f'{found!r}; a list of names is needed, such as ["{checks.effects[0]}"], or [].')
-    for name in found:
+def _effects(checks: Checks, names: Any) -> tuple[str, ...]:
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise checks.error("nominal.effects", f'{names!r}; a list of names is needed, such as ["{checks.effects[0]}"], or [].')
+    for name in names:
         if name not in checks.effects:
             raise checks.error("nominal.effects", f"there is no effect {name!r}; {near(name, checks.effects)}")
-        if found.count(name) > 1:
+        if names.count(name) > 1:
             raise checks.error("nominal.effects", f"{name!r} is there twice; keep one.")
-    return tuple(found)
+    return tuple(names)
 
 
-def _relative_sd(checks: Checks, key: str, found: Any) -> float:
+def _relative_sd(checks: Checks, key: str, entry: Any) -> float:
     where = f"nominal.relative_sd.{key}"
     if checks.settable(where, key).type != "real":
         raise checks.error(where, "only numbers are known more or less well; remove it.")
-    if not is_number(found) or not 0 <= found < math.inf:
-        raise checks.error(where, f"{found!r}; a number of at least 0 is needed, such as 0.1 for 10 %; 0 means exact.")
-    return float(found)
+    if not is_number(entry) or not 0 <= entry < math.inf:
+        raise checks.error(where, f"{entry!r}; a number of at least 0 is needed, such as 0.1 for 10 %; 0 means exact.")
+    return float(entry)

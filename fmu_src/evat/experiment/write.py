@@ -112,16 +112,16 @@ def _write(experiment: Experiment, folder: Path, suffix: str) -> None:
 
 def _nominal(nominal: Nominal) -> dict[str, Any]:
     keys = {variable: key for key, variable in CHOICES.items()}
-    found: dict[str, Any] = {keys[name]: value for name, value in nominal.values.items() if name in keys}
+    table: dict[str, Any] = {keys[name]: value for name, value in nominal.values.items() if name in keys}
     if nominal.parameters in parameter_sets.names():
-        found["parameters"] = nominal.parameters
+        table["parameters"] = nominal.parameters
     values = {name: value for name, value in nominal.values.items() if name not in keys}
     relative_sd = dict(nominal.relative_sd)
     if nominal.default_relative_sd != USUAL_SD:
         relative_sd = {name: nominal.default_relative_sd for name, value in values.items() if not isinstance(value, str)} | relative_sd
-    found["effects"] = list(nominal.effects)
-    found |= {"values": _numbers(values)} if values else {}
-    return found | ({"relative_sd": _numbers(relative_sd)} if relative_sd else {})
+    table["effects"] = list(nominal.effects)
+    table |= {"values": _numbers(values)} if values else {}
+    return table | ({"relative_sd": _numbers(relative_sd)} if relative_sd else {})
 
 
 def _setup_sd(stated: SetupSd, name: str, signals: Mapping[str, Signal]) -> dict[str, float]:
@@ -134,12 +134,12 @@ def _setup_sd(stated: SetupSd, name: str, signals: Mapping[str, Signal]) -> dict
 
 
 def _signal(signal: Signal) -> dict[str, Any]:
-    found: dict[str, Any] = {"column": signal.column, "unit": signal.unit}
+    table: dict[str, Any] = {"column": signal.column, "unit": signal.unit}
     if signal.role is not None:
-        found["role"] = signal.role
+        table["role"] = signal.role
     if signal.full_scale is not None:
-        found["full_scale"] = float(_typed(signal, np.array(signal.full_scale)))
-    return found
+        table["full_scale"] = float(_typed(signal, np.array(signal.full_scale)))
+    return table
 
 
 def _typed(signal: Signal, column: FloatArray) -> FloatArray:
@@ -149,13 +149,13 @@ def _typed(signal: Signal, column: FloatArray) -> FloatArray:
 
 
 def _means(means: Means, signals: Mapping[str, Signal]) -> dict[str, FloatArray | Sequence[str]]:
-    found: dict[str, FloatArray | Sequence[str]] = {CONDITION: list(means.conditions)}
+    columns: dict[str, FloatArray | Sequence[str]] = {CONDITION: list(means.conditions)}
     for name, column in {**means.values, **means.outputs}.items():
         if name in signals:
-            found[signals[name].column] = _typed(signals[name], column)
+            columns[signals[name].column] = _typed(signals[name], column)
         else:
-            found[f"{name} [{kernel.variable(name).unit}]"] = column
-    return found | {f"{name}{SD} [{kernel.variable(name).unit}]": column for name, column in means.sd.items()}
+            columns[f"{name} [{kernel.variable(name).unit}]"] = column
+    return columns | {f"{name}{SD} [{kernel.variable(name).unit}]": column for name, column in means.sd.items()}
 
 
 def _numbers(values: Mapping[str, float | str]) -> dict[str, float | str]:

@@ -52,8 +52,8 @@ def read_toml(path: Path) -> dict[str, Any]:
 def _check_depth(text: str, name: str) -> None:
     """TomlError where a dotted key or brackets in one another have more than MOST_LEVELS levels."""
     dots = brackets = 0
-    for found in _TOKEN.finditer(text):
-        token = found[0]
+    for match in _TOKEN.finditer(text):
+        token = match[0]
         if token == ".":
             dots += 1
         elif token in "[{":
@@ -63,5 +63,5 @@ def _check_depth(text: str, name: str) -> None:
         if token in "\n=,[]{}":
             dots = 0
         if max(dots, brackets) >= MOST_LEVELS:
-            line = text.count("\n", 0, found.start()) + 1
+            line = text.count("\n", 0, match.start()) + 1
             raise TomlError(f"{name}, line {line}: a key or its value has more than {MOST_LEVELS} levels; it is not read.")

@@ -57,7 +57,7 @@ def number(element: Any, key: str, what: str, default: float | None = None, *, w
     needed = f"a whole number from 1 to {WHOLE:g} is needed" if whole else "a finite number is needed"
     if text is None:
         raise XmlError(f"{where}: {key} is missing; {needed}.")
-    found = float(text) if _NUMBER.fullmatch(text.strip()) else math.nan
-    if not math.isfinite(found) or (whole and not (1 <= found <= WHOLE and found == int(found))):
+    parsed = float(text) if _NUMBER.fullmatch(text.strip()) else math.nan
+    if not math.isfinite(parsed) or (whole and not (1 <= parsed <= WHOLE and parsed == int(parsed))):
         raise XmlError(f"{where}: {key} = {text[:40]!r}; {needed}.")
-    return found
+    return parsed

@@ -107,11 +107,11 @@ def serialised(content: Content, variables: Mapping[str, Variable]) -> bytes:
     return bytes(etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8"))
 
 
-def _value(name: str, found: Any, units: Mapping[str, BaseUnit], variables: Mapping[str, Variable]) -> float:
+def _value(name: str, element: Any, units: Mapping[str, BaseUnit], variables: Mapping[str, Variable]) -> float:
     if name not in variables or variables[name].causality not in SETTABLE:
         allowed = ", ".join(known for known, variable in variables.items() if variable.causality in SETTABLE)
         raise ParameterError(f"{name!r} is no parameter or input; allowed are {allowed}.")
-    variable, kind, text = variables[name], etree.QName(found).localname, found.get("value")
+    variable, kind, text = variables[name], etree.QName(element).localname, element.get("value")
     kinds = {"real": ("Real", "Integer"), "integer": ("Integer",), "boolean": ("Boolean",), "choice": ("Enumeration", "String", "Integer")}
     if kind not in kinds[variable.type]:
         raise ParameterError(f"{name} is given as {kind}; allowed is {' or '.join(kinds[variable.type])}.")
@@ -119,7 +119,7 @@ def _value(name: str, found: Any, units: Mapping[str, BaseUnit], variables: Mapp
         return variable.check(text)
     if kind == "Boolean":
         return variable.check(text.strip() in ("true", "1"))
-    unit = found.get("unit")
+    unit = element.get("unit")
     if unit is None or not math.isfinite(float(text)):
         return variable.check(float(text))
     wanted, source = base_unit(variable.unit), units[unit] if unit in units else base_unit(unit)

@@ -35,15 +35,15 @@ def headers(path: Path) -> tuple[str, ...]:
     with _explained(path):
         if is_parquet(path):
             with pa.parquet.ParquetFile(path) as file:
-                found = tuple(file.schema_arrow.names)
+                names = tuple(file.schema_arrow.names)
         else:
             options = pa.csv.ParseOptions(delimiter=delimiter_of(path))
             with pa.csv.open_csv(path, read_options=pa.csv.ReadOptions(block_size=CSV_BLOCK), parse_options=options) as reader:
-                found = tuple(reader.schema.names)
-    for name in found:
-        if found.count(name) > 1:
+                names = tuple(reader.schema.names)
+    for name in names:
+        if names.count(name) > 1:
             raise RecordError(f"{path.name}: two columns have the header {name!r}; give each its own.")
-    return found
+    return names
 
 
 def open_batches(path: Path, wanted: Sequence[str], done: Bytes) -> AbstractContextManager[Batches]:

@@ -57,9 +57,9 @@ def cannot(place: Path | str, error: OSError | OutputError, what: str = "it") ->
     passing = any(part.startswith(_OURS) for part in Path(place).parts)  # only what nobody is to see is named from within such a folder
     todo = "name another temporary folder in TMPDIR" if passing else "name another place"
     todo = f"free some space there, or {todo}" if cause.errno in _FULL else todo
-    found = OutputError(f"{place}: {what} cannot be written: {cause.strerror or cause}. {todo[0].upper()}{todo[1:]}.")
-    found.cause = cause
-    return found
+    failure = OutputError(f"{place}: {what} cannot be written: {cause.strerror or cause}. {todo[0].upper()}{todo[1:]}.")
+    failure.cause = cause
+    return failure
 
 
 @contextmanager
@@ -160,8 +160,8 @@ def _clear(folder: Path) -> None:
             return
         _cleared.add(key)
     with suppress(OSError), os.scandir(folder) as entries:
-        found = [entry.path for entry in entries if entry.name.startswith(_OURS) and entry.name.endswith(_LOCK) and _is_ours(entry)]
-        for path in found:
+        abandoned = [entry.path for entry in entries if entry.name.startswith(_OURS) and entry.name.endswith(_LOCK) and _is_ours(entry)]
+        for path in abandoned:
             lock = FileLock(path, thread_local=False)
             with suppress(OSError, Timeout, NotImplementedError):
                 lock.acquire(blocking=False)

@@ -28,15 +28,15 @@ Progress = Callable[[str], None]
 
 def facts(version: Version, part: str = CONTACT) -> Facts:
     """Everything that modelDescription.xml is made of."""
-    found, about = model_of(part), fmu_facts_of(part)
+    model, fmu_facts = model_of(part), fmu_facts_of(part)
     return Facts(
-        shown=about,
-        token=found.token,
-        variables=found.variables,
-        states=found.states,
-        laws=found.laws,
-        structure=found.structure(),
-        sources=source_names(version, about),
+        fmu=fmu_facts,
+        token=model.token,
+        variables=model.variables,
+        states=model.states,
+        laws=model.laws,
+        structure=model.structure(),
+        sources=source_names(version, fmu_facts),
         copyright=copyright_line(),
     )
 
@@ -107,25 +107,25 @@ def build_fmu(
     if not names:
         raise BuildError(f"an FMU without any binary was asked for; name a target, for example {host_target().fmi3_folder}.")
     usable(output.parent)
-    about, found = fmu_facts_of(part), model_of(part)
-    title = f"{about.model_name}, FMI {version}"
+    fmu_facts, model = fmu_facts_of(part), model_of(part)
+    title = f"{fmu_facts.model_name}, FMI {version}"
     progress(f"{title}: variables, dependencies, documentation")
-    tolerance = next((variable.start for variable in found.variables if variable.name == TOLERANCE), None)
+    tolerance = next((variable.start for variable in model.variables if variable.name == TOLERANCE), None)
     files = {
         "modelDescription.xml": model_description(version, part),
-        **found.documentation(about),
-        **terminal_files(about, found.variables, found.icon()),
-        **reference_files(about, tolerance, found.follow),
-        **source_files(version, about),
+        **model.documentation(fmu_facts),
+        **terminal_files(fmu_facts, model.variables, model.icon()),
+        **reference_files(fmu_facts, tolerance, model.follow),
+        **source_files(version, fmu_facts),
     }
     with temporary() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
 
         def compiled(name: str) -> bytes:
-            return compile_binary(version, TARGETS[name], about, folder / name)
+            return compile_binary(version, TARGETS[name], fmu_facts, folder / name)
 
         for name, data in zip(names, pool.map(compiled, names), strict=True):
             progress(f"{title}: compiled for {name}")
-            files[binary_name(version, TARGETS[name], about)] = data
+            files[binary_name(version, TARGETS[name], fmu_facts)] = data
     progress(f"{title}: write {output.name}")
     return archive.write(files, output)
 

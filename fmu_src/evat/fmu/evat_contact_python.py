@@ -166,11 +166,11 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
         return self.values.get(row["name"], row["start"])
 
     def _get_all(self, kind: Any, vrs: Iterable[int], convert: Callable[[Any], Any], nothing: Any) -> list[Any]:
-        found = []
+        numbers = []
         for vr in vrs:
             known = self._try(f"value reference {vr}", partial(self._row, kind, vr))
-            found.append(convert(self._get(vr)) if known else nothing)
-        return found
+            numbers.append(convert(self._get(vr)) if known else nothing)
+        return numbers
 
     def get_real(self, vrs: list[int]) -> list[float]:
         return self._get_all(Real, vrs, float, math.nan)
@@ -273,5 +273,5 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
         if hashlib.sha256(state[64:]).hexdigest().encode() != state[:64]:
             return {"unreadable": f"these {len(state)} bytes are no state of this FMU, or not the whole of one."}
-        found: dict[str, Any] = json.loads(state[64:])
-        return found
+        saved: dict[str, Any] = json.loads(state[64:])
+        return saved

@@ -60,7 +60,7 @@ def _contact(start: Mapping[str, float | str]) -> PartModel:
         kernel.states(),
         kernel.laws(),
         model_structure,
-        lambda shown: documentation.documentation_files(shown, variables),
+        lambda fmu_facts: documentation.documentation_files(fmu_facts, variables),
         picture.icon,
         follow,
     )
@@ -78,7 +78,7 @@ def _partner(part: str) -> PartModel:
         machine.states(part),
         (),
         lambda: machine_structure(part),
-        lambda shown: machine_documentation.documentation_files(shown, part),
+        lambda fmu_facts: machine_documentation.documentation_files(fmu_facts, part),
         lambda: picture.block(part, machine.variables(part)),
         follow,
     )
@@ -87,5 +87,5 @@ def _partner(part: str) -> PartModel:
 @lru_cache
 def model_of(part: str) -> PartModel:
     """The model of the FMU `part`, with the starts that it has there."""
-    shown = fmu_facts_of(part)
-    return _contact(shown.start) if shown.model == CONTACT else _partner(part)
+    fmu_facts = fmu_facts_of(part)
+    return _contact(fmu_facts.start) if fmu_facts.model == CONTACT else _partner(part)

@@ -56,7 +56,7 @@ def tables() -> bytes:
     return json.dumps(content, indent=1, sort_keys=True, allow_nan=False).encode() + b"\n"
 
 
-def _shown() -> FmuFacts:
+def _fmu_facts() -> FmuFacts:
     native = fmu.fmu_facts_of()
     flags = {
         "canHandleVariableCommunicationStepSize": True,
@@ -76,7 +76,7 @@ def _shown() -> FmuFacts:
 
 def model_description(token: str) -> bytes:
     """modelDescription.xml: the native FMU's, for co-simulation only."""
-    facts = dataclasses.replace(fmu.facts(2), shown=_shown(), token=token, sources=())
+    facts = dataclasses.replace(fmu.facts(2), fmu=_fmu_facts(), token=token, sources=())
     top = etree.fromstring(fmi2.model_description(facts))
     del top.attrib["numberOfEventIndicators"]
     for sources in top.iterfind("CoSimulation/SourceFiles"):
@@ -89,9 +89,9 @@ def model_description(token: str) -> bytes:
 
 def _page(token: str) -> bytes:
     environment = Environment(loader=PackageLoader("evat", "templates"), autoescape=True, undefined=StrictUndefined)
-    shown, laws = _shown(), kernel.laws()
+    fmu_facts, laws = _fmu_facts(), kernel.laws()
     text = environment.get_template("python_fmu.html.j2").render(
-        shown=shown,
+        fmu_facts=fmu_facts,
         version=__version__,
         token=token,
         laws=laws,

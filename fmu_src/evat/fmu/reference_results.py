@@ -23,8 +23,8 @@ _MANIFEST = {
 }
 
 
-def _table(shown: FmuFacts, run: Follow) -> bytes:
-    experiment, columns = shown.default_experiment, list(shown.reference_results["columns"])
+def _table(fmu_facts: FmuFacts, run: Follow) -> bytes:
+    experiment, columns = fmu_facts.default_experiment, list(fmu_facts.reference_results["columns"])
     first, last, step = (experiment[name] for name in ("startTime", "stopTime", "stepSize"))
     times = np.asarray(first + step * np.arange(round((last - first) / step) + 1), dtype=np.float64)
     values = run(times, columns)
@@ -34,20 +34,23 @@ def _table(shown: FmuFacts, run: Follow) -> bytes:
     return stream.getvalue()
 
 
-def _options(shown: FmuFacts, tolerance: float | None) -> bytes:
-    experiment = shown.default_experiment
+def _options(fmu_facts: FmuFacts, tolerance: float | None) -> bytes:
+    experiment = fmu_facts.default_experiment
     pairs = {"StartTime": experiment["startTime"], "StopTime": experiment["stopTime"], "StepSize": experiment["stepSize"]}
     if tolerance is not None:
         pairs["RelTol"] = tolerance
     return "".join(f"{name}, {text(value)}\n" for name, value in pairs.items()).encode()
 
 
-def reference_files(shown: FmuFacts, tolerance: float | None, run: Follow) -> dict[str, bytes]:
+def reference_files(fmu_facts: FmuFacts, tolerance: float | None, run: Follow) -> dict[str, bytes]:
     """The folder of the layered standard: manifest, results, options of the run.
 
     run : the columns of these names at these times, from a start at the first, all at start values, shape (times, names).
     """
-    contents = {f"{shown.model_name}_ref.csv": _table(shown, run), f"{shown.model_name}_ref.opt": _options(shown, tolerance)}
+    contents = {
+        f"{fmu_facts.model_name}_ref.csv": _table(fmu_facts, run),
+        f"{fmu_facts.model_name}_ref.opt": _options(fmu_facts, tolerance),
+    }
     identity = {f"{{{_NAMESPACE}}}{key}": value for key, value in _MANIFEST.items()}
     manifest = top("fmiReferences", identity, {"fmi-ls": _NAMESPACE})
     about = (

@@ -13,12 +13,12 @@ MADE_HERE = ("__pycache__", "_guide", "_lib", "_source")
 
 def digest(root: Path) -> str:
     """Over pages, tables and docstrings in the folders below `root`."""
-    found = hashlib.sha256()
+    hashed = hashlib.sha256()
     for part in PARTS:
         for path in sorted((root / part).rglob("*")):
             if path.suffix in MADE_FROM and not set(MADE_HERE) & set(path.relative_to(root).parts):
-                found.update(f"{path.relative_to(root).as_posix()}\0".encode() + path.read_bytes() + b"\0")
-    return found.hexdigest()
+                hashed.update(f"{path.relative_to(root).as_posix()}\0".encode() + path.read_bytes() + b"\0")
+    return hashed.hexdigest()
 
 
 def is_fresh(site: Path, root: Path) -> bool:

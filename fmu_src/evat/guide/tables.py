@@ -23,7 +23,7 @@ OF_SETS = ("names", "load", "load_ssv", "save_ssv")
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """mkdocs: a page before it becomes HTML."""
-    return MARK.sub(lambda found: TABLES[found[2]]() if found[1] == "table" else _included(found[2]), markdown)
+    return MARK.sub(lambda match: TABLES[match[2]]() if match[1] == "table" else _included(match[2]), markdown)
 
 
 def _included(path: str) -> str:
@@ -120,8 +120,8 @@ def _effects_in_full() -> str:
 
 
 def _sets() -> str:
-    found = map(parameter_sets.load, parameter_sets.names())
-    rows = ((_code(each.name), _text(each.title), ", ".join(map(_code, each.effects))) for each in found)
+    shipped = map(parameter_sets.load, parameter_sets.names())
+    rows = ((_code(each.name), _text(each.title), ", ".join(map(_code, each.effects))) for each in shipped)
     return _table(("set", "what it is", "effects on"), rows)
 
 

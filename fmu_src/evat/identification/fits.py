@@ -23,11 +23,11 @@ FEW = 30  # numbers of a channel, from whose residual the noise is told badly
 
 def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, ChannelFit]:
     floor, error, rows = repeatability(prediction), relative_error(prediction, residual), prediction.recordings(residual)
-    found = {}
+    fits = {}
     for channel in error:
         places = prediction.places(channel)
         rms, whole = (float(np.sqrt(np.mean(column[places] ** 2))) for column in (residual, prediction.measured))
-        found[channel] = ChannelFit(
+        fits[channel] = ChannelFit(
             rms=rms,
             share=rms / whole if whole else math.inf,
             relative_error=error[channel],
@@ -35,7 +35,7 @@ def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, ChannelFi
             follows_itself=lag_one_correlation(rows.get(channel, [])),
             samples=places.size,
         )
-    return found
+    return fits
 
 
 def held_out_fits(model: Model, kept: Experiment | None, values: Mapping[str, float | str], on: Sequence[str]) -> dict[str, ChannelFit]:
@@ -47,27 +47,27 @@ def held_out_fits(model: Model, kept: Experiment | None, values: Mapping[str, fl
 
 def fit_doubts(aim: Objective, fits: Mapping[str, ChannelFit], whiten: bool) -> list[str]:
     """What should be read before a number is used: a sentence each."""
-    found = []
+    doubts = []
     for channel, fit in fits.items():
         if fit.relative_error > POOR:
-            found.append(
+            doubts.append(
                 f"{channel}: the identified model misses {100 * fit.relative_error:.0f} % of it (eq. 9). These parameters say nothing; "
                 "check units, signs and the choice of the law before anything else."
             )
         if fit.rms > ABOVE_NOISE * fit.noise:
-            found.append(
+            doubts.append(
                 f"{channel}: the residual is {fit.rms / fit.noise:.1f} times the noise that the repeats show: the model misses something. "
                 "The intervals count noise, not what the model lacks: they are too narrow."
             )
         if fit.samples < FEW and math.isnan(fit.noise) and not aim.has_sd(channel):
-            found.append(
+            doubts.append(
                 f"{channel}: {fit.samples} numbers, neither repeated nor with a standard deviation: their noise was guessed from what "
                 f"the fit leaves of them, and the intervals may be too narrow. State their sd (of averages as {channel}_sd)."
             )
         if fit.follows_itself > SLOW and math.isnan(fit.noise):
             how = "whitened" if whiten and aim.kind == "least_squares" else "with wider intervals for it"
-            found.append(
+            doubts.append(
                 f"{channel}: neighbouring residuals are correlated ({fit.follows_itself:.2f}); noise that is slow, or something that the "
                 f"model lacks. It was fitted {how}; repeats of a condition would tell which."
             )
-    return found
+    return doubts

@@ -55,11 +55,11 @@ class Objective:
 
     def places(self, channel: str) -> npt.NDArray[np.bool_]:
         """Which numbers of the long vector belong to a channel: a mask."""
-        found = np.zeros(self.prediction.measured.size, dtype=bool)
+        mask = np.zeros(self.prediction.measured.size, dtype=bool)
         for segment in self.prediction.segments:
             if segment.channel == channel:
-                found[segment.at] = True
-        return found
+                mask[segment.at] = True
+        return mask
 
     @property
     def at_once(self) -> int:
@@ -77,12 +77,12 @@ class Objective:
     def costs(self, points: FloatArray) -> FloatArray:
         """(K, p) -> (K,). A point's cost depends on nothing but the point: not on its neighbours, threads or chunks."""
         most = self.at_once
-        found = np.empty(len(points))
+        values = np.empty(len(points))
         for first in range(0, len(points), most):
             rows = self.predicted(points[first : first + most])
             rows -= self.prediction.measured
-            found[first : first + most] = [self.cost(row) for row in rows]
-        return found
+            values[first : first + most] = [self.cost(row) for row in rows]
+        return values
 
     def cost(self, residual: FloatArray) -> float:
         """Of one residual, calculated less measured; FAILED where it is not finite."""
@@ -121,9 +121,9 @@ def slopes(
 
 def relative_error(prediction: Prediction, residual: FloatArray) -> dict[str, float]:
     """The paper's eq. 9 of each channel."""
-    found: dict[str, list[float]] = {}
+    squares: dict[str, list[float]] = {}
     for segment in prediction.segments:
-        sums = found.setdefault(segment.channel, [0.0, 0.0])
+        sums = squares.setdefault(segment.channel, [0.0, 0.0])
         sums[0] += float(np.abs(residual[segment.at]).sum())
         sums[1] += float(np.abs(prediction.measured[segment.at]).sum())
-    return {channel: difference / whole if whole else float("inf") for channel, (difference, whole) in found.items()}
+    return {channel: difference / whole if whole else float("inf") for channel, (difference, whole) in squares.items()}

@@ -34,9 +34,9 @@ class _Runs:
         self._at, self._slopes = np.empty(0), np.empty((0, 0))
 
     def whole(self, moved: FloatArray) -> FloatArray:
-        found = self.point.copy()
-        found[self.free] = moved
-        return found
+        point = self.point.copy()
+        point[self.free] = moved
+        return point
 
     def residual(self, moved: FloatArray) -> FloatArray:
         self.calls += 1 + len(moved)
@@ -68,7 +68,7 @@ def descend(
     if not free.any():
         return point, float(losses(objective, loss, point[None, :])[0]), 1
     begin = np.clip(point[free], 1e-9, 1 - 1e-9)
-    found = least_squares(
+    solution = least_squares(
         runs.residual,
         begin,
         runs.slopes,
@@ -80,7 +80,7 @@ def descend(
         xtol=exact,
         gtol=1e-12,
     )
-    return runs.whole(found.x), float(found.cost), runs.calls
+    return runs.whole(solution.x), float(solution.cost), runs.calls
 
 
 def losses(objective: Objective, loss: Loss, points: FloatArray) -> FloatArray:

@@ -72,10 +72,10 @@ def _side(
     points, end, is_open = _walk(objective, optimum, place, way, limit, strict, optimum.point, 0.0, sd)
     valleys = False
     for again in range(VALLEYS):
-        found = None if is_open else _beyond(objective, optimum, place, way, limit, strict, end, again)
-        if found is None:
+        beyond = None if is_open else _beyond(objective, optimum, place, way, limit, strict, end, again)
+        if beyond is None:
             break
-        point, rise = found
+        point, rise = beyond
         valleys = True
         points.append((float(point[place]), rise))
         more, end, is_open = _walk(objective, optimum, place, way, limit, strict, point, float(np.sqrt(max(rise, 0.0))), FIRST)
@@ -105,20 +105,20 @@ def _walk(
         at = bound if (bound - at) * way <= 0 else at
         rise, warm = _rise(objective, optimum, place, at, warm, strict)
         points.append((at, rise))
-        found = float(np.sqrt(max(rise, 0.0)))
-        if abs(found - root) < NEAR * root:
+        rise_root = float(np.sqrt(max(rise, 0.0)))
+        if abs(rise_root - root) < NEAR * root:
             return points, at, False
-        if found < root:
+        if rise_root < root:
             if at == bound:
                 return points, bound, True
-            inner, inner_root = at, found
+            inner, inner_root = at, rise_root
         else:
-            outer, outer_root = at, found
+            outer, outer_root = at, rise_root
         if np.isfinite(outer_root):  # between two points: as a straight line, but well inside
             share = (root - inner_root) / (outer_root - inner_root)
             at = inner + min(max(share, 0.1), 0.9) * (outer - inner)
         else:  # beyond all points: at most four times as far
-            at = centre + (at - centre) * min(max(root / max(found, 1e-3), 1.3), 4.0)
+            at = centre + (at - centre) * min(max(root / max(rise_root, 1e-3), 1.3), 4.0)
     end = inner + (root - inner_root) / (outer_root - inner_root) * (outer - inner) if np.isfinite(outer_root) else inner
     return points, float(end), False
 

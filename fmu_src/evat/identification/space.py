@@ -100,7 +100,7 @@ def space(
         raise ParameterError(f"{repeated[0]} is named twice among the free parameters; name it once.")
     if stray := sorted(set(bounds) - set(free)):
         raise ParameterError(f"bounds are given for {', '.join(stray)}, not free here; free are {', '.join(free)}.")
-    found = []
+    free_variables = []
     for name in free:
         if name not in known:
             near = difflib.get_close_matches(name, known, n=3)
@@ -114,8 +114,8 @@ def space(
         if name in owner and owner[name] not in on:
             raise ParameterError(f"free parameter {name!r} belongs to the effect {owner[name]}, which is off; switch it on, or drop it.")
         start = float(nominal.get(name, variable.start))
-        found.append(Free(variable, start, *_bounds(variable, start, bounds.get(name))))
-    return Space(tuple(found))
+        free_variables.append(Free(variable, start, *_bounds(variable, start, bounds.get(name))))
+    return Space(tuple(free_variables))
 
 
 def _bounds(variable: Variable, start: float, given: tuple[float, float] | None) -> tuple[float, float]:

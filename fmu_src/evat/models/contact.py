@@ -84,7 +84,7 @@ class ContactModel(kernel.ContactTables):
             periods = np.array([SETTLING_TIME])
             still = {"averaging_window": SETTLING_TIME / 2}
         count = max([np.size(value) for value in values.values() if np.ndim(value) == 1], default=1)
-        found = {name: np.full(count, np.nan) for name in names}
+        outputs = {name: np.full(count, np.nan) for name in names}
         periods = np.broadcast_to(periods, count)
         for period in np.unique(periods):  # sets share a clock where they share a period
             places = np.flatnonzero(periods == period)
@@ -92,8 +92,8 @@ class ContactModel(kernel.ContactTables):
             run = Run(np.array([0.0, period]), {}, tuple(names))
             rows = self.simulate_many(run, on, {**chosen, **still})  # a subclass may run it elsewhere
             for name in names:
-                found[name][places] = rows[name][:, -1]
-        return found
+                outputs[name][places] = rows[name][:, -1]
+        return outputs
 
     def cycle_time(self, values: Mapping[str, float | str]) -> float:
         """The vibration's period; nan where the motion is given from outside."""

@@ -149,18 +149,18 @@ class Driver:
             if name not in self.variables:
                 raise ParameterError(f"the FMU has no variable {name!r}.")
         self.prepare(names, run.outputs, float(times[0]), float(times[-1]))
-        found = np.empty((times.size, len(run.outputs)))
+        rows = np.empty((times.size, len(run.outputs)))
         self.set("first inputs", table[0])
         self.begin()
-        self.get("first outputs", found[0])
+        self.get("first outputs", rows[0])
         for n in range(1, times.size):
             at = f"step to t = {times[n]:.9g} s"
             self.step(at, times[n - 1], times[n] - times[n - 1], table[n - 1], table[n])
-            self.get(at, found[n])
+            self.get(at, rows[n])
             if progress is not None and n % 256 == 0:
                 progress(n / times.size)
         self.end()
-        return found
+        return rows
 
     def prepare(self, inputs: Sequence[str], outputs: Sequence[str], start: float, stop: float) -> None:
         """Enter the initialisation; from here on `set`, `step` and `get` take the values of these inputs and outputs."""
@@ -270,10 +270,10 @@ def drive(
     call fails.
     """
     with Driver(fmu, values, relative_tolerance) as driver:
-        found = driver.follow(run, progress)
+        rows = driver.follow(run, progress)
         return Trace(
             times=run.times,
-            columns={name: found[:, place].copy() for place, name in enumerate(run.outputs)},
+            columns={name: rows[:, place].copy() for place, name in enumerate(run.outputs)},
             units={name: _unit(driver.variables[name]) for name in run.outputs},
             made_by={
                 "fmu": fmu.name,

@@ -306,10 +306,10 @@ class ReferenceContact:
 
     def get(self, name: str) -> Value:
         """An output at the last evaluated moment, an input or a parameter."""
-        found: Value | None = self.out.get(name, self.p.get(name))
-        if found is None:
+        value: Value | None = self.out.get(name, self.p.get(name))
+        if value is None:
             raise ContactError(f"there is no variable {name!r} in this contact.")
-        return found
+        return value
 
     def state(self) -> dict[str, Any]:
         """Everything there is, as plain numbers and words; `restore` takes it back exactly."""
@@ -653,8 +653,8 @@ class Step:
             m = moments[n]
             return contact._cutting(m, z, *held).dz if contact._current_angle else contact.law.rate(contact._slide(m.tau, m.v, *held), z)
 
-        found = collocate(rate, z, h, contact.p["F_C"] / contact.p["sigma0"])
-        return [(z_n, contact._cutting(m, z_n, *held)) for m, z_n in zip(moments, found, strict=True)] if found else []
+        deflections = collocate(rate, z, h, contact.p["F_C"] / contact.p["sigma0"])
+        return [(z_n, contact._cutting(m, z_n, *held)) for m, z_n in zip(moments, deflections, strict=True)] if deflections else []
 
     def held(self, tau: float, z: float, point: Point) -> list[float]:
         """The watched numbers, each turned so that it is below 0 once it has changed its sign."""
@@ -666,8 +666,8 @@ class Step:
         """Length of the step that ends just behind the first event in it, and the place of the number that changed; or h and None."""
 
         def at_end(length: float) -> list[float]:
-            found = self.nodes(self.tau, self.contact.z, length)
-            return self.held(self.tau + length, *found[-1]) if found else [math.nan]
+            nodes = self.nodes(self.tau, self.contact.z, length)
+            return self.held(self.tau + length, *nodes[-1]) if nodes else [math.nan]
 
         for c, now in zip(NODES, self.nodes(self.tau, self.contact.z, h), strict=False):
             if min(self.held(self.tau + c * h, *now)) < 0 and min(at_end(c * h)) < 0:

@@ -106,7 +106,7 @@ def _clock(run: Run, at: FloatArray | None) -> tuple[FloatArray, np.ndarray[Any,
 
 def _columns(run: Run, clock: FloatArray, count: int) -> tuple[tuple[int, ...], FloatArray, FloatArray | None]:
     """Inputs on the clock: (n, inputs) where all sets share them, (K, n, inputs) where some have their own."""
-    indices, found = [], []
+    indices, columns = [], []
     for name, column in run.inputs.items():
         known, given = kernel.variable(name), np.asarray(column, dtype=np.float64)
         if known.causality != "input":
@@ -117,10 +117,14 @@ def _columns(run: Run, clock: FloatArray, count: int) -> tuple[tuple[int, ...], 
             kernel.check_column(known, one)
         on_clock = [np.interp(clock, run.times, one) for one in np.atleast_2d(given)]
         indices.append(known.index)
-        found.append(np.array(on_clock) if given.ndim == 2 else on_clock[0])
-    if all(column.ndim == 1 for column in found):
-        return tuple(indices), np.ascontiguousarray(np.column_stack(found)) if found else np.empty((clock.size, 0)), None
-    return tuple(indices), np.empty((clock.size, 0)), np.stack([np.broadcast_to(column, (count, clock.size)) for column in found], axis=-1)
+        columns.append(np.array(on_clock) if given.ndim == 2 else on_clock[0])
+    if all(column.ndim == 1 for column in columns):
+        return tuple(indices), np.ascontiguousarray(np.column_stack(columns)) if columns else np.empty((clock.size, 0)), None
+    return (
+        tuple(indices),
+        np.empty((clock.size, 0)),
+        np.stack([np.broadcast_to(column, (count, clock.size)) for column in columns], axis=-1),
+    )
 
 
 def _blocks(count: int, columns: Mapping[int, FloatArray], lanes: int) -> Iterator[np.ndarray[Any, np.dtype[np.intp]]]:
@@ -169,10 +173,10 @@ def _follow(
     for place, index in enumerate(plan.inputs):
         held[index] = table[0, place]
     status = loaded.kernel_start(block, plan.times[0])
-    if status != loaded.KERNEL_OK:
+    if status != loaded.STATUS_OK:
         return status, {}
     rows_count, width = int(plan.keep.sum()), len(plan.outputs)
-    found = {"rows": np.empty((rows_count, width, lanes))} if plan.give == "rows" else {"sums": np.zeros((width, lanes))}
+    arrays = {"rows": np.empty((rows_count, width, lanes))} if plan.give == "rows" else {"sums": np.zeros((width, lanes))}
     record.count, record.times, record.keep = (
         plan.times.size,
         *map(ffi.from_buffer, ("double[]", "unsigned char[]"), (plan.times, plan.keep)),
@@ -181,13 +185,13 @@ def _follow(
     record.input_count, record.input_index, record.inputs = len(plan.inputs), inputs, ffi.from_buffer("double[]", table)
     record.per_lane, record.most_steps = plan.each is not None, plan.most_steps
     answer.output_count, answer.output_index = width, outputs
-    for name, array in found.items():
+    for name, array in arrays.items():
         setattr(answer, name, ffi.from_buffer("double[]", array))
     if plan.data is not None:
-        found["squares"] = np.zeros((width, lanes))
-        answer.squares, answer.data = ffi.from_buffer("double[]", found["squares"]), ffi.from_buffer("double[]", plan.data)
-    status = loaded.kernel_follow(block, record, answer, stop)
-    return status, {name: np.moveaxis(array, -1, 0)[: places.size] for name, array in found.items()}
+        arrays["squares"] = np.zeros((width, lanes))
+        answer.squares, answer.data = ffi.from_buffer("double[]", arrays["squares"]), ffi.from_buffer("double[]", plan.data)
+    status = loaded.kernel_run_record(block, record, answer, stop)
+    return status, {name: np.moveaxis(array, -1, 0)[: places.size] for name, array in arrays.items()}
 
 
 def run_many(
@@ -295,18 +299,18 @@ def _gathered(
     stop, room = ffi.new("int *"), _Room()
 
     def follow(places: np.ndarray[Any, np.dtype[np.intp]], lanes: int) -> int:
-        status, found = _follow(plan, places, lanes, room, stop)
-        if status == loaded.KERNEL_OK:
-            for name, array in found.items():
+        status, arrays = _follow(plan, places, lanes, room, stop)
+        if status == loaded.STATUS_OK:
+            for name, array in arrays.items():
                 whole[name][places] = array
         return status
 
     def work(places: np.ndarray[Any, np.dtype[np.intp]]) -> int:
-        if places.size >= FEWEST and follow(places, MANY_LANES) in (loaded.KERNEL_OK, loaded.KERNEL_STOPPED):
+        if places.size >= FEWEST and follow(places, MANY_LANES) in (loaded.STATUS_OK, loaded.STATUS_STOPPED):
             return places.size
         for place in places:  # too few, or one of them spoils the block: each alone
             status = follow(np.array([place]), 1)
-            if status not in (loaded.KERNEL_OK, loaded.KERNEL_STOPPED):
+            if status not in (loaded.STATUS_OK, loaded.STATUS_STOPPED):
                 failed[int(place)] = kernel.status_text(status)
         return places.size
 

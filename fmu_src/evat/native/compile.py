@@ -154,24 +154,24 @@ def machine_names(root: Path) -> tuple[str, ...]:
 
 
 def model_sources(root: Path, part: str = CONTACT) -> list[Path]:
-    """The C files of the model in the FMU `part`: the kernel, or a partner with what all partners share."""
+    """The C files of the model in the FMU `part`: the kernel, or a partner with what all partners and what all models share."""
     if part == CONTACT:
         return kernel_sources(root)
     if part not in machine_names(root):
         raise CompileError(f"there is no part {part!r}; allowed are {', '.join((CONTACT, *machine_names(root)))}.")
-    return [*sorted((root / "machines").glob("*.c")), root / "machines" / "parts" / f"{part}.c"]
+    return [root / "kernel" / "shared.c", *sorted((root / "machines").glob("*.c")), root / "machines" / "parts" / f"{part}.c"]
 
 
 def model_headers(root: Path, part: str = CONTACT) -> list[Path]:
-    """The headers that model and shell of `part` are compiled with, without the FMU's own model.h."""
+    """The headers that model and shell of `part` are compiled with."""
     model = sorted((root / "kernel").rglob("*.h"))
     if part != CONTACT:
-        model = [*sorted((root / "machines").rglob("*.h")), root / "kernel" / "tables.h"]
+        model = [*sorted((root / "machines").rglob("*.h")), root / "kernel" / "shared.h", root / "kernel" / "tables.h"]
     return [*model, *sorted((root / "fmi").glob("*.h"))]
 
 
 def shell_sources(root: Path, version: int | str) -> list[Path]:
-    """The C files of the FMI 2 or FMI 3 shell (`version` 2 or 3), without the kernel's, sorted."""
+    """The C files of the FMI 2 or FMI 3 shell (`version` 2 or 3), without the model's, sorted."""
     other = {"2": "fmi3", "3": "fmi2"}.get(str(version))
     if other is None:
         raise CompileError(f"FMI version {version!r}: allowed is 2 or 3.")
@@ -181,7 +181,7 @@ def shell_sources(root: Path, version: int | str) -> list[Path]:
 def include_folders(root: Path, part: str = CONTACT) -> tuple[Path, ...]:
     """Where the headers of model and shell are; `fmi_headers` has the FMI standard's."""
     model = "kernel" if part == CONTACT else "machines"
-    return tuple(folder for folder in (root / model, root / "fmi", root / "fmus" / part) if folder.is_dir())
+    return (root / model, root / "fmi")
 
 
 def fmi_headers() -> Path:
@@ -237,8 +237,8 @@ def compile_library(
     if target.system == "linux" and link and not sanitize:
         command.append("-flto")  # across files a seventh of each step goes; the linkers for the other systems refuse it
     with _scratch_folder(output) as scratch:
-        if shown := [f'#include "{header}"\n' for header in exports]:
-            text = "#pragma GCC visibility push(default)\n" + "".join(shown) + "#pragma GCC visibility pop\n"
+        if includes := [f'#include "{header}"\n' for header in exports]:
+            text = "#pragma GCC visibility push(default)\n" + "".join(includes) + "#pragma GCC visibility pop\n"
             (scratch / "exports.h").write_text(text, encoding="ascii")
             command += ["-include", "exports.h"]
         if link:

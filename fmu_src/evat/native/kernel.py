@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -87,18 +87,19 @@ def variables() -> tuple[Variable, ...]:
     >>> F_C.unit, F_C.min, F_C.max, F_C.meaning
     ('N', 1e-06, 1000000.0, 'Coulomb friction force')
     """
-    return read_table(*library())
-
-
-def read_table(ffi: Any, loaded: Any) -> tuple[Variable, ...]:
-    """Every quantity of a compiled model, in the order of its value references."""
+    ffi, loaded = library()
     rows = [loaded.kernel_variable(index) for index in range(loaded.kernel_variable_count())]
-    found = []
+    return read_table(ffi, rows, loaded.kernel_derivative_of)
+
+
+def read_table(ffi: Any, rows: Sequence[Any], derivative_of: Callable[[int], int]) -> tuple[Variable, ...]:
+    """Every quantity of a compiled model, from the rows of its table, in the order of its value references."""
+    table = []
     for index, row in enumerate(rows):
         choices: list[str] = []
         while row.choices != ffi.NULL and row.choices[len(choices)] != ffi.NULL:
             choices.append(cffi_text(ffi, row.choices[len(choices)]))
-        found.append(
+        table.append(
             Variable(
                 name=cffi_text(ffi, row.name),
                 unit=cffi_text(ffi, row.unit),
@@ -113,13 +114,13 @@ def read_table(ffi: Any, loaded: Any) -> tuple[Variable, ...]:
                 causality=CAUSALITIES[row.causality],
                 variability=VARIABILITIES[row.variability],
                 choices=tuple(choices),
-                derivative_of=cffi_text(ffi, rows[of].name) if (of := loaded.kernel_derivative_of(index)) else None,
+                derivative_of=cffi_text(ffi, rows[of].name) if (of := derivative_of(index)) else None,
                 neutral=row.neutral,
                 required_with=_names(cffi_text(ffi, row.required_with)),
                 index=index,
             )
         )
-    return tuple(found)
+    return tuple(table)
 
 
 @functools.lru_cache(maxsize=1)
@@ -160,10 +161,10 @@ def laws() -> tuple[Law, ...]:
     ['coulomb', 'lugre', 'dahl', 'karnopp', 'bristle', 'reset_integrator']
     """
     ffi, loaded = library()
-    found, at = [], loaded.BASE_COUNT
+    table, at = [], loaded.BASE_COUNT
     for place, name in enumerate(variable("friction_law").choices):
         row = loaded.kernel_law(place)
-        found.append(
+        table.append(
             Law(
                 name=name,
                 meaning=_text(row.meaning),
@@ -175,7 +176,7 @@ def laws() -> tuple[Law, ...]:
             )
         )
         at += row.count
-    return tuple(found)
+    return tuple(table)
 
 
 @functools.lru_cache(maxsize=1)
@@ -200,11 +201,11 @@ def effects() -> tuple[Effect, ...]:
     ['thermal_softening.k_Q', 'thermal_softening.Q']
     """
     _, loaded = library()
-    found = []
+    table = []
     for place in range(loaded.kernel_effect_count()):
         row, at = loaded.kernel_effect(place), loaded.kernel_effect_switch(place)
         own = variables()[at : at + row.count]
-        found.append(
+        table.append(
             Effect(
                 name=own[0].name,
                 meaning=own[0].meaning,
@@ -218,7 +219,7 @@ def effects() -> tuple[Effect, ...]:
                 states=own[row.count - 2 * row.states : row.count - row.states],
             )
         )
-    return tuple(found)
+    return tuple(table)
 
 
 def states() -> tuple[str, ...]:
@@ -264,11 +265,11 @@ def check_values(values: Mapping[str, float | int | bool | str], on: Sequence[st
 
 def by_choice(values: Mapping[str, float]) -> dict[str, float | str | bool]:
     """Values with choices by their names and switches as yes or no: what FMUs and people take."""
-    found: dict[str, float | str | bool] = {}
+    chosen: dict[str, float | str | bool] = {}
     for name, number in values.items():
         known = variable(name)
-        found[name] = known.choices[int(number)] if known.type == "choice" else bool(number) if known.type == "boolean" else number
-    return found
+        chosen[name] = known.choices[int(number)] if known.type == "choice" else bool(number) if known.type == "boolean" else number
+    return chosen
 
 
 class Contact:
@@ -308,7 +309,7 @@ class Contact:
             self._contact.value[variable(name).index][0] = number
 
     def _done(self, status: int, doing: str) -> None:
-        if status != self._library.KERNEL_OK:
+        if status != self._library.STATUS_OK:
             text = self._ffi.new("char[512]")
             self._library.kernel_explain(self._contact, status, text, 512)
             raise SimulationError(f"{doing} at t = {self.time:.9g} s: {_text(text)}.")
@@ -328,8 +329,8 @@ class Contact:
 
     def set(self, name: str, value: float | int | bool | str) -> None:
         """Set one parameter, input or state; ParameterError outside its bounds."""
-        found = variable(name)
-        self._done(self._library.kernel_set(self._contact, found.index, 0, found.check(value)), f"setting {name}")
+        known = variable(name)
+        self._done(self._library.kernel_set(self._contact, known.index, 0, known.check(value)), f"setting {name}")
 
     def get(self, name: str) -> float:
         return float(self._contact.value[variable(name).index][0])
@@ -359,9 +360,9 @@ class Contact:
 
     def indicators(self) -> FloatArray:
         """Event indicators at the present time, in the order of kernel.indicators()."""
-        found = self._ffi.new("double[][1]", len(indicators()))
-        self._library.kernel_indicators(self._contact, found)
-        return np.array([row[0] for row in found])
+        indicator = self._ffi.new("double[][1]", len(indicators()))
+        self._library.kernel_indicators(self._contact, indicator)
+        return np.array([row[0] for row in indicator])
 
     def next_event(self) -> float:
         """Time of the next averaging-window end [s], inf where there is none."""
@@ -369,10 +370,10 @@ class Contact:
 
     def derivative(self, unknown: str, known: str) -> float:
         """d unknown / d known (an input or a state) at the present point, SI."""
-        found = self._ffi.new("double *")
-        status = self._library.kernel_derivative(self._contact, variable(unknown).index, variable(known).index, found)
+        quotient = self._ffi.new("double *")
+        status = self._library.kernel_derivative(self._contact, variable(unknown).index, variable(known).index, quotient)
         self._done(status, f"derivative of {unknown}")
-        return float(found[0])
+        return float(quotient[0])
 
     def copy(self) -> Contact:
         """An independent copy, in mid-cycle too."""
@@ -422,23 +423,23 @@ class Contact:
                 raise ParameterError(f"{name} has {np.size(column)} samples, the clock has {times.size}.")
             check_column(variable(name), np.asarray(column, dtype=np.float64))
         table = np.ascontiguousarray(np.column_stack(list(columns.values())) if columns else np.empty((times.size, 0)), dtype=np.float64)
-        found = np.empty((times.size, len(names)))
+        recorded = np.empty((times.size, len(names)))
         places, wanted = (ffi.new("int[]", [variable(name).index for name in some]) for some in (columns, names))
         record, answer = ffi.new("struct Record *"), ffi.new("struct Yield *")
         record.count, record.times = times.size, ffi.from_buffer("double[]", times)
         record.input_count, record.input_index, record.inputs = len(columns), places, ffi.from_buffer("double[]", table)
-        answer.output_count, answer.output_index, answer.rows = len(names), wanted, ffi.from_buffer("double[]", found)
-        status = self._library.kernel_follow(self._contact, record, answer, ffi.NULL)
+        answer.output_count, answer.output_index, answer.rows = len(names), wanted, ffi.from_buffer("double[]", recorded)
+        status = self._library.kernel_run_record(self._contact, record, answer, ffi.NULL)
         self._done(status, f"sample {answer.samples_done} of {times.size}")
-        return found
+        return recorded
 
 
-def check_column(found: Variable, column: FloatArray) -> None:
-    bad = ~np.isfinite(column) | (column < found.min) | (column > found.max)
+def check_column(known: Variable, column: FloatArray) -> None:
+    bad = ~np.isfinite(column) | (column < known.min) | (column > known.max)
     if np.any(bad):
         row = int(np.argmax(bad))
         raise ParameterError(
-            f"{found.name}, sample {row}: {column[row]:g} {found.unit}; allowed are finite values from {found.min:g} to {found.max:g}. "
+            f"{known.name}, sample {row}: {column[row]:g} {known.unit}; allowed are finite values from {known.min:g} to {known.max:g}. "
             "Mend or cut the record; nothing is filled in."
         )
 

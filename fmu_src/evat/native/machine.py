@@ -23,36 +23,38 @@ def names() -> tuple[str, ...]:
 @functools.cache
 def _loaded(part: str) -> tuple[Any, Any]:
     ffi = cffi.FFI()
-    root = source_root()
-    ffi.cdef(declarations((root / "kernel" / "tables.h", root / "machines" / "machine.h")).replace("extern const struct Part part;", ""))
+    headers = (source_root() / name for name in ("kernel/tables.h", "fmi/model.h", "machines/machine.h"))
+    ffi.cdef(declarations(headers).replace("extern const struct Part part;", ""))
     return ffi, open_library(ffi, machine_library_path(part))
 
 
 @functools.cache
 def variables(part: str) -> tuple[Variable, ...]:
     """Every quantity of a partner, in the order of its value references."""
-    return read_table(*_loaded(part))
+    ffi, library = _loaded(part)
+    rows = [library.model_variable(index) for index in range(library.model_variable_count())]
+    return read_table(ffi, rows, library.model_derivative_of)
 
 
 @functools.cache
 def states(part: str) -> tuple[str, ...]:
     """Names of its continuous states."""
     _, library = _loaded(part)
-    return tuple(variables(part)[library.kernel_state(place)].name for place in range(library.kernel_state_count()))
+    return tuple(variables(part)[library.model_state(place)].name for place in range(library.model_state_count()))
 
 
 def token(part: str) -> str:
     """Hash over its table: GUID / instantiation token of its FMUs."""
     ffi, library = _loaded(part)
     text = ffi.new("char[39]")
-    library.kernel_token(text)
+    library.model_token(text)
     return cffi_text(ffi, text)
 
 
 def equations(part: str) -> str:
     """What it computes, for people."""
     ffi, library = _loaded(part)
-    return cffi_text(ffi, library.kernel_equations())
+    return cffi_text(ffi, library.machine_equations())
 
 
 class Machine:
@@ -61,10 +63,10 @@ class Machine:
     def __init__(self, part: str, values: Mapping[str, float | str] | None = None) -> None:
         self.part = part
         self._ffi, self._library = _loaded(part)
-        self._machine = self._ffi.new("struct Contact *")
+        self._machine = self._ffi.new("struct Model *")
         self._taken = self._ffi.new("double *")
         self._variables = {variable.name: variable for variable in variables(part)}
-        self._library.kernel_reset(self._machine)
+        self._library.model_reset(self._machine)
         for name, value in (values or {}).items():
             self.set(name, value)
 
@@ -73,30 +75,38 @@ class Machine:
             raise ParameterError(f"{self.part} has no variable {name!r}; it has {', '.join(self._variables)}.")
         return self._variables[name]
 
+    def _input(self, name: str) -> Variable:
+        variable = self._variable(name)
+        if variable.causality != "input":
+            inputs = ", ".join(v.name for v in self._variables.values() if v.causality == "input")
+            raise ParameterError(f"{self.part}: {name} is no input, and has no rate; inputs are {inputs or 'none'}.")
+        return variable
+
     def _done(self, status: int, doing: str) -> None:
-        if status != self._library.KERNEL_OK:
-            said = cffi_text(self._ffi, self._library.kernel_status_text(status))
-            raise SimulationError(f"{self.part}, {doing} at t = {self.time:.9g} s: {said}.")
+        if status != self._library.STATUS_OK:
+            text = self._ffi.new("char[512]")
+            self._library.model_explain(self._machine, status, text, 512)
+            raise SimulationError(f"{self.part}, {doing} at t = {self.time:.9g} s: {cffi_text(self._ffi, text)}.")
 
     @property
     def time(self) -> float:
-        return float(self._machine.value[0][0])
+        return float(self._library.model_get(self._machine, self._library.MODEL_TIME))
 
     @time.setter
     def time(self, value: float) -> None:
-        self._machine.value[0][0] = value
+        self._library.model_lead(self._machine, self._library.MODEL_TIME, value)
 
     def set(self, name: str, value: float | str) -> None:
         """Set one parameter, input or state; ParameterError outside its bounds."""
-        found = self._variable(name)
-        self._done(self._library.kernel_set(self._machine, found.index, 0, found.check(value)), f"setting {name}")
+        variable = self._variable(name)
+        self._done(self._library.model_set(self._machine, variable.index, variable.check(value)), f"setting {name}")
 
     def slope(self, name: str, rate: float) -> None:
         """The rate of an input [its unit per second] until it is given anew."""
-        self._machine.slope[self._variable(name).index - self._library.INPUT_FIRST][0] = rate
+        self._library.model_set_slope(self._machine, self._input(name).index, rate)
 
     def get(self, name: str) -> float:
-        return float(self._machine.value[self._variable(name).index][0])
+        return float(self._library.model_get(self._machine, self._variable(name).index))
 
     def values(self) -> FloatArray:
         """All values, in the order of the table."""
@@ -104,13 +114,13 @@ class Machine:
         return np.frombuffer(self._ffi.buffer(self._machine.value), dtype=np.float64)[:count].copy()
 
     def start(self, time: float = 0.0) -> None:
-        self._done(self._library.kernel_start(self._machine, time), "start")
+        self._done(self._library.model_start(self._machine, time), "start")
 
     def evaluate(self) -> None:
-        self._done(self._library.kernel_evaluate(self._machine), "evaluation")
+        self._done(self._library.model_evaluate(self._machine), "evaluation")
 
     def advance(self, step: float) -> None:
-        self._done(self._library.kernel_advance(self._machine, step, 0, self._taken), f"step of {step:g} s")
+        self._done(self._library.model_step(self._machine, step, 0, self._taken), f"step of {step:g} s")
 
     def state(self) -> bytes:
         """Everything there is to it, as bytes."""
@@ -124,14 +134,14 @@ class Machine:
         for name, column in columns.items():
             check_column(self._variable(name), column)
         places = [self._variable(name).index for name in names]
-        found = np.empty((times.size, len(names)))
+        recorded = np.empty((times.size, len(names)))
         for n, time in enumerate(times):
             for name, column in columns.items():
                 self.set(name, float(column[n]))
                 last = n + 1 == times.size
                 self.slope(name, 0.0 if last else float((column[n + 1] - column[n]) / (times[n + 1] - time)))
             self.evaluate()
-            found[n] = self.values()[places]
+            recorded[n] = self.values()[places]
             if n + 1 < times.size:
                 self.advance(float(times[n + 1] - self.time))
-        return found
+        return recorded

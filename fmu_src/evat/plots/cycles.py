@@ -70,7 +70,7 @@ def label(name: str, unit: str) -> str:
     return f"{words} {unit}" if len(words) + len(unit) < 23 else f"{words}\n{unit}"
 
 
-def shown(name: str, column: FloatArray) -> tuple[FloatArray, str]:
+def in_display_unit(name: str, column: FloatArray) -> tuple[FloatArray, str]:
     """A column in its display unit, and the label of its axis."""
     variable = kernel.variable(name)
     unit = variable.display_unit or variable.unit
@@ -89,7 +89,7 @@ def plot_trace(trace: Trace, path: Path, names: Sequence[str], title: str = "") 
     with mpl.rc_context(STYLE):
         figure, axes = new_figure(len(names), 1, (8, 1.2 + 1.7 * len(names)))
         for axis, name, colour in zip(axes[:, 0], names, COLOURS * 10, strict=False):
-            values, text = shown(name, trace[name])
+            values, text = in_display_unit(name, trace[name])
             axis.plot(trace.times * factor, values, color=colour, lw=1.2)
             axis.set_ylabel(text)
         axes[-1, 0].set_xlabel(label("time", unit))
@@ -105,7 +105,7 @@ def plot_cycles(panels: Mapping[str, Mapping[str, Trace]], force: str, path: Pat
         figure, axes = new_figure(rows, columns, (10, 3.2 * rows))
         for axis, (panel, traces) in zip(axes.ravel(), panels.items(), strict=False):
             for place, (line, trace) in enumerate(traces.items()):
-                values, name = shown(force, trace[force])
+                values, name = in_display_unit(force, trace[force])
                 factor, unit = clock_unit(float(trace.times[-1] - trace.times[0]))
                 style = "-" if place % 2 == 0 else "--"
                 axis.plot((trace.times - trace.times[0]) * factor, values, style, color=COLOURS[place // 2], lw=1.3, label=line)
@@ -124,12 +124,15 @@ def plot_record(times: FloatArray, velocity: FloatArray, measured: FloatArray, s
     with mpl.rc_context(STYLE):
         figure, axes = new_figure(2, 2, (12, 7), sharex=False)
         (slip, force), (loop, residual) = axes
-        values, name = shown("slip_velocity", velocity)
+        values, name = in_display_unit("slip_velocity", velocity)
         slip.plot(times[window], values[window], color=COLOURS[5], lw=1)
         slip.set(xlabel=label("time", "s"), ylabel=name, title="measured motion (in)")
-        travel, travelled = shown("tool_displacement_x", distance)  # for the unit in which the table shows a displacement
+        travel, travelled = in_display_unit("tool_displacement_x", distance)  # for the unit in which the table shows a displacement
         along = label("displacement", travelled.rpartition("[")[2].rstrip("]"))
-        both = {"measured": shown("friction_force", measured), "simulated by the FMU": shown("friction_force", simulated)}
+        both = {
+            "measured": in_display_unit("friction_force", measured),
+            "simulated by the FMU": in_display_unit("friction_force", simulated),
+        }
         for axis, abscissa, clock in ((force, times, label("time", "s")), (loop, travel, along)):
             for (key, (values, name)), colour in zip(both.items(), COLOURS, strict=False):
                 axis.plot(abscissa[window], values[window], color=colour, lw=1.2, label=key)
@@ -137,7 +140,7 @@ def plot_record(times: FloatArray, velocity: FloatArray, measured: FloatArray, s
         force.set_title("friction force (out)")
         loop.set_title("friction force over the displacement")
         figure.legend(*force.get_legend_handles_labels(), loc="outside lower center", ncols=2)
-        values, name = shown("friction_force", simulated - measured)
+        values, name = in_display_unit("friction_force", simulated - measured)
         residual.plot(times, values, color=COLOURS[2], lw=0.6)
         residual.set(xlabel=label("time", "s"), ylabel=f"residual, {name}", title="simulated less measured, the whole record")
         figure.suptitle(title)

@@ -7,7 +7,7 @@ from pathlib import Path
 import matplotlib as mpl
 
 from evat.experiment import Experiment, ExperimentError
-from evat.plots.cycles import COLOURS, STYLE, clock_unit, label, new_figure, save_figure, shown
+from evat.plots.cycles import COLOURS, STYLE, clock_unit, in_display_unit, label, new_figure, save_figure
 
 MOST_POINTS = 20_000  # of a line; beyond that every so many are drawn
 
@@ -30,12 +30,12 @@ def plot_experiment(experiment: Experiment, path: Path) -> Path:
             times = (trial.times[every] - trial.times[0]) * factor
             line = {"color": colours[trial.condition], "lw": 0.8, "alpha": 0.8}
             for row, (name, column) in enumerate({**trial.inputs, **trial.outputs}.items()):
-                values, text = shown(name, column[every])
+                values, text = in_display_unit(name, column[every])
                 axes[row, 0].plot(times, values, label=trial.condition, **line)
                 axes[row, 0].set(xlabel=label("time", unit), ylabel=text)
             for row, name in enumerate(over):
-                against, along = shown(inputs[0], trial.inputs[inputs[0]][every])
-                values, text = shown(name, trial.outputs[name][every])
+                against, along = in_display_unit(inputs[0], trial.inputs[inputs[0]][every])
+                values, text = in_display_unit(name, trial.outputs[name][every])
                 axes[row, 1].plot(against, values, **line)
                 axes[row, 1].set(xlabel=along.replace("\n", " "), ylabel=text)
         for row in range(len(over), len(axes)) if over else ():

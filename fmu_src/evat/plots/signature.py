@@ -54,14 +54,14 @@ def _draw(axes: Any, panel: SignaturePanel) -> None:
     axes.text(0, 1.02, text, transform=axes.transAxes, va="bottom", fontsize="small", color=COLOURS[0])
 
 
-def plot_signature(found: Signature, path: Path) -> Path:
+def plot_signature(signature: Signature, path: Path) -> Path:
     """Six panels: two quantities over a vibration cycle, force over slip on a rig, three conditions; each says by how much it differs."""
-    friction, principal, feed, proxy = found.cycle
+    friction, principal, feed, proxy = signature.cycle
     only_proxy = proxy.shows and not any(force.shows for force in (friction, principal, feed))
     # friction itself is shown on the rig
-    panels = (principal, proxy if only_proxy else feed, found.rig, *found.conditions[:CONDITION_PANELS])
+    panels = (principal, proxy if only_proxy else feed, signature.rig, *signature.conditions[:CONDITION_PANELS])
     values = ", ".join(
-        f"{name.partition('.')[2]} = {display(value, kernel.variable(name), digits=4)}" for name, value in found.values.items()
+        f"{name.partition('.')[2]} = {display(value, kernel.variable(name), digits=4)}" for name, value in signature.values.items()
     )
     with mpl.rc_context(STYLE):
         figure, axes = new_figure(2, 3, (14, 7.6), sharex=False)
@@ -70,5 +70,5 @@ def plot_signature(found: Signature, path: Path) -> Path:
         for each in axes.ravel()[len(panels) :]:
             each.set_visible(False)
         figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-        figure.suptitle(f"{found.effect.name} ({values})\n{found.effect.signature}", fontsize="medium")
+        figure.suptitle(f"{signature.effect.name} ({values})\n{signature.effect.signature}", fontsize="medium")
         return save_figure(figure, path)

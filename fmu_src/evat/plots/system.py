@@ -34,9 +34,9 @@ def plot_run(trace: Trace, path: Path, names: Sequence[str], title: str) -> Path
 def plot_sweep(axes: Sequence[SweepAxis], rows: Sequence[Row], units: Mapping[str, str], path: Path, beside: Sequence[Row] = ()) -> Path:
     """Means over the first axis, a line for each place on the others; over the speed ratio where the system shows one. What stood
     beside the rows is dashed, at the speed ratio of the rows."""
-    shown = next((list(row.means) for row in rows if row.means), [])
-    mapped = [name for name in shown if name.rpartition(".")[2] in MAPPED] or shown[:MOST_PANELS]
-    ratio = next((name for name in shown if name.rpartition(".")[2] == RATIO), None)
+    names = next((list(row.means) for row in rows if row.means), [])
+    mapped = [name for name in names if name.rpartition(".")[2] in MAPPED] or names[:MOST_PANELS]
+    ratio = next((name for name in names if name.rpartition(".")[2] == RATIO), None)
     numbers, others = axes[0].numbers, {row.place: row.means for row in beside if row.means}
     with mpl.rc_context(STYLE):
         figure, panels = new_figure(len(mapped), 1, (8, 1 + 2.4 * len(mapped)))

@@ -93,27 +93,27 @@ def to_and_fro(case: Case, amplitude: float | None = None, frequency: float | No
     f = case.speed / (2 * np.pi * a) if frequency is None else frequency
     times = np.arange(2 * CYCLE_SAMPLES + 1) / (CYCLE_SAMPLES * f)
     v = 2 * np.pi * f * a * np.cos(2 * np.pi * f * times)
-    found = {name: column[CYCLE_SAMPLES:] for name, column in case.on_rig().run(times, RECORDED, slip_velocity=v).items()}
-    found["slip"] = a * np.sin(2 * np.pi * f * times[CYCLE_SAMPLES:])
-    found["energy"] = np.array(np.mean((found[FORCES[0]] * v[CYCLE_SAMPLES:])[:-1]) / f)
-    return found
+    columns = {name: column[CYCLE_SAMPLES:] for name, column in case.on_rig().run(times, RECORDED, slip_velocity=v).items()}
+    columns["slip"] = a * np.sin(2 * np.pi * f * times[CYCLE_SAMPLES:])
+    columns["energy"] = np.array(np.mean((columns[FORCES[0]] * v[CYCLE_SAMPLES:])[:-1]) / f)
+    return columns
 
 
 def cycle_means(case: Case) -> list[float]:
-    found = case.on_ellipse().run(case.period * np.array([0, 1, 1.5]), MEANS)
-    return [float(found[name][-1]) for name in MEANS]
+    columns = case.on_ellipse().run(case.period * np.array([0, 1, 1.5]), MEANS)
+    return [float(columns[name][-1]) for name in MEANS]
 
 
 def steady(case: Case) -> list[float]:
     """What is recorded once slip at a constant speed has renewed all bristles; after one time for all speeds."""
     slowest = 100 * case.speed * DECADES[0]
-    found = case.on_rig().run(np.array([0, 20 * case.reach / slowest]), RECORDED)
-    return [float(found[name][-1]) for name in RECORDED]
+    columns = case.on_rig().run(np.array([0, 20 * case.reach / slowest]), RECORDED)
+    return [float(columns[name][-1]) for name in RECORDED]
 
 
 def loop(case: Case, amplitude: float, frequency: float) -> list[float]:
-    found = to_and_fro(case, amplitude, frequency)
-    return [float(np.max(np.abs(found[FORCES[0]]))), float(found["energy"])]
+    columns = to_and_fro(case, amplitude, frequency)
+    return [float(np.max(np.abs(columns[FORCES[0]]))), float(columns["energy"])]
 
 
 def peak_after_rest(case: Case, rest: float) -> list[float]:

@@ -67,10 +67,10 @@ def draw_case(number: int, seed: int = 1) -> tuple[Experiment, str] | None:
     left = _refit(prediction, drawn)
     gap, strange, truth = np.zeros_like(clean), None, kind
     if kind in ("single", "pair"):
-        found = _effects(draw, prediction, drawn, 1 if kind == "single" else 2, ratio * noise, left)
-        if found is None:
+        drawn_effects = _effects(draw, prediction, drawn, 1 if kind == "single" else 2, ratio * noise, left)
+        if drawn_effects is None:
             return None
-        gap, names = found
+        gap, names = drawn_effects
         truth = "+".join(sorted(names))
     elif kind == UNKNOWN:
         strange = _Stranger(int(draw.integers(3)), float(draw.uniform(0.02, 0.12)), ratio * noise, bool(draw.integers(2)))
@@ -97,13 +97,13 @@ def _refit(prediction: Prediction, drawn: Drawn) -> Callable[[FloatArray], Float
 
 def _bent(draw: np.random.Generator, prediction: Prediction, row: FloatArray) -> FloatArray:
     """A row (N,) that grows with another power of itself, each channel in its own rms."""
-    found, power = row.copy(), math.exp(BENT * float(draw.normal()))
+    bent, power = row.copy(), math.exp(BENT * float(draw.normal()))
     for channel in prediction.channels:
         own = prediction.places(channel)
         level = float(np.sqrt(np.mean(row[own] ** 2)))
         if level > 0:
-            found[own] = level * np.sign(row[own]) * np.abs(row[own] / level) ** power
-    return found
+            bent[own] = level * np.sign(row[own]) * np.abs(row[own] / level) ** power
+    return bent
 
 
 def _rig(draw: np.random.Generator) -> Drawn:
@@ -159,9 +159,9 @@ def _effects(
         effect = offered[int(draw.integers(len(offered)))]
         if effect.name in names or any(name in effect.rivals for name in names):
             continue
-        found = _sized(draw, prediction, drawn, effect, size, clean, left)
-        if found is not None:
-            total, names = total + found, [*names, effect.name]
+        sized = _sized(draw, prediction, drawn, effect, size, clean, left)
+        if sized is not None:
+            total, names = total + sized, [*names, effect.name]
             if len(names) == count:
                 return total, tuple(names)
     return None
@@ -210,8 +210,8 @@ class _Stranger:
         line = np.sin(2 * np.pi * self.rate * n + phase)
         tooth = np.mod(0.3 * self.rate * n + phase, 1.0) - 0.5
         spikes = (np.mod(0.5 * self.rate * n + phase, 1.0) < 0.06) * 1.0
-        found = (line, tooth, spikes)[self.kind]
-        row: FloatArray = self.size * found / float(np.sqrt(np.mean(found**2)) + 1e-12)
+        shape = (line, tooth, spikes)[self.kind]
+        row: FloatArray = self.size * shape / float(np.sqrt(np.mean(shape**2)) + 1e-12)
         return row
 
 
@@ -308,8 +308,8 @@ def campaign(path: Path, count: int, workers: int, tell: Callable[[int], None] |
 
 def numbers(cases: Sequence[CalibrationCase]) -> dict[str, int]:
     """How many cases of each kind."""
-    found: dict[str, int] = {}
+    counts: dict[str, int] = {}
     for case in cases:
         kind = case.truth if case.truth in (NO_GAP, MISTUNED, UNKNOWN) else "pair" if "+" in case.truth else "single"
-        found[kind] = found.get(kind, 0) + 1
-    return found
+        counts[kind] = counts.get(kind, 0) + 1
+    return counts

@@ -96,9 +96,9 @@ def couple(
     for n in range(count):
         rates = np.concatenate((state[1], tool.acceleration(state, acting))) if inputs == "straight" else np.zeros(4)
         told = np.array([state.ravel(), state.ravel() + step * rates])
-        found = contact.run(np.array([n, n + 1]) * step, dict(zip(names, told.T, strict=True)), outputs)[-1]
-        gained, impulse = (found[:2] - impulse) / step, found[:2]
-        acting = found[2:] if force == "instant" else np.array([-gained[0], gained[1]])
+        outputs_at_end = contact.run(np.array([n, n + 1]) * step, dict(zip(names, told.T, strict=True)), outputs)[-1]
+        gained, impulse = (outputs_at_end[:2] - impulse) / step, outputs_at_end[:2]
+        acting = outputs_at_end[2:] if force == "instant" else np.array([-gained[0], gained[1]])
         told_velocity = told[:, 2:].mean(axis=0)
         after = M @ state + np.outer(b, acting)
         velocity = (after[0] - state[0]) / step

@@ -67,14 +67,19 @@ def run_cases(fmu: Path, family: str, speed_unit: str, done: Callable[[int], Non
     cases = list[MainJobCase]()
     last = slice(-SAMPLES_PER_CYCLE - 1, None)
     for material in paper_tables.materials():
-        found = parameter_sets.load(f"{family}/{material}", speed_unit=speed_unit)
+        parameter_set = parameter_sets.load(f"{family}/{material}", speed_unit=speed_unit)
         for conditions, given in ((GUESSED, {}), (INFERRED, inferred(material))):
             frequency = given.get("vibration_frequency", kernel.variable("vibration_frequency").start)
             times = vibration_clock(CYCLES, float(frequency), SAMPLES_PER_CYCLE)
             for name, model in MODELS.items():
                 for principle in kernel.variable("shear_angle_principle").choices:
-                    values = {**kernel.by_choice(found.values), **given, "friction_law": model.law, "shear_angle_principle": principle}
-                    switches = dict.fromkeys(found.effects, model.with_effects)
+                    values = {
+                        **kernel.by_choice(parameter_set.values),
+                        **given,
+                        "friction_law": model.law,
+                        "shear_angle_principle": principle,
+                    }
+                    switches = dict.fromkeys(parameter_set.effects, model.with_effects)
                     trace = drive(fmu, Run(times, {}, OUTPUTS), {**values, **switches})
                     cycle = Trace(
                         trace.times[last], {key: column[last] for key, column in trace.columns.items()}, trace.units, trace.made_by
@@ -88,7 +93,7 @@ def run_cases(fmu: Path, family: str, speed_unit: str, done: Callable[[int], Non
 def plot_cases(cases: list[MainJobCase], out: Path) -> list[Path]:
     """The paper's figures 3 and 4, for each material: principal and feed force over one vibration cycle; by conditions."""
     titles = paper_tables.materials()
-    drawn = []
+    written = []
     for conditions, ending in ((GUESSED, ""), (INFERRED, f"-{INFERRED}")):
         for number, force in zip((3, 4), FORCES, strict=True):
             panels: dict[str, dict[str, Trace]] = {}
@@ -100,5 +105,5 @@ def plot_cases(cases: list[MainJobCase], out: Path) -> list[Path]:
             title = (
                 f"{name} over one vibration cycle (compare the paper's figure {number}; conditions are {conditions}, the paper prints none)"
             )
-            drawn.append(plot_cycles(panels, force, out / f"figure-{number}-{force.replace('_', '-')}{ending}.png", title))
-    return drawn
+            written.append(plot_cycles(panels, force, out / f"figure-{number}-{force.replace('_', '-')}{ending}.png", title))
+    return written

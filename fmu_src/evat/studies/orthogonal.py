@@ -172,10 +172,10 @@ def _value(values: Mapping[str, float], name: str) -> float:
 
 def _simulated(motion: Motion, truth: Mapping[str, float | str], effects: Sequence[str], outputs: Sequence[str]) -> dict[str, FloatArray]:
     """What the sensors show without noise."""
-    shown = {name: sensor if (sensor := f"measured_{name}") in kernel.by_name() else name for name in outputs}
+    sensors = {name: sensor if (sensor := f"measured_{name}") in kernel.by_name() else name for name in outputs}
     values = {"relative_tolerance": TOLERANCE, **truth, **motion.values}
-    trace = simulate(values, effects, times=motion.times, inputs=motion.inputs, outputs=tuple(shown.values()))
-    return {name: trace[sensor] for name, sensor in shown.items()}
+    trace = simulate(values, effects, times=motion.times, inputs=motion.inputs, outputs=tuple(sensors.values()))
+    return {name: trace[sensor] for name, sensor in sensors.items()}
 
 
 def _noisy(
@@ -186,11 +186,11 @@ def _noisy(
     outputs: Sequence[str],
 ) -> tuple[Trial, ...]:
     count = sum(motion.times.size for motion, _ in clean)
-    sd = {name: noise * math.sqrt(sum(float(found[name] @ found[name]) for _, found in clean) / count) for name in outputs}
+    sd = {name: noise * math.sqrt(sum(float(columns[name] @ columns[name]) for _, columns in clean) / count) for name in outputs}
     trials = []
-    for place, (motion, found) in enumerate(clean):
+    for place, (motion, columns) in enumerate(clean):
         for repeat in range(repeats):
-            measured = {name: column + sd[name] * draw.standard_normal(column.size) for name, column in found.items()}
+            measured = {name: column + sd[name] * draw.standard_normal(column.size) for name, column in columns.items()}
             file = f"trials/{place + 1:02d}-{repeat + 1:02d}.csv"
             trials.append(Trial(file, motion.condition, motion.values, motion.times, motion.inputs, measured))
     return tuple(trials)

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from evat import paper_tables
 from evat.native import kernel
-from evat.plots.cycles import COLOURS, STYLE, label, new_figure, save_figure, shown
+from evat.plots.cycles import COLOURS, STYLE, label, new_figure, save_figure, in_display_unit
 from evat.studies.main_job import FORCES, MODELS
 from evat.studies.paper import ACCEPTED, FEED, ConditionProfile, PaperStudy, chosen, ranked
 from evat.studies.paper_domain import DomainShares
@@ -113,12 +113,12 @@ def plot_profiles(study: PaperStudy, path: Path) -> Path:
 
 def _plot_profile(one: ConditionProfile, axis: Axes) -> None:
     name = one.condition.variable
-    at, text = shown(name, one.values)
-    low, high = shown(name, np.array(one.interval))[0]
+    at, text = in_display_unit(name, one.values)
+    low, high = in_display_unit(name, np.array(one.interval))[0]
     axis.axvspan(low, high, color=COLOURS[2], alpha=0.12, label="as good as the paper's calculation")
     axis.semilogx(at, 100 * one.errors, "o-", color=COLOURS[2], ms=4, label="least mean error")
     axis.axhline(100 * one.threshold, color="black", lw=0.8, ls=":", label="the paper's, as printed")
-    axis.axvline(float(shown(name, np.array([one.condition.inferred]))[0][0]), color=COLOURS[0], lw=1.3, label="inferred, round")
+    axis.axvline(float(in_display_unit(name, np.array([one.condition.inferred]))[0][0]), color=COLOURS[0], lw=1.3, label="inferred, round")
     axis.set_ylim(0, 100 * max(2 * one.threshold, 0.2))
     ticks = [float(f"{tick:.2g}") for tick in np.geomspace(at[0], at[-1], 4)]
     axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])

@@ -73,20 +73,20 @@ def study_sets() -> tuple[str, ...]:
     return (FIRST, *(f"{THEN}/{name}" for name in materials()))
 
 
-def truth_of_set(found: ParameterSet) -> dict[str, float]:
+def truth_of_set(parameter_set: ParameterSet) -> dict[str, float]:
     """The coefficients of table 1 that a set has, that its effects use, and that are not 0, of which no share could be told."""
     truth = {}
     for name in uncertain():
         owner, dot, _ = name.partition(".")
-        if found.values.get(name) and (not dot or owner in found.effects):
-            truth[name] = float(found.values[name])
+        if parameter_set.values.get(name) and (not dot or owner in parameter_set.effects):
+            truth[name] = float(parameter_set.values[name])
     if not truth:
-        raise ParameterError(f"{found.name}: it names none of the coefficients that are looked for ({', '.join(uncertain())}).")
+        raise ParameterError(f"{parameter_set.name}: it names none of the coefficients that are looked for ({', '.join(uncertain())}).")
     return truth
 
 
 def recovery(
-    found: ParameterSet,
+    parameter_set: ParameterSet,
     motions: Sequence[str] = KINDS,
     *,
     noise: float = 0.01,
@@ -97,14 +97,14 @@ def recovery(
     """The forecast for one set; noise, repeats and rate as in evat.studies.orthogonal; progress : told the motion that comes next."""
     if not noise > 0:
         raise ParameterError(f"noise = {noise:g}: without noise everything comes back; more than 0 is needed.")
-    truth = truth_of_set(found)
+    truth = truth_of_set(parameter_set)
     tables = []
     for motion in motions:
         if progress is not None:
-            progress(f"{found.name}: {motion}")
+            progress(f"{parameter_set.name}: {motion}")
         clean = orthogonal(
-            kernel.by_choice(found.values),
-            found.effects,
+            kernel.by_choice(parameter_set.values),
+            parameter_set.effects,
             motion=motion,
             repeats=1,
             noise=0.0,
@@ -114,19 +114,19 @@ def recovery(
         )
         tables.append(slopes(clean, tuple(truth), noise=noise, repeats=repeats))
     sd = np.array([spread(table) for table in (*tables, np.concatenate(tables))])
-    return Recovery(found.name, found.title, truth, tuple(motions), sd)
+    return Recovery(parameter_set.name, parameter_set.title, truth, tuple(motions), sd)
 
 
 def slopes(clean: Experiment, names: Sequence[str], *, noise: float, repeats: int) -> FloatArray:
     """(N, p): by how many sd of the noise each sample moves when a parameter grows by its own size; `clean` holds the truth."""
     values, effects = clean.nominal.values, clean.nominal.effects
-    shown = Prediction(ContactModel(), clean).shown(OUTPUT)
+    output = Prediction(ContactModel(), clean).shown(OUTPUT)
     measured = np.concatenate([trial.outputs[OUTPUT] for trial in clean.trials])
     sd = noise * float(np.sqrt(np.mean(measured**2))) / np.sqrt(repeats)
     rows = []
     for trial in clean.trials:
-        found = sensitivities(Run(trial.times, trial.inputs, (shown,)), {**values, **trial.values}, names, effects)[shown]
-        rows.append(np.column_stack([found[name] * float(values[name]) for name in names]) / sd)
+        derivatives = sensitivities(Run(trial.times, trial.inputs, (output,)), {**values, **trial.values}, names, effects)[output]
+        rows.append(np.column_stack([derivatives[name] * float(values[name]) for name in names]) / sd)
     return np.concatenate(rows)
 
 
@@ -139,7 +139,7 @@ def spread(table: FloatArray, kept: npt.NDArray[np.bool_] | None = None) -> Floa
 
 
 def fitted(
-    found: ParameterSet,
+    parameter_set: ParameterSet,
     motion: str,
     *,
     noise: float = 0.01,
@@ -154,8 +154,8 @@ def fitted(
     from evat.identification import Execution, Settings, identify
 
     tests = orthogonal(
-        kernel.by_choice(found.values),
-        found.effects,
+        kernel.by_choice(parameter_set.values),
+        parameter_set.effects,
         motion=motion,
         repeats=repeats,
         noise=noise,
@@ -164,4 +164,4 @@ def fitted(
         outputs=(OUTPUT,),
     )
     settings = Settings(seed=seed, population=population, generations=generations)
-    return identify(tests, ContactModel(), tuple(truth_of_set(found)), settings, execution=Execution(progress=progress))
+    return identify(tests, ContactModel(), tuple(truth_of_set(parameter_set)), settings, execution=Execution(progress=progress))

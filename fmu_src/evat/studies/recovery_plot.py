@@ -17,13 +17,13 @@ EDGES = (0.0, 0.001, 0.01, IDENTIFIED, 0.15, WEAK, np.inf)  # sd over the truth
 COLOURS = ("#1e8449", "#58b27c", "#abdcbf", "#fbe7b0", "#f0b560", "#c9706a")
 
 
-def plot_recovery(found: Sequence[Recovery], path: Path) -> Path:
-    columns = min(2, len(found))
-    rows = -(-len(found) // columns)
+def plot_recovery(forecasts: Sequence[Recovery], path: Path) -> Path:
+    columns = min(2, len(forecasts))
+    rows = -(-len(forecasts) // columns)
     norm = BoundaryNorm([*EDGES[:-1], 1e3], len(COLOURS))
     with mpl.rc_context({**STYLE, "axes.grid": False}):
         figure, axes = new_figure(rows, columns, (6.4 * columns, 0.9 + 2.75 * rows), sharex=False)
-        for axis, one in zip(axes.ravel(), found, strict=False):
+        for axis, one in zip(axes.ravel(), forecasts, strict=False):
             axis.imshow(np.minimum(one.sd, 999.0), cmap=ListedColormap(list(COLOURS)), norm=norm, aspect="auto")
             axis.set_xticks(range(len(one.truth)), [name.rpartition(".")[2] for name in one.truth])
             axis.set_yticks(range(len(one.sd)), [name.replace("_", " ") for name in (*one.motions, TOGETHER)])
@@ -32,7 +32,7 @@ def plot_recovery(found: Sequence[Recovery], path: Path) -> Path:
             axis.set_title(f"{one.name}: {one.title}".replace("$", r"\$"), loc="left")
             for (row, column), sd in np.ndenumerate(one.sd):
                 axis.text(column, row, percent(float(sd)), ha="center", va="center", fontsize=8)
-        for axis in axes.ravel()[len(found) :]:
+        for axis in axes.ravel()[len(forecasts) :]:
             axis.set_visible(False)
         lines = [mpl.patches.Patch(color=colour) for colour in COLOURS]
         figure.legend(lines, _labels(), loc="outside lower center", ncols=3)

@@ -78,15 +78,15 @@ def compare(
     if times.shape != speed.shape or times.size < 2:
         raise ParameterError(f"times have the shape {times.shape}, speeds {speed.shape}; two rows of one length, at least 2, are needed.")
     names = (*(f"{name}_impulse" for name in FORCES), "averaging_error", "step_count")
-    found: dict[str, FloatArray] = {}
+    runs: dict[str, FloatArray] = {}
     seconds = dict.fromkeys(MODES, np.inf)
     for _ in range(rounds):
         for mode in MODES:
             contact = Contact({"cutting_speed": float(speed[0]), **(values or {}), "averaging": mode}, on)
             contact.start(float(times[0]))
             begin = time.process_time()
-            found[mode] = contact.run(times, {"cutting_speed": speed}, names)
+            runs[mode] = contact.run(times, {"cutting_speed": speed}, names)
             seconds[mode] = min(seconds[mode], time.process_time() - begin)
-    means = {mode: np.asarray(np.diff(rows[:, :3], axis=0) / np.diff(times)[:, None]) for mode, rows in found.items()}
-    steps = {mode: float(rows[-1, 4]) for mode, rows in found.items()}
-    return TwoScales(times, speed, means, found["cycle"][1:, 3], {mode: float(second) for mode, second in seconds.items()}, steps)
+    means = {mode: np.asarray(np.diff(rows[:, :3], axis=0) / np.diff(times)[:, None]) for mode, rows in runs.items()}
+    steps = {mode: float(rows[-1, 4]) for mode, rows in runs.items()}
+    return TwoScales(times, speed, means, runs["cycle"][1:, 3], {mode: float(second) for mode, second in seconds.items()}, steps)

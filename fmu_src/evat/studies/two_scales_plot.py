@@ -68,13 +68,13 @@ def plot_coupling(steps: Sequence[float], error: Mapping[str, FloatArray], made:
     """Error of the tool's displacement, and energy that the interface makes, over the communication step [s]; by the way of coupling."""
     with mpl.rc_context(STYLE):
         figure, axes = new_figure(1, 2, (11, 3.9), sharex=False)
-        for axis, found, name in zip(
+        for axis, errors, name in zip(
             axes[0],
             (error, made),
             ("error of the tool's displacement [%]", "energy made or lost, share of\nwhat the tool holds [%]"),
             strict=True,
         ):
-            for colour, marker, (way, numbers) in zip(COLOURS, "osv^D", found.items(), strict=False):
+            for colour, marker, (way, numbers) in zip(COLOURS, "osv^D", errors.items(), strict=False):
                 axis.loglog(1e3 * np.asarray(steps), 100 * numbers, f"{marker}-", color=colour, label=way)
             axis.set_xlabel("communication step [ms]")
             axis.set_ylabel(name)

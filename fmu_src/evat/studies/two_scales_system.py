@@ -34,34 +34,34 @@ class SystemScales:
     def columns(self) -> dict[str, FloatArray]:
         """The cut as columns of a table, a row for each step."""
         cut = self.cut
-        found = {"time [s]": cut.times[1:], "cutting_speed [m/s]": cut.speed[1:]}
-        found |= {f"mean_{name}_force {mode} [N]": cut.means[mode][:, k] for k, name in enumerate(FORCES) for mode in MODES}
-        return {**found, "error [N]": cut.error, "averaging_error [N]": cut.said}
+        table = {"time [s]": cut.times[1:], "cutting_speed [m/s]": cut.speed[1:]}
+        table |= {f"mean_{name}_force {mode} [N]": cut.means[mode][:, k] for k, name in enumerate(FORCES) for mode in MODES}
+        return {**table, "error [N]": cut.error, "averaging_error [N]": cut.said}
 
     def machine(self) -> dict[str, tuple[float, float]]:
         """For each output of the partners: its largest value, and the largest difference of both modes, in the unit of the output."""
-        found = {}
+        largest = {}
         for name, resolved in self.runs["resolved"].columns.items():
             if name.partition(".")[0] != self.runs["resolved"].made_by["contact"]:
-                found[name] = float(np.abs(resolved).max()), float(np.abs(self.runs["cycle"][name] - resolved).max())
-        return found
+                largest[name] = float(np.abs(resolved).max()), float(np.abs(self.runs["cycle"][name] - resolved).max())
+        return largest
 
 
 def contact_of(system: System) -> str:
     """The component whose cycles can be averaged."""
-    found = []
+    candidates = []
     for name in system.components:
         try:
             kinds = [variable(system, (name, wanted)).type for wanted in ("averaging", *ASKED)]
         except SspError:
             continue
-        found += [name] * (kinds[0] == "Enumeration")
-    if len(found) != 1:
+        candidates += [name] * (kinds[0] == "Enumeration")
+    if len(candidates) != 1:
         raise SspError(
-            f"{system.name}: {len(found)} of its components ({', '.join(system.components)}) have a choice 'averaging'; exactly one is "
-            "compared. Our system for it is evat_turning.ssp."
+            f"{system.name}: {len(candidates)} of its components ({', '.join(system.components)}) have a choice 'averaging'; exactly one "
+            "is compared. Our system for it is evat_turning.ssp."
         )
-    return found[0]
+    return candidates[0]
 
 
 def compare(

@@ -61,7 +61,7 @@ def plan(
 ) -> Plan:
     """The plan of a run: what is not given is as the system says."""
     step = step if step is not None else system.step
-    found = Plan(
+    planned = Plan(
         step if step is not None else (system.stop_time - system.start_time) / 1000,
         system.start_time,
         stop if stop is not None else system.stop_time,
@@ -69,19 +69,19 @@ def plan(
         order,
         inputs,
     )
-    if not (0 < found.step < np.inf and found.start < found.stop < np.inf and found.every >= 1):
+    if not (0 < planned.step < np.inf and planned.start < planned.stop < np.inf and planned.every >= 1):
         raise ParameterError(
-            f"step {found.step:g} s, from {found.start:g} to {found.stop:g} s, every {found.every}: a step above 0, a stop after the start "
-            "and a whole number from 1 are needed."
+            f"step {planned.step:g} s, from {planned.start:g} to {planned.stop:g} s, every {planned.every}: a step above 0, a stop after "
+            "the start and a whole number from 1 are needed."
         )
-    if (found.stop - found.start) / found.step > MOST_STEPS:
+    if (planned.stop - planned.start) / planned.step > MOST_STEPS:
         raise ParameterError(
-            f"steps of {found.step:g} s from {found.start:g} to {found.stop:g} s are more than {MOST_STEPS:g}; take longer steps, or stop "
-            "earlier."
+            f"steps of {planned.step:g} s from {planned.start:g} to {planned.stop:g} s are more than {MOST_STEPS:g}; take longer steps, or "
+            "stop earlier."
         )
-    if found.count / found.every > MOST_ROWS:
-        raise ParameterError(f"{found.count} steps, each {found.every}. kept: more than {MOST_ROWS} rows; keep fewer (--every).")
-    return found
+    if planned.count / planned.every > MOST_ROWS:
+        raise ParameterError(f"{planned.count} steps, each {planned.every}. kept: more than {MOST_ROWS} rows; keep fewer (--every).")
+    return planned
 
 
 @dataclass(frozen=True, slots=True)

@@ -52,7 +52,7 @@ class Declared:
             raise SspError(f"{where}: component {at[0]} has no variable {at[1]!r}.")
         return self.parts[at[0]].variables[at[1]]
 
-    def shown(self, component: str) -> tuple[str, ...]:
+    def connectors(self, component: str) -> tuple[str, ...]:
         """What the component shows, in the order of its table: what is connected, and the outputs to look at."""
         ports = {*self.connections, *self.connections.values(), *self.show}
         return tuple(name for name in self.parts[component].variables if (component, name) in ports)
@@ -79,11 +79,11 @@ def load(name: str) -> Declared:
     table = read_toml(folder() / name / "system.toml")
     where = f"system {name}"
     _only(table, KEYS, where)
-    found = {key: _part(key, entry, f"{where}, component {key}") for key, entry in table["components"].items()}
+    parts = {key: _part(key, entry, f"{where}, component {key}") for key, entry in table["components"].items()}
     connections = {port(to, where): port(at, where) for to, at in table["connections"].items()}
     bonds = tuple(Bond(port(bond["force"], where), port(bond["velocity"], where)) for bond in table.get("bonds", []))
     show = tuple(port(text, where) for text in table["show"])
-    declared = Declared(name, table["title"], table["stop_time"], table["step"], table.get("every", 1), found, connections, bonds, show)
+    declared = Declared(name, table["title"], table["stop_time"], table["step"], table.get("every", 1), parts, connections, bonds, show)
     _check(declared)
     return declared
 
@@ -113,8 +113,8 @@ def _part(name: str, entry: Mapping[str, Any], where: str) -> Part:
 
 def set_values(name: str) -> tuple[dict[str, float], dict[str, str]]:
     """Values and sources of a parameter set of the contact, its effects among them."""
-    found = parameter_sets.load(name)
-    return {**found.values, **dict.fromkeys(found.effects, 1.0)}, dict(found.sources)
+    parameter_set = parameter_sets.load(name)
+    return {**parameter_set.values, **dict.fromkeys(parameter_set.effects, 1.0)}, dict(parameter_set.sources)
 
 
 def portable(values: Mapping[str, float], variables: Mapping[str, Variable], where: str) -> dict[str, float]:

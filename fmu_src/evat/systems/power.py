@@ -23,8 +23,8 @@ class _Bond:
     name: str
     force: int
     velocity: int
-    seen: tuple[float, float] = (0.0, 0.0)  # velocity that the force's side saw at the end, force that the other side saw
-    shown: tuple[float, float] = (0.0, 0.0)  # force and velocity that both showed at the end
+    received: tuple[float, float] = (0.0, 0.0)  # velocity that the force's side received at the end, force that the other side received
+    sent: tuple[float, float] = (0.0, 0.0)  # force and velocity that both sent at the end
     passed: float = 0.0
     made: float = 0.0
     moved: float = 0.0
@@ -61,17 +61,17 @@ class Power:
         for bond, force_side, velocity_side, place_v, place_f in self._sides:
             if member == force_side:
                 seen = float(ahead[place_v]) if place_v is not None else float(signals[bond.velocity])
-                bond.seen, bond.shown = (seen, bond.seen[1]), (float(signals[bond.force]), bond.shown[1])
+                bond.received, bond.sent = (seen, bond.received[1]), (float(signals[bond.force]), bond.sent[1])
             if member == velocity_side:
                 seen = float(ahead[place_f]) if place_f is not None else float(signals[bond.force])
-                bond.seen, bond.shown = (bond.seen[0], seen), (bond.shown[0], float(signals[bond.velocity]))
+                bond.received, bond.sent = (bond.received[0], seen), (bond.sent[0], float(signals[bond.velocity]))
 
     def close(self, step: float) -> None:
         """The step is over."""
         for bond in self._bonds:
             f_0, v_0 = float(self._start[bond.force]), float(self._start[bond.velocity])
-            one = _work((f_0, bond.shown[0]), (v_0, bond.seen[0])) * step
-            other = _work((f_0, bond.seen[1]), (v_0, bond.shown[1])) * step
+            one = _work((f_0, bond.sent[0]), (v_0, bond.received[0])) * step
+            other = _work((f_0, bond.received[1]), (v_0, bond.sent[1])) * step
             bond.made += other - one
             bond.moved += abs(other - one)
             bond.passed += abs(other)

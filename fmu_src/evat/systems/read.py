@@ -128,15 +128,15 @@ def _connector(element: Any, variables: Mapping[str, Any], where: str) -> Connec
             f"{where}: connector {name} is {kind}, the FMU's variable is {variables[name].causality}; both must be input or output."
         )
     unit, real = _unit(variables[name]), element.find("ssc:Real", _NS)
-    shown = unit if real is None else real.get("unit", unit)
-    if shown != unit and _factor(shown, unit) != (1.0, 0.0):
-        raise SspError(f"{where}: connector {name} is in {shown}, the FMU's variable in {unit}; give both the same unit.")
+    stated = unit if real is None else real.get("unit", unit)
+    if stated != unit and _factor(stated, unit) != (1.0, 0.0):
+        raise SspError(f"{where}: connector {name} is in {stated}, the FMU's variable in {unit}; give both the same unit.")
     return Connector(name, kind, unit)
 
 
-def _in_unit(value: float, found: BaseUnit | str, wanted: str, what: str) -> float:
+def _in_unit(value: float, unit: BaseUnit | str, wanted: str, what: str) -> float:
     try:
-        source, target = base_unit(found) if isinstance(found, str) else found, base_unit(wanted)
+        source, target = base_unit(unit) if isinstance(unit, str) else unit, base_unit(wanted)
         if source.exponents == target.exponents:
             return convert(Decimal(repr(value)), source, target)
     except ParameterError:  # a unit of the author's own
@@ -144,16 +144,16 @@ def _in_unit(value: float, found: BaseUnit | str, wanted: str, what: str) -> flo
     raise SspError(f"{what}: the FMU has this in {wanted}, and the one does not measure what the other does, or is no unit that is known.")
 
 
-def _factor(found: str, wanted: str) -> tuple[float, float] | None:
+def _factor(unit: str, wanted: str) -> tuple[float, float] | None:
     """Factor and offset between two units; None where they measure different things."""
     try:
-        return affine(found, wanted) if base_unit(found).exponents == base_unit(wanted).exponents else None
+        return affine(unit, wanted) if base_unit(unit).exponents == base_unit(wanted).exponents else None
     except ParameterError:  # a unit of the author's own: it fits itself only
         return None
 
 
 def _connections(system: Any, components: Mapping[str, Component], what: str) -> dict[Port, Port]:
-    found: dict[Port, Port] = {}
+    connections: dict[Port, Port] = {}
     for element in system.iterfind("ssd:Connections/ssd:Connection", _NS):
         where = f"{what}, line {element.sourceline}"
         ends = [(element.get(f"{end}Element"), element.get(f"{end}Connector")) for end in ("start", "end")]
@@ -168,13 +168,13 @@ def _connections(system: Any, components: Mapping[str, Component], what: str) ->
         at, to = (ends[1], ends[0]) if kinds == ["input", "output"] else ends
         if sorted(kinds) != ["input", "output"]:
             raise SspError(f"{where}: {'.'.join(ends[0])} and {'.'.join(ends[1])} are both {kinds[0]}s; an output feeds an input.")
-        if to in found:
+        if to in connections:
             raise SspError(f"{where}: the input {'.'.join(to)} is fed twice.")
         units = [components[component].connectors[connector].unit for component, connector in (at, to)]
         if units[0] != units[1] and _factor(*units) != (1.0, 0.0):
             raise SspError(f"{where}: the units do not match: {'.'.join(at)} is in {units[0]}, {'.'.join(to)} in {units[1]}.")
-        found[to] = at
-    return found
+        connections[to] = at
+    return connections
 
 
 def _bonds(about: Any, connections: Mapping[Port, Port], what: str) -> tuple[Bond, ...]:

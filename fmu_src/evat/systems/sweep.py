@@ -139,19 +139,19 @@ def _here(function: Callable[..., Any], archive: bytes, points: Sequence[tuple[A
 
 def columns(axes: Sequence[SweepAxis], rows: Sequence[Row], units: Mapping[str, str], beside: Sequence[Row] = ()) -> dict[str, Any]:
     """The rows as columns of a table, headers with units; what stood beside them, at the same places, in columns of its own."""
-    found: dict[str, Any] = {}
+    table: dict[str, Any] = {}
     for number, each in enumerate(axes):
         numbers, texts = each.numbers, each.texts
         header = each.label if numbers is None else f"{each.label} [{each.unit}]"
-        found[header] = [texts[row.place[number]] for row in rows] if numbers is None else numbers[[row.place[number] for row in rows]]
+        table[header] = [texts[row.place[number]] for row in rows] if numbers is None else numbers[[row.place[number] for row in rows]]
     for name in _shown(rows):
-        found[f"{name} [{units[name]}]"] = np.array([row.means.get(name, np.nan) for row in rows])
+        table[f"{name} [{units[name]}]"] = np.array([row.means.get(name, np.nan) for row in rows])
     for name in _shown(beside):
-        found[f"{name} beside [{units[name]}]"] = np.array([row.means.get(name, np.nan) for row in beside])
-    found["failure"] = [row.failure for row in rows]
+        table[f"{name} beside [{units[name]}]"] = np.array([row.means.get(name, np.nan) for row in beside])
+    table["failure"] = [row.failure for row in rows]
     if beside:
-        found["failure beside"] = [row.failure for row in beside]
-    return found
+        table["failure beside"] = [row.failure for row in beside]
+    return table
 
 
 def _shown(rows: Iterable[Row]) -> list[str]:

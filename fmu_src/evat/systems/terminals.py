@@ -57,7 +57,7 @@ def terminals(fmu: Path) -> dict[str, Terminal]:
             return {}
         root = read_xml(member(archive, TERMINALS), f"{fmu.name}, {TERMINALS}").getroot()
     known = {v.name: v for v in read_model_description(str(fmu), validate=False).modelVariables}
-    found = {}
+    by_name = {}
     for element in root.findall("Terminals/Terminal"):
         members = {}
         for row in element.findall("TerminalMemberVariable"):
@@ -66,8 +66,8 @@ def terminals(fmu: Path) -> dict[str, Terminal]:
                 raise TerminalError(f"{fmu.name}, terminal {element.get('name')}: there is no variable {variable!r}; mend {TERMINALS}.")
             unit = known[variable].unit or (known[variable].declaredType.unit if known[variable].declaredType else None) or "1"
             members[name] = Member(name, variable, row.get("variableKind"), known[variable].causality, unit)
-        found[element.get("name")] = Terminal(fmu.name, element.get("name"), element.get("terminalKind") or "", members)
-    return found
+        by_name[element.get("name")] = Terminal(fmu.name, element.get("name"), element.get("terminalKind") or "", members)
+    return by_name
 
 
 def connect(one: Terminal, other: Terminal) -> list[Connection]:
@@ -83,7 +83,7 @@ def connect(one: Terminal, other: Terminal) -> list[Connection]:
     if one.members.keys() != other.members.keys():
         odd = sorted(one.members.keys() ^ other.members.keys())
         raise TerminalError(f"{both} do not have the same members; on one side only: {', '.join(odd)}.")
-    found = []
+    connections = []
     for name, mine in one.members.items():
         theirs = other.members[name]
         if {mine.causality, theirs.causality} != {"input", "output"}:
@@ -94,5 +94,5 @@ def connect(one: Terminal, other: Terminal) -> list[Connection]:
             raise TerminalError(f"{both}: {name} is in {mine.unit} and in {theirs.unit}; the same unit is needed.")
         forward = mine.causality == "output"
         out, into = (mine, theirs) if forward else (theirs, mine)
-        found.append(Connection(name, out.variable, into.variable, forward))
-    return found
+        connections.append(Connection(name, out.variable, into.variable, forward))
+    return connections

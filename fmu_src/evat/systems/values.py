@@ -42,23 +42,23 @@ def variable(system: System, at: Port) -> Any:
 
 def unit(system: System, at: Port) -> str:
     """The unit of a variable."""
-    found = variable(system, at)
-    declared = found.declaredType.unit if found.declaredType is not None else None
-    return str(found.unit or declared or "1")
+    declared_variable = variable(system, at)
+    declared = declared_variable.declaredType.unit if declared_variable.declaredType is not None else None
+    return str(declared_variable.unit or declared or "1")
 
 
 def value(system: System, at: Port, text: str) -> Value:
     """What a typed value stands for in the unit of the FMU; choices stay names."""
-    found = variable(system, at)
-    if found.causality in ("output", "local", "independent") and found.initial != "exact":
-        raise SspError(f"{'.'.join(at)} is {found.causality} and computed; only parameters, inputs and the starts of states can be set.")
+    known = variable(system, at)
+    if known.causality in ("output", "local", "independent") and known.initial != "exact":
+        raise SspError(f"{'.'.join(at)} is {known.causality} and computed; only parameters, inputs and the starts of states can be set.")
     if at in system.connections:
         raise SspError(f"{'.'.join(at)} is fed by {'.'.join(system.connections[at])}; it cannot be set.")
-    if found.type == "Boolean":
+    if known.type == "Boolean":
         if text.lower() not in ("true", "false"):
             raise ParameterError(f"{'.'.join(at)} = {text!r}: allowed are true and false.")
         return text.lower() == "true"
-    if found.type == "Enumeration":
+    if known.type == "Enumeration":
         return text
     return to_si(text, unit(system, at), name=".".join(at))
 
@@ -83,9 +83,9 @@ def from_set(system: System, component: str, name: str) -> dict[str, Value]:
             raise SspError(f"{path}: there is no such file.")
         known = _variables(system.components[component].source)
         return values_of(path, {each: unit(system, (component, each)) for each in known})
-    found = parameter_sets.load(name)
-    every = {effect.name: effect.name in found.effects for effect in kernel.effects()}
-    return {**every, **kernel.by_choice(found.values)}
+    parameter_set = parameter_sets.load(name)
+    every = {effect.name: effect.name in parameter_set.effects for effect in kernel.effects()}
+    return {**every, **kernel.by_choice(parameter_set.values)}
 
 
 def record(system: System, path: Path) -> Given:
@@ -107,8 +107,8 @@ def record(system: System, path: Path) -> Given:
 
 def merged(*parts: Mapping[str, Mapping[str, Value]]) -> dict[str, dict[str, Value]]:
     """Later values over earlier ones."""
-    found: dict[str, dict[str, Value]] = {}
+    together: dict[str, dict[str, Value]] = {}
     for part in parts:
         for component, values in part.items():
-            found.setdefault(component, {}).update(values)
-    return found
+            together.setdefault(component, {}).update(values)
+    return together

@@ -79,7 +79,7 @@ def structure(declared: Declared) -> bytes:
         head = {"name": part.name, "type": "application/x-fmu-sharedlibrary", "source": fmu_entry(part)}
         component = add(elements, f"{{{SSD}}}Component", head)
         connectors = add(component, f"{{{SSD}}}Connectors")
-        for name in declared.shown(part.name):
+        for name in declared.connectors(part.name):
             add_connector(connectors, part.variables[name])
             connected.append(part.variables[name])
         bindings = add(component, f"{{{SSD}}}ParameterBindings")

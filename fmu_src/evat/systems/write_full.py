@@ -41,7 +41,7 @@ def _structure(declared: Declared) -> bytes:
     for part in declared.parts.values():
         head = {"name": part.name, "type": "application/x-fmu-sharedlibrary", "source": fmu_entry(part), "implementation": "CoSimulation"}
         connectors = add(add(elements, f"{{{SSD}}}Component", head), f"{{{SSD}}}Connectors")
-        for name in declared.shown(part.name):
+        for name in declared.connectors(part.name):
             add_connector(connectors, part.variables[name])
     bus = add(add(elements, f"{{{SSD}}}SignalDictionaryReference", {"name": BUS, "dictionary": "signals"}), f"{{{SSD}}}Connectors")
     for at in declared.show:
@@ -55,7 +55,7 @@ def _structure(declared: Declared) -> bytes:
     dictionaries = add(system, f"{{{SSD}}}SignalDictionaries")
     add(dictionaries, f"{{{SSD}}}SignalDictionary", {"name": "signals", "source": SIGNALS})
     add_annotations(system, declared)
-    add_units(document, [part.variables[name] for part in declared.parts.values() for name in declared.shown(part.name)])
+    add_units(document, [part.variables[name] for part in declared.parts.values() for name in declared.connectors(part.name)])
     add(document, f"{{{SSD}}}DefaultExperiment", {"startTime": 0.0, "stopTime": float(declared.stop_time)})
     return serialised(document)
 

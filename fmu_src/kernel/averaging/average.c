@@ -68,7 +68,7 @@ static enum Status look(struct Contact *contact, double t, double cycles, struct
     contact->effects_on = all & ~sensors_on(contact);
     *w = wire(contact);
     const enum Status status = run_cycles(contact, w, cycle_at(contact, t), cycles, seen);
-    if (status == KERNEL_OK)
+    if (status == STATUS_OK)
         go_on(contact, seen, cycles, mean);
     contact->effects_on = all;
     EACH_LANE
@@ -138,7 +138,7 @@ static enum Status look_here(struct Contact *contact, lanes mean[INTEGRALS])
     struct Configuration w;
     struct CycleSums seen;
     const enum Status status = look(&probe, contact->value[VAR_TIME][0], 1e9, &w, &seen, mean);
-    if (status != KERNEL_OK)
+    if (status != STATUS_OK)
         return status;
     measured_now(contact, (const lanes *)mean + FIRST_FORCE, mean + FIRST_MEASURED);
     show_instant(&probe, &w);
@@ -152,7 +152,7 @@ static enum Status look_here(struct Contact *contact, lanes mean[INTEGRALS])
     }
     memcpy(contact->steady_state, probe.steady_state, sizeof contact->steady_state);
     contact->warnings |= probe.warnings;
-    return KERNEL_OK;
+    return STATUS_OK;
 }
 
 enum Status average_here(struct Contact *contact)
@@ -175,22 +175,22 @@ enum Status average_start(struct Contact *contact)
         contact->served[i] = MOST_SERVED;
     }
     enum Status status = kernel_event(contact);
-    if (status == KERNEL_OK && periodic)
+    if (status == STATUS_OK && periodic)
         status = find_periodic(contact);
-    if (status == KERNEL_OK && periodic)
+    if (status == STATUS_OK && periodic)
         status = kernel_event(contact);
     EACH_LANE {
         contact->value[VAR_TIME][i] = start;
         contact->value[VAR_AVERAGING][i] = CYCLE;
     }
     contact->effects_on = all;
-    if (status == KERNEL_OK)
+    if (status == STATUS_OK)
         status = look_here(contact, mean);
-    if (status == KERNEL_OK && periodic && sensors_on(contact)) {
+    if (status == STATUS_OK && periodic && sensors_on(contact)) {
         settle_sensors(contact, period_of(contact), (const lanes *)mean + FIRST_FORCE);
         status = look_here(contact, mean);
     }
-    if (status == KERNEL_OK)
+    if (status == STATUS_OK)
         keep_for_error(contact, mean, start);
     EACH_LANE
         open_window(contact, i);
@@ -210,7 +210,7 @@ enum Status average_step(struct Contact *contact, double step)
         EACH_LANE
             s[i] = step;
         move_on(contact, s);
-        return KERNEL_OK;
+        return STATUS_OK;
     }
     memcpy(before, contact, sizeof before);
     memset(contact->slope, 0, sizeof contact->slope);
@@ -224,7 +224,7 @@ enum Status average_step(struct Contact *contact, double step)
         contact->value[VAR_SLIDING_DISTANCE][i] += 0.5 * step * value[VAR_SLIDING_SPEED][i];
     }
     enum Status status = look(contact, middle, step / period_of(contact), &w, &seen, mean);
-    if (status == KERNEL_OK) {
+    if (status == STATUS_OK) {
         show_instant(contact, &w);
         slow_states_after(contact, &w, step, (const lanes *)from, halfway);
         set_slow_states(contact, &w, (const lanes *)halfway);
@@ -233,9 +233,9 @@ enum Status average_step(struct Contact *contact, double step)
         status = measure_means(contact, step, (const lanes *)mean + FIRST_FORCE, mean + FIRST_MEASURED);
         for (int n = 0; n < INTEGRALS; ++n)
             EACH_LANE
-                status = fabs(mean[n][i]) < INFINITY ? status : KERNEL_DIVERGED;
+                status = fabs(mean[n][i]) < INFINITY ? status : STATUS_DIVERGED;
     }
-    if (status != KERNEL_OK) {
+    if (status != STATUS_OK) {
         memcpy(contact, before, sizeof before);
         return status;
     }
@@ -257,5 +257,5 @@ enum Status average_step(struct Contact *contact, double step)
             pass_windows(contact, i, start, rates);
     }
     keep_for_error(contact, mean, middle);
-    return KERNEL_OK;
+    return STATUS_OK;
 }

@@ -105,7 +105,7 @@ enum Status run_cycles(struct Contact *contact, struct Configuration *w, double 
                 contact->value[VAR_SLIDING_DISTANCE][i] = slid[i];
         }
         const enum Status status = run_cycle(contact, w, begin, seen);
-        if (status != KERNEL_OK)
+        if (status != STATUS_OK)
             return status;
         all = 1;
         for (int i = 0; i < LANES; ++i) {
@@ -120,7 +120,7 @@ enum Status run_cycles(struct Contact *contact, struct Configuration *w, double 
     find_steady_states(contact, w, period_of(contact), (const lanes *)from, (const lanes *)seen->state);
     for (int i = 0; i < LANES; ++i)
         contact->warnings |= seen->periodic[i] ? 0u : WARN_NOT_PERIODIC;
-    return KERNEL_OK;
+    return STATUS_OK;
 }
 
 /* q + ... + q^m, and the sum up to the m-th of 1, 1 + q, 1 + q + q^2, ...; m need not be whole. */

@@ -37,8 +37,8 @@ static enum Status find_deflection(struct Contact *contact)
     const double start = contact->value[VAR_TIME][0];
     struct Contact trial = *contact;
     lanes z = {0}, miss = {0}, z_before, miss_before;
-    int found = 0, done[LANES] = {0}, given_up = 0;
-    for (int n = 0; n < 20 && !found; ++n) {
+    int converged = 0, done[LANES] = {0}, given_up = 0;
+    for (int n = 0; n < 20 && !converged; ++n) {
         EACH_LANE {
             trial.value[VAR_BRISTLE_DEFLECTION][i] = z[i];
             trial.value[VAR_TIME][i] = start;
@@ -47,10 +47,10 @@ static enum Status find_deflection(struct Contact *contact)
             miss_before[i] = n == 0 ? 0 : miss_before[i];
         }
         const enum Status begun = kernel_event(&trial);
-        const enum Status status = begun == KERNEL_OK ? pass_cycle(&trial) : begun;
-        if (status != KERNEL_OK)
+        const enum Status status = begun == STATUS_OK ? pass_cycle(&trial) : begun;
+        if (status != STATUS_OK)
             return status;
-        found = 1;
+        converged = 1;
         EACH_LANE {
             const double reach = larger(trial.value[VAR_F_C][i], trial.value[VAR_F_S][i]) / trial.value[VAR_SIGMA0][i];
             miss[i] = trial.value[VAR_BRISTLE_DEFLECTION][i] - z[i];
@@ -64,7 +64,7 @@ static enum Status find_deflection(struct Contact *contact)
             miss_before[i] = miss[i];
             z[i] -= done[i] ? 0 : slope < 0 && !gives_up ? miss[i] / slope : -miss[i];
             done[i] |= gives_up;
-            found &= done[i];
+            converged &= done[i];
         }
     }
     EACH_LANE
@@ -72,8 +72,8 @@ static enum Status find_deflection(struct Contact *contact)
     for (int n = 0; n < MEMORY; ++n)
         EACH_LANE
             contact->memory[n][i] = trial.memory[n][i];
-    contact->warnings |= found && !given_up ? 0u : WARN_NOT_PERIODIC;
-    return KERNEL_OK;
+    contact->warnings |= converged && !given_up ? 0u : WARN_NOT_PERIODIC;
+    return STATUS_OK;
 }
 
 /* ---- with effects that have states of their own: Newton's method on all of them ---- */
@@ -107,7 +107,7 @@ static enum Status cycle(const struct Contact *contact, const struct Configurati
         EACH_LANE
             trial->value[unknown_index(w, n)][i] = from[n][i];
     enum Status status = kernel_event(trial);
-    if (status == KERNEL_OK)
+    if (status == STATUS_OK)
         status = pass_cycle(trial);
     for (int n = 0; n < count; ++n)
         EACH_LANE
@@ -120,15 +120,15 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
     const int count = 1 + kernel_state_count() - BASE_STATES;
     struct Contact trial;
     lanes from[UNKNOWNS] = {{0}}, to[UNKNOWNS], beside[UNKNOWNS], slope[UNKNOWNS][UNKNOWNS], step;
-    int used = 0, found = 0, done[LANES] = {0}, given_up = 0;
+    int used = 0, converged = 0, done[LANES] = {0}, given_up = 0;
     lanes steps = {0};
     while (used < count && unknown_index(w, used) >= 0)
         ++used;
-    for (int tries = 0; tries < 12 && !found; ++tries) {
+    for (int tries = 0; tries < 12 && !converged; ++tries) {
         enum Status status = cycle(contact, w, used, (const lanes *)from, to, &trial);
-        if (status != KERNEL_OK)
+        if (status != STATUS_OK)
             return status;
-        found = 1;
+        converged = 1;
         for (int i = 0; i < LANES; ++i) {
             int near = 1;
             for (int n = 0; n < used; ++n) {
@@ -143,9 +143,9 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
                 from[n][i] = to[n][i];
             given_up |= gives_up;
             done[i] |= gives_up;
-            found &= done[i];
+            converged &= done[i];
         }
-        for (int c = 0; c < used && !found; ++c) {
+        for (int c = 0; c < used && !converged; ++c) {
             lanes other[UNKNOWNS];
             for (int n = 0; n < used; ++n)
                 EACH_LANE
@@ -156,13 +156,13 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             }
             struct Contact second;
             status = cycle(contact, w, used, (const lanes *)beside, other, &second);
-            if (status != KERNEL_OK)
+            if (status != STATUS_OK)
                 return status;
             for (int n = 0; n < used; ++n)
                 EACH_LANE
                     slope[n][c][i] = (other[n][i] - to[n][i]) / step[i];
         }
-        for (int i = 0; i < LANES && !found; ++i) {
+        for (int i = 0; i < LANES && !converged; ++i) {
             if (done[i])
                 continue;
             double A[UNKNOWNS][UNKNOWNS], x[UNKNOWNS];
@@ -182,8 +182,8 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
     for (int n = 0; n < MEMORY; ++n)
         EACH_LANE
             contact->memory[n][i] = trial.memory[n][i];
-    contact->warnings |= found && !given_up ? 0u : WARN_NOT_PERIODIC;
-    return KERNEL_OK;
+    contact->warnings |= converged && !given_up ? 0u : WARN_NOT_PERIODIC;
+    return STATUS_OK;
 }
 
 /* Forces of the cycles before, for effects that look back. */
@@ -194,14 +194,14 @@ static enum Status fill_history(struct Contact *contact, const struct Configurat
     EACH_LANE
         back = larger(back, look_back(w, i));
     if (!(back > 0))
-        return KERNEL_OK;
+        return STATUS_OK;
     struct Contact before = *contact;
     EACH_LANE {
         before.value[VAR_TIME][i] = contact->value[VAR_TIME][i] - ceil(back / period) * period;
         before.past_count[i] = before.past_first[i] = 0;
     }
     enum Status status = kernel_event(&before);
-    if (status == KERNEL_OK)
+    if (status == STATUS_OK)
         status = kernel_advance(&before, ceil(back / period) * period, 0, &taken);
     for (int n = 0; n < HISTORY; ++n)
         EACH_LANE {
@@ -222,9 +222,9 @@ enum Status find_periodic(struct Contact *contact)
 {
     const struct Configuration w = wire(contact);
     const enum Status status = w.drivers ? find_states(contact, &w) : find_deflection(contact);
-    if (status == KERNEL_TOO_MANY_STEPS) {
+    if (status == STATUS_TOO_MANY_STEPS) {
         contact->warnings |= WARN_NOT_PERIODIC;
-        return KERNEL_OK; /* from rest */
+        return STATUS_OK; /* from rest */
     }
-    return status == KERNEL_OK && w.looks_back ? fill_history(contact, &w) : status;
+    return status == STATUS_OK && w.looks_back ? fill_history(contact, &w) : status;
 }

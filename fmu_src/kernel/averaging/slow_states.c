@@ -194,7 +194,7 @@ void measured_now(struct Contact *contact, const lanes *force, lanes *measured)
 enum Status measure_means(struct Contact *contact, double step, const lanes *force, lanes *measured)
 {
     if (measured_plainly(contact, force, measured))
-        return KERNEL_OK;
+        return STATUS_OK;
     const struct Configuration w = wire_sensors(contact);
     const int count = w.drivers || w.looks_back ? SENSOR_STEPS : 1;
     struct Point a, m, b;
@@ -219,10 +219,10 @@ enum Status measure_means(struct Contact *contact, double step, const lanes *for
         for (int i = 0; i < LANES && w.looks_back; ++i) {
             remember(contact, i, h[i], &a, &m, &b);
             if (!recall_reaches(contact, i, b.t[i] - look_back(&w, i)))
-                return KERNEL_HISTORY_SHORT;
+                return STATUS_HISTORY_SHORT;
         }
         a = b;
     }
     store_states(contact, &w, &b);
-    return KERNEL_OK;
+    return STATUS_OK;
 }

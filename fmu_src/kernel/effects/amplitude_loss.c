@@ -35,7 +35,8 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
                  const lanes *from, lanes *half, lanes *whole)
 {
     EACH_LANE
-        relax(h[i], p[RESPONSE_TIME][i], a->F_p[i], m->F_p[i], b->F_p[i], from[0][i], &half[0][i], &whole[0][i]);
+        first_order_response(h[i], p[RESPONSE_TIME][i], a->F_p[i], m->F_p[i], b->F_p[i], from[0][i], &half[0][i],
+                             &whole[0][i]);
 }
 
 static void rate(const lanes *p, const struct Point *x, const lanes *state, lanes *rate)

@@ -57,8 +57,8 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
             const double y[2] = {from[2 * k][i], from[2 * k + 1][i]};
             double at_half[2] = {m->measured[k][i], 0}, at_end[2] = {b->measured[k][i], 0};
             if (p[PERIOD][i] >= NO_TIME)
-                swing_in_mean(h[i], omega(p, i), p[DAMPING_RATIO][i], a->measured[k][i], m->measured[k][i],
-                              b->measured[k][i], y, at_half, at_end);
+                second_order_response_in_mean(h[i], omega(p, i), p[DAMPING_RATIO][i], a->measured[k][i],
+                                              m->measured[k][i], b->measured[k][i], y, at_half, at_end);
             for (int n = 0; n < 2; ++n) {
                 half[2 * k + n][i] = at_half[n];
                 whole[2 * k + n][i] = at_end[n];

@@ -28,8 +28,8 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
                  const lanes *from, lanes *half, lanes *whole)
 {
     EACH_LANE
-        relax(h[i], p[TIME_CONSTANT][i], a->theta_given[i], m->theta_given[i], b->theta_given[i], from[0][i],
-              &half[0][i], &whole[0][i]);
+        first_order_response(h[i], p[TIME_CONSTANT][i], a->theta_given[i], m->theta_given[i], b->theta_given[i],
+                             from[0][i], &half[0][i], &whole[0][i]);
 }
 
 static void rate(const lanes *p, const struct Point *x, const lanes *state, lanes *rate)

@@ -208,7 +208,7 @@ static enum Status take(struct Contact *contact, const struct Configuration *w, 
     accumulate(contact, w, t->h, t->start, t->middle, t->end);
     for (int i = 0; w->looks_back && i < LANES; ++i)
         if (!recall_reaches(contact, i, t->end->t[i] - look_back(w, i)))
-            return KERNEL_HISTORY_SHORT;
+            return STATUS_HISTORY_SHORT;
     int windows_ended = 0;
     EACH_LANE {
         s[i] = t->h[i] == step - s[i] ? step : s[i] + t->h[i];
@@ -219,7 +219,7 @@ static enum Status take(struct Contact *contact, const struct Configuration *w, 
             close_window(contact, i);
             course->window_end[i] = window_end(contact, i);
         }
-    return KERNEL_OK;
+    return STATUS_OK;
 }
 
 static int is_any(const int cut[LANES], int jumps)
@@ -248,7 +248,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         EACH_LANE
             s[i] = step;
         course->known = 0;
-        return KERNEL_OK;
+        return STATUS_OK;
     }
     const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][0];
     if (!course->known) {
@@ -264,10 +264,10 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         EACH_LANE
             t.next[i] = contact->next_step[i];
         if (n >= most_steps || worn_out(&patience, step, s))
-            return KERNEL_TOO_MANY_STEPS;
+            return STATUS_TOO_MANY_STEPS;
         compute(contact, w, s, &t);
         if (!all_finite(t.end))
-            return KERNEL_DIVERGED;
+            return STATUS_DIVERGED;
         if (!is_accurate(contact, w, &t)) {
             ask_again(contact, &t);
             continue;
@@ -286,7 +286,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         }
         const int event = is_any(t.cut, 0);
         const enum Status taken = take(contact, w, step, s, &t, course);
-        if (taken != KERNEL_OK)
+        if (taken != STATUS_OK)
             return taken;
         if (event && stop_at_events)
             break;
@@ -310,7 +310,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
     while (t.start != &room[course->now].point)
         course->now = (course->now + 1) % 3;
     course->known = 1;
-    return KERNEL_OK;
+    return STATUS_OK;
 }
 
 /* Time and inputs, s later. */
@@ -327,13 +327,13 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
 {
     *taken = 0;
     if (!is_step(step))
-        return KERNEL_BAD_STEP;
+        return STATUS_BAD_STEP;
     if (!ordered_temperatures(contact))
-        return KERNEL_TEMPERATURES;
+        return STATUS_TEMPERATURES;
     if (kernel_averages(contact)) {
         const double start = contact->value[VAR_TIME][0];
         const enum Status status = average_step(contact, step);
-        *taken = status == KERNEL_OK ? step : contact->value[VAR_TIME][0] - start;
+        *taken = status == STATUS_OK ? step : contact->value[VAR_TIME][0] - start;
         return status;
     }
     const struct Configuration w = wire(contact);

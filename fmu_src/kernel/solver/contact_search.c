@@ -181,17 +181,17 @@ int touches_within(const struct Contact *contact, const struct Configuration *w,
     const struct Search search = {contact, w, start, s, given ? 2e-3 * h : 1e-4 / w->p[VAR_VIBRATION_FREQUENCY][i], i};
     if (h < search.fine)
         return 0;
-    int found = one_piece ? rises_between(&search, &a, m, &touch) : touches_between(&search, &a, m, &touch);
-    if (!found && m.contact <= 0) {
+    int touches = one_piece ? rises_between(&search, &a, m, &touch) : touches_between(&search, &a, m, &touch);
+    if (!touches && m.contact <= 0) {
         a = m;
-        found = !one_piece ? touches_between(&search, &a, b, &touch)
-                           : b.contact <= 0 && rises_between(&search, &a, b, &touch);
+        touches = !one_piece ? touches_between(&search, &a, b, &touch)
+                             : b.contact <= 0 && rises_between(&search, &a, b, &touch);
     }
-    if (found) {
+    if (touches) {
         tau[0] = a.tau;
         tau[1] = touch.tau;
         indicator[0] = a.contact;
         indicator[1] = touch.contact;
     }
-    return found;
+    return touches;
 }

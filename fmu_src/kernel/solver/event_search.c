@@ -28,7 +28,7 @@ struct Search {
 /* In each lane the first tau in (low, high] at which indicator k is on the other side, to a thousandth of the
  * tolerance; a step on the held sides leads there from s. All lanes take their steps at once. */
 static void locate(const struct Contact *contact, const struct Configuration *w, int k, const lanes s,
-                   const struct Search *search, const struct Point *start, lanes found)
+                   const struct Search *search, const struct Point *start, lanes crossing)
 {
     struct Bracket b[LANES];
     lanes tau, close, now[INDICATORS];
@@ -57,7 +57,7 @@ static void locate(const struct Contact *contact, const struct Configuration *w,
         }
     }
     for (int i = 0; i < LANES; ++i)
-        found[i] = b[i].high;
+        crossing[i] = b[i].high;
 }
 
 /* The sides of some events that are watched wherever a point is, and of those that are not where the slip is solved
@@ -101,7 +101,7 @@ void cut_at_events(const struct Contact *contact, const struct Configuration *w,
                    const int known[LANES], const lanes s, lanes h, const struct Point *start,
                    const struct Point *middle, const struct Point *end, int cut[LANES])
 {
-    lanes at_start[INDICATORS], at_middle[INDICATORS], at_end[INDICATORS], step, found;
+    lanes at_start[INDICATORS], at_middle[INDICATORS], at_end[INDICATORS], step, crossing;
     indicators(w, middle, at_middle);
     indicators(w, end, at_end);
     indicators(w, start, at_start);
@@ -126,9 +126,9 @@ void cut_at_events(const struct Contact *contact, const struct Configuration *w,
             search.at_high[i] = early ? at_middle[k][i] : at_end[k][i];
         }
         if (any)
-            locate(contact, w, k, s, &search, start, found);
+            locate(contact, w, k, s, &search, start, crossing);
         for (int i = 0; any && i < LANES; ++i) {
-            const double at = found[i] - s[i];
+            const double at = crossing[i] - s[i];
             if (!search.open[i] || !(cut[i] == NO_EVENT || at < step[i]))
                 continue;
             cut[i] = k;
@@ -146,13 +146,13 @@ void cut_at_touch(const struct Contact *contact, const struct Configuration *w, 
     if (!(h[i] > 0) || !touches_within(contact, w, i, s[i], h[i], start, middle, end, tau, indicator))
         return;
     struct Search search = {{0}, {0}, {0}, {0}, {0}};
-    lanes found;
+    lanes crossing;
     search.open[i] = 1;
     search.low[i] = tau[0];
     search.high[i] = tau[1];
     search.at_low[i] = indicator[0];
     search.at_high[i] = indicator[1];
-    locate(contact, w, AT_CONTACT, s, &search, start, found);
-    h[i] = found[i] - s[i];
+    locate(contact, w, AT_CONTACT, s, &search, start, crossing);
+    h[i] = crossing[i] - s[i];
     cut[i] = AT_CONTACT;
 }

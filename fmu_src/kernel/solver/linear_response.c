@@ -9,7 +9,7 @@
 
 #include <math.h>
 
-static double relaxed(double D, double u_0, double slope, double bend, double y)
+static double first_order_after(double D, double u_0, double slope, double bend, double y)
 {
     double I[3];
     moments(D, I);
@@ -17,7 +17,7 @@ static double relaxed(double D, double u_0, double slope, double bend, double y)
 }
 
 /* In units of T: dy/dA = u - y, A = t/T. */
-void relax(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole)
+void first_order_response(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole)
 {
     if (!(T >= NO_TIME)) { /* it follows at once */
         *half = u_m;
@@ -31,8 +31,8 @@ void relax(double h, double T, double u_0, double u_m, double u_1, double y, dou
         return;
     }
     const double D = h / T, bend = 2 * (u_0 - 2 * u_m + u_1) / (D * D), slope = (4 * u_m - 3 * u_0 - u_1) / D;
-    *half = relaxed(0.5 * D, u_0, slope, bend, y);
-    *whole = relaxed(D, u_0, slope, bend, y);
+    *half = first_order_after(0.5 * D, u_0, slope, bend, y);
+    *whole = first_order_after(D, u_0, slope, bend, y);
 }
 
 /* Below, Simpson's rule over the true middle is right to rounding, and this would cancel. */
@@ -41,17 +41,18 @@ void relax(double h, double T, double u_0, double u_m, double u_1, double y, dou
 /* Simpson's rule over start, this middle and end gives the mean. */
 static double middle_of(double mean, double start, double end) { return 0.25 * (6 * mean - start - end); }
 
-void relax_in_mean(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole)
+void first_order_response_in_mean(double h, double T, double u_0, double u_m, double u_1, double y, double *half,
+                                  double *whole)
 {
-    relax(h, T, u_0, u_m, u_1, y, half, whole);
+    first_order_response(h, T, u_0, u_m, u_1, y, half, whole);
     if (T >= NO_TIME && h > SHORT * T)
         *half = middle_of((u_0 + 4 * u_m + u_1) / 6 - T * (*whole - y) / h, y, *whole);
 }
 
 /* Short steps, where the coefficients of the parabola would cancel: the series of place and speed over the share of the
  * step, to rounding. */
-static void swung_a_little(double turn, double zeta, double u_0, double u_m, double u_1, const double y[2],
-                           double half[2], double whole[2])
+static void second_order_series(double turn, double zeta, double u_0, double u_m, double u_1, const double y[2],
+                                double half[2], double whole[2])
 {
     enum { TERMS = 11 }; /* (2 zeta turn)^11/11! of them is left out */
     const double drive[3] = {u_0, 4 * u_m - 3 * u_0 - u_1, 2 * (u_0 - 2 * u_m + u_1)};
@@ -71,7 +72,7 @@ static void swung_a_little(double turn, double zeta, double u_0, double u_m, dou
 }
 
 /* In units of 1/w: x'' + 2 zeta x' + x = c_0 + c_1 s + c_2 s^2, solved by a parabola and a free oscillation. */
-static void swung(double turn, double zeta, const double c[3], const double y[2], double after[2])
+static void second_order_after(double turn, double zeta, const double c[3], const double y[2], double after[2])
 {
     const double p_2 = c[2], p_1 = c[1] - 4 * zeta * p_2, p_0 = c[0] - 2 * zeta * p_1 - 2 * p_2;
     const double x = y[0] - p_0, s = y[1] - p_1, square = 1 - zeta * zeta;
@@ -95,26 +96,26 @@ static void swung(double turn, double zeta, const double c[3], const double y[2]
     after[1] = s * (cosine - zeta * sine) - x * sine + p_1 + 2 * p_2 * turn;
 }
 
-void swing(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2], double half[2],
-           double whole[2])
+void second_order_response(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2],
+                           double half[2], double whole[2])
 {
     const double turn = w * h, from[2] = {y[0], y[1] / w};
     if (turn < 0.05)
-        swung_a_little(turn, zeta, u_0, u_m, u_1, from, half, whole);
+        second_order_series(turn, zeta, u_0, u_m, u_1, from, half, whole);
     else {
         const double c[3] = {u_0, (4 * u_m - 3 * u_0 - u_1) / turn, 2 * (u_0 - 2 * u_m + u_1) / (turn * turn)};
-        swung(0.5 * turn, zeta, c, from, half);
-        swung(turn, zeta, c, from, whole);
+        second_order_after(0.5 * turn, zeta, c, from, half);
+        second_order_after(turn, zeta, c, from, whole);
     }
     half[1] *= w;
     whole[1] *= w;
 }
 
-void swing_in_mean(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2],
-                   double half[2], double whole[2])
+void second_order_response_in_mean(double h, double w, double zeta, double u_0, double u_m, double u_1,
+                                   const double y[2], double half[2], double whole[2])
 {
     const double turn = w * h;
-    swing(h, w, zeta, u_0, u_m, u_1, y, half, whole);
+    second_order_response(h, w, zeta, u_0, u_m, u_1, y, half, whole);
     if (turn > SHORT)
         half[0] = middle_of((u_0 + 4 * u_m + u_1) / 6 - (2 * zeta * (whole[0] - y[0]) + (whole[1] - y[1]) / w) / turn,
                             y[0], whole[0]);

@@ -19,7 +19,7 @@ static enum Status set_slopes(struct Contact *contact, const struct Record *r, i
         double *const slope = contact->slope[r->input_index[j] - INPUT_FIRST];
         for (int i = 0; i < (r->per_lane ? LANES : 1); ++i) {
             const enum Status status = kernel_check(r->input_index[j], now[i]);
-            if (status != KERNEL_OK)
+            if (status != STATUS_OK)
                 return status;
         }
         if (r->per_lane)
@@ -31,7 +31,7 @@ static enum Status set_slopes(struct Contact *contact, const struct Record *r, i
                 slope[i] = shared;
         }
     }
-    return KERNEL_OK;
+    return STATUS_OK;
 }
 
 static void land(struct Contact *contact, const struct Record *r, int64_t n)
@@ -80,7 +80,7 @@ static enum Status give(const struct Contact *contact, struct Yield *y)
         EACH_LANE
             lost |= !(fabs(contact->value[y->output_index[j]][i]) < INFINITY);
     if (lost)
-        return KERNEL_DIVERGED;
+        return STATUS_DIVERGED;
     for (int j = 0; j < y->output_count; ++j) {
         const double *value = contact->value[y->output_index[j]];
         const int64_t cell = y->rows_done * y->output_count + j;
@@ -93,7 +93,7 @@ static enum Status give(const struct Contact *contact, struct Yield *y)
             y->squares[j * LANES + i] += (value[i] - data) * (value[i] - data);
     }
     y->rows_done += 1;
-    return KERNEL_OK;
+    return STATUS_OK;
 }
 
 /* What is left of the steps that a lane may take; none left is an error. */
@@ -104,11 +104,11 @@ static enum Status within(const struct Contact *contact, double most, double *le
         if (contact->value[VAR_STEP_COUNT][i] > taken)
             taken = contact->value[VAR_STEP_COUNT][i];
     *left = most - taken;
-    return *left > 0 ? KERNEL_OK : KERNEL_TOO_MANY_STEPS;
+    return *left > 0 ? STATUS_OK : STATUS_TOO_MANY_STEPS;
 }
 
-enum Status kernel_follow(struct Contact *contact, const struct Record *record, struct Yield *yield,
-                          const volatile int *stop)
+enum Status kernel_run_record(struct Contact *contact, const struct Record *record, struct Yield *yield,
+                              const volatile int *stop)
 {
     struct Configuration w = wire(contact);
     struct Course course;
@@ -119,11 +119,11 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
     int angles = 0;
     for (int j = 0; j < yield->output_count; ++j)
         angles |= yield->output_index[j] == VAR_SHEAR_ANGLE;
-    enum Status status = ordered_temperatures(contact) ? KERNEL_OK : KERNEL_TEMPERATURES;
-    for (int64_t n = 0; n < record->count && status == KERNEL_OK; ++n) {
+    enum Status status = ordered_temperatures(contact) ? STATUS_OK : STATUS_TEMPERATURES;
+    for (int64_t n = 0; n < record->count && status == STATUS_OK; ++n) {
         yield->samples_done = n;
-        status = stop && *stop ? KERNEL_STOPPED : set_slopes(contact, record, n);
-        if (status == KERNEL_OK && n > 0) {
+        status = stop && *stop ? STATUS_STOPPED : set_slopes(contact, record, n);
+        if (status == STATUS_OK && n > 0) {
             const double step = record->times[n] - record->times[n - 1];
             lanes s = {0};
             const int was_held = w.held;
@@ -131,13 +131,13 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
             /* The last point missed its sample by a rounding, and a rest stands on the sample itself: a thickness of
              * just 0 is none. */
             course.known &= was_held || !w.held;
-            status = !is_step(step) ? KERNEL_BAD_STEP
+            status = !is_step(step) ? STATUS_BAD_STEP
                      : averages     ? average_step(contact, step)
                                     : advance_internal(contact, &w, step, 0, s, &course);
-            if (status == KERNEL_OK && record->most_steps > 0)
+            if (status == STATUS_OK && record->most_steps > 0)
                 status = within(contact, record->most_steps, &course.most_steps);
         }
-        if (status != KERNEL_OK)
+        if (status != STATUS_OK)
             break;
         land(contact, record, n);
         const struct Point *const passed = &course.room[course.now].point;
@@ -155,9 +155,9 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
                 wire_time(contact, &w);
                 status = show_here(contact, &w, course.known ? passed : NULL, whole, shown);
             }
-            status = status == KERNEL_OK ? give(contact, yield) : status;
+            status = status == STATUS_OK ? give(contact, yield) : status;
         }
-        yield->samples_done = n + (status == KERNEL_OK);
+        yield->samples_done = n + (status == STATUS_OK);
     }
     return status;
 }

@@ -125,37 +125,34 @@ static const struct Variable variables[COUNT] = {
 };
 /* clang-format on */
 
-static void evaluate(lanes *value)
+static void evaluate(double *value)
 {
-    const double turns = 2 * PI / value[PITCH][0], m_m = value[MOTOR_INERTIA][0] * turns * turns,
-                 m_t = value[TABLE_MASS][0];
-    const double k = value[STIFFNESS][0], c = 2 * value[DAMPING][0] * sqrt(k * m_t);
-    const double q_m = value[MOTOR_POSITION][0], v_m = value[MOTOR_VELOCITY][0], q_t = value[TABLE_POSITION][0],
-                 v_t = value[TABLE_VELOCITY][0];
-    const int rigid = value[RIGID][0] != 0, scale = rigid || value[SCALE][0] != 0;
+    const double turns = 2 * PI / value[PITCH], m_m = value[MOTOR_INERTIA] * turns * turns, m_t = value[TABLE_MASS];
+    const double k = value[STIFFNESS], c = 2 * value[DAMPING] * sqrt(k * m_t);
+    const double q_m = value[MOTOR_POSITION], v_m = value[MOTOR_VELOCITY], q_t = value[TABLE_POSITION],
+                 v_t = value[TABLE_VELOCITY];
+    const int rigid = value[RIGID] != 0, scale = rigid || value[SCALE] != 0;
     const double q = scale ? q_t : q_m, v = scale ? v_t : v_m;
-    const double off = value[POSITION_REFERENCE][0] - q,
-                 forward = value[FEED_FORWARD][0] * value[VELOCITY_REFERENCE][0];
-    const double slow = value[POSITION_GAIN][0] * off + forward - v;
-    const double F =
-        value[PID][0] != 0
-            ? value[PID_P][0] * off + value[PID_I][0] * value[POSITION_DEVIATION][0] + value[PID_D][0] * (forward - v)
-            : value[VELOCITY_GAIN][0] * slow + value[VELOCITY_INTEGRAL_GAIN][0] * value[VELOCITY_DEVIATION][0];
-    const double against = value[FRICTION_FORCE][0] + value[LOAD_FORCE][0];
+    const double off = value[POSITION_REFERENCE] - q, forward = value[FEED_FORWARD] * value[VELOCITY_REFERENCE];
+    const double slow = value[POSITION_GAIN] * off + forward - v;
+    const double F = value[PID] != 0
+                         ? value[PID_P] * off + value[PID_I] * value[POSITION_DEVIATION] + value[PID_D] * (forward - v)
+                         : value[VELOCITY_GAIN] * slow + value[VELOCITY_INTEGRAL_GAIN] * value[VELOCITY_DEVIATION];
+    const double against = value[FRICTION_FORCE] + value[LOAD_FORCE];
     const double screw = rigid ? 0 : k * (q_m - q_t) + c * (v_m - v_t), together = (F - against) / (m_m + m_t);
-    value[MOTOR_FORCE][0] = F;
-    value[MOTOR_TORQUE][0] = F / turns;
-    value[FOLLOWING_ERROR][0] = value[POSITION_REFERENCE][0] - q_t;
-    value[STORED_ENERGY][0] = rigid ? 0.5 * (m_m + m_t) * v_t * v_t
-                                    : 0.5 * (m_m * v_m * v_m + m_t * v_t * v_t + k * (q_m - q_t) * (q_m - q_t));
-    value[RATES][0] = rigid ? v_t : v_m;
-    value[RATES + 1][0] = rigid     ? together
-                          : m_m > 0 ? (F - screw) / m_m
-                                    : NAN; /* an elastic screw needs a motor with inertia */
-    value[RATES + 2][0] = v_t;
-    value[RATES + 3][0] = rigid ? together : (screw - against) / m_t;
-    value[RATES + 4][0] = off;
-    value[RATES + 5][0] = slow;
+    value[MOTOR_FORCE] = F;
+    value[MOTOR_TORQUE] = F / turns;
+    value[FOLLOWING_ERROR] = value[POSITION_REFERENCE] - q_t;
+    value[STORED_ENERGY] = rigid ? 0.5 * (m_m + m_t) * v_t * v_t
+                                 : 0.5 * (m_m * v_m * v_m + m_t * v_t * v_t + k * (q_m - q_t) * (q_m - q_t));
+    value[RATES] = rigid ? v_t : v_m;
+    value[RATES + 1] = rigid     ? together
+                       : m_m > 0 ? (F - screw) / m_m
+                                 : NAN; /* an elastic screw needs a motor with inertia */
+    value[RATES + 2] = v_t;
+    value[RATES + 3] = rigid ? together : (screw - against) / m_t;
+    value[RATES + 4] = off;
+    value[RATES + 5] = slow;
 }
 
 const struct Part part = {

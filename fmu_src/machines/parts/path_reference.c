@@ -30,15 +30,15 @@ static const struct Variable variables[COUNT] = {
 };
 /* clang-format on */
 
-static void evaluate(lanes *value)
+static void evaluate(double *value)
 {
-    const double t = value[VAR_TIME][0], v = value[SPEED][0], R = value[RADIUS][0], T = value[RUN_UP_TIME][0];
+    const double t = value[VAR_TIME], v = value[SPEED], R = value[RADIUS], T = value[RUN_UP_TIME];
     const double late = t > 0 ? exp(-t / T) : 1, a = v / R * (t > 0 ? t - T * (1 - late) : 0), speed = v * (1 - late);
-    const int ramp = value[CIRCLE][0] == 0;
-    value[POSITION_X][0] = ramp ? v * t : R * sin(a);
-    value[VELOCITY_X][0] = ramp ? v : speed * cos(a);
-    value[POSITION_Y][0] = ramp ? 0 : R * (1 - cos(a));
-    value[VELOCITY_Y][0] = ramp ? 0 : speed * sin(a);
+    const int ramp = value[CIRCLE] == 0;
+    value[POSITION_X] = ramp ? v * t : R * sin(a);
+    value[VELOCITY_X] = ramp ? v : speed * cos(a);
+    value[POSITION_Y] = ramp ? 0 : R * (1 - cos(a));
+    value[VELOCITY_Y] = ramp ? 0 : speed * sin(a);
 }
 
 const struct Part part = {

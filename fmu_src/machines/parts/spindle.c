@@ -65,16 +65,16 @@ static const struct Variable variables[COUNT] = {
 };
 /* clang-format on */
 
-static void evaluate(lanes *value)
+static void evaluate(double *value)
 {
-    const double r = value[RADIUS][0], w = value[SPEED][0], w_ref = value[REFERENCE][0];
-    const double M = value[GAIN][0] * (w_ref - w) + value[INTEGRAL_GAIN][0] * value[DEVIATION][0];
-    value[CUTTING_SPEED][0] = w * r;
-    value[TORQUE][0] = M;
-    value[POWER][0] = M * w;
-    value[RATES][0] = (value[SPEED_SET][0] - w_ref) / value[RUN_UP_TIME][0];
-    value[RATES + 1][0] = (M - value[PRINCIPAL_FORCE][0] * r - value[DRAG][0] * w) / value[INERTIA][0];
-    value[RATES + 2][0] = w_ref - w;
+    const double r = value[RADIUS], w = value[SPEED], w_ref = value[REFERENCE];
+    const double M = value[GAIN] * (w_ref - w) + value[INTEGRAL_GAIN] * value[DEVIATION];
+    value[CUTTING_SPEED] = w * r;
+    value[TORQUE] = M;
+    value[POWER] = M * w;
+    value[RATES] = (value[SPEED_SET] - w_ref) / value[RUN_UP_TIME];
+    value[RATES + 1] = (M - value[PRINCIPAL_FORCE] * r - value[DRAG] * w) / value[INERTIA];
+    value[RATES + 2] = w_ref - w;
 }
 
 const struct Part part = {

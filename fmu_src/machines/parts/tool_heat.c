@@ -68,16 +68,16 @@ static const struct Variable variables[COUNT] = {
 };
 /* clang-format on */
 
-static void evaluate(lanes *value)
+static void evaluate(double *value)
 {
-    const double a = value[SPOT_RADIUS][0], R_c = 1 / (4 * value[CONDUCTIVITY][0] * a),
-                 C_c = 2 * PI / 3 * a * a * a * value[HEAT_CAPACITY][0];
-    const double T_b = value[BODY_TEMPERATURE][0], flow = (value[TEMPERATURE][0] - T_b) / R_c;
-    value[SPOT_RESISTANCE][0] = R_c;
-    value[SPOT_TIME][0] = R_c * C_c;
-    value[HEAT_FLOW][0] = flow;
-    value[RATES][0] = (value[SHARE][0] * value[DISSIPATED_POWER][0] - flow) / C_c;
-    value[RATES + 1][0] = (flow - (T_b - value[AMBIENT][0]) / value[BODY_RESISTANCE][0]) / value[BODY_CAPACITY][0];
+    const double a = value[SPOT_RADIUS], R_c = 1 / (4 * value[CONDUCTIVITY] * a),
+                 C_c = 2 * PI / 3 * a * a * a * value[HEAT_CAPACITY];
+    const double T_b = value[BODY_TEMPERATURE], flow = (value[TEMPERATURE] - T_b) / R_c;
+    value[SPOT_RESISTANCE] = R_c;
+    value[SPOT_TIME] = R_c * C_c;
+    value[HEAT_FLOW] = flow;
+    value[RATES] = (value[SHARE] * value[DISSIPATED_POWER] - flow) / C_c;
+    value[RATES + 1] = (flow - (T_b - value[AMBIENT]) / value[BODY_RESISTANCE]) / value[BODY_CAPACITY];
 }
 
 const struct Part part = {

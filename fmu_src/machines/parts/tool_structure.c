@@ -104,28 +104,28 @@ static const struct Variable variables[COUNT] = {
 /* clang-format on */
 
 /* One direction; the states, and so their rates, of a direction stand together. */
-static void direction(lanes *value, double F, double k_h, double m_s, double k_s, int state, int rate)
+static void direction(double *value, double F, double k_h, double m_s, double k_s, int state, int rate)
 {
-    const double m_h = value[HOLDER_MASS][0], c_h = 2 * value[HOLDER_DAMPING][0] * sqrt(k_h * m_h),
-                 c_s = 2 * value[SLIDE_DAMPING][0] * sqrt(k_s * m_s);
-    const double q_h = value[state][0], v_h = value[state + 1][0], q_s = value[state + 2][0], v_s = value[state + 3][0];
+    const double m_h = value[HOLDER_MASS], c_h = 2 * value[HOLDER_DAMPING] * sqrt(k_h * m_h),
+                 c_s = 2 * value[SLIDE_DAMPING] * sqrt(k_s * m_s);
+    const double q_h = value[state], v_h = value[state + 1], q_s = value[state + 2], v_s = value[state + 3];
     const double spring = k_h * (q_h - q_s), damper = c_h * (v_h - v_s);
-    value[rate][0] = v_h;
-    value[rate + 1][0] = (F - spring - damper) / m_h;
-    value[rate + 2][0] = v_s;
-    value[rate + 3][0] = (spring + damper - k_s * q_s - c_s * v_s) / m_s;
-    value[STORED_ENERGY][0] += 0.5 * (m_h * v_h * v_h + m_s * v_s * v_s + spring * (q_h - q_s) + k_s * q_s * q_s);
-    value[POWER_IN][0] += F * v_h;
-    value[POWER_LOST][0] += damper * (v_h - v_s) + c_s * v_s * v_s;
+    value[rate] = v_h;
+    value[rate + 1] = (F - spring - damper) / m_h;
+    value[rate + 2] = v_s;
+    value[rate + 3] = (spring + damper - k_s * q_s - c_s * v_s) / m_s;
+    value[STORED_ENERGY] += 0.5 * (m_h * v_h * v_h + m_s * v_s * v_s + spring * (q_h - q_s) + k_s * q_s * q_s);
+    value[POWER_IN] += F * v_h;
+    value[POWER_LOST] += damper * (v_h - v_s) + c_s * v_s * v_s;
 }
 
-static void evaluate(lanes *value)
+static void evaluate(double *value)
 {
-    value[STORED_ENERGY][0] = value[POWER_IN][0] = value[POWER_LOST][0] = 0;
-    direction(value, value[FORCE_X][0], value[HOLDER_STIFFNESS_X][0], value[SLIDE_MASS_X][0],
-              value[SLIDE_STIFFNESS_X][0], DISPLACEMENT_X, RATES);
-    direction(value, value[FORCE_Y][0], value[HOLDER_STIFFNESS_Y][0], value[SLIDE_MASS_Y][0],
-              value[SLIDE_STIFFNESS_Y][0], DISPLACEMENT_Y, RATES + 4);
+    value[STORED_ENERGY] = value[POWER_IN] = value[POWER_LOST] = 0;
+    direction(value, value[FORCE_X], value[HOLDER_STIFFNESS_X], value[SLIDE_MASS_X], value[SLIDE_STIFFNESS_X],
+              DISPLACEMENT_X, RATES);
+    direction(value, value[FORCE_Y], value[HOLDER_STIFFNESS_Y], value[SLIDE_MASS_Y], value[SLIDE_STIFFNESS_Y],
+              DISPLACEMENT_Y, RATES + 4);
 }
 
 const struct Part part = {

@@ -30,8 +30,8 @@ def _place(variable: Variable) -> int:
 
 
 def _add_interfaces(parent: Element, facts: Facts) -> None:
-    for name, flags in facts.shown.fmi2.items():
-        child = add(parent, name, {"modelIdentifier": facts.shown.model_name, **flags})
+    for name, flags in facts.fmu.fmi2.items():
+        child = add(parent, name, {"modelIdentifier": facts.fmu.model_name, **flags})
         files = add(child, "SourceFiles")
         for source in facts.sources:
             add(files, "File", {"name": source})

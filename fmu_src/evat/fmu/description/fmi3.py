@@ -66,8 +66,8 @@ def _add_unknowns(parent: Element, tag: str, unknowns: Sequence[Unknown]) -> Non
 def model_description(facts: Facts) -> bytes:
     """modelDescription.xml of FMI 3.0."""
     document = root("3.0", "instantiationToken", facts)
-    for name, flags in facts.shown.fmi3.items():
-        add(document, name, {"modelIdentifier": facts.shown.model_name, **flags})
+    for name, flags in facts.fmu.fmi3.items():
+        add(document, name, {"modelIdentifier": facts.fmu.model_name, **flags})
     add_units(document, facts)
     _add_types(document, facts)
     add_experiment(document, facts)

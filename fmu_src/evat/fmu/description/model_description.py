@@ -30,7 +30,7 @@ CAUSALITIES = {
 class Facts:
     """Everything that the description is made of."""
 
-    shown: FmuFacts
+    fmu: FmuFacts
     token: str
     variables: tuple[Variable, ...]
     states: tuple[str, ...]
@@ -42,7 +42,7 @@ class Facts:
     @property
     def types(self) -> SimpleTypes:
         """The type definitions."""
-        return simple_types(self.variables, self.laws, self.shown.quantities)
+        return simple_types(self.variables, self.laws, self.fmu.quantities)
 
 
 def value_of(variable: Variable, number: float) -> Scalar:
@@ -80,7 +80,7 @@ def real_attributes(variable: Variable, facts: Facts, derivative: int | None) ->
     is_state = variable.name in facts.states
     return {
         "declaredType": facts.types.of.get(variable.name),
-        "quantity": facts.shown.quantities.get(variable.unit),
+        "quantity": facts.fmu.quantities.get(variable.unit),
         "unit": variable.unit,
         "displayUnit": variable.display_unit,
         **bounds(variable),
@@ -101,12 +101,12 @@ def root(version: str, token_name: str, facts: Facts) -> Element:
     moment = datetime.fromtimestamp(generation_time(), timezone.utc)
     head: dict[str, Scalar | None] = {
         "fmiVersion": version,
-        "modelName": facts.shown.model_name,
+        "modelName": facts.fmu.model_name,
         token_name: facts.token,
-        "description": facts.shown.description,
+        "description": facts.fmu.description,
         "version": __version__,
         "copyright": facts.copyright,
-        "license": facts.shown.license,
+        "license": facts.fmu.license,
         "generationTool": f"evat {__version__}",
         "generationDateAndTime": moment.strftime("%Y-%m-%dT%H:%M:%SZ"),
         "variableNamingConvention": "structured",
@@ -142,7 +142,7 @@ def add_items(parent: Element, kind: Enumeration) -> None:
 def add_experiment(parent: Element, facts: Facts) -> None:
     """Log categories and the default experiment."""
     categories = add(parent, "LogCategories")
-    for name, meaning in facts.shown.log_categories.items():
+    for name, meaning in facts.fmu.log_categories.items():
         add(categories, "Category", {"name": name, "description": meaning})
     tolerance = next((variable.start for variable in facts.variables if variable.name == TOLERANCE), None)
-    add(parent, "DefaultExperiment", {**facts.shown.default_experiment, "tolerance": tolerance})
+    add(parent, "DefaultExperiment", {**facts.fmu.default_experiment, "tolerance": tolerance})

@@ -61,8 +61,8 @@ def _item_description(variable: Variable, choice: str, laws: Mapping[str, str]) 
     if set(variable.choices) <= laws.keys():
         return laws[choice]
     others = "|".join(re.escape(name) for name in variable.choices)
-    found = re.search(rf"(?:^|[\s;,:]){re.escape(choice)}: (.*?)(?=[;,] (?:{others}): |$)", variable.meaning)
-    return found[1] if found else f"{variable.meaning}: {choice.replace('_', ' ')}"
+    described = re.search(rf"(?:^|[\s;,:]){re.escape(choice)}: (.*?)(?=[;,] (?:{others}): |$)", variable.meaning)
+    return described[1] if described else f"{variable.meaning}: {choice.replace('_', ' ')}"
 
 
 def simple_types(variables: Sequence[Variable], laws: Sequence[Law], quantities: Mapping[str, str]) -> SimpleTypes:

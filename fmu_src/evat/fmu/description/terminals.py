@@ -14,7 +14,7 @@ _FOLDER = "terminalsAndIcons"
 _EXTENT = {"x1": -100.0, "y1": -100.0, "x2": 100.0, "y2": 100.0}
 
 
-def terminals_xml(shown: FmuFacts, variables: Sequence[Variable]) -> bytes:
+def terminals_xml(fmu_facts: FmuFacts, variables: Sequence[Variable]) -> bytes:
     """terminalsAndIcons.xml."""
     causalities = {variable.name: variable.causality for variable in variables}
     document = top("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
@@ -22,7 +22,7 @@ def terminals_xml(shown: FmuFacts, variables: Sequence[Variable]) -> bytes:
     add(graphics, "CoordinateSystem", {**_EXTENT, "suggestedScalingFactorTo_mm": 0.1})
     add(graphics, "Icon", _EXTENT)
     parent = add(document, "Terminals")
-    for terminal in shown.terminals:
+    for terminal in fmu_facts.terminals:
         head = {
             "name": terminal["name"],
             "matchingRule": terminal["rule"],
@@ -46,10 +46,10 @@ def terminals_xml(shown: FmuFacts, variables: Sequence[Variable]) -> bytes:
     return serialised(document)
 
 
-def terminal_files(shown: FmuFacts, variables: Sequence[Variable], icon: Picture) -> dict[str, bytes]:
+def terminal_files(fmu_facts: FmuFacts, variables: Sequence[Variable], icon: Picture) -> dict[str, bytes]:
     """The folder terminalsAndIcons of the archive."""
-    files = {f"{_FOLDER}/terminalsAndIcons.xml": terminals_xml(shown, variables)}
-    drawings = {"icon": icon, **{t["name"]: picture.terminal_icon(t["color"]) for t in shown.terminals}}
+    files = {f"{_FOLDER}/terminalsAndIcons.xml": terminals_xml(fmu_facts, variables)}
+    drawings = {"icon": icon, **{t["name"]: picture.terminal_icon(t["color"]) for t in fmu_facts.terminals}}
     for name, drawing in drawings.items():
         files[f"{_FOLDER}/{name}.png"] = drawing.png
         files[f"{_FOLDER}/{name}.svg"] = drawing.svg

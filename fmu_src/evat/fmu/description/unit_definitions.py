@@ -32,8 +32,8 @@ class Unit:
 def definition(name: str, displays: Sequence[str]) -> Unit:
     """A unit of the tables with its display units."""
     base = base_unit(name)
-    shown = tuple(DisplayUnit(display, *affine(name, display)) for display in displays)
-    return Unit(name, base.exponents, float(base.factor), float(base.offset), shown)
+    display_units = tuple(DisplayUnit(display, *affine(name, display)) for display in displays)
+    return Unit(name, base.exponents, float(base.factor), float(base.offset), display_units)
 
 
 def definitions(variables: Sequence[Variable]) -> tuple[Unit, ...]:
@@ -41,7 +41,7 @@ def definitions(variables: Sequence[Variable]) -> tuple[Unit, ...]:
     displays: dict[str, list[str]] = {}
     for variable in variables:
         if variable.type == "real":
-            shown = displays.setdefault(variable.unit, [])
-            if variable.display_unit and variable.display_unit not in shown:
-                shown.append(variable.display_unit)
-    return tuple(definition(name, shown) for name, shown in displays.items())
+            names = displays.setdefault(variable.unit, [])
+            if variable.display_unit and variable.display_unit not in names:
+                names.append(variable.display_unit)
+    return tuple(definition(name, names) for name, names in displays.items())

@@ -36,8 +36,8 @@ def license_text() -> str:
 
 def copyright_line() -> str | None:
     """The copyright line of the licence."""
-    found = re.search(r"^Copyright .*$", license_text(), re.MULTILINE)
-    return found[0].strip() if found else None
+    match = re.search(r"^Copyright .*$", license_text(), re.MULTILINE)
+    return match[0].strip() if match else None
 
 
 def _group(variable: Variable) -> str:
@@ -58,13 +58,13 @@ class Own:
 
 def _own(variables: tuple[Variable, ...]) -> tuple[Own, ...]:
     """What belongs to laws and effects, each with its parameters, states and rates in the order of the table."""
-    found = [Own(law.name, f"friction law {law.name}", None, law.variables) for law in kernel.laws() if law.variables]
+    groups = [Own(law.name, f"friction law {law.name}", None, law.variables) for law in kernel.laws() if law.variables]
     for effect in kernel.effects():
         switch = kernel.variable(effect.name)
         own = {v.name for v in (*effect.variables, *effect.states)}
         every = tuple(v for v in variables if v.name in own or v.derivative_of in own)
-        found.append(Own(effect.name, f"effect {effect.name}", switch, every))
-    return tuple(found)
+        groups.append(Own(effect.name, f"effect {effect.name}", switch, every))
+    return tuple(groups)
 
 
 def _number(value: float) -> str:
@@ -103,14 +103,14 @@ def inline(svg: bytes) -> Markup:
     return Markup(drawing[drawing.index("<svg") :])  # our own drawing: nothing in it comes from outside
 
 
-def page(shown: FmuFacts, drawing: picture.Picture, variables: tuple[Variable, ...]) -> bytes:
+def page(fmu_facts: FmuFacts, drawing: picture.Picture, variables: tuple[Variable, ...]) -> bytes:
     """documentation/index.html."""
     own = _own(variables)
     owned = {v.name for each in own for v in each.variables} | {each.switch.name for each in own if each.switch}
     parameters = [variable for variable in variables if variable.causality == "parameter"]
     text = render(
         "documentation.html.j2",
-        shown=shown,
+        fmu_facts=fmu_facts,
         version=__version__,
         token=kernel.token(),
         diagram=inline(drawing.svg),
@@ -131,11 +131,11 @@ def page(shown: FmuFacts, drawing: picture.Picture, variables: tuple[Variable, .
     return text.encode()
 
 
-def documentation_files(shown: FmuFacts, variables: tuple[Variable, ...]) -> dict[str, bytes]:
+def documentation_files(fmu_facts: FmuFacts, variables: tuple[Variable, ...]) -> dict[str, bytes]:
     """The folder documentation and the picture of the model."""
     drawing = picture.diagram()
     return {
-        "documentation/index.html": page(shown, drawing, variables),
+        "documentation/index.html": page(fmu_facts, drawing, variables),
         "documentation/diagram.png": drawing.png,
         "documentation/diagram.svg": drawing.svg,
         "documentation/externalDependencies.txt": b"none\n",

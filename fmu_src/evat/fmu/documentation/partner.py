@@ -25,13 +25,13 @@ def _bound(variable: Variable, limit: float) -> str:
     return "" if variable.choices or math.isinf(limit) else f"{limit:.6g}"
 
 
-def documentation_files(shown: FmuFacts, part: str) -> dict[str, bytes]:
+def documentation_files(fmu_facts: FmuFacts, part: str) -> dict[str, bytes]:
     """The folder documentation and the picture of the model."""
     variables, states = machine.variables(part), machine.states(part)
-    drawing = picture.block(shown.model_name, variables)
+    drawing = picture.block(fmu_facts.model_name, variables)
     page = render(
         "machine.html.j2",
-        shown=shown,
+        fmu_facts=fmu_facts,
         version=__version__,
         token=machine.token(part),
         equations=machine.equations(part),

@@ -72,15 +72,15 @@ def machine_structure(part: str) -> Structure:
             factors.add(np.stack([changes[:, -len(driven) :]] * 2), moving, np.abs(base), all_told)
 
     def running(chosen: tuple[Variable, ...]) -> tuple[Unknown, ...]:
-        found = []
+        dependent = []
         for unknown in chosen:
             if unknown in own:
-                found.append(Unknown(unknown, (unknown,), ("constant",)))
+                dependent.append(Unknown(unknown, (unknown,), ("constant",)))
                 continue
             row = unknowns.index(unknown)
             places = sorted(np.flatnonzero(factors.seen[row]).tolist(), key=lambda place: driven[place].index)
-            found.append(Unknown(unknown, tuple(driven[p] for p in places), tuple(factors.kind(row, p) for p in places)))
-        return tuple(found)
+            dependent.append(Unknown(unknown, tuple(driven[p] for p in places), tuple(factors.kind(row, p) for p in places)))
+        return tuple(dependent)
 
     late = []
     for row, unknown in enumerate(unknowns):

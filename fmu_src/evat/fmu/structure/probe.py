@@ -97,13 +97,19 @@ class Probe:
     def initial_knowns(self, unknown: Variable) -> list[Variable]:
         """What the unknown follows after a start: seen at rest; and where it follows a state or the time also all that a cycle follows,
         which the search for the periodic states and the averaging run, in internal steps that every effect may shorten."""
-        found = self._seen_at_rest(unknown)
-        if found & {"time", *(state.name for state in self.states)}:
-            found |= {name for rate in self.rates for name in self._seen_at_rest(rate)}
-            found |= {"initial_state", "averaging", "relative_tolerance", "averaging_window", *(effect.name for effect in kernel.effects())}
+        needed = self._seen_at_rest(unknown)
+        if needed & {"time", *(state.name for state in self.states)}:
+            needed |= {name for rate in self.rates for name in self._seen_at_rest(rate)}
+            needed |= {
+                "initial_state",
+                "averaging",
+                "relative_tolerance",
+                "averaging_window",
+                *(effect.name for effect in kernel.effects()),
+            }
         switch = {name: "friction_law" if name in self.laws else owner for name, owner in self.owner.items()}
-        found |= {v.name for v in (*self.fixed, *self.tunable) if switch.get(v.name) in found}
-        return [v for v in (*self.fixed, *self.tunable, *self.driven) if v.name in found]
+        needed |= {v.name for v in (*self.fixed, *self.tunable) if switch.get(v.name) in needed}
+        return [v for v in (*self.fixed, *self.tunable, *self.driven) if v.name in needed]
 
     def _seen_at_rest(self, unknown: Variable) -> set[str]:
         row = self.initial[self.unknowns.index(unknown)]
@@ -145,15 +151,15 @@ class Probe:
     def groups(self, knowns: Sequence[Variable], settled: Mask, alone: Mask) -> list[list[int]]:
         """Places of knowns that have shown the same so far; those of what the setting does without together, if at all; `alone`
         by themselves."""
-        found: dict[object, list[int]] = {}
+        by_answer: dict[object, list[int]] = {}
         look_at_idle = self.luck.random() < 0.1  # nothing is expected of them
-        shown = np.ascontiguousarray(settled.T)
+        of_known = np.ascontiguousarray(settled.T)
         for place, known in enumerate(knowns):
             idle = known.name in self.idle
             if look_at_idle or not idle:
-                key = "idle" if idle else place if alone[place] else shown[place].tobytes()
-                found.setdefault(key, []).append(place)
-        return list(found.values())
+                key = "idle" if idle else place if alone[place] else of_known[place].tobytes()
+                by_answer.setdefault(key, []).append(place)
+        return list(by_answer.values())
 
     def changes(
         self, contact: Contact, knowns: Sequence[Variable], group: list[int], base: FloatArray, answer: Answer, settled: Mask
@@ -171,7 +177,7 @@ class Probe:
             change = together - base
             if len(group) == 1 or not np.any(np.any(change != 0, axis=0) & ~settled[:, group].all(axis=1)):
                 return [Change(group, moves, change)]
-        found = []
+        differences = []
         for place, value, move in zip(group, new, moves, strict=True) if len(group) > 1 else ():
             before = contact.state()
             put(contact, knowns[place], value)
@@ -179,10 +185,10 @@ class Probe:
             values = _attempt(contact, answer)
             contact.restore(before if values is None else changed)
             if values is not None:
-                found.append(Change([place], [move], values - base))
+                differences.append(Change([place], [move], values - base))
                 base = values
         contact.restore(here)
-        return found
+        return differences
 
     def initialise(self, contact: Contact, look: bool) -> None:
         """Start, mostly in contact, and change knowns before the start."""

@@ -22,16 +22,16 @@ POINTS = 2000  # of a line; longer ones are drawn as the envelope of their piece
 PANELS = 6
 
 
-def figures(found: Identification) -> dict[str, str]:
+def figures(identification: Identification) -> dict[str, str]:
     """Pictures as data URIs (SVG), by what they show."""
     with mpl.rc_context({**STYLE, "svg.fonttype": "path"}):
         made = {
-            "measured against calculated": _records(found, residual=False),
-            "residuals: calculated less measured": _records(found, residual=True),
-            "means: measured against calculated": _means(found),
-            "convergence": _convergence(found),
-            "profiles": _profiles(found),
-            "correlation": _correlation(found),
+            "measured against calculated": _records(identification, residual=False),
+            "residuals: calculated less measured": _records(identification, residual=True),
+            "means: measured against calculated": _means(identification),
+            "convergence": _convergence(identification),
+            "profiles": _profiles(identification),
+            "correlation": _correlation(identification),
         }
         return {name: _uri(figure) for name, figure in made.items() if figure is not None}
 
@@ -56,19 +56,19 @@ def _thinned(times: FloatArray, column: FloatArray) -> tuple[FloatArray, FloatAr
     return times[kept], column[kept]
 
 
-def _records(found: Identification, residual: bool) -> Figure | None:
+def _records(identification: Identification, residual: bool) -> Figure | None:
     rows, at = [], 0
-    for trial in found.experiment.trials:
+    for trial in identification.experiment.trials:
         for channel, measured in trial.outputs.items():
-            rows.append((trial, channel, measured, found.predicted[at : at + measured.size]))
+            rows.append((trial, channel, measured, identification.predicted[at : at + measured.size]))
             at += measured.size
     first = {(trial.condition, channel): row for row in reversed(rows) for trial, channel in [(row[0], row[1])]}
-    shown = list(first.values())[::-1][:PANELS]
-    if not shown:
+    panels = list(first.values())[::-1][:PANELS]
+    if not panels:
         return None
-    columns = 1 if len(shown) == 1 else 2
-    figure, axes = new_figure((len(shown) + columns - 1) // columns, columns, (11, 2.7 * ((len(shown) + 1) // columns)), sharex=False)
-    for axis, (trial, channel, measured, calculated) in zip(axes.ravel(), shown, strict=False):
+    columns = 1 if len(panels) == 1 else 2
+    figure, axes = new_figure((len(panels) + columns - 1) // columns, columns, (11, 2.7 * ((len(panels) + 1) // columns)), sharex=False)
+    for axis, (trial, channel, measured, calculated) in zip(axes.ravel(), panels, strict=False):
         factor, unit = clock_unit(float(trial.times[-1] - trial.times[0]))
         lines = {"calculated less measured": calculated - measured} if residual else {"measured": measured, "calculated": calculated}
         for (name, column), colour in zip(lines.items(), COLOURS[2:] if residual else COLOURS, strict=False):
@@ -76,50 +76,50 @@ def _records(found: Identification, residual: bool) -> Figure | None:
             axis.plot(times * factor, values, color=colour, lw=0.9, label=name)
         axis.set(
             xlabel=label("time", unit),
-            ylabel=label(channel, found.units[channel]),
+            ylabel=label(channel, identification.units[channel]),
             title=f"{trial.condition}: {trial.file}",
         )
-    for axis in axes.ravel()[len(shown) :]:
+    for axis in axes.ravel()[len(panels) :]:
         axis.set_visible(False)
     figure.legend(*axes.ravel()[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
-def _means(found: Identification) -> Figure | None:
-    means = found.experiment.means
+def _means(identification: Identification) -> Figure | None:
+    means = identification.experiment.means
     if means is None:
         return None
-    at = sum(column.size for trial in found.experiment.trials for column in trial.outputs.values())
+    at = sum(column.size for trial in identification.experiment.trials for column in trial.outputs.values())
     figure, axes = new_figure(1, len(means.outputs), (11, 3.2), sharex=False)
     for axis, (channel, measured) in zip(axes[0], means.outputs.items(), strict=True):
         places = np.arange(measured.size)
         axis.errorbar(places, measured, yerr=means.sd.get(channel), fmt="o", color=COLOURS[0], label="measured")
-        axis.plot(places, found.predicted[at : at + measured.size], "x", color=COLOURS[1], label="calculated")
+        axis.plot(places, identification.predicted[at : at + measured.size], "x", color=COLOURS[1], label="calculated")
         axis.set_xticks(places, means.conditions, rotation=45)
-        axis.set(ylabel=label(channel, found.units[channel]))
+        axis.set(ylabel=label(channel, identification.units[channel]))
         at += measured.size
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
-def _convergence(found: Identification) -> Figure | None:
-    if len(found.history) < 2:
+def _convergence(identification: Identification) -> Figure | None:
+    if len(identification.history) < 2:
         return None
     figure, axes = new_figure(1, 1, (8, 3))
-    evaluations = [generation.evaluations for generation in found.history]
-    axes[0, 0].plot(evaluations, [generation.best for generation in found.history], color=COLOURS[0], label="best so far")
-    medians = np.array([generation.median for generation in found.history])
+    evaluations = [generation.evaluations for generation in identification.history]
+    axes[0, 0].plot(evaluations, [generation.best for generation in identification.history], color=COLOURS[0], label="best so far")
+    medians = np.array([generation.median for generation in identification.history])
     axes[0, 0].plot(evaluations, np.where(medians < 1e29, medians, np.nan), color=COLOURS[1], lw=0.8, label="median of the generation")
-    axes[0, 0].axhline(found.cost, color=COLOURS[5], ls=":", label="after the polish")
-    axes[0, 0].set(xlabel="model runs", ylabel=f"objective: {found.objective.replace('_', ' ')}", yscale="log")
+    axes[0, 0].axhline(identification.cost, color=COLOURS[5], ls=":", label="after the polish")
+    axes[0, 0].set(xlabel="model runs", ylabel=f"objective: {identification.objective.replace('_', ' ')}", yscale="log")
     axes[0, 0].legend()
     return figure
 
 
-def save_profiles(found: Identification, path: Path) -> Path:
+def save_profiles(identification: Identification, path: Path) -> Path:
     """The profiles alone, as a picture."""
     with mpl.rc_context(STYLE):
-        figure = _profiles(found)
+        figure = _profiles(identification)
         if figure is None:
             raise ParameterError("there are no profiles to draw: the search was stopped before them, or they were not asked for.")
         return save_figure(figure, path)
@@ -129,18 +129,18 @@ def _smooth(curve: Curve, centre: float) -> tuple[FloatArray, FloatArray]:
     """The line through a profile's points: its root is all but straight on either side."""
     root = np.sign(curve.values - centre) * np.sqrt(np.maximum(curve.rise, 0.0))
     between = np.concatenate([np.linspace(low, high, 20) for low, high in itertools.pairwise(curve.values)])
-    found: FloatArray = np.interp(between, curve.values, root) ** 2
-    return between, found
+    rise: FloatArray = np.interp(between, curve.values, root) ** 2
+    return between, rise
 
 
-def _profiles(found: Identification) -> Figure | None:
-    shown = [(each, each.profile) for each in found.estimates if each.profile is not None and each.profile.values.size > 1]
-    if not shown:
+def _profiles(identification: Identification) -> Figure | None:
+    profiles = [(each, each.profile) for each in identification.estimates if each.profile is not None and each.profile.values.size > 1]
+    if not profiles:
         return None
-    columns = min(4, len(shown))
-    rows = -(-len(shown) // columns)
+    columns = min(4, len(profiles))
+    rows = -(-len(profiles) // columns)
     figure, axes = new_figure(rows, columns, (2.9 * columns, 2.6 * rows), sharex=False)
-    for axis, (estimate, curve) in zip(axes.ravel(), shown, strict=False):
+    for axis, (estimate, curve) in zip(axes.ravel(), profiles, strict=False):
         colour = {"identified": COLOURS[2], "weak": COLOURS[4]}.get(estimate.verdict, COLOURS[0])
         unit = estimate.variable.display_unit or estimate.variable.unit
         factor, offset = affine(estimate.variable.unit, unit)
@@ -159,27 +159,27 @@ def _profiles(found: Identification) -> Figure | None:
             axis.xaxis.set_major_locator(MaxNLocator(3))
             axis.ticklabel_format(axis="x", useOffset=False)
         axis.tick_params(labelsize="small")
-    for axis in axes.ravel()[len(shown) :]:
+    for axis in axes.ravel()[len(profiles) :]:
         axis.set_visible(False)
     for row in axes:
         row[0].set_ylabel("rise of the misfit [sd^2]")
     return figure
 
 
-def _correlation(found: Identification) -> Figure | None:
-    count = len(found.estimates)
+def _correlation(identification: Identification) -> Figure | None:
+    count = len(identification.estimates)
     if count < 2:
         return None
     figure, axes = new_figure(1, 1, (1.5 + 0.75 * count, 1 + 0.6 * count))
     axis = axes[0, 0]
     axis.grid(visible=False)
-    image = axis.imshow(found.correlation, vmin=-1, vmax=1, cmap="RdBu_r")
-    names = [estimate.name.replace("_", " ") for estimate in found.estimates]
+    image = axis.imshow(identification.correlation, vmin=-1, vmax=1, cmap="RdBu_r")
+    names = [estimate.name.replace("_", " ") for estimate in identification.estimates]
     axis.set_xticks(range(count), names, rotation=45, ha="right")
     axis.set_yticks(range(count), names)
     for row in range(count):
         for column in range(count):
-            number = float(found.correlation[row, column])
+            number = float(identification.correlation[row, column])
             axis.text(column, row, f"{number:.2f}", ha="center", va="center", fontsize=7, color="white" if abs(number) > 0.6 else "black")
     figure.colorbar(image)
     return figure

@@ -19,20 +19,24 @@ from evat.native import kernel
 SSV, JSON, REPORT = "identified.ssv", "identification.json", "report.html"
 
 
-def parameter_set(found: Identification, name: str) -> parameter_sets.ParameterSet:
+def parameter_set(identification: Identification, name: str) -> parameter_sets.ParameterSet:
     """The identified model as a set, with what is known of each estimate and where it comes from."""
-    others = {key: value for key, value in found.values.items() if key not in kernel.by_name()}  # of what the contact stands in
-    numbers = kernel.check_values({key: value for key, value in found.values.items() if key not in others}, found.effects)
+    others = {key: value for key, value in identification.values.items() if key not in kernel.by_name()}  # of what the contact stands in
+    numbers = kernel.check_values({key: value for key, value in identification.values.items() if key not in others}, identification.effects)
     switches = {effect.name for effect in kernel.effects()}
-    sources = {estimate.name: _source(estimate) for estimate in found.estimates}
-    nominal = found.experiment.nominal.parameters
+    sources = {estimate.name: _source(estimate) for estimate in identification.estimates}
+    nominal = identification.experiment.nominal.parameters
     return parameter_sets.ParameterSet(
         name=name,
-        title=f"Identified from: {found.experiment.title}",
+        title=f"Identified from: {identification.experiment.title}",
         values={key: value for key, value in numbers.items() if key not in switches},
-        effects=found.effects,
+        effects=identification.effects,
         sources={key: sources.get(key, f"held, from the nominal model{f' ({nominal})' if nominal else ''}") for key in numbers},
-        notes=(*_provenance(found), *(f"{key} = {value}" for key, value in others.items()), *(f"doubt: {doubt}" for doubt in found.doubts)),
+        notes=(
+            *_provenance(identification),
+            *(f"{key} = {value}" for key, value in others.items()),
+            *(f"doubt: {doubt}" for doubt in identification.doubts),
+        ),
     )
 
 
@@ -45,22 +49,22 @@ def _source(estimate: Estimate) -> str:
     return said + (f"; on its {estimate.at_bound} bound" if estimate.at_bound else "")
 
 
-def _provenance(found: Identification) -> tuple[str, ...]:
-    made = ", ".join(f"{key} {value}" for key, value in found.made_by.items())
-    errors = ", ".join(f"{channel} {100 * fit.relative_error:.2f} %" for channel, fit in found.fits.items())
-    held = ", ".join(f"{channel} {100 * fit.relative_error:.2f} %" for channel, fit in found.held_out.items())
+def _provenance(identification: Identification) -> tuple[str, ...]:
+    made = ", ".join(f"{key} {value}" for key, value in identification.made_by.items())
+    errors = ", ".join(f"{channel} {100 * fit.relative_error:.2f} %" for channel, fit in identification.fits.items())
+    held = ", ".join(f"{channel} {100 * fit.relative_error:.2f} %" for channel, fit in identification.held_out.items())
     notes = [f"made by: {made}", f"error (eq. 9 of the paper): {errors}"]
     if held:
-        notes.append(f"error on conditions that were held out ({', '.join(found.held_out_conditions)}): {held}")
-    if found.stopped:
+        notes.append(f"error on conditions that were held out ({', '.join(identification.held_out_conditions)}): {held}")
+    if identification.stopped:
         notes.append("the search was stopped by its user: the best so far, not an optimum")
     return tuple(notes)
 
 
-def as_json(found: Identification) -> dict[str, Any]:
+def as_json(identification: Identification) -> dict[str, Any]:
     """SI throughout; what is not a number is null."""
     free = {}
-    for estimate in found.estimates:
+    for estimate in identification.estimates:
         free[estimate.name] = {
             "unit": estimate.variable.unit,
             "value": estimate.value,
@@ -82,30 +86,30 @@ def as_json(found: Identification) -> dict[str, Any]:
             },
         }
     fit_keys = ("rms", "share", "relative_error", "noise", "follows_itself", "samples")
-    names = [estimate.name for estimate in found.estimates]
+    names = [estimate.name for estimate in identification.estimates]
     found_plain: dict[str, Any] = _plain(
         {
             "format": 1,
-            "title": found.experiment.title,
+            "title": identification.experiment.title,
             "parameters": free,
-            "correlation": {"names": names, "matrix": found.correlation.tolist()},
-            "values": dict(found.values),
-            "effects": list(found.effects),
-            "objective": {"name": found.objective, "value": found.cost},
-            "fit": {channel: {key: getattr(fit, key) for key in fit_keys} for channel, fit in found.fits.items()},
+            "correlation": {"names": names, "matrix": identification.correlation.tolist()},
+            "values": dict(identification.values),
+            "effects": list(identification.effects),
+            "objective": {"name": identification.objective, "value": identification.cost},
+            "fit": {channel: {key: getattr(fit, key) for key in fit_keys} for channel, fit in identification.fits.items()},
             "held_out": {
-                "conditions": list(found.held_out_conditions),
-                "fit": {channel: {key: getattr(fit, key) for key in fit_keys} for channel, fit in found.held_out.items()},
+                "conditions": list(identification.held_out_conditions),
+                "fit": {channel: {key: getattr(fit, key) for key in fit_keys} for channel, fit in identification.held_out.items()},
             },
-            "doubts": list(found.doubts),
-            "stopped": found.stopped,
+            "doubts": list(identification.doubts),
+            "stopped": identification.stopped,
             "search": {
-                "name": found.search,
-                "evaluations": found.evaluations,
-                "seconds": found.seconds,
-                "best": [generation.best for generation in found.history],
+                "name": identification.search,
+                "evaluations": identification.evaluations,
+                "seconds": identification.seconds,
+                "best": [generation.best for generation in identification.history],
             },
-            "made_by": dict(found.made_by),
+            "made_by": dict(identification.made_by),
         }
     )
     return found_plain
@@ -119,13 +123,15 @@ def _plain(entry: Any) -> Any:
     return None if isinstance(entry, float) and not math.isfinite(entry) else entry
 
 
-def write(found: Identification, folder: Path) -> tuple[Path, Path, Path]:
+def write(identification: Identification, folder: Path) -> tuple[Path, Path, Path]:
     """All three into `folder`. They are made elsewhere first, so that a failure leaves what was there as it was."""
     with as_output_error(folder, "results"), scratch(folder) as made:
-        parameter_sets.save_ssv(parameter_set(found, folder.name or "identified"), made / SSV)
-        text = json.dumps(as_json(found), indent=2, ensure_ascii=False, allow_nan=False)
+        parameter_sets.save_ssv(parameter_set(identification, folder.name or "identified"), made / SSV)
+        text = json.dumps(as_json(identification), indent=2, ensure_ascii=False, allow_nan=False)
         (made / JSON).write_text(text + "\n", encoding="utf-8")
-        page = render("identify.html.j2", found=found, figures=figures(found), provenance=_provenance(found))
+        page = render(
+            "identify.html.j2", identification=identification, figures=figures(identification), provenance=_provenance(identification)
+        )
         (made / REPORT).write_text(page, encoding="utf-8")
         for name in (SSV, JSON, REPORT):
             os.replace(made / name, folder / name)

@@ -65,8 +65,8 @@ class Cluster:
         sent = self._client.scatter(shared, broadcast=True, hash=False)
         waiting = {self._client.submit(function, sent, *point, pure=False, retries=TRIES): number for number, point in enumerate(points)}
         try:
-            for future, found in self._distributed.as_completed(waiting, loop=self._client.loop, with_results=True):
-                yield waiting[future], found
+            for future, answer in self._distributed.as_completed(waiting, loop=self._client.loop, with_results=True):
+                yield waiting[future], answer
         except (CancelledError, self._distributed.client.FutureCancelledError, self._distributed.KilledWorker, OSError) as error:
             raise ClusterError(f"the cluster lost {TRIES} times the worker that had a run ({error}).") from error
 
@@ -80,5 +80,5 @@ class Cluster:
         workers = len(self._client.scheduler_info(n_workers=-1)["workers"])
         pieces = np.array_split(points, min(max(workers, 1), len(points)))
         futures = [self._client.submit(_costs, self._sent[1], piece, pure=False, retries=TRIES) for piece in pieces]
-        found: FloatArray = np.concatenate(self._client.gather(futures))
-        return found
+        costs: FloatArray = np.concatenate(self._client.gather(futures))
+        return costs

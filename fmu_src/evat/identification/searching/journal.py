@@ -85,9 +85,9 @@ class Journal:
                 "of. Start without resuming, which begins it anew."
             )
         if texts[0] != head:
-            found = json.loads(texts[0])
+            written = json.loads(texts[0])
             asked = json.loads(head)
-            other = sorted(key for key in {*found, *asked} if found.get(key) != asked.get(key))
+            other = sorted(key for key in {*written, *asked} if written.get(key) != asked.get(key))
             raise JournalError(
                 f"{self.path}: this journal is of another search; different are {', '.join(other)}. Ask for the same search, or start "
                 "without resuming."

@@ -101,13 +101,13 @@ class _Book:
 
 def _apart(rows: list[tuple[float, FloatArray]]) -> list[tuple[float, FloatArray]]:
     """The best of rows that are sorted, each apart from those before it."""
-    found = list[tuple[float, FloatArray]]()
+    apart = list[tuple[float, FloatArray]]()
     for cost, point in rows:
-        if len(found) > OTHERS:
+        if len(apart) > OTHERS:
             break
-        if cost < FAILED and all(np.max(np.abs(point - one)) > APART for _, one in found):
-            found.append((cost, point))
-    return found
+        if cost < FAILED and all(np.max(np.abs(point - one)) > APART for _, one in apart):
+            apart.append((cost, point))
+    return apart
 
 
 def check_size(population: int, generations: int, seed: int) -> None:

@@ -36,7 +36,7 @@ def candidates(experiment: Experiment, values: Mapping[str, float | str], units:
     if fastest <= 0 or sigma0 <= 0 or F_C <= 0:
         return {}
     z, slow = max(F_C, F_S) / sigma0, 5 * v_s if v_s > 0 else fastest / 20
-    found = {
+    by_parameter = {
         f"reversals, to and fro at up to {_short(fastest)}m/s": motions.reversal([fastest], RATE),
         f"presliding strokes of {', '.join(f'{_short(share * z)}m' for share in motions.AMPLITUDES)}": motions.presliding(z, RATE),
         f"slow ramps, from rest to {_short(slow)}m/s": motions.ramp([slow], RATE),
@@ -47,15 +47,15 @@ def candidates(experiment: Experiment, values: Mapping[str, float | str], units:
     if sigma1 > 0:  # where the bristles' damping bears as much as their stiffness
         frequency = min(sigma0 / sigma1 / (2 * math.pi), FASTEST)
         name = f"presliding vibration of {_short(motions.AMPLITUDES[0] * z)}m at {_short(frequency)}Hz"
-        found[name] = motions.presliding(z, motions.STROKE * frequency)[:1]
+        by_parameter[name] = motions.presliding(z, motions.STROKE * frequency)[:1]
     inputs = experiment.trials[0].inputs
     for name, shares in PROXIES.items():
         highest = float(np.max(np.abs(inputs[name]))) if name in inputs else 0.0
         if highest > 0:
             levels = [share * highest for share in shares]
             told = f"temperature steps, {name} of {', '.join(f'{level:.3g}' for level in levels)} {units[name]}, with strokes and reversals"
-            found[told] = motions.heated(levels, levels[0], name, [share * z for share in motions.AMPLITUDES], [fastest], RATE)
-    return found
+            by_parameter[told] = motions.heated(levels, levels[0], name, [share * z for share in motions.AMPLITUDES], [fastest], RATE)
+    return by_parameter
 
 
 def advise(objective: Objective, optimum: Optimum, wanted: Sequence[str], untold: Sequence[str] = ()) -> dict[str, str]:
@@ -73,20 +73,22 @@ def advise(objective: Objective, optimum: Optimum, wanted: Sequence[str], untold
         extra = _information(objective, optimum, point, several)
         if extra is not None:
             after[what] = np.sqrt(np.diag(np.linalg.inv(held + extra)))
-    found = {}
+    advice = {}
     for name in wanted:
         place = space.names.index(name)
         least = min((float(sd[place]) for sd in after.values()), default=math.inf)
         if least * LEAST_IMPROVEMENT > before[place]:
-            found[name] = ""
+            advice[name] = ""
             continue
         best = next(what for what, sd in after.items() if sd[place] <= ALIKE * least)  # the simpler ones come first
         one = space.free[place]
         sd = float(after[best][place]) * one.slope(float(point[place]))
         value = one.value(float(point[place]))
         share = f"{100 * sd / abs(value):.2g} %" if value else f"{sd:.2g} {one.variable.unit}"
-        found[name] = f"{best}: with it the standard error would be about {share}" + ("" if sd < KNOWN * abs(value) else ", still not much")
-    return found
+        advice[name] = f"{best}: with it the standard error would be about {share}" + (
+            "" if sd < KNOWN * abs(value) else ", still not much"
+        )
+    return advice
 
 
 def _information(objective: Objective, optimum: Optimum, point: FloatArray, several: Sequence[Motion]) -> FloatArray | None:
@@ -108,8 +110,8 @@ def _information(objective: Objective, optimum: Optimum, point: FloatArray, seve
     except EvatError:
         return None
     scaled = table * weights[:, None]
-    found: FloatArray = scaled.T @ scaled / optimum.unit
-    return found if np.all(np.isfinite(found)) else None
+    information: FloatArray = scaled.T @ scaled / optimum.unit
+    return information if np.all(np.isfinite(information)) else None
 
 
 def _number(values: Mapping[str, float | str], name: str) -> float:

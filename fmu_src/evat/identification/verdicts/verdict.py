@@ -34,7 +34,7 @@ def estimates(objective: Objective, optimum: Optimum, profiles: Sequence[Profile
     values = {**objective.prediction.nominal, **objective.values, **objective.space.at(optimum.point)}
     known = facts(objective.prediction.experiment, values)
     related = correlation(optimum.covariance)
-    words = [_word(objective, optimum, place, found) for place, found in enumerate(profiles)]
+    words = [_word(objective, optimum, place, profile) for place, profile in enumerate(profiles)]
     poor = [name for name, word in zip(objective.space.names, words, strict=True) if word != "identified"]
     untold = [
         name
@@ -42,13 +42,13 @@ def estimates(objective: Objective, optimum: Optimum, profiles: Sequence[Profile
         if word == "not identifiable" or not EDGE < u < 1 - EDGE
     ]
     advices = advise(objective, optimum, poor, untold)
-    found = []
+    verdicts = []
     for place, (one, word, curve) in enumerate(zip(objective.space.free, words, profiles, strict=True)):
         u = float(optimum.point[place])
         sd_u = float(np.sqrt(optimum.covariance[place, place]))
         edge = "lower" if u < EDGE else "upper" if u > 1 - EDGE else ""
         why = "" if word == "identified" else _why(objective, related, place, edge, curve, reason(one.name, known))
-        found.append(
+        verdicts.append(
             Estimate(
                 variable=one.variable,
                 nominal=one.start,
@@ -66,24 +66,24 @@ def estimates(objective: Objective, optimum: Optimum, profiles: Sequence[Profile
                 profile=None if curve is None else Curve(one.values(curve.u), curve.rise, curve.threshold),
             )
         )
-    return tuple(found)
+    return tuple(verdicts)
 
 
-def _word(objective: Objective, optimum: Optimum, place: int, found: Profile | None) -> Word:
+def _word(objective: Objective, optimum: Optimum, place: int, profile: Profile | None) -> Word:
     one, u = objective.space.free[place], float(optimum.point[place])
     value = one.value(u)
-    if found is None:
+    if profile is None:
         half = 1.645 * float(np.sqrt(optimum.covariance[place, place])) * one.slope(u)
         return "identified" if half < BROAD * abs(value) else "weak" if half < one.high - one.low else "not identifiable"
-    if found.open_below and found.open_above:
+    if profile.open_below and profile.open_above:
         return "not identifiable"
-    half = 0.5 * (one.value(found.high) - one.value(found.low))
-    closed = not (found.open_below or found.open_above or found.valleys)
+    half = 0.5 * (one.value(profile.high) - one.value(profile.low))
+    closed = not (profile.open_below or profile.open_above or profile.valleys)
     scale = abs(value) if one.low > 0 or one.high < 0 else one.high - one.low  # where zero is inside, a relative width says nothing
     return "identified" if closed and half <= BROAD * scale and EDGE < u < 1 - EDGE else "weak"
 
 
-def _why(objective: Objective, related: FloatArray, place: int, edge: str, found: Profile | None, sentence: str) -> str:
+def _why(objective: Objective, related: FloatArray, place: int, edge: str, profile: Profile | None, sentence: str) -> str:
     names, one = objective.space.names, objective.space.free[place]
     parts = [sentence] if sentence else []
     if edge:
@@ -92,13 +92,13 @@ def _why(objective: Objective, related: FloatArray, place: int, edge: str, found
     if partners:
         numbers = ", ".join(f"{name} ({related[place, names.index(name)]:+.4f})" for name in partners[:3])
         parts.append(f"only together with others is it seen: correlation with {numbers}")
-    if found is not None and found.valleys:
+    if profile is not None and profile.valleys:
         parts.append("a second set of values, apart from this one, fits almost as well; the interval holds both")
-    if found is not None:
-        if found.open_below and found.open_above and float(np.max(found.rise)) < 0.1 * found.threshold:
+    if profile is not None:
+        if profile.open_below and profile.open_above and float(np.max(profile.rise)) < 0.1 * profile.threshold:
             parts.append("its profile is flat: within the bounds hardly anything that was measured depends on it")
-        elif found.open_above != found.open_below:
-            side = "above" if found.open_below else "below"
-            end = one.value(found.high if found.open_below else found.low)
+        elif profile.open_above != profile.open_below:
+            side = "above" if profile.open_below else "below"
+            end = one.value(profile.high if profile.open_below else profile.low)
             parts.append(f"the data limit it from {side} only, by {end:.4g} {one.variable.unit}".rstrip(" 1"))
     return "; ".join(parts) or "the noise is too large for these data to tell it within half its value"

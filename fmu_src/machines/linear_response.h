@@ -1,9 +1,9 @@
 /* How do linear states answer over a step? */
-#ifndef RESPONSE_H
-#define RESPONSE_H
+#ifndef LINEAR_RESPONSE_H
+#define LINEAR_RESPONSE_H
 
 /* once = integral of exp(A s) ds from 0 to h, twice = integral of that integral; all n by n, by rows, n at most STATES.
  */
-void respond(int n, const double *A, double h, double *once, double *twice);
+void linear_response(int n, const double *A, double h, double *once, double *twice);
 
 #endif

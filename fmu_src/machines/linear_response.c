@@ -5,7 +5,7 @@
  * (e^x + 1) phi1 / 2, phi2 = (phi1^2 + 2 phi2) / 4. A may be singular (a position that nothing holds). Hochbruck and
  * Ostermann 2010, section 4.2.
  */
-#include "response.h"
+#include "linear_response.h"
 #include "machine.h"
 
 #include <math.h>
@@ -54,7 +54,7 @@ static void balance(int n, const double *A, double *scale)
         }
 }
 
-void respond(int n, const double *A, double h, double *once, double *twice)
+void linear_response(int n, const double *A, double h, double *once, double *twice)
 {
     double x[STATES * STATES] = {0}, power[STATES * STATES] = {0}, phi1[STATES * STATES] = {0},
                       phi2[STATES * STATES] = {0};

@@ -1,0 +1,26 @@
+/* What do all models do alike, the contact and its partners? They check a value against its row, say a status in words,
+ * and hash tables and bytes.
+ */
+#ifndef SHARED_H
+#define SHARED_H
+
+#include "tables.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* May `variable` (NULL: there is none) have this value? */
+enum Status check_value(const struct Variable *variable, double value);
+const char *status_text(enum Status status);
+
+/* FNV-1a, 64 bits. A hash begins as HASH_BEGIN and goes on from what it was. */
+#define HASH_BEGIN 14695981039346656037u
+uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t size);
+uint64_t hash_text(uint64_t hash, const char *text);
+/* One row. `of_contact`: the columns that are read of the contact's rows alone, neutral and required_with, count too.
+ */
+uint64_t hash_row(uint64_t hash, const struct Variable *variable, int derivative_of, int of_contact);
+/* "{8-4-4-4-12}": two rounds of `hash_tables` over all that makes a model what it is. */
+void write_token(uint64_t (*hash_tables)(uint64_t hash), char token[39]);
+
+#endif
