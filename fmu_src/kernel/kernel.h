@@ -415,6 +415,8 @@ struct Effect {
     const char *equation, *signature; /* the law, and what it does to a record */
     const char *rivals; /* names, comma-separated, of which at most one may be on; may be NULL */
     const char *needs; /* inputs without which it says nothing, comma-separated; may be NULL */
+    const char *applies_to; /* the kinematics in which it happens, comma-separated, and inputs whoever gives which has
+                               it in every kinematics; NULL: it may happen anywhere */
     enum Stage stage;
     const struct Variable *variables;
     int count, states;

@@ -91,6 +91,9 @@ def test_the_table_tells_all(effect: Effect) -> None:
     assert any(variable.start != variable.neutral for variable in effect.variables if math.isfinite(variable.neutral))  # on is not off
     assert all(rival in EFFECTS and effect.name in EFFECTS[rival].rivals for rival in effect.rivals)
     assert all(kernel.variable(need).causality == "input" for need in effect.needs)
+    assert len(set(effect.applies_to)) == len(effect.applies_to)
+    inputs = set(effect.applies_to) - set(kernel.variable("kinematics").choices)
+    assert all(kernel.variable(name).causality == "input" for name in inputs)
 
 
 @every_motion
