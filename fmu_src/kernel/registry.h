@@ -39,7 +39,8 @@
     LINE(sensor_lowpass)                                                                                               \
     LINE(sensor_gain)                                                                                                  \
     LINE(sensor_offset)                                                                                                \
-    LINE(sensor_drift)
+    LINE(sensor_drift)                                                                                                 \
+    LINE(line_disturbance)
 
 #define COUNT_LINE(name) +1
 enum { LAW_COUNT = 0 FRICTION_LAWS(COUNT_LINE), EFFECT_COUNT = 0 EFFECTS(COUNT_LINE) };

@@ -145,6 +145,7 @@ def parameters(random: Random, effect: Effect, duration: float, values: Mapping[
         "dynamometer_resonance.natural_period": period * logarithmic(random, 0.2, 3),
         "proxy_lag.time_constant": period * logarithmic(random, 0.05, 10),
         "run_out.spindle_frequency": min(random.uniform(0.5, 3) / duration, 1e4),
+        "line_disturbance.frequency": min(random.uniform(0.5, 30) / duration, 1e5),
         "friction_wear.s_0": logarithmic(random, 1e-5, 1),
         "dwell_strengthening.t_ref": duration * logarithmic(random, 1e-4, 1),
         "amplitude_loss.response_time": max(period * logarithmic(random, 0.3, 10), 1e-6),
