@@ -31,6 +31,7 @@
     LINE(viscous_friction)                                                                                             \
     LINE(stribeck)                                                                                                     \
     LINE(dwell_strengthening)                                                                                          \
+    LINE(rate_and_state)                                                                                               \
     LINE(friction_wear)                                                                                                \
     LINE(elasto_plastic)                                                                                               \
     LINE(sensor_delay)                                                                                                 \

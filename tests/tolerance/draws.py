@@ -147,6 +147,7 @@ def parameters(random: Random, effect: Effect, duration: float, values: Mapping[
         "run_out.spindle_frequency": min(random.uniform(0.5, 3) / duration, 1e4),
         "line_disturbance.frequency": min(random.uniform(0.5, 30) / duration, 1e5),
         "friction_wear.s_0": logarithmic(random, 1e-5, 1),
+        "rate_and_state.d_c": logarithmic(random, 1e-6, 1e-2),
         "dwell_strengthening.t_ref": duration * logarithmic(random, 1e-4, 1),
         "amplitude_loss.response_time": max(period * logarithmic(random, 0.3, 10), 1e-6),
         "regenerative.revolution_time": max(duration * random.uniform(0.15, 0.6), 1e-5),
