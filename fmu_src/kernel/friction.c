@@ -71,7 +71,13 @@ void friction_open(const struct Contact *contact, const struct Configuration *w,
 void friction_rates(const struct Configuration *w, struct Point *x)
 {
     w->law->rates(w->law_p, x);
-    act(w, STAGE_BRISTLE, x);
+    if (w->stages >> STAGE_BRISTLE & 1) {
+        EACH_LANE {
+            x->kept[i] = 1;
+            x->beside[i] = 0;
+        }
+        act(w, STAGE_BRISTLE, x);
+    }
     int apart = 0;
     EACH_LANE
         apart |= x->cutting[i] == 0;
@@ -86,11 +92,32 @@ void friction_rates(const struct Configuration *w, struct Point *x)
     }
 }
 
+/* The law's force with the share of its bristle that stands, and what effects add. */
+static void force_beside(const struct Configuration *w, struct Point *x)
+{
+    lanes z, dz;
+    EACH_LANE {
+        z[i] = x->z[i];
+        dz[i] = x->dz[i];
+        x->z[i] *= x->kept[i];
+        x->dz[i] *= x->kept[i];
+    }
+    w->law->force(w->law_p, x);
+    EACH_LANE {
+        x->z[i] = z[i];
+        x->dz[i] = dz[i];
+        x->F[i] += x->beside[i];
+    }
+}
+
 void friction_force(const struct Configuration *w, struct Point *x)
 {
     EACH_LANE
         x->dz[i] = x->drive[i] - x->rate[i] * x->z[i];
-    w->law->force(w->law_p, x);
+    if (w->stages >> STAGE_BRISTLE & 1)
+        force_beside(w, x);
+    else
+        w->law->force(w->law_p, x);
     if (w->current_angle)
         EACH_LANE
             x->F[i] = x->sticking[i] != 0 ? x->F_stick[i] : x->F[i];

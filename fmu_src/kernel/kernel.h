@@ -375,6 +375,8 @@ struct Point {
     lanes target; /* drive / a, also where a = 0 [m] */
     lanes flat_from; /* slip speed from which on the target does not depend on it, as far as the law knows [m/s] */
     lanes dz; /* dz/dt [m/s] */
+    lanes kept; /* share of the bristle's force that stands; opened where an effect asks for the bristle */
+    lanes beside; /* force along the chip flow beside that of the law [N]; the same */
     lanes F; /* friction force on the tool along the chip flow [N] */
     lanes law; /* indicator AT_LAW */
     lanes clamped; /* how many values had to be clamped */

@@ -34,6 +34,7 @@
     LINE(rate_and_state)                                                                                               \
     LINE(friction_wear)                                                                                                \
     LINE(elasto_plastic)                                                                                               \
+    LINE(maxwell_slip)                                                                                                 \
     LINE(sensor_delay)                                                                                                 \
     LINE(cross_talk)                                                                                                   \
     LINE(dynamometer_resonance)                                                                                        \

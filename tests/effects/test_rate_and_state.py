@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import exp, log1p
 
 import numpy as np
@@ -83,7 +84,7 @@ def test_an_uneven_slide_is_that_of_ruinas_equation() -> None:
     y, rows = np.array([0.0, D_C / V_0]), [[0.0, 0.0]]
     # the corners and the reversal between them are kinks
     stops = np.unique(np.concatenate([times, corners, [0.035 + 0.015 * 1e-4 / 3.01e-2]]))
-    for low, high in zip(stops[:-1], stops[1:], strict=True):
+    for low, high in pairwise(stops):
         y = solve_ivp(rates, (low, high), y, "DOP853", rtol=1e-12, atol=[1e-18, 1e-14]).y[:, -1]
         if high in times:
             rows.append([3e6 * y[0], -np.log(V_0 * y[1] / D_C)])
