@@ -52,7 +52,11 @@ void friction_open(const struct Contact *contact, const struct Configuration *w,
         x->margin[i] = w->dissipative ? p[VAR_DAMPING_MARGIN][i] : INFINITY;
         x->flat_from[i] = INFINITY;
     }
-    act(w, STAGE_FRICTION, x);
+    if (w->stages >> STAGE_FRICTION & 1) {
+        EACH_LANE
+            x->beside[i] = 0;
+        act(w, STAGE_FRICTION, x);
+    }
     int softest = 0;
     EACH_LANE {
         const double floor = p[VAR_STIFFNESS_FLOOR][i] * p[VAR_SIGMA0][i];
@@ -74,7 +78,7 @@ void friction_rates(const struct Configuration *w, struct Point *x)
     if (w->stages >> STAGE_BRISTLE & 1) {
         EACH_LANE {
             x->kept[i] = 1;
-            x->beside[i] = 0;
+            x->instead[i] = 0;
         }
         act(w, STAGE_BRISTLE, x);
     }
@@ -92,8 +96,8 @@ void friction_rates(const struct Configuration *w, struct Point *x)
     }
 }
 
-/* The law's force with the share of its bristle that stands, and what effects add. */
-static void force_beside(const struct Configuration *w, struct Point *x)
+/* The law's force with the share of its bristle that stands, and what stands instead of the rest. */
+static void force_in_part(const struct Configuration *w, struct Point *x)
 {
     lanes z, dz;
     EACH_LANE {
@@ -106,7 +110,7 @@ static void force_beside(const struct Configuration *w, struct Point *x)
     EACH_LANE {
         x->z[i] = z[i];
         x->dz[i] = dz[i];
-        x->F[i] += x->beside[i];
+        x->F[i] += x->instead[i];
     }
 }
 
@@ -115,9 +119,12 @@ void friction_force(const struct Configuration *w, struct Point *x)
     EACH_LANE
         x->dz[i] = x->drive[i] - x->rate[i] * x->z[i];
     if (w->stages >> STAGE_BRISTLE & 1)
-        force_beside(w, x);
+        force_in_part(w, x);
     else
         w->law->force(w->law_p, x);
+    if (w->stages >> STAGE_FRICTION & 1)
+        EACH_LANE
+            x->F[i] += x->beside[i];
     if (w->current_angle)
         EACH_LANE
             x->F[i] = x->sticking[i] != 0 ? x->F_stick[i] : x->F[i];

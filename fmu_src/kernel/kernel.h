@@ -375,8 +375,9 @@ struct Point {
     lanes target; /* drive / a, also where a = 0 [m] */
     lanes flat_from; /* slip speed from which on the target does not depend on it, as far as the law knows [m/s] */
     lanes dz; /* dz/dt [m/s] */
-    lanes kept; /* share of the bristle's force that stands; opened where an effect asks for the bristle */
-    lanes beside; /* force along the chip flow beside that of the law [N]; the same */
+    lanes beside; /* force along the chip flow beside that of the law [N]; opened where an effect acts on friction */
+    lanes kept, instead; /* share of the bristle's force that stands, and what stands instead of the rest [N]; opened
+                            where an effect acts on the bristle */
     lanes F; /* friction force on the tool along the chip flow [N] */
     lanes law; /* indicator AT_LAW */
     lanes clamped; /* how many values had to be clamped */
@@ -434,6 +435,9 @@ struct Effect {
     void (*rate)(const lanes *p, const struct Point *x, const lanes *state, lanes *rate);
     /* Longest internal step that resolves what it does, and how far back it recalls forces [s]; may be NULL. */
     double (*longest_step)(const lanes *p, int lane);
+    /* Of what comes back with a state: how many periods lie between two states? A step does not pass a part of one
+     * that its three points could not tell from another; may be NULL. */
+    double (*periods)(const lanes *p, const lanes *from, const lanes *to, int lane);
     double (*looks_back)(const lanes *p, int lane);
     /* Of a sensor: do its states follow the forces late? NULL: it has none. */
     int (*remembers)(const lanes *p, int lane);

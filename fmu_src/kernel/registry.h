@@ -32,6 +32,7 @@
     LINE(stribeck)                                                                                                     \
     LINE(dwell_strengthening)                                                                                          \
     LINE(rate_and_state)                                                                                               \
+    LINE(position_ripple)                                                                                              \
     LINE(friction_wear)                                                                                                \
     LINE(elasto_plastic)                                                                                               \
     LINE(maxwell_slip)                                                                                                 \

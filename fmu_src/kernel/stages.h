@@ -47,6 +47,7 @@ struct Configuration {
     int drivers;                    /* bit n: states of an effect are driven by enum Driver n */
     int sensors;                    /* effects with states of a sensor */
     int looks_back, bends, meets_again; /* whether an effect does */
+    int comes_back;                 /* whether one has periods */
     int feedback;                   /* forces move the path within a step */
     int iterates;                   /* one pass over a step does not do */
     int held; /* external kinematics, no input changes, no effect moves: nothing but the bristle does */
@@ -84,6 +85,8 @@ void forget_states(struct Contact *contact, const struct Configuration *w, int l
 void lead_states(const struct Configuration *w, enum Driver driver, double ahead, struct Point *x);
 void resolving_step(const struct Configuration *w, lanes longest);
 double look_back(const struct Configuration *w, int lane);
+/* The most periods of an effect that lie between two points. */
+double periods_between(const struct Configuration *w, int lane, const struct Point *from, const struct Point *to);
 int sensors_that_remember(const struct Configuration *w, int lane);
 double meeting_time(const struct Configuration *w, int lane);
 /* A step of h from t, shortened to where a jump of the past is recalled; and how much a step's recalled forces bend. */

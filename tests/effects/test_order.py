@@ -24,6 +24,7 @@ OWN: dict[str, Values] = {
     "sensor_lowpass": {"sensor_lowpass.time_constant": 1e-5},
     "dynamometer_resonance": {"dynamometer_resonance.natural_period": 3e-5},
     "amplitude_loss": {"amplitude_loss.response_time": 1e-5, "amplitude_loss.F_ref": 200.0},
+    "position_ripple": {"position_ripple.period": 2e-4},
     "maxwell_slip": {"maxwell_slip.stroke": 1e-3, "maxwell_slip.ratio": 1.0},
     "rate_and_state": {"rate_and_state.d_c": 2e-5, "rate_and_state.v_0": 0.1},
     "dwell_strengthening": {"dwell_strengthening.D_c": 2e-5, "dwell_strengthening.t_ref": 1e-6},

@@ -50,7 +50,7 @@ static void replace(const lanes *p, const lanes *state, struct Point *x)
     EACH_LANE {
         const double share = x->target[i] != 0 ? p[SHARE][i] : 0;
         const double load = (state[0][i] + state[1][i] + state[2][i] + state[3][i]) / (double)ELEMENTS;
-        x->beside[i] += share * x->s0[i] * fabs(x->target[i]) * load;
+        x->instead[i] += share * x->s0[i] * fabs(x->target[i]) * load;
         x->kept[i] *= 1 - share;
     }
 }

@@ -83,7 +83,8 @@ static int all_finite(const struct Point *x)
 
 /* Steps without end: contact that opens and closes at no speed, forces that chase one another. A stretch of time that
  * the steps pass in `few` where nothing happens may take so many times more. An ellipse takes up to 60 a cycle at the
- * usual tolerance, steps shrink with its fourth root, and a law with events of its own may break bonds at each of them.
+ * usual tolerance, steps shrink with its fourth root, a law with events of its own may break bonds at each of them, and
+ * a ripple of friction over a long way has thousands of periods.
  */
 struct Patience {
     double length, begun, taken, most;
@@ -93,7 +94,8 @@ static struct Patience patience_with(const struct Configuration *w)
 {
     const double few = 20, tight = larger(1, sqrt(sqrt(1e-4 / w->p[VAR_RELATIVE_TOLERANCE][0]))),
                  usual = w->current_angle ? 1000 : 4000;
-    const struct Patience p = {few * w->longest[0], 0, 0, usual * tight * (w->law->rest ? 25 : 1)};
+    const struct Patience p = {few * w->longest[0], 0, 0,
+                               usual * tight * (w->law->rest ? 25 : 1) * (w->comes_back ? 100 : 1)};
     return p;
 }
 
