@@ -153,7 +153,9 @@ static void answer(const struct Contact *contact, const struct Configuration *w,
 static double slip_of_angle(const struct Configuration *w, const struct Point *x, int i, double angle)
 {
     const double flattest = 0.02, steepest = 1.5; /* planes beyond them are no chip formation; they bound the search */
-    return slip_along_rake(w, x, i, tan(smaller(larger(angle, flattest) - w->p[VAR_RAKE_ANGLE][i], steepest)));
+    const double slip =
+        slip_along_rake(w, x, i, tan(smaller(larger(angle, flattest) - w->p[VAR_RAKE_ANGLE][i], steepest)));
+    return x->passed[i] * slip;
 }
 
 static double excess(const struct Configuration *w, const struct Point *x, int i)

@@ -344,6 +344,7 @@ struct Point {
     lanes cutting; /* 1 in contact, else 0 */
     lanes speed_ratio; /* HSR = v_c / (a w); infinity without vibration */
     lanes v; /* slip velocity of the chip along the rake [m/s] */
+    lanes passed; /* share of it that the motion passes on to the contact */
     lanes direction; /* +1 or -1: which way it slips */
     lanes speed; /* |v| [m/s] */
     /* temperature */

@@ -78,6 +78,7 @@ static void open_path(const struct Contact *contact, const struct Configuration 
         x->a[i] = or_none(w->p[VAR_AMPLITUDE_X][i], NO_AMPLITUDE);
         x->b[i] = w->p[VAR_AMPLITUDE_Y][i];
         x->phase_y[i] = w->p[VAR_PHASE_Y][i];
+        x->passed[i] = 1;
         x->centre_y[i] = x->centre_u_x[i] = x->centre_u_y[i] = x->raised[i] = x->left[i] = 0;
     }
     if (carried)
@@ -230,9 +231,13 @@ void path_at(const struct Contact *contact, const struct Configuration *w, const
         given_at(contact, w, tau, x);
     else
         ellipse_at(contact, w, tau, x);
-    act(w, STAGE_ENGAGEMENT, x);
     if (given)
         engage_given(x);
     else
         engage_ellipse(w, x);
+    if (!(w->stages >> STAGE_ENGAGEMENT & 1))
+        return;
+    act(w, STAGE_ENGAGEMENT, x);
+    EACH_LANE
+        x->v[i] *= x->passed[i];
 }

@@ -17,6 +17,7 @@
     LINE(ellipse_phase_error)                                                                                          \
     LINE(run_out)                                                                                                      \
     LINE(regenerative)                                                                                                 \
+    LINE(backlash)                                                                                                     \
     LINE(proxy_lag)                                                                                                    \
     LINE(size_effect)                                                                                                  \
     LINE(flow_stress_softening)                                                                                        \

@@ -27,7 +27,7 @@ LAWS = {"lugre": 0.45, "dahl": 0.11, "coulomb": 0.11, "karnopp": 0.11, "bristle"
 TOLERANCES = {1e-3: 0.1, 1e-4: 0.5, 1e-5: 0.3, 1e-6: 0.1}
 PATH_ONLY = ("amplitude_loss", "ellipse_phase_error", "process_damping")  # they say nothing where slip and thickness are given
 EVENTFUL = ("bristle", "karnopp", "reset_integrator")
-STAYS = ("elasto_plastic", "maxwell_slip", "position_ripple")  # where it was led
+STAYS = ("elasto_plastic", "maxwell_slip", "position_ripple", "backlash")  # where it was led
 Random = np.random.Generator
 
 
@@ -148,6 +148,7 @@ def parameters(random: Random, effect: Effect, duration: float, values: Mapping[
         "run_out.spindle_frequency": min(random.uniform(0.5, 3) / duration, 1e4),
         "line_disturbance.frequency": min(random.uniform(0.5, 30) / duration, 1e5),
         "friction_wear.s_0": logarithmic(random, 1e-5, 1),
+        "backlash.gap": logarithmic(random, 1e-6, 1e-3),
         "position_ripple.period": logarithmic(random, 1e-5, 1e-2),
         "maxwell_slip.stroke": logarithmic(random, 1e-6, 1e-3),
         "rate_and_state.d_c": logarithmic(random, 1e-6, 1e-2),
