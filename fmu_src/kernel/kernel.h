@@ -190,6 +190,7 @@ enum Status {
     KERNEL_HISTORY_SHORT,
     KERNEL_STOPPED,
     KERNEL_NO_CYCLE,
+    KERNEL_AHEAD,
     KERNEL_STATUS_COUNT
 };
 
@@ -232,6 +233,11 @@ struct Contact {
     /* The surface that is left: heights [m] at times [s], a ring. Empty unless an effect meets it again. */
     lanes surface_count;
     lanes surface_time[HISTORY], surface_height[HISTORY];
+    /* Corners of slip_velocity [s], [m/s], a ring, straight in between; and the slip that is felt late or early: at
+     * value[VAR_TIME], its slope, and how long that holds [s]. Empty unless an effect delays it. */
+    lanes slip_count;
+    lanes slip_time[HISTORY], slip_given[HISTORY];
+    lanes late_slip, late_slope, late_until;
 };
 
 /* What to follow. Inputs are linear between the samples: inputs[sample * input_count + j], or with per_lane nonzero a
@@ -440,6 +446,8 @@ struct Effect {
      * that its three points could not tell from another; may be NULL. */
     double (*periods)(const lanes *p, const lanes *from, const lanes *to, int lane);
     double (*looks_back)(const lanes *p, int lane);
+    /* By how much the slip comes later than its input [s], below 0: earlier; may be NULL. */
+    double (*delays)(const lanes *p, int lane);
     /* Of a sensor: do its states follow the forces late? NULL: it has none. */
     int (*remembers)(const lanes *p, int lane);
     /* After which time it meets the surface that is left now [s]; may be NULL. */

@@ -181,7 +181,9 @@ static void given_at(const struct Contact *contact, const struct Configuration *
         x->u_x[i] = x->centre_u_x[i];
         x->u_y[i] = x->centre_u_y[i];
         x->approach[i] = x->u_x[i] * w->cos_rake[i] + x->u_y[i] * w->sin_rake[i];
-        x->v[i] = input_at(contact, VAR_SLIP_VELOCITY, i, tau[i]) + slip_along_rake(w, x, i, w->tan_flow[i]);
+        const double given = w->delays ? contact->late_slip[i] + contact->late_slope[i] * tau[i]
+                                       : input_at(contact, VAR_SLIP_VELOCITY, i, tau[i]);
+        x->v[i] = given + slip_along_rake(w, x, i, w->tan_flow[i]);
         x->h[i] = input_at(contact, VAR_UNCUT_THICKNESS, i, tau[i]) + x->raised[i] - x->centre_y[i];
         x->speed_ratio[i] = 0;
         x->surface[i] = x->approach[i] = 1;

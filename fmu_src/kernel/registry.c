@@ -161,11 +161,13 @@ static const char *const status_texts[KERNEL_STATUS_COUNT] = {
                               "loosen relative_tolerance",
     [KERNEL_DIVERGED] = "a force, a state or another output is no longer a finite number",
     [KERNEL_RIVALS] = "two effects are on that are rivals of each other: switch one of them off",
-    [KERNEL_HISTORY_SHORT] = "an effect looks back further than the last 256 internal steps, which are kept: shorten "
-                             "its time or loosen relative_tolerance",
+    [KERNEL_HISTORY_SHORT] = "an effect looks back further than the last 256 internal steps, or corners of an input, "
+                             "which are kept: shorten its time or loosen relative_tolerance",
     [KERNEL_STOPPED] = "stopped on request",
     [KERNEL_NO_CYCLE] =
         "averaging = cycle needs a vibration cycle: use kinematics = internal or combined, or averaging = resolved",
+    [KERNEL_AHEAD] = "an effect asks for an input that comes later (its time is below 0), which a step cannot know: "
+                     "follow a record, or shift the forces by that time",
     [KERNEL_TEMPERATURES] = "reference_temperature must lie above ambient_temperature, by 0.001 K or more",
 };
 const char *kernel_status_text(enum Status status)

@@ -18,6 +18,7 @@
     LINE(run_out)                                                                                                      \
     LINE(regenerative)                                                                                                 \
     LINE(backlash)                                                                                                     \
+    LINE(input_delay)                                                                                                  \
     LINE(proxy_lag)                                                                                                    \
     LINE(size_effect)                                                                                                  \
     LINE(flow_stress_softening)                                                                                        \

@@ -55,6 +55,8 @@ def draw(seed: int, number: int) -> Case:
     motion = vibration(random, kind, values) if vibrating else slip(random, kind, values, _duration(random, effects, values))
     for effect in effects:
         values |= parameters(random, effect, float(motion.times[-1]), values)
+    if motion.stepped and "input_delay" in on:  # a host knows nothing of what comes
+        values["input_delay.time"] = abs(values["input_delay.time"])
     many = values["friction_law"] in ("bristle", "reset_integrator") or any(name in on for name in STAYS)
     if many or "sensor_delay" in on or "regenerative" in on:  # more than one cycle comes back to itself, or what was before it is none
         values.pop("initial_state", None)
@@ -141,6 +143,7 @@ def parameters(random: Random, effect: Effect, duration: float, values: Mapping[
     period = 1 / float(values["vibration_frequency"]) if "vibration_frequency" in values else duration / 10
     found = {variable.name: _near(random, variable) for variable in effect.variables}
     seen: dict[str, float] = {
+        "input_delay.time": period * random.uniform(-0.5, 0.4),
         "sensor_delay.time": period * random.uniform(0.02, 1.5),
         "sensor_lowpass.time_constant": period * logarithmic(random, 0.01, 3),
         "dynamometer_resonance.natural_period": period * logarithmic(random, 0.2, 3),

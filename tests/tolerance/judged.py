@@ -24,6 +24,7 @@ from typing import Any
 
 import cffi
 import numpy as np
+import numpy.typing as npt
 from evat.model import BoolArray, FloatArray
 from evat.native import kernel
 from evat.native.compile import compile_library, host_target, kernel_sources, source_root
@@ -162,6 +163,27 @@ def _line(case: Case) -> FloatArray:
 ADDED: Mapping[str, Callable[[Case], FloatArray]] = {"sensor_drift": lambda case: case.motion.times, "line_disturbance": _line}
 
 
+def _late(case: Case) -> tuple[Case, npt.NDArray[np.intp]]:
+    """The case with its slip shifted by input_delay before the run and not in it, and the places of its samples."""
+    motion, on = case.motion, tuple(name for name in case.on if name != "input_delay")
+    places = np.arange(len(motion.times))
+    if on == case.on or case.values.get("kinematics") != "external" or "slip_velocity" not in motion.begin:
+        return replace(case, on=on), places
+    tau, first, last = _own(case, "input_delay", "time"), motion.times[0], motion.times[-1]
+    corners = motion.times + tau
+    times = np.unique(np.concatenate([motion.times, corners[(corners > first) & (corners < last)]]))
+    middle, length = (times[1:] + times[:-1]) / 2, np.diff(motion.times)
+
+    def side(name: str, late: float, at: FloatArray) -> FloatArray:
+        segment = np.clip(np.searchsorted(motion.times, middle - late) - 1, 0, len(length) - 1)
+        share = np.clip((at - late - motion.times[segment]) / length[segment], 0, 1)
+        return motion.begin[name][segment] * (1 - share) + motion.end[name][segment] * share
+
+    late = {name: tau if name == "slip_velocity" else 0.0 for name in motion.begin}
+    begin, end = ({name: side(name, late[name], at) for name in motion.begin} for at in (times[:-1], times[1:]))
+    return replace(case, on=on, motion=replace(motion, times=times, begin=begin, end=end)), np.searchsorted(times, motion.times)
+
+
 class _Prepared:
     """C's view of a case; keeps its arrays alive."""
 
@@ -192,6 +214,10 @@ class _Prepared:
 
 def reference(case: Case, care: Care | None = None) -> Reference:
     """The right answer."""
+    if "input_delay" in case.on:
+        shifted, places = _late(case)
+        found = reference(shifted, care)
+        return replace(found, rows=found.rows[places])
     ffi, loaded = library()
     care = care or Care()
     names = outputs(case)

@@ -56,6 +56,25 @@ static void land(struct Contact *contact, const struct Record *r, int64_t n)
     }
 }
 
+/* The corners of the slip up to sample n, and in lanes that feel it early so far beyond as they do in the step before
+ * the next sample. */
+static void note_samples(struct Contact *contact, const struct Configuration *w, const struct Record *r, int64_t n)
+{
+    int slip = 0;
+    while (slip < r->input_count && r->input_index[slip] != VAR_SLIP_VELOCITY)
+        ++slip;
+    if (slip == r->input_count) {
+        note_slip_now(contact);
+        return;
+    }
+    for (int i = 0; i < LANES; ++i) {
+        const double lead = slip_lead(w, i);
+        const double until = lead > 0 && n + 1 < r->count ? r->times[n + 1] + lead : r->times[n];
+        for (int64_t m = n; m < r->count && (m == n || r->times[m - 1] < until); ++m)
+            note_slip(contact, i, r->times[m], sample_of(r, m, slip)[r->per_lane ? i : 0]);
+    }
+}
+
 /* In which lanes does a point that a step has passed through show all there is? Not out of contact, nor where rates
  * wait for the deflection, nor where slip or thickness are given as just 0: the step missed that by a rounding, and it
  * means rest, or no contact. Returns whether in all. */
@@ -140,6 +159,13 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
         if (status != KERNEL_OK)
             break;
         land(contact, record, n);
+        if (w.delays) {
+            note_samples(contact, &w, record, n);
+            status = feel_slip_now(contact, &w);
+            if (status != KERNEL_OK)
+                break;
+            course.known = 0;
+        }
         const struct Point *const passed = &course.room[course.now].point;
         if (!record->keep || record->keep[n]) {
             const int shown = angles || n == record->count - 1;
