@@ -78,6 +78,8 @@ struct Configuration wire(const struct Contact *contact)
         0;
     if (contact->effects_on)
         wire_effects(contact, &w);
+    w.record = NULL;
+    w.slip_column = 0;
     w.feedback = w.drivers >> DRIVEN_BY_FORCE & 1;
     w.iterates = w.feedback || w.bends || w.current_angle;
     EACH_LANE {

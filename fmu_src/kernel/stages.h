@@ -49,6 +49,8 @@ struct Configuration {
     int looks_back, bends, meets_again; /* whether an effect does */
     int comes_back;                 /* whether one has periods */
     int delays;                     /* the slip is given, and one delays it */
+    const struct Record *record;    /* that is being followed and gives the slip, by its column; else NULL */
+    int slip_column;
     int feedback;                   /* forces move the path within a step */
     int iterates;                   /* one pass over a step does not do */
     int held; /* external kinematics, no input changes, no effect moves: nothing but the bristle does */

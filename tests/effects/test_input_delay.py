@@ -92,13 +92,30 @@ def test_a_step_cannot_know_what_comes_later() -> None:
         contact.advance(1e-3)
 
 
-def test_more_corners_than_are_kept_are_refused() -> None:
+def test_a_record_has_all_its_corners_and_a_host_the_last_256() -> None:
     times = np.arange(600) * 1e-4
     slip = 1e-2 * np.cos(1e3 * times) ** 3
-    for tau in (2e-2, -2e-2, -4e-2):  # of what is ahead nothing need be kept
-        follow(times, {"slip_velocity": slip}, {**LEVEL, "input_delay.time": tau}, ON, NAMES[0])
+    for tau in (4e-2, -4e-2):
+        found = follow(times, {"slip_velocity": slip}, {**LEVEL, "input_delay.time": tau}, ON, NAMES[2])[0]
+        np.testing.assert_allclose(found, np.interp(times - tau, times, slip), atol=1e-12)
+    contact = begun({**LEVEL, "input_delay.time": 4e-2, "relative_tolerance": 1e-4}, ON)
+
+    def driven() -> None:
+        for v in slip:
+            contact.set("slip_velocity", float(v))
+            contact.advance(1e-4)
+
     with pytest.raises(SimulationError, match="corners of an input"):
-        follow(times, {"slip_velocity": slip}, {**LEVEL, "input_delay.time": 4e-2}, ON, NAMES[0])
+        driven()
+
+
+def test_a_record_goes_on_where_another_has_ended() -> None:
+    """In one piece and in two, of which the second looks back into the first."""
+    values = {**LEVEL, "input_delay.time": 1.23e-2}
+    whole = follow(TIMES, {"slip_velocity": SLIP}, values, ON, NAMES[0])[0]
+    contact = begun({**values, "slip_velocity": float(SLIP[0])}, ON, float(TIMES[0]))
+    parts = [contact.run(TIMES[at], {"slip_velocity": SLIP[at]}, NAMES[:1])[:, 0] for at in (slice(0, 51), slice(50, 101))]
+    np.testing.assert_allclose(np.concatenate([parts[0], parts[1][1:]]), whole, atol=1e-6 * F_C)
 
 
 def test_each_of_many_contacts_has_its_own_delay() -> None:

@@ -1,5 +1,5 @@
-/* Which slip does the contact feel whose input comes late or early? A ring of the corners of slip_velocity, straight in
- * between, and in each lane the straight part that holds now.
+/* Which slip does the contact feel whose input comes late or early? The record that is followed says it, or a ring of
+ * the corners of slip_velocity, straight in between; each lane keeps the straight part that holds now.
  *
  * Where such a part ends the lane's internal step ends, too, and the next one begins as after an event: what jumps
  * there is felt as a jump.
@@ -54,45 +54,89 @@ void note_slip_now(struct Contact *contact)
         note_slip(contact, i, contact->value[VAR_TIME][i], contact->value[VAR_SLIP_VELOCITY][i]);
 }
 
-/* The straight part in which slip_velocity is at t, which lies at or after the last corner: towards what it is now;
- * past what is known of the future it stays. */
-static void part_after(const struct Contact *contact, int lane, double late, double *t_0, double *v_0, double *slope)
+/* A straight part of slip_velocity: v at t_0, with this slope, up to t_1. */
+struct Part {
+    double t_0, v_0, slope, t_1;
+};
+
+static struct Part between(double t_a, double v_a, double t_b, double v_b)
+{
+    const struct Part part = {t_a, v_a, (v_b - v_a) / (t_b - t_a), t_b};
+    return part;
+}
+
+static struct Part held(double v, double until)
+{
+    const struct Part part = {0, v, 0, until};
+    return part;
+}
+
+/* In a record, which knows what comes; past its end the slip stays. */
+static struct Part part_in_record(const struct Configuration *w, int lane, int64_t next)
+{
+    const struct Record *const r = w->record;
+    const int64_t width = r->per_lane ? LANES : 1;
+    const double *const slip = r->inputs + w->slip_column * width + (r->per_lane ? lane : 0);
+    const int64_t row = r->input_count * width;
+    if (next == r->count)
+        return held(slip[(next - 1) * row], INFINITY);
+    return between(r->times[next - 1], slip[(next - 1) * row], r->times[next], slip[next * row]);
+}
+
+/* After the last corner that is known: as it goes on in this step, or of a host's step that is not completed towards
+ * what it is now. */
+static struct Part last_part(const struct Contact *contact, int lane)
 {
     const int64_t count = whole_count(contact->slip_count[lane]), last = (count + HISTORY - 1) % HISTORY;
     const double now = contact->value[VAR_TIME][lane], v = contact->value[VAR_SLIP_VELOCITY][lane];
-    *t_0 = count > 0 ? contact->slip_time[last][lane] : now;
-    *v_0 = count > 0 ? contact->slip_given[last][lane] : v;
-    if (now > *t_0)
-        *slope = (v - *v_0) / (now - *t_0);
-    else
-        *slope = late > 0 ? contact->slope[(int)VAR_SLIP_VELOCITY - (int)INPUT_FIRST][lane] : 0;
+    struct Part part = {now, v, contact->slope[(int)VAR_SLIP_VELOCITY - (int)INPUT_FIRST][lane], INFINITY};
+    if (count > 0 && now > contact->slip_time[last][lane]) {
+        part = between(contact->slip_time[last][lane], contact->slip_given[last][lane], now, v);
+        part.t_1 = INFINITY;
+    }
+    return part;
+}
+
+static struct Part part_in_ring(const struct Contact *contact, int lane, int64_t oldest, int64_t next)
+{
+    const int64_t b = next % HISTORY, a = (next + HISTORY - 1) % HISTORY;
+    return next == oldest ? held(contact->slip_given[b][lane], contact->slip_time[b][lane])
+                          : between(contact->slip_time[a][lane], contact->slip_given[a][lane],
+                                    contact->slip_time[b][lane], contact->slip_given[b][lane]);
+}
+
+static int64_t later_in_record(const struct Record *r, double t)
+{
+    int64_t low = 0, high = r->count;
+    while (low < high) {
+        const int64_t half = (low + high) / 2;
+        if (r->times[half] <= t)
+            low = half + 1;
+        else
+            high = half;
+    }
+    return low;
 }
 
 enum Status feel_slip(struct Contact *contact, const struct Configuration *w, int lane, double s)
 {
     const double late = delay_of(w, lane), now = contact->value[VAR_TIME][lane];
     const double t = now + s - late, inside = t + 1e-13 * (fabs(now) + fabs(s) + fabs(late));
-    const int64_t count = whole_count(contact->slip_count[lane]), oldest = oldest_of(count);
-    const int64_t next = first_later(contact->slip_time, lane, oldest, count, inside, 0);
-    double t_0, v_0, slope, end = INFINITY;
-    if (late == 0) {
-        t_0 = now;
-        v_0 = contact->value[VAR_SLIP_VELOCITY][lane];
-        slope = contact->slope[(int)VAR_SLIP_VELOCITY - (int)INPUT_FIRST][lane];
-    } else if (next == count)
-        part_after(contact, lane, late, &t_0, &v_0, &slope);
-    else {
-        const int64_t b = next % HISTORY, a = (next + HISTORY - 1) % HISTORY;
-        end = contact->slip_time[b][lane] - t; /* from s on */
-        t_0 = contact->slip_time[next > oldest ? a : b][lane];
-        v_0 = contact->slip_given[next > oldest ? a : b][lane];
-        slope = next > oldest ? (contact->slip_given[b][lane] - v_0) / (contact->slip_time[b][lane] - t_0) : 0;
-        if (next == oldest && oldest > 0)
+    const int64_t sample = w->record ? later_in_record(w->record, inside) : 0;
+    struct Part part = {now, contact->value[VAR_SLIP_VELOCITY][lane],
+                        contact->slope[(int)VAR_SLIP_VELOCITY - (int)INPUT_FIRST][lane], INFINITY};
+    if (late != 0 && sample > 0)
+        part = part_in_record(w, lane, sample);
+    else if (late != 0) {
+        const int64_t count = whole_count(contact->slip_count[lane]), oldest = oldest_of(count);
+        const int64_t next = first_later(contact->slip_time, lane, oldest, count, inside, 0);
+        if (next < count && next == oldest && oldest > 0)
             return KERNEL_HISTORY_SHORT;
+        part = next == count ? last_part(contact, lane) : part_in_ring(contact, lane, oldest, next);
     }
-    contact->late_slip[lane] = v_0 + slope * (now - late - t_0); /* at value[VAR_TIME] */
-    contact->late_slope[lane] = slope;
-    contact->late_until[lane] = s + end;
+    contact->late_slip[lane] = part.v_0 + part.slope * (now - late - part.t_0); /* at value[VAR_TIME] */
+    contact->late_slope[lane] = part.slope;
+    contact->late_until[lane] = s + (part.t_1 - t);
     return KERNEL_OK;
 }
 

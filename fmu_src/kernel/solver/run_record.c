@@ -56,23 +56,23 @@ static void land(struct Contact *contact, const struct Record *r, int64_t n)
     }
 }
 
-/* The corners of the slip up to sample n, and in lanes that feel it early so far beyond as they do in the step before
- * the next sample. */
-static void note_samples(struct Contact *contact, const struct Configuration *w, const struct Record *r, int64_t n)
+/* A slip that is felt late or early is looked up in the record. */
+static void look_up_in(const struct Record *r, struct Configuration *w)
 {
-    int slip = 0;
-    while (slip < r->input_count && r->input_index[slip] != VAR_SLIP_VELOCITY)
-        ++slip;
-    if (slip == r->input_count) {
-        note_slip_now(contact);
-        return;
-    }
-    for (int i = 0; i < LANES; ++i) {
-        const double lead = slip_lead(w, i);
-        const double until = lead > 0 && n + 1 < r->count ? r->times[n + 1] + lead : r->times[n];
-        for (int64_t m = n; m < r->count && (m == n || r->times[m - 1] < until); ++m)
-            note_slip(contact, i, r->times[m], sample_of(r, m, slip)[r->per_lane ? i : 0]);
-    }
+    for (int j = 0; j < r->input_count && w->delays; ++j)
+        if (r->input_index[j] == VAR_SLIP_VELOCITY) {
+            w->record = r;
+            w->slip_column = j;
+        }
+}
+
+/* What a step after the record may look back to: until then the past before the record is kept. */
+static void note_samples(struct Contact *contact, const struct Configuration *w, int64_t done)
+{
+    const struct Record *const r = w->record;
+    for (int64_t n = done > HISTORY ? done - HISTORY : 0; n < done; ++n)
+        for (int i = 0; i < LANES; ++i)
+            note_slip(contact, i, r->times[n], sample_of(r, n, w->slip_column)[r->per_lane ? i : 0]);
 }
 
 /* In which lanes does a point that a step has passed through show all there is? Not out of contact, nor where rates
@@ -131,6 +131,7 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
 {
     struct Configuration w = wire(contact);
     struct Course course;
+    look_up_in(record, &w);
     course.now = course.known = 0;
     course.most_steps = record->most_steps;
     const int averages = kernel_averages(contact);
@@ -160,7 +161,8 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
             break;
         land(contact, record, n);
         if (w.delays) {
-            note_samples(contact, &w, record, n);
+            if (!w.record || n == 0)
+                note_slip_now(contact);
             status = feel_slip_now(contact, &w);
             if (status != KERNEL_OK)
                 break;
@@ -185,5 +187,7 @@ enum Status kernel_follow(struct Contact *contact, const struct Record *record, 
         }
         yield->samples_done = n + (status == KERNEL_OK);
     }
+    if (w.record)
+        note_samples(contact, &w, yield->samples_done);
     return status;
 }
