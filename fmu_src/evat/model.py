@@ -152,7 +152,11 @@ class Law:
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """A switchable effect: `variables` are its own parameters, `states` its own states; without the inputs it `needs` it says nothing."""
+    """A switchable effect: `variables` are its own parameters, `states` its own states; without the inputs it `needs` it says nothing.
+
+    It `applies_to` the kinematics named there, and to every kinematics in which an input named there is given; empty: to all. One that does
+    not apply can be switched on all the same, and is no explanation of such a record: the work of a robot's joint has no run-out.
+    """
 
     name: str
     meaning: str
@@ -164,6 +168,11 @@ class Effect:
     stage: str = ""
     needs: tuple[str, ...] = ()
     states: tuple[Variable, ...] = ()
+    applies_to: tuple[str, ...] = ()
+
+    def applies(self, kinematics: str, given: Collection[str] = ()) -> bool:
+        """Whether it may happen in this kinematics to a contact of which these inputs are `given`."""
+        return not self.applies_to or kinematics in self.applies_to or any(name in self.applies_to for name in given)
 
 
 @dataclass(frozen=True, slots=True)

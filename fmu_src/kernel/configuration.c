@@ -50,6 +50,8 @@ static void wire_effects(const struct Contact *contact, struct Configuration *w)
             w->drivers |= (effect->driver != NO_STATES) << effect->driver;
             w->sensors += effect->driver == DRIVEN_BY_SENSOR;
             w->looks_back |= effect->looks_back != NULL;
+            w->comes_back |= effect->periods != NULL;
+            w->delays |= effect->delays != NULL && w->kinematics == KINEMATICS_EXTERNAL;
             w->bends |= effect->bends;
             w->meets_again |= effect->meets_again != NULL;
         }
@@ -72,9 +74,12 @@ struct Configuration wire(const struct Contact *contact)
     w.thermal_rate = chosen(contact->value, VAR_RATE_STIFFNESS, 0) == THERMAL_STIFFNESS;
     w.current_angle =
         chosen(contact->value, VAR_CHIP_FLOW_ANGLE, 0) == CURRENT_ANGLE && w.kinematics != KINEMATICS_EXTERNAL;
-    w.on_count = w.stages = w.drivers = w.sensors = w.looks_back = w.bends = w.meets_again = 0;
+    w.on_count = w.stages = w.drivers = w.sensors = w.looks_back = w.delays = w.comes_back = w.bends = w.meets_again =
+        0;
     if (contact->effects_on)
         wire_effects(contact, &w);
+    w.record = NULL;
+    w.slip_column = 0;
     w.feedback = w.drivers >> DRIVEN_BY_FORCE & 1;
     const int everywhere = w.feedback || w.bends || w.current_angle;
     w.yields = 0;

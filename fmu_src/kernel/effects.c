@@ -147,6 +147,16 @@ double look_back(const struct Configuration *w, int lane)
     return furthest;
 }
 
+double periods_between(const struct Configuration *w, int lane, const struct Point *from, const struct Point *to)
+{
+    double most = 0;
+    for (int n = 0; n < w->on_count; ++n)
+        if (w->on[n]->periods)
+            most = larger(
+                most, w->on[n]->periods(w->on_p[n], from->state + w->on_state[n], to->state + w->on_state[n], lane));
+    return most;
+}
+
 int sensors_that_remember(const struct Configuration *w, int lane)
 {
     int count = 0;

@@ -162,6 +162,9 @@ enum Status kernel_evaluate(struct Contact *contact)
     if (!ordered_temperatures(contact))
         return STATUS_TEMPERATURES;
     const struct Configuration w = wire(contact);
+    const enum Status felt = w.delays ? feel_slip_now(contact, &w) : STATUS_OK;
+    if (felt != STATUS_OK)
+        return felt;
     return kernel_averages(contact) ? shows_finite(contact, &w) : show_here(contact, &w, NULL, NULL, 1);
 }
 
@@ -169,7 +172,12 @@ void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS
 {
     const struct Configuration w = wire(contact);
     struct Point x;
-    point_at(contact, &w, here, &x);
+    if (w.delays) {
+        struct Contact felt = *contact;
+        feel_slip_now(&felt, &w);
+        point_at(&felt, &w, here, &x);
+    } else
+        point_at(contact, &w, here, &x);
     watched_indicators(contact, &w, &x, indicator);
 }
 
@@ -179,6 +187,12 @@ enum Status kernel_event(struct Contact *contact)
         return STATUS_OK;
     const struct Configuration w = wire(contact);
     struct Point x;
+    if (w.delays) {
+        note_slip_now(contact);
+        const enum Status felt = feel_slip_now(contact, &w);
+        if (felt != STATUS_OK)
+            return felt;
+    }
     /* hosts find events to some roundings of the time, and stop on either side */
     act_on_event(contact, &w, here, 1e-9 / w.p[VAR_VIBRATION_FREQUENCY][0] + 1e-12 * fabs(w.p[VAR_TIME][0]), none, &x);
     for (int i = 0; i < LANES && w.looks_back; ++i)
@@ -193,6 +207,15 @@ enum Status kernel_step_completed(struct Contact *contact)
 {
     const struct Configuration w = wire(contact);
     struct Point x;
+    if (w.delays) {
+        note_slip_now(contact);
+        const enum Status felt = feel_slip_now(contact, &w);
+        if (felt != STATUS_OK)
+            return felt;
+        EACH_LANE
+            if (slip_lead(&w, i) > 0)
+                return STATUS_AHEAD;
+    }
     if (!w.looks_back && !w.meets_again)
         return STATUS_OK;
     point_at(contact, &w, here, &x);

@@ -78,12 +78,13 @@ static const char *flaw_of_course(const struct Contact *contact)
 static const char *flaw_of_rings(const struct Contact *contact)
 {
     if (!FINITE(contact->past_end) || !FINITE(contact->past_length) || !FINITE(contact->past_force) ||
-        !FINITE(contact->surface_time) || !FINITE(contact->surface_height))
+        !FINITE(contact->surface_time) || !FINITE(contact->surface_height) || !FINITE(contact->slip_time) ||
+        !FINITE(contact->slip_given) || !FINITE(contact->late_slip) || !FINITE(contact->late_slope))
         return "the past is no finite number";
     for (int i = 0; i < LANES; ++i) {
         const double first = contact->past_first[i], count = contact->past_count[i];
         if (!is_count(first) || !is_count(count) || first > count || count - first > (double)HISTORY ||
-            !is_count(contact->surface_count[i]))
+            !is_count(contact->surface_count[i]) || !is_count(contact->slip_count[i]))
             return "the past has no such place";
         for (int n = 0; n < HISTORY; ++n)
             if (contact->past_length[n][i] < 0)

@@ -52,7 +52,11 @@ void friction_open(const struct Contact *contact, const struct Configuration *w,
         x->margin[i] = w->dissipative ? p[VAR_DAMPING_MARGIN][i] : INFINITY;
         x->flat_from[i] = INFINITY;
     }
-    act(w, STAGE_FRICTION, x);
+    if (w->stages >> STAGE_FRICTION & 1) {
+        EACH_LANE
+            x->beside[i] = 0;
+        act(w, STAGE_FRICTION, x);
+    }
     int softest = 0;
     EACH_LANE {
         const double floor = p[VAR_STIFFNESS_FLOOR][i] * p[VAR_SIGMA0][i];
@@ -73,7 +77,13 @@ void friction_rates(const struct Configuration *w, struct Point *x)
     w->law->rates(w->law_p, x);
     if (w->yields)
         w->law->yield(w->law_p, x);
-    act(w, STAGE_BRISTLE, x);
+    if (w->stages >> STAGE_BRISTLE & 1) {
+        EACH_LANE {
+            x->kept[i] = 1;
+            x->instead[i] = 0;
+        }
+        act(w, STAGE_BRISTLE, x);
+    }
     int apart = 0;
     EACH_LANE
         apart |= x->cutting[i] == 0;
@@ -88,11 +98,35 @@ void friction_rates(const struct Configuration *w, struct Point *x)
     }
 }
 
+/* The law's force with the share of its bristle that stands, and what stands instead of the rest. */
+static void force_in_part(const struct Configuration *w, struct Point *x)
+{
+    lanes z, dz;
+    EACH_LANE {
+        z[i] = x->z[i];
+        dz[i] = x->dz[i];
+        x->z[i] *= x->kept[i];
+        x->dz[i] *= x->kept[i];
+    }
+    w->law->force(w->law_p, x);
+    EACH_LANE {
+        x->z[i] = z[i];
+        x->dz[i] = dz[i];
+        x->F[i] += x->instead[i];
+    }
+}
+
 void friction_force(const struct Configuration *w, struct Point *x)
 {
     EACH_LANE
         x->dz[i] = x->drive[i] - x->rate[i] * x->z[i];
-    w->law->force(w->law_p, x);
+    if (w->stages >> STAGE_BRISTLE & 1)
+        force_in_part(w, x);
+    else
+        w->law->force(w->law_p, x);
+    if (w->stages >> STAGE_FRICTION & 1)
+        EACH_LANE
+            x->F[i] += x->beside[i];
     if (w->current_angle)
         EACH_LANE
             x->F[i] = x->sticking[i] != 0 ? x->F_stick[i] : x->F[i];
@@ -121,7 +155,9 @@ static void answer(const struct Contact *contact, const struct Configuration *w,
 static double slip_of_angle(const struct Configuration *w, const struct Point *x, int i, double angle)
 {
     const double flattest = 0.02, steepest = 1.5; /* planes beyond them are no chip formation; they bound the search */
-    return slip_along_rake(w, x, i, tan(smaller(larger(angle, flattest) - w->p[VAR_RAKE_ANGLE][i], steepest)));
+    const double slip =
+        slip_along_rake(w, x, i, tan(smaller(larger(angle, flattest) - w->p[VAR_RAKE_ANGLE][i], steepest)));
+    return x->passed[i] * slip;
 }
 
 static double excess(const struct Configuration *w, const struct Point *x, int i)

@@ -216,6 +216,11 @@ struct Contact {
     /* The surface that is left: heights [m] at times [s], a ring. Empty unless an effect meets it again. */
     lanes surface_count;
     lanes surface_time[HISTORY], surface_height[HISTORY];
+    /* Corners of slip_velocity [s], [m/s], a ring, straight in between; and the slip that is felt late or early: at
+     * value[VAR_TIME], its slope, and how long that holds [s]. Empty unless an effect delays it. */
+    lanes slip_count;
+    lanes slip_time[HISTORY], slip_given[HISTORY];
+    lanes late_slip, late_slope, late_until;
 };
 
 /* What to follow. Inputs are linear between the samples: inputs[sample * input_count + j], or with per_lane nonzero a
@@ -328,6 +333,7 @@ struct Point {
     lanes cutting; /* 1 in contact, else 0 */
     lanes speed_ratio; /* HSR = v_c / (a w); infinity without vibration */
     lanes v; /* slip velocity of the chip along the rake [m/s] */
+    lanes passed; /* share of it that the motion passes on to the contact */
     lanes direction; /* +1 or -1: which way it slips */
     lanes speed; /* |v| [m/s] */
     /* temperature */
@@ -359,6 +365,9 @@ struct Point {
     lanes target; /* drive / a, also where a = 0 [m] */
     lanes flat_from; /* slip speed from which on the target does not depend on it, as far as the law knows [m/s] */
     lanes dz; /* dz/dt [m/s] */
+    lanes beside; /* force along the chip flow beside that of the law [N]; opened where an effect acts on friction */
+    lanes kept, instead; /* share of the bristle's force that stands, and what stands instead of the rest [N]; opened
+                            where an effect acts on the bristle */
     lanes F; /* friction force on the tool along the chip flow [N] */
     lanes law; /* indicator AT_LAW */
     lanes clamped; /* how many values had to be clamped */
@@ -403,6 +412,8 @@ struct Effect {
     const char *equation, *signature; /* the law, and what it does to a record */
     const char *rivals; /* names, comma-separated, of which at most one may be on; may be NULL */
     const char *needs; /* inputs without which it says nothing, comma-separated; may be NULL */
+    const char *applies_to; /* the kinematics in which it happens, comma-separated, and inputs whoever gives which has
+                               it in every kinematics; NULL: it may happen anywhere */
     enum Stage stage;
     const struct Variable *variables;
     int count, states;
@@ -418,7 +429,12 @@ struct Effect {
     void (*rate)(const lanes *p, const struct Point *x, const lanes *state, lanes *rate);
     /* Longest internal step that resolves what it does, and how far back it recalls forces [s]; may be NULL. */
     double (*longest_step)(const lanes *p, int lane);
+    /* Of what comes back with a state: how many periods lie between two states? A step does not pass a part of one
+     * that its three points could not tell from another; may be NULL. */
+    double (*periods)(const lanes *p, const lanes *from, const lanes *to, int lane);
     double (*looks_back)(const lanes *p, int lane);
+    /* By how much the slip comes later than its input [s], below 0: earlier; may be NULL. */
+    double (*delays)(const lanes *p, int lane);
     /* Of a sensor: do its states follow the forces late? NULL: it has none. */
     int (*remembers)(const lanes *p, int lane);
     /* After which time it meets the surface that is left now [s]; may be NULL. */

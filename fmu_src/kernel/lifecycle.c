@@ -44,6 +44,8 @@ static enum Status begin(struct Contact *contact)
     const struct Configuration w = wire(contact);
     struct Point x;
     const lanes now = {0};
+    if (w.delays)
+        feel_slip_now(contact, &w); /* nothing is known but what is given now */
     EACH_LANE {
         contact->next_step[i] = 1 / (200 * contact->value[VAR_VIBRATION_FREQUENCY][i]);
         contact->largest_difference[i] = largest_difference(contact, i);
@@ -72,6 +74,8 @@ enum Status kernel_start(struct Contact *contact, double time)
         return STATUS_NO_CYCLE;
     EACH_LANE
         contact->value[VAR_TIME][i] = contact->window_origin = time;
+    EACH_LANE
+        contact->slip_count[i] = 0;
     contact->started = 1;
     enum Status status = begin(contact);
     if (status == STATUS_OK && kernel_averages(contact))

@@ -78,6 +78,7 @@ static void open_path(const struct Contact *contact, const struct Configuration 
         x->a[i] = or_none(w->p[VAR_AMPLITUDE_X][i], NO_AMPLITUDE);
         x->b[i] = w->p[VAR_AMPLITUDE_Y][i];
         x->phase_y[i] = w->p[VAR_PHASE_Y][i];
+        x->passed[i] = 1;
         x->centre_y[i] = x->centre_u_x[i] = x->centre_u_y[i] = x->raised[i] = x->left[i] = 0;
     }
     if (carried)
@@ -180,7 +181,9 @@ static void given_at(const struct Contact *contact, const struct Configuration *
         x->u_x[i] = x->centre_u_x[i];
         x->u_y[i] = x->centre_u_y[i];
         x->approach[i] = x->u_x[i] * w->cos_rake[i] + x->u_y[i] * w->sin_rake[i];
-        x->v[i] = input_at(contact, VAR_SLIP_VELOCITY, i, tau[i]) + slip_along_rake(w, x, i, w->tan_flow[i]);
+        const double given = w->delays ? contact->late_slip[i] + contact->late_slope[i] * tau[i]
+                                       : input_at(contact, VAR_SLIP_VELOCITY, i, tau[i]);
+        x->v[i] = given + slip_along_rake(w, x, i, w->tan_flow[i]);
         x->h[i] = input_at(contact, VAR_UNCUT_THICKNESS, i, tau[i]) + x->raised[i] - x->centre_y[i];
         x->speed_ratio[i] = 0;
         x->surface[i] = x->approach[i] = 1;
@@ -230,9 +233,13 @@ void path_at(const struct Contact *contact, const struct Configuration *w, const
         given_at(contact, w, tau, x);
     else
         ellipse_at(contact, w, tau, x);
-    act(w, STAGE_ENGAGEMENT, x);
     if (given)
         engage_given(x);
     else
         engage_ellipse(w, x);
+    if (!(w->stages >> STAGE_ENGAGEMENT & 1))
+        return;
+    act(w, STAGE_ENGAGEMENT, x);
+    EACH_LANE
+        x->v[i] *= x->passed[i];
 }

@@ -107,10 +107,11 @@ static uint64_t hash_tables(uint64_t hash)
     for (int i = 0; i < LAW_COUNT; ++i)
         hash = hash_text(hash_text(hash_text(hash_text(hash, laws[i]->meaning), laws[i]->equation), laws[i]->source),
                          laws[i]->reads);
-    for (int i = 0; i < EFFECT_COUNT; ++i)
-        hash = hash_text(
-            hash_text(hash_text(hash_text(hash, effects[i]->equation), effects[i]->signature), effects[i]->rivals),
-            effects[i]->needs);
+    for (int i = 0; i < EFFECT_COUNT; ++i) {
+        const struct Effect *const e = effects[i];
+        hash = hash_text(hash_text(hash_text(hash, e->equation), e->signature), e->rivals);
+        hash = hash_text(hash_text(hash, e->needs), e->applies_to);
+    }
     return hash;
 }
 

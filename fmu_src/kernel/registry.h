@@ -17,6 +17,8 @@
     LINE(ellipse_phase_error)                                                                                          \
     LINE(run_out)                                                                                                      \
     LINE(regenerative)                                                                                                 \
+    LINE(backlash)                                                                                                     \
+    LINE(input_delay)                                                                                                  \
     LINE(proxy_lag)                                                                                                    \
     LINE(size_effect)                                                                                                  \
     LINE(flow_stress_softening)                                                                                        \
@@ -31,15 +33,19 @@
     LINE(viscous_friction)                                                                                             \
     LINE(stribeck)                                                                                                     \
     LINE(dwell_strengthening)                                                                                          \
+    LINE(rate_and_state)                                                                                               \
+    LINE(position_ripple)                                                                                              \
     LINE(friction_wear)                                                                                                \
     LINE(elasto_plastic)                                                                                               \
+    LINE(maxwell_slip)                                                                                                 \
     LINE(sensor_delay)                                                                                                 \
     LINE(cross_talk)                                                                                                   \
     LINE(dynamometer_resonance)                                                                                        \
     LINE(sensor_lowpass)                                                                                               \
     LINE(sensor_gain)                                                                                                  \
     LINE(sensor_offset)                                                                                                \
-    LINE(sensor_drift)
+    LINE(sensor_drift)                                                                                                 \
+    LINE(line_disturbance)
 
 #define COUNT_LINE(name) +1
 enum { LAW_COUNT = 0 FRICTION_LAWS(COUNT_LINE), EFFECT_COUNT = 0 EFFECTS(COUNT_LINE) };

@@ -24,11 +24,13 @@ static const char *const status_texts[STATUS_COUNT] = {
                               "loosen relative_tolerance",
     [STATUS_DIVERGED] = "a force, a state or another output is no longer a finite number",
     [STATUS_RIVALS] = "two effects are on that are rivals of each other: switch one of them off",
-    [STATUS_HISTORY_SHORT] = "an effect looks back further than the last 256 internal steps, which are kept: shorten "
-                             "its time or loosen relative_tolerance",
+    [STATUS_HISTORY_SHORT] = "an effect looks back further than the last 256 internal steps, or corners of an input, "
+                             "which are kept: shorten its time or loosen relative_tolerance",
     [STATUS_STOPPED] = "stopped on request",
     [STATUS_NO_CYCLE] =
         "averaging = cycle needs a vibration cycle: use kinematics = internal or combined, or averaging = resolved",
+    [STATUS_AHEAD] = "an effect asks for an input that comes later (its time is below 0), which a step cannot know: "
+                     "follow a record, or shift the forces by that time",
     [STATUS_TEMPERATURES] = "reference_temperature must lie above ambient_temperature, by 0.001 K or more",
 };
 const char *status_text(enum Status status) { return status < STATUS_COUNT ? status_texts[status] : "unknown status"; }

@@ -48,6 +48,10 @@ struct Configuration {
     int sensors;                    /* effects with states of a sensor */
     int looks_back, bends, meets_again; /* whether an effect does; */
     int yields;                     /* and the law */
+    int comes_back;                 /* whether one has periods */
+    int delays;                     /* the slip is given, and one delays it */
+    const struct Record *record;    /* that is being followed and gives the slip, by its column; else NULL */
+    int slip_column;
     int feedback;                   /* forces move the path within a step */
     int iterates;                   /* one pass over a step does not do, */
     int iterated[LANES];            /* in these lanes */
@@ -86,6 +90,8 @@ void forget_states(struct Contact *contact, const struct Configuration *w, int l
 void lead_states(const struct Configuration *w, enum Driver driver, double ahead, struct Point *x);
 void resolving_step(const struct Configuration *w, lanes longest);
 double look_back(const struct Configuration *w, int lane);
+/* The most periods of an effect that lie between two points. */
+double periods_between(const struct Configuration *w, int lane, const struct Point *from, const struct Point *to);
 int sensors_that_remember(const struct Configuration *w, int lane);
 double meeting_time(const struct Configuration *w, int lane);
 /* A step of h from t, shortened to where a jump of the past is recalled; and how much a step's recalled forces bend. */
@@ -116,6 +122,20 @@ void leave_surface(struct Contact *contact, int lane, double turn, double feed, 
 double surface_left(const struct Contact *contact, int lane, double t);
 void remember_host_step(struct Contact *contact, int lane, const struct Point *x);
 int recall_reaches(const struct Contact *contact, int lane, double t);
+
+/* history.c: a count in bytes that may come from outside; and the first of the places low..high of a ring whose time
+ * lies after t, or with `at` set at t or after, high where none does. */
+int64_t whole_count(double count);
+int64_t first_later(const lanes *times, int lane, int64_t low, int64_t high, double t, int at);
+
+/* late_slip.c: a corner of slip_velocity; the one that stands in the contact; the part of it that a lane feels at s
+ * after value[VAR_TIME], in late_slip, late_slope and late_until; that of all lanes at value[VAR_TIME]; how far ahead
+ * any of them feels it [s]. */
+void note_slip(struct Contact *contact, int lane, double t, double v);
+void note_slip_now(struct Contact *contact);
+enum Status feel_slip(struct Contact *contact, const struct Configuration *w, int lane, double s);
+enum Status feel_slip_now(struct Contact *contact, const struct Configuration *w);
+double slip_lead(const struct Configuration *w, int lane);
 
 /* linear_response.c: exact answers of linear states to a drive that is a parabola over the step, through u at start,
  * middle and end. first_order_response: dy/dt = (u - y)/T after half and whole of h; second_order_response: d2y/dt2 =

@@ -38,6 +38,7 @@ enum Status { /* status_text says each in words */
               STATUS_HISTORY_SHORT,
               STATUS_STOPPED,
               STATUS_NO_CYCLE,
+              STATUS_AHEAD,
               STATUS_COUNT
 };
 

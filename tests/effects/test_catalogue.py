@@ -24,6 +24,7 @@ CONTRACT = (
     "flank_wear", "process_damping", "thermal_softening", "thermal_damping", "thermal_viscosity", "direction_asymmetry",
     "load_dependence", "viscous_friction", "stribeck", "elasto_plastic", "dwell_strengthening", "friction_wear", "proxy_lag",
     "sensor_delay", "sensor_gain", "sensor_offset", "sensor_drift", "cross_talk", "sensor_lowpass", "dynamometer_resonance",
+    "line_disturbance", "rate_and_state", "maxwell_slip", "position_ripple", "backlash", "input_delay",
 )
 # fmt: on
 MOTIONS: dict[str, dict[str, float | str]] = {
@@ -91,6 +92,9 @@ def test_the_table_tells_all(effect: Effect) -> None:
     assert any(variable.start != variable.neutral for variable in effect.variables if math.isfinite(variable.neutral))  # on is not off
     assert all(rival in EFFECTS and effect.name in EFFECTS[rival].rivals for rival in effect.rivals)
     assert all(kernel.variable(need).causality == "input" for need in effect.needs)
+    assert len(set(effect.applies_to)) == len(effect.applies_to)
+    inputs = set(effect.applies_to) - set(kernel.variable("kinematics").choices)
+    assert all(kernel.variable(name).causality == "input" for name in inputs)
 
 
 @every_motion
@@ -134,7 +138,13 @@ def test_corners_of_the_bounds_stay_finite(effect: Effect, motion: str) -> None:
         values = dict(zip((variable.name for variable in effect.variables), corner, strict=True))
         contact = Contact({**MOTIONS[motion], **values}, (effect.name,))
         contact.start()
-        rows = course(contact, 8)
+        try:
+            rows = course(contact, 8)
+        except SimulationError as error:  # what only a record can give
+            if "follow a record" not in str(error):
+                raise
+            contact.run(np.arange(9) * 7e-6, {"slip_velocity": 0.1 * np.cos(0.3 * np.arange(9))}, ("friction_force",))
+            rows = contact.values()[None]
         assert np.all(np.isfinite(rows[:, [kernel.variable(name).index for name in kernel.outputs()]])), values
 
 

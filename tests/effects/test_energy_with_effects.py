@@ -29,6 +29,7 @@ contacts = some.fixed_dictionaries(
 PARAMETERS = {
     "elasto_plastic": {"share": some.floats(0, 1), "break_away": some.floats(0.01, 0.99)},
     "dwell_strengthening": {"beta": between(1e-3, 5), "t_ref": between(1e-6, 1), "D_c": between(1e-8, 1e-3)},
+    "rate_and_state": {"a": some.floats(0, 1), "b": some.floats(0, 1), "v_0": between(1e-6, 1e-1), "d_c": between(1e-8, 1e-3)},
     "friction_wear": {"delta": some.floats(-0.9, 5), "s_0": between(1e-6, 1)},
     "load_dependence": {"n": some.floats(0, 2), "N_ref": between(1, 100)},
     "direction_asymmetry": {"a": some.floats(-0.9, 0.9), "a_viscous": some.floats(-0.9, 0.9)},

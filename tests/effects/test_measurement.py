@@ -187,3 +187,27 @@ def test_cycle_means_follow_from_the_same_algebra(name: str) -> None:
     same = {"sensor_delay": 1e-5, "sensor_lowpass": 1e-7, "dynamometer_resonance": 1e-7}.get(name, 1e-12)
     assert read(plain, *FORCES).min() > 1
     assert read(contact, *FORCES) == pytest.approx(read(plain, *FORCES), rel=same, abs=0)
+
+
+@pytest.mark.parametrize("thickness", [1e-4, -1e-4])
+def test_a_line_stands_in_the_spectrum_whatever_touches(thickness: float) -> None:
+    """Amplitude and phase of each channel at 50 Hz and nothing at its neighbours, in contact and in the air; the forces know nothing."""
+    sizes, psi = np.array([0.3, 0.7, 1.1]), 0.6
+    own = {f"line_disturbance.{name}": float(size) for name, size in zip(FORCES, sizes, strict=True)}
+    values: Values = {**OUTSIDE, **CONSTANT, "slip_velocity": 0.1, "uncut_thickness": thickness}
+    times = np.arange(400) / 2000
+    found = course(begun({**values, **own, "line_disturbance.phase": psi}, ["line_disturbance"]), times, *FORCES, *MEASURED)
+    plain = course(begun(values), times, *FORCES, *MEASURED)
+    np.testing.assert_array_equal(found[:3], plain[:3])
+    added = found[3:] - plain[3:]
+    assert line(50, times, added) == pytest.approx(sizes * np.exp(1j * (psi - pi / 2)), rel=1e-12)
+    assert np.abs([line(f, times, added) for f in (45, 55, 100)]).max() < 1e-12
+
+
+def test_the_impulse_of_a_line_is_its_integral() -> None:
+    """A (cos psi - cos(2 pi f T + psi))/(2 pi f) over one long step of many periods, where three points of the step would tell nothing."""
+    values: Values = {"line_disturbance.friction_force": 2.0, "line_disturbance.frequency": 60.0, "line_disturbance.phase": 0.3}
+    contact = begun({**OUTSIDE, **CONSTANT, **values, "slip_velocity": 0.1}, ["line_disturbance"])
+    contact.advance(0.33)
+    added = read(contact, "measured_friction_impulse")[0] - 9 * 0.33
+    assert added == pytest.approx(2 * (np.cos(0.3) - np.cos(2 * pi * 60 * 0.33 + 0.3)) / (2 * pi * 60), rel=1e-4)

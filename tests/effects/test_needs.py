@@ -81,6 +81,18 @@ def test_other_effects_need_nothing() -> None:
         check_required_inputs(MODEL, others, {"kinematics": kinematics, "proxy_source": "contact_temperature"})
 
 
+def test_a_joint_has_no_work_that_turns_and_no_chip() -> None:
+    """By what each says of itself: what the tool's path or the chip is in has no place where slip alone is given."""
+    joint = {effect.name for effect in kernel.effects() if effect.applies("external", ["slip_velocity", "normal_load"])}
+    cut = {effect.name for effect in kernel.effects() if effect.applies("external", ["slip_velocity", "uncut_thickness"])}
+    ellipse = {effect.name for effect in kernel.effects() if effect.applies("internal")}
+    of_the_chip = {effect.name for effect in kernel.effects() if effect.stage in ("shear", "load")} | {"run_out", "regenerative"}
+    assert not joint & of_the_chip
+    assert cut - joint == of_the_chip - {"process_damping"}  # which is of the tool's own motion
+    assert of_the_chip | {"amplitude_loss", "ellipse_phase_error"} <= ellipse
+    assert {"stribeck", "sensor_gain", "dwell_strengthening"} <= joint & cut & ellipse
+
+
 @pytest.mark.parametrize("effect", THERMAL)
 def test_a_run_is_refused_before_it_begins(effect: str) -> None:
     values: dict[str, float | str] = {"proxy_source": "proxy_speed", "kinematics": "external", "slip_velocity": 0.1}

@@ -121,3 +121,15 @@ def test_states_move_along_straight_lines(name: str) -> None:
         mean = 0.3 * moved(one, step) + 0.7 * moved(other, step)
         assert moved(0.3 * one + 0.7 * other, step) == pytest.approx(mean, rel=1e-9, abs=1e-9 * float(scale.max()))
     assert not np.array_equal(moved(one, 0.01 * PERIOD), moved(other, 0.01 * PERIOD))
+
+
+@pytest.mark.parametrize("ratio", [0.3, 1.5])
+def test_a_state_follows_the_slip_that_is_solved_for(ratio: float) -> None:
+    """With chip_flow_angle = current_shear_angle the slip is not that of the motion alone, and a contact ages by the way that it slides."""
+    values: Values = {**CUT, "chip_flow_angle": "current_shear_angle", "dwell_strengthening.D_c": 5e-6, "dwell_strengthening.t_ref": 1e-6}
+    agree(
+        {**values, "cutting_speed": ratio * FASTEST, "dwell_strengthening.beta": 0.5},
+        ["dwell_strengthening"],
+        STATES["dwell_strengthening"],
+        2.5,
+    )

@@ -185,6 +185,17 @@ def test_a_delay_of_one_step_shows_the_step_before() -> None:
     assert np.ptp(forces) > 0.1 * forces[0]
 
 
+def test_a_line_leaves_its_mean_over_each_step() -> None:
+    """Steps of 1.6 and of 0.1 periods of mains hum: the sine's own mean over the step, beside that of the forces."""
+    values: Values = {"line_disturbance.principal_force": 3.0, "line_disturbance.phase": 0.4}
+    for step in (0.032, 0.002):
+        times = np.arange(6) * step
+        at = np.full(6, 0.15)
+        hum, plain = (run("cycle", values, on, times, at, ("measured_principal_force",))[1:, 0] for on in (("line_disturbance",), ()))
+        w = 2 * np.pi * 50
+        np.testing.assert_allclose(hum - plain, -3 * np.diff(np.cos(w * times + 0.4)) / (w * step), atol=3e-5)
+
+
 def test_outputs_are_the_means_and_hold() -> None:
     contact = Contact({"averaging": "cycle"})
     contact.start()

@@ -4,7 +4,7 @@ Laws, effects and parameters are asked of the kernel's tables, so that a new one
 averaging = cycle: it claims a mean, not the resolved run; tests/laws/test_averaging.py judges it. chip_flow_angle = current_shear_angle
 with bristle, karnopp and reset_integrator: their events are acted upon at the ends of the kernel's steps, whatever these are. bristle with
 load_dependence: bonds break without end where the load vanishes, and where the next ones form hangs on roundings. A periodic start where
-nothing relaxes (bristle, reset_integrator, elasto_plastic): more than one cycle comes back to itself.
+nothing relaxes (bristle, reset_integrator, and the effects of STAYS): more than one cycle comes back to itself.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ LAWS = {"lugre": 0.45, "dahl": 0.11, "coulomb": 0.11, "karnopp": 0.11, "bristle"
 TOLERANCES = {1e-3: 0.1, 1e-4: 0.5, 1e-5: 0.3, 1e-6: 0.1}
 PATH_ONLY = ("amplitude_loss", "ellipse_phase_error", "process_damping")  # they say nothing where slip and thickness are given
 EVENTFUL = ("bristle", "karnopp", "reset_integrator")
+STAYS = ("elasto_plastic", "maxwell_slip", "position_ripple", "backlash")  # where it was led
 Random = np.random.Generator
 
 
@@ -54,7 +55,9 @@ def draw(seed: int, number: int) -> Case:
     motion = vibration(random, kind, values) if vibrating else slip(random, kind, values, _duration(random, effects, values))
     for effect in effects:
         values |= parameters(random, effect, float(motion.times[-1]), values)
-    many = values["friction_law"] in ("bristle", "reset_integrator") or "elasto_plastic" in on
+    if motion.stepped and "input_delay" in on:  # a host knows nothing of what comes
+        values["input_delay.time"] = abs(values["input_delay.time"])
+    many = values["friction_law"] in ("bristle", "reset_integrator") or any(name in on for name in STAYS)
     if many or "sensor_delay" in on or "regenerative" in on:  # more than one cycle comes back to itself, or what was before it is none
         values.pop("initial_state", None)
     if random.uniform() < 0.2 and not vibrating:
@@ -143,12 +146,18 @@ def parameters(random: Random, effect: Effect, duration: float, values: Mapping[
     period = 1 / float(values["vibration_frequency"]) if "vibration_frequency" in values else duration / 10
     drawn = {variable.name: _near(random, variable) for variable in effect.variables}
     seen: dict[str, float] = {
+        "input_delay.time": period * random.uniform(-0.5, 0.4),
         "sensor_delay.time": period * random.uniform(0.02, 1.5),
         "sensor_lowpass.time_constant": period * logarithmic(random, 0.01, 3),
         "dynamometer_resonance.natural_period": period * logarithmic(random, 0.2, 3),
         "proxy_lag.time_constant": period * logarithmic(random, 0.05, 10),
         "run_out.spindle_frequency": min(random.uniform(0.5, 3) / duration, 1e4),
+        "line_disturbance.frequency": min(random.uniform(0.5, 30) / duration, 1e5),
         "friction_wear.s_0": logarithmic(random, 1e-5, 1),
+        "backlash.gap": logarithmic(random, 1e-6, 1e-3),
+        "position_ripple.period": logarithmic(random, 1e-5, 1e-2),
+        "maxwell_slip.stroke": logarithmic(random, 1e-6, 1e-3),
+        "rate_and_state.d_c": logarithmic(random, 1e-6, 1e-2),
         "dwell_strengthening.t_ref": duration * logarithmic(random, 1e-4, 1),
         "amplitude_loss.response_time": max(period * logarithmic(random, 0.3, 10), 1e-6),
         "regenerative.revolution_time": max(duration * random.uniform(0.15, 0.6), 1e-5),

@@ -17,13 +17,14 @@ import hashlib
 import math
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import cffi
 import numpy as np
+import numpy.typing as npt
 from evat.model import BoolArray, FloatArray
 from evat.native import kernel
 from evat.native.compile import compile_library, host_target, kernel_sources, source_root
@@ -148,6 +149,41 @@ def outputs(case: Case) -> tuple[str, ...]:
     return (*FORCES, *MEASURED, *shown, "bristle_deflection", "in_contact")
 
 
+def _own(case: Case, effect: str, parameter: str) -> float:
+    known = kernel.variable(f"{effect}.{parameter}")
+    return float(case.values.get(known.name, known.start))
+
+
+def _line(case: Case) -> FloatArray:
+    frequency, phase = (_own(case, "line_disturbance", name) for name in ("frequency", "phase"))
+    return np.asarray(np.sin(2 * math.pi * frequency * case.motion.times + phase))
+
+
+# What sensors add as time goes on, per unit of a channel's own parameter.
+ADDED: Mapping[str, Callable[[Case], FloatArray]] = {"sensor_drift": lambda case: case.motion.times, "line_disturbance": _line}
+
+
+def _late(case: Case) -> tuple[Case, npt.NDArray[np.intp]]:
+    """The case with its slip shifted by input_delay before the run and not in it, and the places of its samples."""
+    motion, on = case.motion, tuple(name for name in case.on if name != "input_delay")
+    places = np.arange(len(motion.times))
+    if on == case.on or case.values.get("kinematics") != "external" or "slip_velocity" not in motion.begin:
+        return replace(case, on=on), places
+    tau, first, last = _own(case, "input_delay", "time"), motion.times[0], motion.times[-1]
+    corners = motion.times + tau
+    times = np.unique(np.concatenate([motion.times, corners[(corners > first) & (corners < last)]]))
+    middle, length = (times[1:] + times[:-1]) / 2, np.diff(motion.times)
+
+    def side(name: str, late: float, at: FloatArray) -> FloatArray:
+        segment = np.clip(np.searchsorted(motion.times, middle - late) - 1, 0, len(length) - 1)
+        share = np.clip((at - late - motion.times[segment]) / length[segment], 0, 1)
+        return motion.begin[name][segment] * (1 - share) + motion.end[name][segment] * share
+
+    late = {name: tau if name == "slip_velocity" else 0.0 for name in motion.begin}
+    begin, end = ({name: side(name, late[name], at) for name in motion.begin} for at in (times[:-1], times[1:]))
+    return replace(case, on=on, motion=replace(motion, times=times, begin=begin, end=end)), np.searchsorted(times, motion.times)
+
+
 class _Prepared:
     """C's view of a case; keeps its arrays alive."""
 
@@ -178,17 +214,21 @@ class _Prepared:
 
 def reference(case: Case, care: Care | None = None) -> Reference:
     """The right answer."""
+    if "input_delay" in case.on:
+        shifted, places = _late(case)
+        found = reference(shifted, care)
+        return replace(found, rows=found.rows[places])
     ffi, loaded = library()
     care = care or Care()
     names = outputs(case)
-    # A delay is a shift of what the sensors show, and the drift, last of their chain, does not shift. A periodic start is the kernel's
+    # A delay is a shift of what the sensors show; what is added behind it as time goes on does not shift. A periodic start is the kernel's
     # own, found to a tolerance far below the one that is judged.
     late = float(case.values.get("sensor_delay.time", kernel.variable("sensor_delay.time").start)) if "sensor_delay" in case.on else 0.0
     values: dict[str, Any] = dict(case.values)
     if case.values.get("initial_state") == "periodic":
         values["relative_tolerance"] = 1e-3 * case.relative_tolerance
-    drifts = late > 0 and "sensor_drift" in case.on
-    left_out = ("sensor_delay", *(("sensor_drift",) if drifts else ()))
+    unshifted = {name: added for name, added in ADDED.items() if late > 0 and name in case.on}
+    left_out = ("sensor_delay", *unshifted)
     right = replace(case, values=values, on=tuple(name for name in case.on if name not in left_out))
     prepared = _Prepared(right, names)
     lags = ffi.new("unsigned char[]", [name in MEASURED for name in names])
@@ -203,15 +243,12 @@ def reference(case: Case, care: Care | None = None) -> Reference:
     verdict = loaded.reference_run(prepared.contact, prepared.motion, how, yielded)
     seconds = time.process_time() - begun
     noted = [Jump(jumps[n].time, jumps[n].patience, *sides[jumps[n].first : jumps[n].first + 2].copy()) for n in range(yielded.jump_count)]
-    if drifts:
-        drift = np.zeros((len(case.motion.times), len(names)))
+    for effect, added in unshifted.items():
         for name in MEASURED:
-            known = kernel.variable(f"sensor_drift.{name.removeprefix('measured_')}")
-            drift[:, names.index(name)] = float(case.values.get(known.name, known.start)) * case.motion.times
-        prepared.rows += drift
+            prepared.rows[:, names.index(name)] += _own(case, effect, name.removeprefix("measured_")) * added(case)
     if late > 0:
         lagging = np.array([name in MEASURED for name in names])
-        noted = [jump.of(~lagging) for jump in noted] + [jump.of(lagging, late) for jump in noted if not drifts]
+        noted = [jump.of(~lagging) for jump in noted] + [jump.of(lagging, late) for jump in noted if not unshifted]
     steps, events, evaluations = yielded.steps, yielded.events, yielded.evaluations
     return Reference(VERDICTS[verdict], prepared.rows, noted, steps, events, evaluations, seconds, yielded.failed_at)
 

@@ -10,6 +10,18 @@
 #include <math.h>
 #include <string.h>
 
+/* Of an effect that comes back with its states, which go on at their rates. */
+static double periods_a_second(const struct Course *c, int n)
+{
+    const struct Effect *const effect = kernel_effect(n);
+    const lanes *const own = (const lanes *)c->contact->value + kernel_effect_switch(n),
+                       *const state = own + effect->count - 2 * effect->states, *const rate = state + effect->states;
+    lanes later[STATES];
+    for (int k = 0; k < effect->states; ++k)
+        later[k][0] = state[k][0] + rate[k][0];
+    return effect->periods(own, state, (const lanes *)later, 0);
+}
+
 static double motion_bound(const struct Course *c)
 {
     const struct Motion *m = c->motion;
@@ -27,6 +39,8 @@ static double motion_bound(const struct Course *c)
             fmin(bound, 1 / (parameter(c, VAR_VIBRATION_FREQUENCY) * (parameter(c, VAR_IN_CONTACT) > 0 ? 40 : 150)));
     for (int n = 0; n < kernel_effect_count(); ++n) {
         const int at = kernel_effect_switch(n);
+        if (c->contact->value[at][0] != 0 && kernel_effect(n)->periods)
+            bound = fmin(bound, 0.1 / fmax(periods_a_second(c, n), 1e-300));
         if (c->contact->value[at][0] != 0 && kernel_effect(n)->longest_step)
             bound = fmin(bound, kernel_effect(n)->longest_step((const lanes *)c->contact->value + at, 0));
     }

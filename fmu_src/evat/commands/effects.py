@@ -91,6 +91,7 @@ def _described(effect: Effect, in_full: bool) -> Padding:
     facts += [("source", effect.source)]
     facts += [("rivals", ", ".join(effect.rivals))] if effect.rivals else []
     facts += [("needs", ", ".join(effect.needs))] if effect.needs else []
+    facts += [("applies to", ", ".join(effect.applies_to))] if effect.applies_to else []
     headers = ("parameter", "start", "bounds", "neutral", *(["meaning [source]"] if in_full else []))
     parameters = _grid((_parameter(variable, in_full) for variable in effect.variables), headers)
     return Padding(Group(Text(effect.name, "bold"), Padding(Group(_grid(facts), parameters), (0, 0, 1, 2))), (0, 0, 0, 2))

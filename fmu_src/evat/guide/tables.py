@@ -114,6 +114,7 @@ def _effects_in_full() -> str:
             facts += [f"- **Equation:** {_code(effect.equation, 'equation')}", f"- **In a record:** {_text(effect.signature)}"]
             facts += [f"- **Source:** {_text(effect.source)}"]
             facts += [f"- **Rivals:** {', '.join(map(_code, effect.rivals))}"] if effect.rivals else []
+            facts += [f"- **Applies to:** {', '.join(map(_code, effect.applies_to))}"] if effect.applies_to else []
             table = _own(effect.variables) if effect.variables else ""
             lines.append(f"### {_text(effect.name)} {{#{effect.name}}}\n\n" + "\n".join(facts) + f"\n\n{table}")
     return "\n".join(lines)

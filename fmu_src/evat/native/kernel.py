@@ -186,7 +186,8 @@ def effects() -> tuple[Effect, ...]:
     Returns
     -------
     tuple of Effect
-        Each with name, meaning, equation, source, signature, stage, parameters, rivals, and the inputs without which it says nothing.
+        Each with name, meaning, equation, source, signature, stage, parameters, rivals, the inputs without which it says nothing, and the
+        kinematics it applies to.
 
     Raises
     ------
@@ -216,6 +217,7 @@ def effects() -> tuple[Effect, ...]:
                 signature=_text(row.signature),
                 stage=_text(loaded.kernel_stage_name(row.stage)),
                 needs=_names(_text(row.needs)),
+                applies_to=_names(_text(row.applies_to)),
                 states=own[row.count - 2 * row.states : row.count - row.states],
             )
         )

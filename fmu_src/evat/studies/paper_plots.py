@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from evat import paper_tables
 from evat.native import kernel
-from evat.plots.cycles import COLOURS, STYLE, label, new_figure, save_figure, in_display_unit
+from evat.plots.cycles import COLOURS, STYLE, in_display_unit, label, new_figure, save_figure
 from evat.studies.main_job import FORCES, MODELS
 from evat.studies.paper import ACCEPTED, FEED, ConditionProfile, PaperStudy, chosen, ranked
 from evat.studies.paper_domain import DomainShares

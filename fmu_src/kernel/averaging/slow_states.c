@@ -10,6 +10,7 @@
 #include <math.h>
 
 enum { SENSOR_STEPS = 16 }; /* in which filters and delays are taken through a communication step */
+#define MOST_SENSOR_STEPS 4096 /* where a sensor asks for short ones: beyond, what it adds has no mean but rounding */
 
 static const struct Point still; /* nothing drives */
 
@@ -196,9 +197,15 @@ enum Status measure_means(struct Contact *contact, double step, const lanes *for
     if (measured_plainly(contact, force, measured))
         return STATUS_OK;
     const struct Configuration w = wire_sensors(contact);
-    const int count = w.drivers || w.looks_back ? SENSOR_STEPS : 1;
     struct Point a, m, b;
-    lanes h;
+    lanes h, longest;
+    EACH_LANE
+        longest[i] = INFINITY;
+    resolving_step(&w, longest);
+    double parts = w.drivers || w.looks_back ? SENSOR_STEPS : 1;
+    EACH_LANE
+        parts = larger(parts, ceil(step / longest[i]));
+    const int count = (int)smaller(parts, MOST_SENSOR_STEPS);
     EACH_LANE
         h[i] = step / count;
     mean_point(contact, &w, force, &a);

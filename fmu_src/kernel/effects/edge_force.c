@@ -30,6 +30,7 @@ const struct Effect effect_edge_force = {
     .equation = "principal_force + K_ep w, feed_force + K_ef w while cutting",
     .signature = "force over thickness keeps its slope and gains an intercept",
     .rivals = "size_effect",
+    .applies_to = "internal, combined, uncut_thickness",
     .stage = STAGE_LOAD, .act = plough,
     .variables = variables, .count = COUNT,
 };

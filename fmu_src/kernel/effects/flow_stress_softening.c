@@ -38,6 +38,7 @@ const struct Effect effect_flow_stress_softening = {
     .signature = "principal force falls with the temperature proxy and rises with the logarithm of speed; friction "
         "keeps its share",
     .needs = "proxy_speed",
+    .applies_to = "internal, combined, uncut_thickness",
     .stage = STAGE_SHEAR, .act = soften,
     .variables = variables, .count = COUNT,
 };

@@ -35,6 +35,7 @@ const struct Effect effect_regenerative = {
     .equation = "thickness + s(t - T) - y(t), y the tool's height, s = min(y, s(t - T) + feed) the surface that it "
         "leaves",
     .signature = "run-out fades after one turn; a compliant tool wavers ever more where the cut is too wide for it",
+    .applies_to = "internal, combined, uncut_thickness",
     .stage = STAGE_PATH, .variables = variables, .count = COUNT,
     .act = meet, .meets_again = turn, .longest_step = longest_step,
 };

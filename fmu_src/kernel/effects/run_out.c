@@ -33,6 +33,7 @@ static double longest_step(const lanes *p, int i)
 const struct Effect effect_run_out = {
     .equation = "nominal surface + e sin(Omega t + psi)",
     .signature = "a line at the spindle frequency whose amplitude does not depend on the feed",
+    .applies_to = "internal, combined, uncut_thickness",
     .stage = STAGE_PATH, .act = raise, .longest_step = longest_step,
     .variables = variables, .count = COUNT,
 };

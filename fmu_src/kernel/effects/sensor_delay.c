@@ -28,6 +28,7 @@ static double looks_back(const lanes *p, int i) { return or_none(p[TIME_LATE][i]
 const struct Effect effect_sensor_delay = {
     .equation = "F(t - tau)",
     .signature = "force over velocity opens into a loop that grows with frequency; the wave's form is kept",
+    .rivals = "input_delay",
     .stage = STAGE_MEASUREMENT, .act = wait, .looks_back = looks_back,
     .variables = variables, .count = COUNT,
 };

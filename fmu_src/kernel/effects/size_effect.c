@@ -27,6 +27,7 @@ const struct Effect effect_size_effect = {
     .equation = "tau_s (h/h_ref)^-m",
     .signature = "force over thickness is a power below 1: steep at thin chips, no intercept",
     .rivals = "edge_force",
+    .applies_to = "internal, combined, uncut_thickness",
     .stage = STAGE_SHEAR, .act = harden,
     .variables = variables, .count = COUNT,
 };

@@ -56,6 +56,11 @@ static int choose_step(const struct Contact *contact, const struct Configuration
         to_window[i] = (left > 0) & last & (window <= left);
         running |= left > 0;
     }
+    for (int i = 0; w->delays && i < LANES; ++i) {
+        const double part = contact->late_until[i] - s[i];
+        to_window[i] *= h[i] <= part;
+        h[i] = smaller(h[i], part);
+    }
     for (int i = 0; w->looks_back && i < LANES; ++i) {
         const double chosen_step = h[i];
         if (step - s[i] > 0)
@@ -83,7 +88,8 @@ static int all_finite(const struct Point *x)
 
 /* Steps without end: contact that opens and closes at no speed, forces that chase one another. A stretch of time that
  * the steps pass in `few` where nothing happens may take so many times more. An ellipse takes up to 60 a cycle at the
- * usual tolerance, steps shrink with its fourth root, and a law with events of its own may break bonds at each of them.
+ * usual tolerance, steps shrink with its fourth root, a law with events of its own may break bonds at each of them, and
+ * a ripple of friction over a long way has thousands of periods.
  */
 struct Patience {
     double length, begun, taken, most;
@@ -93,7 +99,8 @@ static struct Patience patience_with(const struct Configuration *w)
 {
     const double few = 20, tight = larger(1, sqrt(sqrt(1e-4 / w->p[VAR_RELATIVE_TOLERANCE][0]))),
                  usual = w->current_angle ? 1000 : 4000;
-    const struct Patience p = {few * w->longest[0], 0, 0, usual * tight * (w->law->rest ? 25 : 1)};
+    const struct Patience p = {few * w->longest[0], 0, 0,
+                               usual * tight * (w->law->rest ? 25 : 1) * (w->comes_back ? 100 : 1)};
     return p;
 }
 
@@ -222,6 +229,19 @@ static enum Status take(struct Contact *contact, const struct Configuration *w, 
     return STATUS_OK;
 }
 
+/* The lanes in which the slip goes on otherwise from s on; status where it is no longer known. */
+static enum Status feel_next_part(struct Contact *contact, const struct Configuration *w, double step, const lanes s,
+                                  int next[LANES])
+{
+    enum Status status = STATUS_OK;
+    for (int i = 0; i < LANES && status == STATUS_OK; ++i) {
+        next[i] = s[i] < step && s[i] >= contact->late_until[i];
+        if (next[i])
+            status = feel_slip(contact, w, i, s[i]);
+    }
+    return status;
+}
+
 static int is_any(const int cut[LANES], int jumps)
 {
     int any = 0;
@@ -249,6 +269,12 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             s[i] = step;
         course->known = 0;
         return STATUS_OK;
+    }
+    if (w->delays) {
+        const enum Status felt = feel_slip_now(contact, w);
+        if (felt != STATUS_OK)
+            return felt;
+        course->known = 0;
     }
     const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][0];
     if (!course->known) {
@@ -299,12 +325,23 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             chased[i] = quiet_for[i] < ahead;
             quiet_for[i] = acts[i] ? 0 : quiet_for[i];
         }
+        int turns = 0;
+        if (w->delays) {
+            int next[LANES];
+            const enum Status felt = feel_next_part(contact, w, step, s, next);
+            if (felt != STATUS_OK)
+                return felt;
+            for (int i = 0; i < LANES; ++i) {
+                acts[i] |= next[i];
+                turns |= next[i];
+            }
+        }
         if (w->current_angle && w->law->event) {
             act_at_step_end(contact, w, t.h, acts, t.start);
             point_at(contact, w, s, t.start);
             take_law_side(contact, w, s, t.h, acts, t.start);
         }
-        if (event)
+        if (event || turns)
             act_in_lanes(contact, w, s, ahead, chased, acts, t.start);
     }
     while (t.start != &room[course->now].point)
@@ -341,8 +378,15 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
     course.now = course.known = 0;
     course.most_steps = 0;
     lanes s = {0};
+    for (int i = 0; w.delays && i < LANES; ++i)
+        if (slip_lead(&w, i) > 0)
+            return STATUS_AHEAD;
+    if (w.delays)
+        note_slip_now(contact);
     const enum Status status = advance_internal(contact, &w, step, stop_at_events, s, &course);
     move_on(contact, s);
+    if (w.delays)
+        note_slip_now(contact);
     *taken = s[0];
     return status;
 }

@@ -6,7 +6,7 @@
 #include <math.h>
 
 /* Bytes from outside (a restored state) steer no array index. */
-static int64_t whole_count(double count) { return count > 0 && count < 9e15 ? (int64_t)count : 0; }
+int64_t whole_count(double count) { return count > 0 && count < 9e15 ? (int64_t)count : 0; }
 
 static int64_t steps_kept(const struct Contact *contact, int lane) { return whole_count(contact->past_count[lane]); }
 
@@ -30,7 +30,7 @@ static const lanes *forces_of(const struct Point *x, int channel)
 
 /* The first of the places low..high of a ring whose time lies after t, or with `at` set at t or after; high where none
  * does. */
-static int64_t first_later(const lanes *times, int lane, int64_t low, int64_t high, double t, int at)
+int64_t first_later(const lanes *times, int lane, int64_t low, int64_t high, double t, int at)
 {
     while (low < high) {
         const int64_t half = (low + high) / 2;

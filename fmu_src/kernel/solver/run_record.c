@@ -56,6 +56,25 @@ static void land(struct Contact *contact, const struct Record *r, int64_t n)
     }
 }
 
+/* A slip that is felt late or early is looked up in the record. */
+static void look_up_in(const struct Record *r, struct Configuration *w)
+{
+    for (int j = 0; j < r->input_count && w->delays; ++j)
+        if (r->input_index[j] == VAR_SLIP_VELOCITY) {
+            w->record = r;
+            w->slip_column = j;
+        }
+}
+
+/* What a step after the record may look back to: until then the past before the record is kept. */
+static void note_samples(struct Contact *contact, const struct Configuration *w, int64_t done)
+{
+    const struct Record *const r = w->record;
+    for (int64_t n = done > HISTORY ? done - HISTORY : 0; n < done; ++n)
+        for (int i = 0; i < LANES; ++i)
+            note_slip(contact, i, r->times[n], sample_of(r, n, w->slip_column)[r->per_lane ? i : 0]);
+}
+
 /* In which lanes does a point that a step has passed through show all there is? Not out of contact, nor where rates
  * wait for the deflection, nor where slip or thickness are given as just 0: the step missed that by a rounding, and it
  * means rest, or no contact. Returns whether in all. */
@@ -112,6 +131,7 @@ enum Status kernel_run_record(struct Contact *contact, const struct Record *reco
 {
     struct Configuration w = wire(contact);
     struct Course course;
+    look_up_in(record, &w);
     course.now = course.known = 0;
     course.most_steps = record->most_steps;
     const int averages = kernel_averages(contact);
@@ -140,6 +160,14 @@ enum Status kernel_run_record(struct Contact *contact, const struct Record *reco
         if (status != STATUS_OK)
             break;
         land(contact, record, n);
+        if (w.delays) {
+            if (!w.record || n == 0)
+                note_slip_now(contact);
+            status = feel_slip_now(contact, &w);
+            if (status != STATUS_OK)
+                break;
+            course.known = 0;
+        }
         const struct Point *const passed = &course.room[course.now].point;
         if (!record->keep || record->keep[n]) {
             const int shown = angles || n == record->count - 1;
@@ -159,5 +187,7 @@ enum Status kernel_run_record(struct Contact *contact, const struct Record *reco
         }
         yield->samples_done = n + (status == STATUS_OK);
     }
+    if (w.record)
+        note_samples(contact, &w, yield->samples_done);
     return status;
 }

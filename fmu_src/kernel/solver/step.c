@@ -30,6 +30,17 @@ static void slide(const lanes h, const struct Point *a, struct Point *m, struct 
     }
 }
 
+/* Where the slip is solved for, the motion alone says less than the pass before has found. */
+static void slip_as_solved(struct Point *x)
+{
+    EACH_LANE
+        if (!isnan(x->solved_slip[i])) {
+            x->v[i] = x->solved_slip[i];
+            x->direction[i] = x->v[i] < 0 ? -1 : 1;
+            x->speed[i] = fabs(x->v[i]);
+        }
+}
+
 /* All stages at middle and end, with the z and the states that stand there, and from their rates the bristle's new z.
  */
 static void pass(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
@@ -45,6 +56,10 @@ static void pass(const struct Contact *contact, const struct Configuration *w, c
         }
         engage_point(contact, w, half, middle);
         engage_point(contact, w, whole, end);
+        if (w->on_count > 0 && w->current_angle) {
+            slip_as_solved(middle);
+            slip_as_solved(end);
+        }
         if (w->on_count > 0)
             slide(h, start, middle, end);
         move_states(w, DRIVEN_BY_MOTION, h, start, middle, end);

@@ -49,12 +49,16 @@ static int all_well_within(const struct Contact *contact, const struct Point *a,
     return !beyond;
 }
 
+/* Of a ripple within a step, at a tolerance of 0.1: more would not show how it bends. What a stiff bristle lags behind
+ * it is of third order. */
+#define MOST_PERIODS 0.6
+
 int accurate(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes h,
              const struct Point *start, const struct Point *middle, const struct Point *end, const lanes difference,
              lanes next, int fits[LANES])
 {
     int all = 1, coarse = 0;
-    if (!w->looks_back && all_well_within(contact, start, middle, end, difference)) {
+    if (!w->looks_back && !w->comes_back && all_well_within(contact, start, middle, end, difference)) {
         EACH_LANE
             next[i] = smaller(larger(4 * h[i], next[i]), w->longest[i]);
         return 1;
@@ -62,6 +66,10 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
     lanes of_late = {0}, bad, factor;
     for (int i = 0; w->looks_back && i < LANES; ++i)
         of_late[i] = late_bend(contact, w, i, start, middle, end) / contact->largest_difference[i];
+    for (int i = 0; w->comes_back && i < LANES; ++i) {
+        const double part = periods_between(w, i, start, end) / MOST_PERIODS;
+        of_late[i] = larger(of_late[i], part * part * part / (10 * w->p[VAR_RELATIVE_TOLERANCE][i]));
+    }
     EACH_LANE {
         bad[i] = badness(contact, i, start, middle, end, difference[i], of_late[i]);
         factor[i] = 4;
