@@ -101,6 +101,20 @@ def held_of(thickness: Array, approach: Array) -> Array:
     return share * now
 
 
+def cycle_weights(drive: Drive) -> Array:
+    """Share of a step for which each row's force stands in a mean; of steps in which contact begins or ends, the part in contact."""
+    held = np.asarray(drive.held)
+    on, leaving = held > 0, np.ones_like(held)
+    for gate in (np.asarray(drive.thickness), np.asarray(drive.approach)):
+        past = gate[1:] <= 0
+        left = np.where(past, gate[:-1] / np.where(past, gate[:-1] - gate[1:], 1.0), 1.0)
+        leaving[:-1] = np.minimum(leaving[:-1], np.clip(left, 0.0, 1.0))
+    before, behind = np.zeros_like(held), np.zeros_like(held)
+    before[1:] = np.where(on[:-1], 0.5, held[1:])
+    behind[:-1] = np.where(on[1:], 0.5, leaving[:-1])
+    return np.asarray((before + behind) * on)
+
+
 def walked(drive: Drive, **changed: float | Array) -> Drive:
     """The same lanes on disturbed paths; a change is one number for all lanes or one for each."""
     paths = [

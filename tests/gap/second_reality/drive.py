@@ -85,11 +85,12 @@ class Drive:
         return np.maximum(self.t - self.t[self.first], 0.0)
 
 
-def shifted(fine: Array, steps: Array | float) -> Array:
-    """fine(t - steps h), each lane by its own number of steps, which need not be whole; the ends are held."""
+def shifted(fine: Array, steps: Array | float, *, drift: float = 0.0, first: int = 0) -> Array:
+    """fine(t - steps h), each lane by its own number of steps, which need not be whole; the ends are held. drift: by which share the clock
+    gets later from the row `first` on."""
     rows, out = np.arange(fine.shape[0], dtype=float), np.empty_like(fine)
     for lane, late in enumerate(np.broadcast_to(steps, fine.shape[1])):
-        out[:, lane] = np.interp(rows - late, rows, fine[:, lane])
+        out[:, lane] = np.interp(rows - late - drift * np.maximum(rows - first, 0.0), rows, fine[:, lane])
     return out
 
 

@@ -68,9 +68,11 @@ def drawn(world: World, rng: Draw, noise: Mapping[str, float]) -> Shared:
         outliers=float(rng.uniform(0.001, 0.004) * q) if chance[1] < 0.3 else 0.0,
         hysteresis=float(rng.uniform(0.0005, 0.003) * q) if chance[2] < 0.6 else 0.0, bits=int(rng.choice([12, 14, 16])),
         input_noise=float(np.exp(rng.uniform(np.log(0.001), np.log(0.008))) * q), input_bits=int(rng.choice([11, 12, 14])),
-        trial_gain=0.004 * q, trial_zero=0.004 * q, trial_clock=(0.04 if world.kind == "ellipse" else 0.1) * q, repeats_out_of_step=0.3 if chance[3] < 0.45 else 0.0,
+        trial_gain=0.004 * q, trial_zero=0.004 * q, trial_clock=(0.04 if world.kind == "ellipse" else 0.1) * q,
+        repeats_out_of_step=0.3 if chance[3] < 0.45 else 0.0,
         ragged=float(rng.uniform(0.05, 0.25)) if chance[4] < 0.45 else 0.0, speed_scatter=0.003 * q,
-        clock_drift=float(10 ** rng.uniform(-5, -3.3)) * q, lost=float(rng.uniform(0.0005, 0.004) * q) if chance[5] < 0.4 else 0.0,
+        clock_drift=float(rng.choice([-1, 1]) * 10 ** rng.uniform(-5, -3.3)) * q,
+        lost=float(rng.uniform(0.0005, 0.004) * q) if chance[5] < 0.4 else 0.0,
         lost_in_a_row=int(rng.integers(3, 12)) if chance[6] < 0.15 else 0, mass_error=float(rng.normal(0, TOLERANCE * q)),
     )  # fmt: skip
 
@@ -101,7 +103,7 @@ def schedule(world: World, shared: Shared, rng: Draw) -> tuple[list[int], Drive]
     n = len(places)
     step = shared.repeats_out_of_step * rng.random(n)
     lengths = 1 - shared.ragged * rng.random(n)
-    drive = world.trial(places, step, lengths, 1 + shared.speed_scatter * rng.standard_normal(n), shared.clock_drift * np.ones(n))
+    drive = world.trial(places, step, lengths, 1 + shared.speed_scatter * rng.standard_normal(n))
     return places, drive
 
 
@@ -140,7 +142,8 @@ def recorded(world: World, drive: Drive, places: list[int], fine: Channels, unkn
     scatter = np.random.default_rng([*seed, 0])
     for name in late:
         late[name] = late[name] + shared.trial_clock * scatter.uniform(-1, 1, drive.lanes)
-    moved = {name: shifted(fine[name], late[name] * drive.every) for name in world.channels}
+    drift = {"drift": shared.clock_drift, "first": drive.first}  # of the forces' clock against that of the motion
+    moved = {name: shifted(fine[name], late[name] * drive.every, **drift) for name in world.channels}
     units = {name: float(np.sqrt(np.mean(fine[name][drive.first :] ** 2))) for name in world.channels}
     found = []
     for lane, place in enumerate(places):

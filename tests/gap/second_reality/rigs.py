@@ -95,14 +95,12 @@ def friction_rig(rng: Draw, law: str, *, axis: bool = False, needs: frozenset[st
     per = motions[0].per
     sampling = 1 / (per * f * float(np.max(tempo)))  # one clock for all conditions
 
-    def trial(places: list[int], begins: Array | None = None, lengths: Array | None = None, scales: Array | None = None,
-              clocks: Array | None = None) -> Drive:  # fmt: skip
-        """begins: in periods; lengths: share of the whole; scales: of the speed; clocks: by which share the sample clock is slow."""
+    def trial(places: list[int], begins: Array | None = None, lengths: Array | None = None, scales: Array | None = None) -> Drive:
+        """begins: in periods; lengths: share of the whole; scales: of the speed."""
         n = len(places)
         begins = np.zeros(n) if begins is None else begins
         lengths = np.ones(n) if lengths is None else lengths
         scales = np.ones(n) if scales is None else scales
-        clocks = np.zeros(n) if clocks is None else clocks
         h = sampling / every
         first = int(per * every * 0.6) if slid_in else 0
         samples = np.array([max(60, min(int(spans[p] * q / sampling), 1600)) for p, q in zip(places, lengths, strict=True)])
@@ -110,7 +108,7 @@ def friction_rig(rng: Draw, law: str, *, axis: bool = False, needs: frozenset[st
         t = np.repeat(((np.arange(rows) - first) * h)[:, None], n, axis=1)
         v = np.empty_like(t)
         for lane, p in enumerate(places):
-            u = (t[:, lane] * (1 + clocks[lane])) * f * tempo[p] + begins[lane]
+            u = t[:, lane] * f * tempo[p] + begins[lane]
             v[:, lane] = fast * speed[p] * scales[lane] * motions[p].velocity(u)
         x = np.zeros_like(v)
         x[1:] = np.cumsum((v[1:] + v[:-1]) / 2, axis=0) * h
@@ -169,11 +167,10 @@ def turning(rng: Draw, law: str, cut: str, *, means: bool = False, needs: frozen
     ]
     per_trial = ("cutting_speed", *(["feed"] if np.ptp(feeds) else []), *(["amplitude_y"] if np.ptp(sizes) else []))
     runs = [{name: run[name] if name in per_trial else float(exact[name]) for name in run} for run in runs]
-    cycles, per, every = (1.0, 120, 40) if means else (float(rng.integers(3, 8)), int(rng.integers(48, 100)), 10)
+    cycles, per, every = (1.0, 120, 16) if means else (float(rng.integers(3, 8)), int(rng.integers(48, 100)), 10)
     start = float(rng.uniform(0, 1)) if not means and rng.random() < 0.5 else 0.5  # in cycles; 0.5: the tool is out of the cut
 
-    def trial(places: list[int], begins: Array | None = None, lengths: Array | None = None, scales: Array | None = None,
-              clocks: Array | None = None) -> Drive:  # fmt: skip
+    def trial(places: list[int], begins: Array | None = None, lengths: Array | None = None, scales: Array | None = None) -> Drive:
         n = len(places)
         begins = np.zeros(n) if begins is None else begins
         lengths = np.ones(n) if lengths is None else lengths

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .base_laws import Contact, Law, friction
-from .cutting import chip_forces, chip_stress, plough
+from .cutting import chip_forces, chip_stress, cycle_weights, plough
 from .drive import Array, Channels, Drive
 
 LUGRE = ("F_C", "F_S", "v_s", "sigma0", "sigma1", "sigma2")
@@ -109,7 +109,10 @@ class World:
     def samples(self, shown: Channels, drive: Drive) -> list[Channels]:
         """Of each lane what is recorded: samples, or the mean over the record."""
         if self.means:
-            return [{n: np.array([float(np.mean(shown[n][drive.first : -1, i]))]) for n in self.channels} for i in range(drive.lanes)]
+            rows = slice(drive.first, -1)
+            weights = cycle_weights(drive)[rows]
+            means = {n: np.sum(shown[n][rows] * weights, axis=0) / weights.shape[0] for n in self.channels}
+            return [{n: means[n][i : i + 1] for n in self.channels} for i in range(drive.lanes)]
         return [{n: drive.sampled(shown[n], i) for n in self.channels} for i in range(drive.lanes)]
 
     def clean(self, params: Mapping[str, float] | None = None, acting: Acting = (), law: Law | None = None, cut: Law | None = None,
