@@ -10,6 +10,7 @@ from .unknowns import KINDS
 
 SPLITS = ("development", "kept")
 STRATA = {"small": (0.3, 1.0), "medium": (1.0, 3.0), "large": (3.0, 10.0)}  # structural rms over the noise of one recording
+TIMES = {"small": 1, "medium": 2, "large": 2}  # that each comes in a round: the proof counts the two larger ones
 SHARES = {"single": 0.40, "pair": 0.14, "none": 0.16, "mistuned": 0.12, "unknown": 0.18}
 WORLDS = {"rig": 0.4, "axis": 0.2, "ellipse": 0.25, "means": 0.15}
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -115,9 +115,21 @@ class Bench:
         return sign * s, size
 
 
-def draw_case(plan: Plan, split: str, seed: list[int]) -> Case:
-    """One case of this plan; NotDrawn where it does not come off."""
-    rng = np.random.default_rng(seed)
+@dataclass(frozen=True)
+class Truth:
+    """What acts in a case, before anything is measured. near: the nearest LuGre; left: what it leaves, over the rms of the force."""
+
+    world: World
+    bench: Bench
+    acting: list[tuple[Effect, float]]
+    near: dict[str, float]
+    left: float
+    noise: float
+    ratio: float
+
+
+def truth_of(plan: Plan, split: str, rng: Draw) -> Truth:
+    """World, effects and their strengths; the same numbers give the same truth."""
     world = world_of(plan, rng)
     noise = logged(rng, *(MEANS_NOISE if world.means else NOISE))
     ratio = logged(rng, *catalogue.STRATA[plan.stratum])
@@ -136,6 +148,15 @@ def draw_case(plan: Plan, split: str, seed: list[int]) -> Case:
     for effect, share in zip(makers, shares, strict=False):
         s, _ = bench.strength(effect, share * ratio * noise / (1.2 if len(makers) > 1 else 1.0), rng, acting)
         acting.append((effect, s))
+    return Truth(world, bench, acting, near, left, noise, ratio)
+
+
+def draw_case(plan: Plan, split: str, seed: list[int]) -> Case:
+    """One case of this plan; NotDrawn where it does not come off."""
+    rng = np.random.default_rng(seed)
+    truth = truth_of(plan, split, rng)
+    world, bench, acting, near = truth.world, truth.bench, truth.acting, truth.near
+    noise, ratio = truth.noise, truth.ratio
     full = world.clean(acting=acting)
     size, gap = bench.structural(full)
     nominal = _believed(plan, bench, near, ratio, noise, rng)
@@ -157,7 +178,8 @@ def draw_case(plan: Plan, split: str, seed: list[int]) -> Case:
     if plan.truth == "mistuned":
         size = _off(bench, near, nominal)
     label |= {
-        "ratio": size / noise, "share_of_force": size, "noise_share": noise, "form_gap_over_noise": left / noise,
+        "seed": seed, "split": split, "plan": asdict(plan), "ratio": size / noise, "share_of_force": size, "noise_share": noise,
+        "form_gap_over_noise": truth.left / noise,
         "form_share": world.law.share if plan.form == "other" else 0.0, "nominal": nominal, "nearest_lugre": near,
         "outputs_off_over_noise": float(np.sqrt(np.mean(outputs_off**2))) / top_unit,
         "inputs_off_over_noise": float(np.sqrt(np.mean(inputs_off**2))) / top_unit,

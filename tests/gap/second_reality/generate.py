@@ -34,7 +34,7 @@ class Plans:
         self.rng, self.split = rng, split
         self.worlds = [w for w in catalogue.WORLDS if w in (only.get("world") or catalogue.WORLDS)]
         self.truths = [t for t in catalogue.SHARES if t in (only.get("truth") or catalogue.SHARES)]
-        self.strata = [s for s in catalogue.STRATA if s in (only.get("stratum") or catalogue.STRATA)]
+        self.strata = [s for s, times in catalogue.TIMES.items() for _ in range(times) if s in (only.get("stratum") or catalogue.STRATA)]
         self.effects = only.get("effect") or list(catalogue.EFFECTS)
         self.forms = only.get("form") or ["right", "other"]
         self.pools: dict[str, list[Any]] = {}
