@@ -63,7 +63,7 @@ def _(world: World, rng: Draw) -> Effect:
 @form("thermal_damping", "linear")
 def _(world: World, rng: Draw) -> Effect:
     return Effect(
-        "thermal_damping", "linear", 0.5, 6.0, contact=lambda c, s: c.sigma1.__imul__(np.maximum(1 + s * (_ratio(c, world) - 1), 0.02))
+        "thermal_damping", "linear", 0.5, 3.0, contact=lambda c, s: c.sigma1.__imul__(np.maximum(1 + s * (_ratio(c, world) - 1), 0.02))
     )
 
 
@@ -145,7 +145,7 @@ def _(world: World, rng: Draw) -> Effect:
     power, fast = float(rng.uniform(1.1, 1.4)), float(world.notes["fast"])
     unit = world.params["F_C"]
     return Effect(
-        "viscous_friction", "drag", 0.2, 8.0,
+        "viscous_friction", "drag", 0.2, 3.0,
         contact=lambda c, s: c.added.__iadd__(
             s * unit * np.sign(c.drive.v) * (np.abs(c.drive.v) / fast) ** power * (1 if c.drive.held is None else c.drive.held > 0)
         ),
@@ -156,7 +156,7 @@ def _(world: World, rng: Draw) -> Effect:
 def _(world: World, rng: Draw) -> Effect:
     bend, fast, unit = float(rng.uniform(0.5, 1.5)), float(world.notes["fast"]), world.params["F_C"]
     return Effect(
-        "viscous_friction", "eyring", 0.2, 8.0,
+        "viscous_friction", "eyring", 0.2, 3.0,
         contact=lambda c, s: c.added.__iadd__(
             s * unit * np.arcsinh(bend * c.drive.v / fast) / bend * (1 if c.drive.held is None else c.drive.held > 0)
         ),
@@ -167,7 +167,7 @@ def _(world: World, rng: Draw) -> Effect:
 def _(world: World, rng: Draw) -> Effect:
     power, scale = float(rng.uniform(1.2, 2.2)), float(rng.uniform(0.7, 1.6))
     return Effect(
-        "stribeck", "hyperbola", 0.2, 4.0,
+        "stribeck", "hyperbola", 0.2, 1.5,
         contact=lambda c, s: _both_levels(c, 1 + s / (1 + (np.abs(c.drive.v) / (scale * c.v_s)) ** power)),
     )  # fmt: skip
 
@@ -176,7 +176,7 @@ def _(world: World, rng: Draw) -> Effect:
 def _(world: World, rng: Draw) -> Effect:
     scale = float(rng.uniform(0.6, 1.5))
     return Effect(
-        "stribeck", "exponential", 0.2, 4.0, contact=lambda c, s: _both_levels(c, 1 + s * np.exp(-np.abs(c.drive.v) / (scale * c.v_s)))
+        "stribeck", "exponential", 0.2, 1.5, contact=lambda c, s: _both_levels(c, 1 + s * np.exp(-np.abs(c.drive.v) / (scale * c.v_s)))
     )
 
 
@@ -254,7 +254,7 @@ def _(world: World, rng: Draw) -> Effect:
     def act(c: Contact, s: float) -> None:
         c.F_S *= 1 + s * _rested(c, world, slip) ** power
 
-    return Effect("dwell_strengthening", "power", 0.3, 6.0, contact=act)
+    return Effect("dwell_strengthening", "power", 0.3, 3.0, contact=act)
 
 
 @form("dwell_strengthening", "saturating")
@@ -265,7 +265,7 @@ def _(world: World, rng: Draw) -> Effect:
         age = _rested(c, world, slip)
         c.F_S *= 1 + s * age / (half + age)
 
-    return Effect("dwell_strengthening", "saturating", 0.3, 6.0, contact=act)
+    return Effect("dwell_strengthening", "saturating", 0.3, 3.0, contact=act)
 
 
 @form("rate_and_state", "slip_law")
@@ -425,7 +425,7 @@ def _(world: World, rng: Draw) -> Effect:
     def act(world: World, d: Drive, s: float) -> Drive:
         return replace(d, v=shifted(d.v, -_samples(d, s)), x=shifted(d.x, -_samples(d, s)))
 
-    return Effect("input_delay", "pure", 1.0, 25.0, motion=act)
+    return Effect("input_delay", "pure", 3.0, 25.0, least=2.0, motion=act)
 
 
 @form("input_delay", "filtered")
@@ -438,4 +438,4 @@ def _(world: World, rng: Draw) -> Effect:
         v = v + part * s * d.every * d.h * np.gradient(v, d.h, axis=0)
         return replace(d, v=v, x=np.cumsum(v, axis=0) * d.h)
 
-    return Effect("input_delay", "filtered", 1.0, 25.0, motion=act)
+    return Effect("input_delay", "filtered", 3.0, 25.0, least=2.0, motion=act)

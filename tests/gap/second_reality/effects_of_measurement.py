@@ -1,4 +1,7 @@
-"""What may the measurement do to a force? Effects that the library names, in laws of other form than the library's."""
+"""What may the measurement do to a force? Effects that the library names, in laws of other form than the library's.
+
+A gain, zero or delay counts as an effect from twice to three times on what set-ups are off by; below it, it is set-up.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +48,7 @@ def _(world: World, rng: Draw) -> Effect:
         scaled = [float(q) * T ** (4 - n) for n, q in enumerate(a)]
         return filtered(fine, d.h, ([scaled[-1]], scaled))
 
-    return Effect("sensor_delay", "bessel", 2.0, 40.0, least=1.0, sensor=_each(change))
+    return Effect("sensor_delay", "bessel", 3.0, 40.0, least=2.0, sensor=_each(change))
 
 
 @form("sensor_delay", "pure_and_amplifier")
@@ -56,7 +59,7 @@ def _(world: World, rng: Draw) -> Effect:
         T = max(part * s * _sample(d), 1e-3 * d.h)
         return filtered(shifted(fine, s * d.every * (1 - part)), d.h, ([1.0], [T, 1.0]))
 
-    return Effect("sensor_delay", "pure_and_amplifier", 2.0, 40.0, sensor=_each(change))
+    return Effect("sensor_delay", "pure_and_amplifier", 3.0, 40.0, least=2.0, sensor=_each(change))
 
 
 @form("sensor_lowpass", "two_poles")
@@ -124,7 +127,7 @@ def _(world: World, rng: Draw) -> Effect:
         for part, name in zip(parts, world.channels, strict=False):
             shown[name] = shown[name] + s * part * unit[name] * late
 
-    return Effect("sensor_offset", "settling", 0.1, 1.5, both_ways=True, sensor=act)
+    return Effect("sensor_offset", "settling", 0.1, 1.5, least=0.025, both_ways=True, sensor=act)
 
 
 @form("sensor_offset", "differs_by_condition")
@@ -138,7 +141,7 @@ def _(world: World, rng: Draw) -> Effect:
         for part, name in zip(parts, world.channels, strict=False):
             shown[name] = shown[name] + s * part * _size(shown[name]) * own
 
-    return Effect("sensor_offset", "differs_by_condition", 0.1, 1.5, both_ways=True, sensor=act)
+    return Effect("sensor_offset", "differs_by_condition", 0.1, 1.5, least=0.025, both_ways=True, sensor=act)
 
 
 @form("sensor_drift", "charge_leak")
@@ -172,14 +175,20 @@ def _(world: World, rng: Draw) -> Effect:
         fine = shown[which]
         shown[which] = fine * (1 + s * (1 + bend * np.abs(fine) / (float(np.max(np.abs(fine))) + 1e-300)))
 
-    return Effect("sensor_gain", "bent", 0.1, 0.8, both_ways=True, sensor=act)
+    return Effect("sensor_gain", "bent", 0.1, 0.8, least=0.03, both_ways=True, sensor=act)
 
 
 @form("sensor_gain", "one_channel")
 def _(world: World, rng: Draw) -> Effect:
     which = world.channels[int(rng.integers(len(world.channels)))]
     return Effect(
-        "sensor_gain", "one_channel", 0.1, 0.8, both_ways=True, sensor=lambda shown, d, s: shown.update({which: shown[which] * (1 + s)})
+        "sensor_gain",
+        "one_channel",
+        0.1,
+        0.8,
+        least=0.03,
+        both_ways=True,
+        sensor=lambda shown, d, s: shown.update({which: shown[which] * (1 + s)}),
     )
 
 

@@ -18,6 +18,7 @@ from .world import World
 Draw = np.random.Generator
 GRADES = {"good": 0.3, "ordinary": 1.0, "bad": 1.8}
 CLOCK = {"good": 0.25, "ordinary": 0.6, "bad": 1.0}  # samples, of either sign, in all trials alike
+FORCE_PER_CURRENT = 40.0  # N/A of an axis
 TOLERANCE = 0.01  # of gain, and of zero over the rms: what set-ups of an ordinary rig are off by
 
 
@@ -161,9 +162,9 @@ def recorded(world: World, drive: Drive, places: list[int], fine: Channels, unkn
             more = unknown[lane][name] if unknown else 0.0
             true[name] = (clean + more)[keep]
             sensed = hysteretic(sensed + more, shared.hysteresis)
+            inertia = np.zeros_like(sensed)
             if world.kind.startswith("axis"):
-                sensed, beside = _current(world, drive, lane, sensed, shared)
-                beside = {key: column[keep] for key, column in beside.items()}
+                sensed, inertia = _of_motor(world, drive, lane, sensed, shared)
             gain = (1 + shared.gain[name]) * (1 + shared.trial_gain * rng.standard_normal())
             zero = units[name] * (shared.zero[name] + shared.trial_zero * rng.standard_normal())
             noise = shared.noise[name] * units[name] * noise_of(rng, sensed.size, shared)
@@ -172,20 +173,24 @@ def recorded(world: World, drive: Drive, places: list[int], fine: Channels, unkn
                 noise = noise + hit * rng.choice([-1, 1], sensed.size) * rng.uniform(4, 15, sensed.size) * shared.noise[name] * units[name]
             ideal[name] = (gain * sensed + zero)[keep]
             outputs[name] = quantised(gain * sensed + zero + noise, shared.bits, 6 * units[name])[keep]
+            if world.kind.startswith("axis"):  # as it was recorded, before its owner made a friction force of it
+                step = 1e-5 * float(np.ptp(drive.x))
+                position = np.round(drive.sampled(drive.x, lane) / step) * step
+                beside = {"current [A]": (outputs[name] + inertia[keep]) / FORCE_PER_CURRENT, "position [m]": position[keep]}
         inputs = {name: _input(world, drive, lane, name, float(late[name][lane]), shared, rng)[keep] for name in world.inputs}
         found.append(Trial(place, drive.sampled(drive.t, lane)[keep], inputs, outputs, true, ideal, beside))
     return found
 
 
-def _current(world: World, drive: Drive, lane: int, force: Array, shared: Shared) -> tuple[Array, dict[str, Array]]:
-    """Friction as an axis shows it: motor force less mass times the acceleration of the filtered velocity, the mass not quite known."""
+def _of_motor(world: World, drive: Drive, lane: int, force: Array, shared: Shared) -> tuple[Array, Array]:
+    """Friction as an axis shows it: motor force less mass times the acceleration of a filtered velocity, the mass not quite known; and what
+    was taken off."""
     mass = float(world.notes["mass"])
     a = np.gradient(drive.v[:, lane], drive.h)
     width = 2 * drive.every + 1
     smooth = shifted(np.convolve(a, np.ones(width) / width, mode="same")[:, None], 0.3 * drive.every)[:, 0]
-    true, known = drive.picked(a, lane), drive.picked(smooth, lane)
-    motor = force + mass * true
-    return motor - mass * (1 + shared.mass_error) * known, {"motor force [N]": motor, "position [m]": drive.sampled(drive.x, lane)}
+    inertia = mass * (1 + shared.mass_error) * drive.picked(smooth, lane)
+    return force + mass * drive.picked(a, lane) - inertia, inertia
 
 
 def _input(world: World, drive: Drive, lane: int, name: str, late: float, shared: Shared, rng: Draw) -> Array:
