@@ -46,13 +46,19 @@ Place = list[tuple[Box, float]]  # boxes and the share of the channel's squared 
 
 
 def places(world: World, gap: list[Channels]) -> dict[str, list[list[dict[str, Any]]]]:
+    """The places of a gap along the coordinates of its world."""
+    return places_of(world.channels, coordinates(world), gap)
+
+
+def places_of(channels: tuple[str, ...], coordinates: dict[str, list[Array]],
+              gap: list[Channels]) -> dict[str, list[list[dict[str, Any]]]]:  # fmt: skip
     """Of each channel with a part of the squared gap the smallest place, and others that are hardly larger: there is more than one way to
     say where. A channel with a small part may be left out: then no boxes at all are one of its places, the last."""
-    weight = {name: sum(float(part[name] @ part[name]) for part in gap) for name in world.channels}
+    weight = {name: sum(float(part[name] @ part[name]) for part in gap) for name in channels}
     total = sum(weight.values()) or 1.0
-    axes = {name: np.concatenate(parts) for name, parts in coordinates(world).items()}
+    axes = {name: np.concatenate(parts) for name, parts in coordinates.items()}
     found = {}
-    for name in world.channels:
+    for name in channels:
         if weight[name] / total >= SLIGHT[0]:
             energy = np.concatenate([part[name] for part in gap]) ** 2
             found[name] = [
