@@ -153,6 +153,7 @@ class Law:
 @dataclass(frozen=True, slots=True)
 class Effect:
     """A switchable effect: `variables` are its own parameters, `states` its own states; without the inputs it `needs` it says nothing.
+    Effects of one `family` (lag, load, thermal, ...) leave much the same in a record.
 
     It `applies_to` the kinematics named there, and to every kinematics in which an input named there is given; empty: to all. One that does
     not apply can be switched on all the same, and is no explanation of such a record: the work of a robot's joint has no run-out.
@@ -169,6 +170,7 @@ class Effect:
     needs: tuple[str, ...] = ()
     states: tuple[Variable, ...] = ()
     applies_to: tuple[str, ...] = ()
+    family: str = ""
 
     def applies(self, kinematics: str, given: Collection[str] = ()) -> bool:
         """Whether it may happen in this kinematics to a contact of which these inputs are `given`."""

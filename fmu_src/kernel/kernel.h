@@ -410,6 +410,7 @@ enum Driver { NO_STATES, DRIVEN_BY_MOTION, DRIVEN_BY_FORCE, DRIVEN_BY_SENSOR };
  * its states. */
 struct Effect {
     const char *equation, *signature; /* the law, and what it does to a record */
+    const char *family; /* of effects that a record can hardly tell apart: one word, as in a textbook's index */
     const char *rivals; /* names, comma-separated, of which at most one may be on; may be NULL */
     const char *needs; /* inputs without which it says nothing, comma-separated; may be NULL */
     const char *applies_to; /* the kinematics in which it happens, comma-separated, and inputs whoever gives which has

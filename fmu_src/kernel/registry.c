@@ -110,7 +110,7 @@ static uint64_t hash_tables(uint64_t hash)
     for (int i = 0; i < EFFECT_COUNT; ++i) {
         const struct Effect *const e = effects[i];
         hash = hash_text(hash_text(hash_text(hash, e->equation), e->signature), e->rivals);
-        hash = hash_text(hash_text(hash, e->needs), e->applies_to);
+        hash = hash_text(hash_text(hash_text(hash, e->needs), e->applies_to), e->family);
     }
     return hash;
 }

@@ -93,6 +93,7 @@ def test_the_table_tells_all(effect: Effect) -> None:
     assert all(rival in EFFECTS and effect.name in EFFECTS[rival].rivals for rival in effect.rivals)
     assert all(kernel.variable(need).causality == "input" for need in effect.needs)
     assert len(set(effect.applies_to)) == len(effect.applies_to)
+    assert effect.family.isalpha()
     inputs = set(effect.applies_to) - set(kernel.variable("kinematics").choices)
     assert all(kernel.variable(name).causality == "input" for name in inputs)
 

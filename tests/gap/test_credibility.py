@@ -86,3 +86,23 @@ def test_a_nominal_value_that_is_not_credible_is_said_first() -> None:
     made = measured(values={"k": 14.0})
     answer = diagnose(replace(made, nominal=replace(made.nominal, relative_sd={"k": 0.02})), Toy())
     assert answer.cannot_tell[0].startswith("the nominal k is not credible: 10 N/m has to become 1")
+
+
+def test_members_that_cannot_be_told_apart_are_named_by_their_family() -> None:
+    """Probability and sentence of the family, where no member stands out."""
+    answer, _ = diagnose_with(measured(["bend"], {"bend.c": 0.4}, conditions=6), Toy())
+    assert answer.document()["families"][0] == {"name": "bend", "probability": pytest.approx(answer.effects[0].probability, rel=1e-5)}
+    two = replace(answer.judgement, likely=(BEND, LEAN))
+    likely = replace(answer, verdict="ambiguous", judgement=two, families={"shape": 0.97}, members={"shape": ("bend", "lean")})
+    assert sentence(likely) == (
+        "The gap is caused by an effect of the family shape (probability 97 %): bend or lean, which the data cannot tell apart."
+    )
+
+
+def test_an_effect_that_does_not_apply_is_no_candidate() -> None:
+    class Elsewhere(Toy):
+        effects = tuple(replace(effect, applies_to=("internal",)) if effect.name == "lean" else effect for effect in Toy.effects)
+
+    _, comparison = diagnose_with(measured(["bend"], {"bend.c": 0.4}), Elsewhere())
+    assert LEAN not in comparison.rough
+    assert BEND in comparison.rough

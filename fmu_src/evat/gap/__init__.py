@@ -123,6 +123,8 @@ def _diagnosed(
             "model": prediction.model.digest,
             "data": prediction.experiment.data_hash,
         },
+        families=_families(prediction.model, judgement),
+        members=_members(prediction.model),
     )
     return answer, comparison
 
@@ -144,6 +146,24 @@ def _judged(comparison: Comparison, held: HeldOut, known: Constants) -> Judgemen
         )
         judgement = judge(seen, known)
     return judgement
+
+
+def _members(model: Model) -> dict[str, tuple[str, ...]]:
+    members: dict[str, tuple[str, ...]] = {}
+    for effect in model.effects:
+        family = effect.family or effect.name
+        members[family] = (*members.get(family, ()), effect.name)
+    return members
+
+
+def _families(model: Model, judgement: Judgement) -> dict[str, float]:
+    """Probability that any effect of a family acts, the likeliest first; effects without a family are one of their own."""
+    family_of = {name: family for family, names in _members(model).items() for name in names}
+    total: dict[str, float] = {}
+    for on, probability in judgement.probabilities.items():
+        for family in {family_of[name] for name in on.effects}:
+            total[family] = total.get(family, 0.0) + probability
+    return dict(sorted(total.items(), key=lambda item: (-item[1], item[0])))
 
 
 def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:

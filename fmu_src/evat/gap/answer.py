@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from evat.gap.advise import Advice
@@ -43,7 +43,8 @@ class Recalibrated:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The answer; see the format for what each part means."""
+    """The answer; see the format for what each part means. `families` are the probabilities that an effect of each acts, the likeliest
+    first; `members` the effects of each."""
 
     verdict: str
     effects: tuple[Named, ...]
@@ -56,6 +57,8 @@ class Diagnosis:
     cannot_tell: tuple[str, ...]
     advice: Advice | None
     made_by: Mapping[str, str | float]
+    families: Mapping[str, float] = field(default_factory=dict)
+    members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def candidates(self) -> tuple[tuple[Hypothesis, float | None], ...]:
@@ -82,6 +85,7 @@ class Diagnosis:
                 for effect in self.effects
             ],
             "candidates": [{"set": list(on), "probability": probability} for on, probability in self.candidates],
+            "families": [{"name": name, "probability": _number(p)} for name, p in self.families.items() if p > CONCEIVABLE],
             "gates": [gate.document() for gate in self.gates],
             "novelty": {"p_value": _number(self.novelty[0]), "unexplained_share": _number(self.novelty[1])},
             "recalibration": {

@@ -19,6 +19,7 @@ from evat.inference.parameters import Parameter, Scales, form_parameters, law_pa
 from evat.inference.prediction import Linearised, Prediction
 from evat.inference.whitening import Whitening
 from evat.model import Effect, FloatArray, Model, SimulationError
+from evat.required_inputs import KINEMATICS
 
 LINEARISATIONS = 3  # of the shapes of the base law, at most
 LINEAR_STEP, LINEAR_WITHIN = 0.3, 1.0  # prior standard deviations: of the difference, and how far it counts
@@ -114,7 +115,12 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     set_up = _must(fit(prediction, whitening, errors, np.zeros(len(errors))))
 
     model, on = prediction.model, prediction.experiment.nominal.effects
-    offered = [effect for effect in model.effects if effect.name not in on and _allowed(model, (*on, effect.name))]
+    given, kinematics = prediction.experiment.given, str(prediction.nominal.get(KINEMATICS, ""))
+    offered = [
+        effect
+        for effect in model.effects
+        if effect.name not in on and _allowed(model, (*on, effect.name)) and effect.applies(kinematics, given)
+    ]
     acting = [effect for effect in offered if effect.name not in audited.idle]
     part = part_of(prediction)
     if part is None:

@@ -112,7 +112,7 @@ def _effects_in_full() -> str:
         for effect in group:
             facts = [f"{_text(_what(effect)[:1].upper() + _what(effect)[1:])}.", ""]
             facts += [f"- **Equation:** {_code(effect.equation, 'equation')}", f"- **In a record:** {_text(effect.signature)}"]
-            facts += [f"- **Source:** {_text(effect.source)}"]
+            facts += [f"- **Source:** {_text(effect.source)}", f"- **Family:** {_text(effect.family)}"]
             facts += [f"- **Rivals:** {', '.join(map(_code, effect.rivals))}"] if effect.rivals else []
             facts += [f"- **Applies to:** {', '.join(map(_code, effect.applies_to))}"] if effect.applies_to else []
             table = _own(effect.variables) if effect.variables else ""

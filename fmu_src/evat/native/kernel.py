@@ -215,6 +215,7 @@ def effects() -> tuple[Effect, ...]:
                 variables=own[1 : row.count - 2 * row.states],
                 rivals=_names(_text(row.rivals)),
                 signature=_text(row.signature),
+                family=_text(row.family),
                 stage=_text(loaded.kernel_stage_name(row.stage)),
                 needs=_names(_text(row.needs)),
                 applies_to=_names(_text(row.applies_to)),

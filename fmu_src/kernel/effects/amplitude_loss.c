@@ -50,6 +50,7 @@ const struct Effect effect_amplitude_loss = {
     .equation = "a, b scaled by 1 - kappa F_mean/F_ref, T dF_mean/dt = principal_force - F_mean",
     .signature = "contact ratio and speed ratio change with load: heavier cuts separate later and slip slower",
     .applies_to = "internal, combined",
+    .family = "path",
     .stage = STAGE_PATH, .driver = DRIVEN_BY_FORCE, .states = 1, .act = shrink, .move = move, .rate = rate,
     .variables = variables, .count = COUNT,
 };

@@ -65,6 +65,7 @@ const struct Effect effect_backlash = {
     .equation = "slip velocity v (1 - min(1, (1 - s y)/0.1)), s = sgn(v); gap/2 dy/dt = v min(1, (1 - s y)/0.1)",
     .signature = "after each reversal the force stands still over a way that is the same at any speed, and then turns",
     .applies_to = "external",
+    .family = "lag",
     .stage = STAGE_ENGAGEMENT, .driver = DRIVEN_BY_FORCE, .states = 1, .forgets = 1,
     .act = cross, .move = move, .rate = rate,
     .variables = variables, .count = COUNT,

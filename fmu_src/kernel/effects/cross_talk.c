@@ -30,6 +30,7 @@ static void mix(const lanes *p, const lanes *state, struct Point *x)
 const struct Effect effect_cross_talk = {
     .equation = "measured principal + c_pf feed, measured feed + c_fp principal",
     .signature = "one channel shows a scaled copy of the other, at all times and conditions alike",
+    .family = "gain",
     .stage = STAGE_MEASUREMENT, .act = mix,
     .variables = variables, .count = COUNT,
 };

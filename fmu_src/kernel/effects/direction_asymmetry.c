@@ -29,6 +29,7 @@ static void lean(const lanes *p, const lanes *state, struct Point *x)
 const struct Effect effect_direction_asymmetry = {
     .equation = "F_C, F_S scaled by 1 + a sgn(v), sigma2 by 1 + a_viscous sgn(v)",
     .signature = "the loop of friction over slip is shifted: an even part under reversal",
+    .family = "direction",
     .stage = STAGE_FRICTION, .act = lean,
     .variables = variables, .count = COUNT,
 };

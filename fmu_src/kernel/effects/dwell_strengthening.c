@@ -64,6 +64,7 @@ static void rate(const lanes *p, const struct Point *x, const lanes *state, lane
 const struct Effect effect_dwell_strengthening = {
     .equation = "F_S (1 + beta ln(1 + age/t_ref)), d age/dt = 1 - |v| age/D_c in contact",
     .signature = "the first peak after a rest is higher the longer the rest, in equal steps per decade",
+    .family = "state",
     .stage = STAGE_FRICTION, .driver = DRIVEN_BY_MOTION, .states = 1, .forgets = 1,
     .act = strengthen, .move = move, .rate = rate,
     .variables = variables, .count = COUNT,

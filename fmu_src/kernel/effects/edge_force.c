@@ -31,6 +31,7 @@ const struct Effect effect_edge_force = {
     .signature = "force over thickness keeps its slope and gains an intercept",
     .rivals = "size_effect",
     .applies_to = "internal, combined, uncut_thickness",
+    .family = "load",
     .stage = STAGE_LOAD, .act = plough,
     .variables = variables, .count = COUNT,
 };

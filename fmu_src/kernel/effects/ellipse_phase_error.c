@@ -24,6 +24,7 @@ const struct Effect effect_ellipse_phase_error = {
     .equation = "y = b cos(2 pi f t + phase_y + delta)",
     .signature = "the ellipse is tilted: entry, exit and reversal shift in phase, mean forces change at every speed",
     .applies_to = "internal, combined",
+    .family = "path",
     .stage = STAGE_PATH, .act = tilt,
     .variables = variables, .count = COUNT,
 };

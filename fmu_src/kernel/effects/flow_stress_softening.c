@@ -39,6 +39,7 @@ const struct Effect effect_flow_stress_softening = {
         "keeps its share",
     .needs = "proxy_speed",
     .applies_to = "internal, combined, uncut_thickness",
+    .family = "thermal",
     .stage = STAGE_SHEAR, .act = soften,
     .variables = variables, .count = COUNT,
 };

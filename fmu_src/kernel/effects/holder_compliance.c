@@ -90,6 +90,7 @@ const struct Effect effect_holder_compliance = {
         "centre += q",
     .signature = "a line at the natural frequency that rings down after each entry and exit; the thickness follows the "
         "force",
+    .family = "lag",
     .stage = STAGE_PATH, .driver = DRIVEN_BY_FORCE, .states = STATE_COUNT,
     .act = carry, .move = move, .rate = rate, .longest_step = longest_step,
     .variables = variables, .count = COUNT,

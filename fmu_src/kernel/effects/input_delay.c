@@ -30,6 +30,7 @@ const struct Effect effect_input_delay = {
     .signature = "force over velocity opens into a loop that grows with frequency, with its sign; other inputs are in time",
     .rivals = "sensor_delay",
     .needs = "slip_velocity", .applies_to = "external",
+    .family = "lag",
     .stage = STAGE_PATH, .delays = delays,
     .variables = variables, .count = COUNT,
 };

@@ -32,6 +32,7 @@ const struct Effect effect_load_dependence = {
         "friction",
     .signature = "friction follows the thickness or load within the cycle and between conditions",
     .needs = "normal_load",
+    .family = "load",
     .stage = STAGE_FRICTION, .act = press,
     .variables = variables, .count = COUNT,
 };

@@ -75,6 +75,7 @@ const struct Effect effect_position_ripple = {
     .equation = "F_C, F_S scaled by 1 + r sin(2 pi x/period + psi), friction_force + A sin(2 pi x/period + psi), dx/dt = v",
     .signature = "a ripple that stands still over the position: its frequency grows with the speed, its size does not",
     .applies_to = "external",
+    .family = "position",
     .stage = STAGE_FRICTION, .driver = DRIVEN_BY_MOTION, .states = 1, .forgets = 1,
     .act = rise_and_fall, .move = move, .rate = rate, .periods = periods,
     .variables = variables, .count = COUNT,

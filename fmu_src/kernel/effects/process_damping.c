@@ -25,6 +25,7 @@ const struct Effect effect_process_damping = {
     .equation = "feed_force - C w u_y while u_y < 0",
     .signature = "feed force rises early in the contact, while the tool still moves into the surface, and not later",
     .applies_to = "internal, combined",
+    .family = "load",
     .stage = STAGE_LOAD, .act = press,
     .variables = variables, .count = COUNT,
 };

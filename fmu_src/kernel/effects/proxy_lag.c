@@ -43,6 +43,7 @@ const struct Effect effect_proxy_lag = {
     .equation = "T d theta/dt = theta_source - theta",
     .signature = "thermal changes of friction come late: force over temperature proxy opens into a loop",
     .needs = "proxy_speed",
+    .family = "thermal",
     .stage = STAGE_TEMPERATURE, .driver = DRIVEN_BY_MOTION, .states = 1, .act = lag, .move = move, .rate = rate,
     .variables = variables, .count = COUNT,
 };

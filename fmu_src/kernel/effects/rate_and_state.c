@@ -80,6 +80,7 @@ const struct Effect effect_rate_and_state = {
     .equation = "F_C, F_S scaled by 1 + a ln(1 + |v|/v_0) - b memory, d memory/dt = |v|/d_c (ln(1 + |v|/v_0) - memory)",
     .signature = "a step of the slip speed shows as a peak that decays over a distance, not over a time; steady friction "
         "changes by equal steps per decade of speed",
+    .family = "state",
     .stage = STAGE_FRICTION, .driver = DRIVEN_BY_MOTION, .states = 1, .forgets = 1,
     .act = follow_speed, .move = move, .rate = rate,
     .variables = variables, .count = COUNT,

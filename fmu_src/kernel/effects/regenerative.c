@@ -36,6 +36,7 @@ const struct Effect effect_regenerative = {
         "leaves",
     .signature = "run-out fades after one turn; a compliant tool wavers ever more where the cut is too wide for it",
     .applies_to = "internal, combined, uncut_thickness",
+    .family = "path",
     .stage = STAGE_PATH, .variables = variables, .count = COUNT,
     .act = meet, .meets_again = turn, .longest_step = longest_step,
 };

@@ -27,6 +27,7 @@ static void show(const lanes *p, const lanes *state, struct Point *x)
 const struct Effect effect_sensor_gain = {
     .equation = "gain F",
     .signature = "the measured force is larger or smaller by one factor, at all times and conditions alike",
+    .family = "gain",
     .stage = STAGE_MEASUREMENT, .act = show,
     .variables = variables, .count = COUNT,
 };

@@ -28,6 +28,7 @@ static void show(const lanes *p, const lanes *state, struct Point *x)
 const struct Effect effect_sensor_offset = {
     .equation = "F + offset",
     .signature = "a constant difference, also where nothing touches",
+    .family = "zero",
     .stage = STAGE_MEASUREMENT, .act = show,
     .variables = variables, .count = COUNT,
 };

@@ -28,6 +28,7 @@ const struct Effect effect_size_effect = {
     .signature = "force over thickness is a power below 1: steep at thin chips, no intercept",
     .rivals = "edge_force",
     .applies_to = "internal, combined, uncut_thickness",
+    .family = "load",
     .stage = STAGE_SHEAR, .act = harden,
     .variables = variables, .count = COUNT,
 };

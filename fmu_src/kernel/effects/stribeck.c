@@ -27,6 +27,7 @@ static void raise(const lanes *p, const lanes *state, struct Point *x)
 const struct Effect effect_stribeck = {
     .equation = "F_S + rise, v_s scaled by v_s_ratio",
     .signature = "peaks of friction where the slip starts or nearly stops; none at speed",
+    .family = "speed",
     .stage = STAGE_FRICTION, .act = raise,
     .variables = variables, .count = COUNT,
 };

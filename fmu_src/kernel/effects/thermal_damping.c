@@ -25,6 +25,7 @@ const struct Effect effect_thermal_damping = {
     .equation = "s1(theta) = sigma1 (theta/theta_ref)^alpha2",
     .signature = "presliding damping changes with the temperature proxy; steady sliding does not",
     .needs = "proxy_speed",
+    .family = "thermal",
     .stage = STAGE_FRICTION, .variables = variables, .count = COUNT, .act = damp,
 };
 /* clang-format on */

@@ -29,6 +29,7 @@ const struct Effect effect_thermal_softening = {
     .signature = "friction falls as the temperature proxy rises, also in steady sliding; break-away stiffness falls "
         "with it",
     .needs = "proxy_speed",
+    .family = "thermal",
     .stage = STAGE_FRICTION, .variables = variables, .count = COUNT, .act = soften,
 };
 /* clang-format on */

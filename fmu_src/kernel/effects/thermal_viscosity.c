@@ -24,6 +24,7 @@ const struct Effect effect_thermal_viscosity = {
     .equation = "sigma2 exp(-beta theta/theta_ref)",
     .signature = "friction over slip velocity bends down at speed, the more the hotter",
     .needs = "proxy_speed",
+    .family = "thermal",
     .stage = STAGE_FRICTION, .act = thin,
     .variables = variables, .count = COUNT,
 };

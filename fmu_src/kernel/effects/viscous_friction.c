@@ -23,6 +23,7 @@ static void thicken(const lanes *p, const lanes *state, struct Point *x)
 const struct Effect effect_viscous_friction = {
     .equation = "friction_force + c v (laws with viscous friction)",
     .signature = "friction over slip velocity gains a straight slope",
+    .family = "speed",
     .stage = STAGE_FRICTION, .act = thicken,
     .variables = variables, .count = COUNT,
 };

@@ -22,9 +22,21 @@ def sentence(answer: Diagnosis) -> str:
         return SENTENCES[answer.verdict]
     if answer.verdict == "ambiguous":
         likely, reasons = answer.judgement.likely, answer.judgement.features.doubts.get(answer.judgement.chosen, ())
-        return f"The gap may be caused by {likely[0]}, but {'; '.join(reasons)}." if len(likely) == 1 else _ambiguous(likely)
+        if len(likely) == 1:
+            return f"The gap may be caused by {likely[0]}, but {'; '.join(reasons)}."
+        return _of_one_family(answer, likely) or _ambiguous(likely)
     names = " and ".join(f"another base law ({e.name})" if e.is_law else e.name for e in answer.effects)
     return f"The gap is caused by {names} (probability {_sure(answer.judgement.probabilities[answer.judgement.chosen])}){_far(answer)}."
+
+
+def _of_one_family(answer: Diagnosis, likely: Sequence[Hypothesis]) -> str:
+    """Where all that is likely is one effect of a family."""
+    for family, probability in answer.families.items():
+        if all(len(on) == 1 and set(on) <= set(answer.members.get(family, ())) for on in likely):
+            which = " or ".join(on.names[0] for on in likely)
+            how = _sure(probability)
+            return f"The gap is caused by an effect of the family {family} (probability {how}): {which}, which the data cannot tell apart."
+    return ""
 
 
 def _ambiguous(likely: Sequence[Hypothesis]) -> str:
