@@ -97,7 +97,8 @@ def test_events_come_when_the_ellipse_says(fmu: Path, case: str) -> None:
     turns = event[(moves == 0) & (np.abs(slip[event]) < 1e-9)]
     assert time[turns] == pytest.approx(times_of(REVERSAL, (0, 1, 2)), rel=0, abs=1e-10 * PERIOD)
     if case == "coulomb":
-        assert trace["friction_force"][turns + 1] == pytest.approx([-9.0] * 3, rel=1e-12)
+        away = turns + 1 + (slip[turns + 1] == 0)  # at a slip of just 0 the force is that of rest
+        assert trace["friction_force"][away] == pytest.approx([-9.0] * 3, rel=1e-12)
         assert trace["friction_force"][turns - 1] == pytest.approx([9.0] * 3, rel=1e-12)
     closed = event[np.diff(trace["mean_friction_force"])[event] != 0]
     assert time[closed] == pytest.approx([PERIOD, 2 * PERIOD], rel=1e-14)  # a time event: the end of an averaging window
