@@ -11,6 +11,7 @@ from evat.native import kernel
 from scipy.optimize import brentq
 
 STATES = {effect.name: tuple(state.name for state in effect.states) for effect in kernel.effects() if effect.states}
+GOES_ON = ("position_ripple.position",)  # from cycle to cycle: no state of it comes back
 KEPT = {name for name in STATES if name != "dwell_strengthening"}  # of which a separation lets nothing outlive it
 
 
@@ -63,14 +64,16 @@ def test_an_event_is_where_its_indicator_is_zero(r: float, tolerance: float) -> 
 
 @pytest.mark.parametrize("name", sorted(KEPT))
 def test_a_periodic_start_is_periodic_in_the_states_of_effects(name: str) -> None:
-    """A cycle leads back to a tenth of the tolerance; and no warning says that none was found."""
-    tolerance, states = 1e-6, ("bristle_deflection", *STATES[name])
+    """A cycle leads back to a tenth of the tolerance; and no warning says that none was found. A position begins at 0."""
+    own_states = tuple(state for state in STATES[name] if state not in GOES_ON)
+    tolerance, states = 1e-6, ("bristle_deflection", *own_states)
     own: Values = {"initial_state": "periodic", "cutting_speed": 0.2, "release_time": 1e-5, "relative_tolerance": tolerance}
     contact = started({**ELLIPSE, **own}, (name,))
     before = read(contact, *states)
+    assert all(contact.get(state) == 0 for state in GOES_ON)
     contact.advance(PERIOD)
     after = read(contact, *states)
-    scale = np.maximum(np.abs(before), [10 / 1e6, *(1e-3 * kernel.variable(state).nominal for state in STATES[name])])
+    scale = np.maximum(np.abs(before), [10 / 1e6, *(1e-3 * kernel.variable(state).nominal for state in own_states)])
     assert np.all(np.abs(after - before) <= 0.5 * tolerance * scale)
     assert contact.warnings() == ()
     assert np.abs(before).max() > 0

@@ -78,12 +78,15 @@ static enum Status find_deflection(struct Contact *contact)
 
 /* ---- with effects that have states of their own: Newton's method on all of them ---- */
 
+/* A position goes on from cycle to cycle: it begins where it is, and no state of it comes back. */
+static int states_that_come_back(const struct Effect *effect) { return effect->periods ? 0 : effect->states; }
+
 static int unknown_index(const struct Configuration *w, int n)
 {
     if (n == 0)
         return VAR_BRISTLE_DEFLECTION;
-    for (int k = 0, left = n - 1; k < w->on_count; left -= w->on[k++]->states)
-        if (left < w->on[k]->states)
+    for (int k = 0, left = n - 1; k < w->on_count; left -= states_that_come_back(w->on[k++]))
+        if (left < states_that_come_back(w->on[k]))
             return w->on_value[k] + left;
     return -1;
 }
