@@ -41,6 +41,8 @@ CONTRACT: dict[str, Any] = {
                "moved": FLAG}],
     "novelty": {"p_value": NUMBER, "unexplained_share": NUMBER},
     "recalibration": {"parameters": {"<>": {"nominal": NUMBER, "value": NUMBER, "sd": NUMBER}}, "explains_share": NUMBER},
+    "setup": {"<>": {"<>": {"value": NUMBER, "sd": NUMBER, "unit": TEXT}}},
+    "families": [{"name": TEXT, "probability": NUMBER}],
     "where": {"channels": {"<>": NUMBER},
               "regions": [{"channel": TEXT, "box": {"<>": [NUMBER]}, "share": NUMBER}],
               "trials": {"<>": NUMBER}},
@@ -180,8 +182,8 @@ def test_a_link_is_not_followed(found: tuple[Diagnosis, Comparison], tmp_path: P
 
 
 def test_the_set_switches_the_effect_on_in_the_fmu(found: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path) -> None:
-    """The FMU with corrected.ssv gives what the diagnosis has predicted, to 1e-9 of the force: the same code, a millionth of what the
-    effect changes. Without the switch it does not."""
+    """The FMU with corrected.ssv gives what the model has without set-up errors, to 1e-9 of the force: the same code, a millionth of what
+    the effect changes. Without the switch it does not."""
     answer, comparison = found
     write_diagnosis(answer, comparison, tmp_path / "out")
     read = parameter_sets.load(tmp_path / "out" / "corrected.ssv")
@@ -193,7 +195,9 @@ def test_the_set_switches_the_effect_on_in_the_fmu(found: tuple[Diagnosis, Compa
     assert any("hash of no file" in note for note in read.notes)
     trial = comparison.prediction.experiment.trials[0]
     run = Run(trial.times, trial.inputs, ("measured_friction_force",))
-    wanted = chosen.predicted[comparison.prediction.segments[0].at]
+    plain = comparison.prediction.linearise(())
+    values = {name: value for name, value in chosen.values.items() if name not in plain.setup.names}
+    wanted = plain.one(values, chosen.on)[plain.segments[0].at]
     size = float(np.max(np.abs(wanted)))
     force = drive(fmi2_fmu, run, {**kernel.by_choice(dict(read.values)), EFFECT: True})["measured_friction_force"]
     assert np.max(np.abs(force - wanted)) < 1e-9 * size
@@ -211,8 +215,9 @@ def test_without_an_effect_the_set_is_the_recalibrated_model(found: tuple[Diagno
 
 
 def test_the_after_figures_are_the_fmus(found: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path) -> None:
-    """rms of measured less FMU, taken here from the FMU's own run; and its lines are what the report draws."""
+    """rms of measured less FMU, as this set-up shows it, taken here from the FMU's own run; and its lines are what the report draws."""
     answer, comparison = found
+    gain, zero, clock = (errors[0] for errors in answer.recalibration.setup["friction_force"].values())
     write_diagnosis(answer, comparison, tmp_path / "out")
     ssv, chosen = tmp_path / "out" / "corrected.ssv", comparison.models[Hypothesis((EFFECT,))]
     run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, answer.closure.held_out)
@@ -224,7 +229,8 @@ def test_the_after_figures_are_the_fmus(found: tuple[Diagnosis, Comparison], tmp
             force = drive(
                 fmi2_fmu, Run(trial.times, trial.inputs, ("friction_force",)), {**kernel.by_choice(dict(read.values)), EFFECT: True}
             )
-            squares += float(np.sum((trial.outputs["friction_force"] - force["friction_force"]) ** 2))
+            shown = (1 + gain) * np.interp(trial.times - clock, trial.times, force["friction_force"]) + zero
+            squares += float(np.sum((trial.outputs["friction_force"] - shown) ** 2))
             count += trial.times.size
     assert run.rms["friction_force"]["corrected"] == pytest.approx(math.sqrt(squares / count), rel=1e-9)
     assert run.rms["friction_force"]["nominal"] > 10 * run.rms["friction_force"]["corrected"]
@@ -245,9 +251,11 @@ def test_an_fmu_that_differs_is_told_of(
     ssv, chosen = tmp_path / "out" / "corrected.ssv", comparison.models[Hypothesis((EFFECT,))]
     run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, answer.closure.held_out)
     level = comparison.whitening.levels["friction_force"]
-    assert run.difference == pytest.approx(1.0 / level, rel=1e-6)
+    shown = 1 + float(chosen.values["setup.friction_force.gain"])  # of 1 N
+    assert run.difference == pytest.approx(shown / level, rel=1e-6)
     held = [s.at for s in comparison.prediction.segments if s.condition in answer.closure.held_out]
-    assert all(np.allclose(run.predicted[at] - chosen.predicted[at], 1.0) for at in held)
+    exact = comparison.prediction.linearise(()).one(chosen.values, chosen.on)
+    assert all(np.allclose(run.predicted[at] - exact[at], shown) for at in held)
 
 
 def test_long_records_are_cut_for_the_fmu(

@@ -23,6 +23,7 @@ from evat.gap.gates import gates
 from evat.gap.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, judge
 from evat.gap.location import Location, locate
 from evat.gap.portion import portion
+from evat.inference.fit import Fit
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import smoothed_inputs
 from evat.inference.setup_errors import by_channel
@@ -113,7 +114,7 @@ def _diagnosed(
         judgement=judgement,
         gates=gates(judgement, comparison.audit.refused),
         novelty=(1 - judgement.unknown, min(judgement.features.left.get(judgement.chosen, 1.0), 1.0)),
-        recalibration=_recalibrated(comparison),
+        recalibration=_recalibrated(comparison, fitted(comparison, judgement.chosen)),
         where=_where(comparison, judgement),
         closure=closure,
         cannot_tell=missing,
@@ -190,16 +191,17 @@ def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:
     return tuple(named)
 
 
-def _recalibrated(comparison: Comparison) -> Recalibrated:
+def _recalibrated(comparison: Comparison, chosen: Fit) -> Recalibrated:
+    """Set-up errors are those beside what is named: without it they stand in for it."""
     found, sd = comparison.recalibrated, comparison.recalibrated.sd
     before, after = (structural(comparison.whitening, fit.predicted) for fit in (comparison.nominal, found))
     share = min(max(1 - after / before, 0.0), 1.0) if before > 0 else 0.0
     set_up = comparison.prediction.setup.names
     errors: dict[str, dict[str, tuple[float, float, str]]] = {}
-    for p in found.parameters:
+    for p in chosen.parameters:
         if p.name in set_up:
             channel, kind = by_channel(p.name)
-            errors.setdefault(channel, {})[kind] = float(found.values[p.name]), sd[p.name], p.unit
+            errors.setdefault(channel, {})[kind] = float(chosen.values[p.name]), chosen.sd[p.name], p.unit
     parameters = {p.name: (p.mean, float(found.values[p.name]), sd[p.name]) for p in found.parameters if p.name not in set_up}
     return Recalibrated(parameters, share, errors)
 

@@ -57,6 +57,8 @@ def write(folder: Path, title: str, setup: Setup, nominal: Mapping[str, float], 
     lines += _table("nominal.values", {**nominal, **setup.exact})
     exact = {name: 0.0 for name, value in setup.exact.items() if not isinstance(value, str)}
     lines += _table("nominal.relative_sd", {**setup.relative_sd, **exact})
+    for channel in world.channels:  # these rigs differ from trial to trial, and have no error that all trials share
+        lines += _table(f"setup_sd.{channel}", dict.fromkeys(("gain", "zero", "clock"), 0.0))
     if world.means:
         lines += _means(folder, world.channels, setup, trials)
     else:
