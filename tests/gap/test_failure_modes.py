@@ -77,7 +77,14 @@ def test_heavy_tails_do_not_change_the_answer(noise: object) -> None:
 
 
 def test_a_clock_that_is_late_is_a_delay() -> None:
-    assert names(diagnose(measured(late=2.5e-3), MODEL)) == ["sensor_delay"]
+    assert names(diagnose(measured(late=6e-3), MODEL)) == ["sensor_delay"]
+
+
+@pytest.mark.parametrize("late", [2e-3, -2e-3])
+def test_a_clock_that_is_late_or_early_by_two_samples_is_the_set_up(late: float) -> None:
+    found = diagnose(measured(late=late), MODEL)
+    assert names(found) == []
+    assert found.recalibration.setup["friction_force"]["clock"][0] == pytest.approx(late, abs=5e-4)
 
 
 def test_one_recording_says_nothing_of_repeatability() -> None:

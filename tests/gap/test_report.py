@@ -136,7 +136,8 @@ def test_the_parts_of_the_gap_add_up(text: str) -> None:
     assert own.total == pytest.approx(float(np.mean(left**2)), rel=0.02)  # noise and repeatability are estimates
     assert sum(own.share(name) for name in TITLES) == pytest.approx(1.0)
     assert 0.7 < own.rms("noise") / 0.05 < 1.4
-    assert own.share("effect") > 0.8
+    assert own.share("effect") > 0.4  # a zero of the set-up may stand in for part of an asymmetry
+    assert own.share("effect") + own.share("mistuning") > 0.95
     assert 0 <= own.share("numerical") < 0.01
     assert own.share("unexplained") < 0.01
     for name in TITLES:

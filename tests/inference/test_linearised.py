@@ -11,7 +11,7 @@ from evat.inference.parameters import form_parameters
 from evat.inference.prediction import Linearised, Prediction
 from rig import MODEL, VALUES, measured
 
-EXPONENT = "lugre.presliding_exponent"
+EXPONENT = "lugre.stribeck_exponent"
 
 
 def held_at(at: float) -> Prediction:
@@ -52,13 +52,11 @@ def test_another_law_has_no_such_shape() -> None:
 
 
 def test_a_law_of_another_form_is_no_effect() -> None:
-    """Bristles that yield late, and a Stribeck curve of Tustin's form: neither is an effect, and what is left is small."""
-    shapes: dict[str, float | str] = {EXPONENT: 1.6, "lugre.stribeck_exponent": 1.2}
+    """A Stribeck curve of nearly Tustin's form: no effect, and what is left is small."""
+    shapes: dict[str, float | str] = {EXPONENT: 1.2}
     made = measured(truth=shapes)
     nominal = {name: value for name, value in made.nominal.values.items() if name not in shapes}
     answer, comparison = diagnose_with(replace(made, nominal=replace(made.nominal, values=nominal)), MODEL)
     assert not answer.effects
     assert answer.verdict in ("no_gap", "mistuned")
-    fitted = comparison.recalibrated.values
-    assert 1.3 < float(fitted[EXPONENT]) < 2.0
-    assert float(fitted["lugre.stribeck_exponent"]) < 1.7
+    assert float(comparison.recalibrated.values[EXPONENT]) < 1.7

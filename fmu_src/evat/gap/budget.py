@@ -81,10 +81,10 @@ def structural(whitening: Whitening, predicted: FloatArray) -> float:
     return sum(found.structural / whitening.levels[channel] ** 2 for channel, found in squares(whitening, predicted).items())
 
 
-def structural_share(whitening: Whitening, predicted: FloatArray, reference: FloatArray) -> float:
+def structural_share(whitening: Whitening, predicted: FloatArray, reference: FloatArray, conditions: set[str] | None = None) -> float:
     """The structural mean square that one prediction leaves, in that of another; channels weighed by their rms. A channel in which the
     other leaves nothing but noise has no say, unless all are so."""
-    left, before, levels = squares(whitening, predicted), squares(whitening, reference), whitening.levels
+    left, before, levels = squares(whitening, predicted, conditions), squares(whitening, reference, conditions), whitening.levels
     unsure = {channel: UNSURE * found.floor for channel, found in before.items()}
     telling = [channel for channel, found in before.items() if found.structural > unsure[channel]] or list(before)
     above, below = (sum((table[c].structural + unsure[c]) / levels[c] ** 2 for c in telling) for table in (left, before))

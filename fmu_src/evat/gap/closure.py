@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evat.gap.budget import squares
+from evat.gap.budget import squares, structural_share
 from evat.gap.compare import Comparison
 from evat.inference.fit import Fit, fit
 from evat.model import BoolArray, FloatArray
@@ -17,6 +17,7 @@ FEWEST = 3  # conditions, below which none can be held out
 DRAWS = 1000
 SEED = 20240229
 WORSE = 1.1  # times the rms without the effect: a held-out condition that is made worse
+SEEN = 3.0  # standard deviations of a structural square by noise alone: less is no gap
 ROUNDING = 0.03  # of the noise floor, which is not known any better: a gap of less is none
 
 
@@ -67,10 +68,12 @@ class HeldOut:
         return share, (float(low), float(high))
 
     def left(self, chosen: Fit) -> float:
-        """Share of the gap that the model leaves there, as far as that is sure: at least so much, or, where it may as well have made the
-        gap larger, the best guess; nan where nothing can be said."""
-        share, (low, high) = self.closed(chosen)
-        return 1 - (share if low < 0 else high)
+        """Share of the structural gap that the model leaves there; nan where none are held out, or no gap can be seen there."""
+        before = self.fitted(self.comparison.recalibrated).predicted
+        table = squares(self.comparison.whitening, before, set(self.conditions)) if self.conditions else {}
+        if not any(channel.structural > SEEN * channel.unsure + ROUNDING * channel.floor for channel in table.values()):
+            return math.nan
+        return structural_share(self.comparison.whitening, self.fitted(chosen).predicted, before, set(self.conditions))
 
     def worse(self, chosen: Fit) -> dict[str, tuple[float, float]]:
         """Conditions that the model makes worse there: root mean squares before and after, in that of the channel's measured one."""

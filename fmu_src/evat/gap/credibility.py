@@ -8,9 +8,9 @@ import numpy as np
 
 from evat.gap.closure import HeldOut
 from evat.gap.compare import Comparison
-from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
 
+CLEAR = 10.0  # of log evidence: an effect that gains more is there, however its amplitude and other parameters stand for each other
 KNOWN = 2.0  # standard deviations: an amplitude that is less from nothing is no better known than its size
 AT_BOUND = 1e-3  # of a prior standard deviation
 ABSURD = 3.0  # times the rms of a channel: no effect does so much, unless something else takes it back
@@ -20,23 +20,27 @@ SHIFTED = 4.0  # standard deviations of the prior: a nominal value that moves fu
 def doubts(comparison: Comparison, on: Hypothesis, held: HeldOut) -> tuple[str, ...]:
     """Why the fit of a hypothesis is not credible; empty where nothing speaks against it."""
     fit = comparison.models[on]
-    reasons = [reason for name in on.effects for reason in _of_effect(comparison, fit, name)]
+    reasons = [reason for name in on.effects for reason in _of_effect(comparison, on, name)]
     for condition, (before, after) in held.worse(fit).items():
         reasons.append(f"it makes {condition}, which no fit saw, worse: {before:.1%} of the rms were left, {after:.1%} with it")
     return tuple(reasons)
 
 
-def _of_effect(comparison: Comparison, fit: Fit, name: str) -> list[str]:
-    prediction = comparison.prediction
+def _of_effect(comparison: Comparison, on: Hypothesis, name: str) -> list[str]:
+    prediction, fit = comparison.prediction, comparison.models[on]
+    without = comparison.models.get(Hypothesis(tuple(other for other in on.effects if other != name), on.law), comparison.recalibrated)
+    is_clear = fit.found.evidence - without.found.evidence > CLEAR
     own = {v.name: v for effect in prediction.model.effects if effect.name == name for v in effect.variables}
     fitted = [(place, p) for place, p in enumerate(fit.parameters) if p.name in own]
     sd, reasons = fit.sd, list[str]()
     strengths = [p for _, p in fitted if math.isfinite(own[p.name].neutral)]
     beyond = [abs(float(fit.values[p.name]) - own[p.name].neutral) / sd[p.name] for p in strengths if sd[p.name] > 0]
-    if beyond and max(beyond) < KNOWN:
+    if beyond and max(beyond) < KNOWN and not is_clear:
         reasons.append(f"{name} is no better known than its size: {max(beyond):.2g} standard deviations from nothing")
     for place, p in fitted:
         u, low, high = float(fit.point[place]), p.within(-math.inf), p.within(math.inf)
+        if p.low <= own[p.name].min and p.high >= own[p.name].max:  # by definition, as of a share
+            continue
         if (math.isfinite(low) and u < low + AT_BOUND) or (math.isfinite(high) and u > high - AT_BOUND):
             reasons.append(f"{p.name} = {float(fit.values[p.name]):.3g} {p.unit} lies at the bound of what it may be")
     others = [effect for effect in fit.on if effect != name]
