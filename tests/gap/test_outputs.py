@@ -333,11 +333,14 @@ def test_why_an_effect_was_not_chosen(found: tuple[Diagnosis, Comparison]) -> No
     silent, unfed = comparison.silent[0], next(iter(comparison.unfed))
     assert "changes nothing" in explain(comparison, answer, silent)
     assert comparison.unfed[unfed][0] in explain(comparison, answer, unfed)
+    assert "It was not tried: it happens with internal or combined" in explain(comparison, answer, "amplitude_loss")
     other = next(str(on) for on in comparison.rough if len(on) == 1 and EFFECT not in on and not on.law)
     text = explain(comparison, answer, other)
     assert "Not chosen: probability" in text
     assert f"beside {EFFECT}" in text
     assert EFFECT in text.splitlines()[2]
+    idle = replace(comparison, audit=replace(comparison.audit, idle={other: ("proxy_speed",)}))
+    assert "It was not tried: proxy_speed does not vary" in explain(idle, answer, other)
     with pytest.raises(ParameterError, match="no effect 'warp_drive'"):
         explain(comparison, answer, "warp_drive")
 

@@ -16,6 +16,7 @@ from evat.inference.fit import Fit
 from evat.inference.hypothesis import NOMINAL
 from evat.inference.parameters import Scales, amplitudes, shape_parameter, shapes
 from evat.model import Effect, ParameterError
+from evat.required_inputs import KINEMATICS
 
 DETECTED = 3.0  # standard deviations
 
@@ -35,6 +36,14 @@ def explain(comparison: Comparison, answer: Diagnosis, effect: str) -> str:
         return "\n".join([*lines, "It is on in the nominal model already, so it was no candidate."])
     if rivals := [name for name in on if name in asked.rivals or effect in known[name].rivals]:
         return "\n".join([*lines, f"It was not tried: it goes not together with {', '.join(rivals)}, which the nominal model has on."])
+    kinematics = str(prediction.nominal.get(KINEMATICS, ""))
+    if not asked.applies(kinematics, prediction.experiment.given):
+        return "\n".join(
+            [*lines, f"It was not tried: it happens with {' or '.join(asked.applies_to)}, and kinematics = {kinematics} here."]
+        )
+    if effect in comparison.audit.idle:
+        inputs = ", ".join(comparison.audit.idle[effect])
+        return "\n".join([*lines, f"It was not tried: {inputs} does not vary, so that it is one with other parameter values. Vary that."])
     if effect in comparison.unfed:
         inputs = ", ".join(comparison.unfed[effect])
         return "\n".join([*lines, f"It was not tried: it says nothing without {inputs}, which was not recorded. Record it."])
