@@ -13,6 +13,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 EXTRAS = "build,guide,importers,test"
+C_STYLE = f"--style=file:{ROOT / 'fmu_src' / '.clang-format'}"
 # What pip says when it cannot reach a registry; it has no exit status of its own for that. Every package named here exists, so finding no
 # version of one is such a sign too, and the only one where pip is told not to retry.
 UNREACHABLE = (
@@ -56,7 +57,7 @@ def test(scripts: Path, arguments: Sequence[str]) -> int:
     side_by_side = [] if _runs_alone(arguments) else ["-n", "2", "--dist", "worksteal"]
     steps = {
         "format": [python, "-m", "ruff", "format", "--check", "."],
-        "C format": [str(scripts / "clang-format"), "--dry-run", "--Werror", *c_files(ROOT)],
+        "C format": [str(scripts / "clang-format"), C_STYLE, "--dry-run", "--Werror", *c_files(ROOT)],
         "lint": [python, "-m", "ruff", "check", "."],
         "imports": [str(scripts / "lint-imports")],
         "types": [python, "-m", "mypy"],

@@ -37,9 +37,9 @@ def two_time_scales() -> None:
 
 
 def paper_tables() -> None:
-    found = study_paper()
-    print(plot_table(found, FOLDER / "table-2.png"))
-    print(plot_profiles(found, FOLDER / "paper-profiles.png"))
+    paper = study_paper()
+    print(plot_table(paper, FOLDER / "table-2.png"))
+    print(plot_profiles(paper, FOLDER / "paper-profiles.png"))
 
 
 def main() -> None:

@@ -19,6 +19,7 @@ from rich.text import Text
 from evat import parameter_sets
 from evat.commands.shared import SpeedUnit, Values, typed_values
 from evat.console import err, out
+from evat.files.json_values import json_value
 from evat.model import Effect, Variable
 from evat.native import kernel
 from evat.units import display
@@ -99,13 +100,7 @@ def _described(effect: Effect, in_full: bool) -> Padding:
 
 def _facts(effect: Effect) -> dict[str, Any]:
     """The effect as JSON takes it: SI, a neutral value of null where a parameter has none."""
-
-    def plain(entry: Any) -> Any:
-        if isinstance(entry, dict):
-            return {key: plain(part) for key, part in entry.items() if key != "index"}
-        if isinstance(entry, (list, tuple)):
-            return [plain(part) for part in entry]
-        return None if isinstance(entry, float) and not math.isfinite(entry) else entry
-
-    facts: dict[str, Any] = plain(dataclasses.asdict(effect))
+    facts: dict[str, Any] = json_value(dataclasses.asdict(effect))
+    for variable in (*facts["variables"], *facts["states"]):
+        del variable["index"]
     return facts

@@ -45,18 +45,18 @@ def paper(
 
     usable(to)
     with lines_done(stage_count()) as progress:
-        found = study_paper(draws=draws, seed=seed, journal=to / JOURNAL, resume=resume, progress=progress)
+        study = study_paper(draws=draws, seed=seed, journal=to / JOURNAL, resume=resume, progress=progress)
     shares = tuple(domain_shares(material) for material in paper_tables.materials())
-    told = (*condition_caveats(shares), *study_caveats(found))
-    for table in (_means(found), _errors(found), _conditions(found), _predictions(found)):
+    told = (*condition_caveats(shares), *study_caveats(study))
+    for table in (_means(study), _errors(study), _conditions(study), _predictions(study)):
         out.print(table)
     for text in told:
         out.print(f"note: {text}", highlight=False)
-    for path in (*paper_plots.plot_all(found, shares, to), paper_output.write(found, shares, told, to)):
+    for path in (*paper_plots.plot_all(study, shares, to), paper_output.write(study, shares, told, to)):
         out.print(f"wrote {path}")
 
 
-def _means(found: PaperStudy) -> Table:
+def _means(study: PaperStudy) -> Table:
     from evat.studies.main_job import FORCES, MODELS
     from evat.studies.paper import chosen
     from evat.studies.paper_means import Calculation, measured
@@ -66,43 +66,43 @@ def _means(found: PaperStudy) -> Table:
     for row, material in enumerate(paper_tables.materials().values()):
         for column, force in enumerate(FORCES):
             ours = [
-                f"{found.best[Calculation(model, chosen().principle, chosen().speed_unit)].forces[row, column]:.1f} / "
-                f"{found.inferred[model][row, column]:.1f}"
+                f"{study.best[Calculation(model, chosen().principle, chosen().speed_unit)].forces[row, column]:.1f} / "
+                f"{study.inferred[model][row, column]:.1f}"
                 for model in MODELS
             ]
             table.add_row(material, force.replace("_", " "), f"{measured()[row, column]:g}", *ours)
     return table
 
 
-def _errors(found: PaperStudy) -> Table:
+def _errors(study: PaperStudy) -> Table:
     from evat.studies.main_job import MODELS
     from evat.studies.paper_means import mean_error, measured
     from evat.units import SPEED_UNITS
 
     table = Table("mean error [%]", *(model.title for model in MODELS.values()), "ranking kept in", title_justify="left")
     table.add_row("the paper, as printed", *(f"{100 * paper_tables.mean_relative_error(model):.1f}" for model in MODELS), "")
-    for what, forces in (("", found.inferred), ("; chip flow by the current shear angle", found.current_angle)):
+    for what, forces in (("", study.inferred), ("; chip flow by the current shear angle", study.current_angle)):
         errors = (mean_error(forces[model] / measured() - 1) for model in MODELS)
         table.add_row(f"inferred, round values{what}", *(f"{100 * error:.1f}" for error in errors), "")
     for unit in SPEED_UNITS:
         for principle in kernel.variable("shear_angle_principle").choices:
-            _, met, kept = found.accepted(principle, unit)
-            texts = (f"{100 * error:.1f}" for error in found.ranking(principle, unit).values())
+            _, met, kept = study.accepted(principle, unit)
+            texts = (f"{100 * error:.1f}" for error in study.ranking(principle, unit).values())
             table.add_row(f"own best, {principle.replace('_', ' ')}, {unit}", *texts, f"{kept} of {met} draws" if met else "no draw met")
     return table
 
 
-def _conditions(found: PaperStudy) -> Table:
+def _conditions(study: PaperStudy) -> Table:
     title = "what the eight means determine: where the modified law does as well as the paper's calculation"
     table = Table("condition", "bounds", "inferred", "interval", "verdict", title=title, title_justify="left")
-    for one in found.profiles:
+    for one in study.profiles:
         known = kernel.variable(one.condition.variable)
         ends = [
             " .. ".join(display(value, known, digits=3) for value in pair)
             for pair in ((one.condition.low, one.condition.high), one.interval)
         ]
         table.add_row(known.name, ends[0], display(one.condition.inferred, known, digits=3), ends[1], one.verdict)
-    for spread in found.spreads:
+    for spread in study.spreads:
         unit = "" if spread.unit == "1" else f" {spread.unit}"
         table.add_row(
             spread.name, "", "", f"{spread.low:.2g} .. {spread.high:.2g}{unit}", f"a factor of {spread.factor:.1f} over the draws met"
@@ -110,13 +110,13 @@ def _conditions(found: PaperStudy) -> Table:
     return table
 
 
-def _predictions(found: PaperStudy) -> Table:
+def _predictions(study: PaperStudy) -> Table:
     from evat.studies.main_job import MODELS
 
     title = "feed force [N] predicted from the other three materials: median, 5 to 95 % of the draws that meet these"
     table = Table("left out", "measured", *(model.title for model in MODELS.values()), title=title, title_justify="left")
     for material, name in paper_tables.materials().items():
-        some = [one for one in found.left_out if one.material == material]
+        some = [one for one in study.left_out if one.material == material]
         texts = []
         for one in some:
             low, high = np.percentile(one.predicted, [5, 95]) if one.predicted.size else (0.0, 0.0)

@@ -105,10 +105,10 @@ class _Reader(Checks):
         setup_sd = self.setup_sd(self.table("setup_sd", table.get("setup_sd", {})), signals)
         return Document(self.path.parent, title, intended_use, nominal, signals, trials, means, (self.path, *files, *data), setup_sd)
 
-    def setup_sd(self, found: Mapping[str, Any], signals: Mapping[str, Signal]) -> dict[str, SetupSd]:
+    def setup_sd(self, table: Mapping[str, Any], signals: Mapping[str, Signal]) -> dict[str, SetupSd]:
         """Of the channels that are named: gain as a number, zero in the unit of the signal, clock in that of the time."""
         setups = {}
-        for name, entry in found.items():
+        for name, entry in table.items():
             where = f"setup_sd.{name}"
             if self.variable(where, name).causality != "output":
                 raise self.error(where, "set-up errors are those of what was measured; name an output.")

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from evat import paper_tables
+from evat.files.json_values import json_value
 from evat.files.writing import put
 from evat.native import kernel
 from evat.paper_conditions import SHEAR_STRESS, ProcessCondition, conditions, inference, shear_stresses
@@ -26,7 +25,7 @@ JSON = "study.json"
 def as_json(study: PaperStudy, shares: tuple[DomainShares, ...], told: tuple[str, ...]) -> dict[str, Any]:
     """SI throughout; what is not a number is null."""
     principles = kernel.variable("shear_angle_principle").choices
-    whole: dict[str, Any] = _plain(
+    whole: dict[str, Any] = json_value(
         {
             "format": 1,
             "measured": _forces(measured()),
@@ -117,14 +116,6 @@ def _best(one: Best) -> dict[str, Any]:
         SHEAR_STRESS: dict(zip(paper_tables.materials(), map(float, one.shear_stress), strict=True)),
         "means": _forces(one.forces),
     }
-
-
-def _plain(entry: Any) -> Any:
-    if isinstance(entry, Mapping):
-        return {str(key): _plain(value) for key, value in entry.items()}
-    if isinstance(entry, (list, tuple)):
-        return [_plain(value) for value in entry]
-    return None if isinstance(entry, float) and not math.isfinite(entry) else entry
 
 
 def write(study: PaperStudy, shares: tuple[DomainShares, ...], told: tuple[str, ...], folder: Path) -> Path:

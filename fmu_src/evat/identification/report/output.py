@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from evat import parameter_sets
+from evat.files.json_values import json_value
 from evat.files.writing import as_output_error, scratch
 from evat.html import render
 from evat.identification.report.figures import figures
@@ -87,7 +87,7 @@ def as_json(identification: Identification) -> dict[str, Any]:
         }
     fit_keys = ("rms", "share", "relative_error", "noise", "follows_itself", "samples")
     names = [estimate.name for estimate in identification.estimates]
-    found_plain: dict[str, Any] = _plain(
+    document: dict[str, Any] = json_value(
         {
             "format": 1,
             "title": identification.experiment.title,
@@ -112,15 +112,7 @@ def as_json(identification: Identification) -> dict[str, Any]:
             "made_by": dict(identification.made_by),
         }
     )
-    return found_plain
-
-
-def _plain(entry: Any) -> Any:
-    if isinstance(entry, Mapping):
-        return {str(key): _plain(value) for key, value in entry.items()}
-    if isinstance(entry, (list, tuple)):
-        return [_plain(value) for value in entry]
-    return None if isinstance(entry, float) and not math.isfinite(entry) else entry
+    return document
 
 
 def write(identification: Identification, folder: Path) -> tuple[Path, Path, Path]:
