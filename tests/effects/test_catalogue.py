@@ -173,10 +173,10 @@ def test_a_state_taken_in_mid_cycle_goes_on_to_the_last_bit(effect: Effect) -> N
 
 @every_effect
 def test_a_periodic_start_is_periodic(effect: Effect) -> None:
-    """With states of its own too: after one cycle all come back. What grows with time or turns with the spindle can not."""
+    """With states of its own too: after one cycle all come back. What grows with time, turns with the spindle or is a position can not."""
     contact = Contact({"initial_state": "periodic", "cutting_speed": 0.2, "relative_tolerance": 1e-6, "sigma1": 5.0}, (effect.name,))
     contact.start()
-    names = ["bristle_deflection", *(state.name for state in effect.states)]
+    names = ["bristle_deflection", *(state.name for state in effect.states if not state.name.endswith(".position"))]
     before = [contact.get(name) for name in names]
     contact.advance(PERIOD)
     after = [contact.get(name) for name in names]
