@@ -290,7 +290,8 @@ const struct Variable base_variables[BASE_COUNT] = {
             "uncut thickness in um and the approach velocity in m/s", .source = DEFINITION},
     [VAR_SURFACE_INDICATOR] = {.name = "surface_indicator", .unit = "1", INNER,
         .meaning = "event indicator: above 0 where the previous cycle has left the surface, below 0 where the nominal "
-            "surface stands; a length in units of amplitude_x", .source = DEFINITION},
+            "surface stands; a length in units of amplitude_x. Where older strokes count, the distance to the nearest "
+            "end of one, whose sign changes at each", .source = DEFINITION},
     [VAR_SLIP_INDICATOR] = {.name = "slip_indicator", .unit = "1", INNER,
         .meaning = "event indicator: the slip velocity in m/s, whose sign change reverses friction",
         .source = DEFINITION},
