@@ -22,9 +22,11 @@ void wire_time(const struct Contact *contact, struct Configuration *w)
                      a = or_none(w->p[VAR_AMPLITUDE_X][i], NO_AMPLITUDE);
         const double r =
             a > 0 ? w->p[VAR_CUTTING_SPEED][i] / (a * omega) : INFINITY; /* to the bit as ellipse_at finds it */
+        const double lead = w->p[VAR_PHASE_Y][i] - w->p[VAR_PHASE_X][i] - PI / 2,
+                     aspect = a > 0 ? w->p[VAR_AMPLITUDE_Y][i] / a : 0;
         w->cycle[i] = turns - floor(turns);
         if (!(w->turn.r[i] == r))
-            turn_at(r, &w->turn, i);
+            turn_at(w, r, lead, aspect, &w->turn, i);
     }
 }
 

@@ -19,10 +19,14 @@ static void watched_indicators(const struct Contact *contact, const struct Confi
 
 void warn(struct Contact *contact, const struct Point *x)
 {
-    int outside = 0;
-    EACH_LANE
+    int outside = 0, flank = 0, always = 0;
+    EACH_LANE {
         outside |= x->outside[i] != 0;
-    contact->warnings |= x->warnings | (outside ? WARN_FORCE_DOMAIN : 0u);
+        flank |= x->flank[i] != 0;
+        always |= x->always[i] != 0;
+    }
+    contact->warnings |=
+        x->warnings | (outside ? WARN_FORCE_DOMAIN : 0u) | (flank ? WARN_FLANK : 0u) | (always ? WARN_ALWAYS_INTO : 0u);
 }
 
 /* Outputs that are a field of the point. */

@@ -172,7 +172,8 @@ enum Limits {
 /* Each is a number whose change of sign is an event. */
 enum Indicator {
     AT_CONTACT, /* > 0 while the tool is in the material and moving into it */
-    AT_SURFACE, /* > 0 where an earlier cycle has left the surface, < 0 where the nominal surface still stands */
+    AT_SURFACE, /* > 0 where an earlier cycle has left the surface, < 0 where the nominal surface still stands; where
+                   more than the cycle before has left it, the ends of all their loops change the sign in turn */
     AT_SLIP, /* the slip velocity: friction reverses */
     AT_LAW /* the friction law's own, > 0 on its sticking side: break-away of a bristle, Karnopp's band */
 };
@@ -184,7 +185,9 @@ enum Warning {
     WARN_TEMPERATURE = 4,
     WARN_UNUSED_SLIP = 8,
     WARN_NOT_PERIODIC = 16,
-    WARNING_COUNT = 5
+    WARN_FLANK = 32,
+    WARN_ALWAYS_INTO = 64,
+    WARNING_COUNT = 7
 };
 
 /* ---- one block of contacts; plain bytes ---- */
@@ -329,6 +332,7 @@ struct Point {
     lanes approach; /* tool velocity into the chip, normal to the rake [m/s] */
     lanes shear_speed; /* that sets the strain rate: approach, or where only the slip is given the slip speed [m/s] */
     lanes surface; /* indicator AT_SURFACE */
+    lanes flank, always; /* 1 where the tool moves back below what stands, and where it never leaves the material */
     lanes contact; /* indicator AT_CONTACT */
     lanes cutting; /* 1 in contact, else 0 */
     lanes speed_ratio; /* HSR = v_c / (a w); infinity without vibration */

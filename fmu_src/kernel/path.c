@@ -1,12 +1,16 @@
 /* Where is the tool tip, how fast does it move, and how thick is the chip that it cuts?
  *
  * Tool relative to the work: x along the cutting direction, y away from the machined surface. The origin of x is the
- * bottom of the path when both phases are at their starts. The chip's upper side is the nominal surface, or what the
- * previous cycle left there.
+ * bottom of the path when both phases are at their starts. The chip's upper side is the lower of the nominal surface
+ * and what all motion left there before the tool last began to move into the material: forward and backward strokes of
+ * all earlier cycles. Of most ellipses only the forward stroke of the cycle before may count, which is found out once.
  */
 #include "stages.h"
 
 #include <math.h>
+
+#define NO_PITCH 1e-12 /* of a cycle, in amplitudes: all cycles pass the same places */
+#define MOST_ENDS 15
 
 /* The whole part of x >= 0; floor() would be a call. */
 static inline double whole(double x)
@@ -20,13 +24,6 @@ static inline double whole(double x)
 double slip_along_rake(const struct Configuration *w, const struct Point *x, int lane, double tan_flow)
 {
     return x->approach[lane] * tan_flow + x->u_x[lane] * w->sin_rake[lane] - x->u_y[lane] * w->cos_rake[lane];
-}
-
-void turn_at(double r, struct Turn *turn, int lane)
-{
-    turn->r[lane] = r;
-    turn->last[lane] = r < 1 ? acos(-r) : 0;
-    turn->bend[lane] = r < 1 ? sqrt(1 - r * r) : 0;
 }
 
 /* Angle in the previous cycle at which the tool stood at the same place X (in units of amplitude_x) on its way forward:
@@ -68,6 +65,157 @@ static void angle_at(const lanes X, const struct Turn *t, lanes sought, lanes ch
         chi[i] = smaller(larger(chi[i], -t->last[i]), t->last[i]);
 }
 
+/* The same in one lane, for a place on either side of the middle. */
+static double angle_of(double X, const struct Turn *t, int lane)
+{
+    lanes place = {0}, sought = {0}, chi;
+    place[lane] = fabs(X); /* the series starts from the far end, where two roots meet */
+    sought[lane] = 1;
+    angle_at(place, t, sought, chi);
+    return X < 0 ? -chi[lane] : chi[lane];
+}
+
+static double cosine_of(double angle)
+{
+    double cosine, sine;
+    cos_sin_of(angle, &cosine, &sine);
+    return cosine;
+}
+
+static double sine_of(double angle)
+{
+    double cosine, sine;
+    cos_sin_of(angle, &cosine, &sine);
+    return sine;
+}
+
+/* The backward stroke as a forward one of speed -r, run through from its end: with psi = e - pi, X + pi r = r e -
+ * sin(e), |e| <= acos(r). */
+static void reverse(const struct Turn *t, struct Turn *back, int lane)
+{
+    *back = *t;
+    back->r[lane] = -t->r[lane];
+    back->last[lane] = PI - t->last[lane];
+}
+
+/* When the tool moves into the material: approach over a w is r cos(alpha) + A cos(psi - fastest). */
+static void stroke_at(const struct Configuration *w, struct Turn *t, int i)
+{
+    t->begins[i] = -t->last[i];
+    if (w->sin_rake[i] == 0)
+        return;
+    double cosine, sine;
+    cos_sin_of(t->lead[i], &cosine, &sine);
+    const double tilted = t->aspect[i] * w->sin_rake[i], C = w->cos_rake[i] - tilted * sine, S = -tilted * cosine,
+                 share = t->r[i] * w->cos_rake[i] / sqrt(C * C + S * S);
+    t->always[i] = share >= 1;
+    t->fastest[i] = atan2(S, C);
+    t->begins[i] = t->fastest[i] - acos(-smaller(share, 1));
+}
+
+/* Where strokes may cut below another: with its right end rising, its left end falling, and the left end above what the
+ * cycle before left there, a forward stroke is one valley, and where it is below the valley before, it is below all
+ * that is older and below the backward strokes, which are hills over their ends. */
+static void crossings_at(struct Turn *t, int i)
+{
+    const double r = t->r[i], last = t->last[i], lead = t->lead[i], top = r * last + t->bend[i];
+    struct Turn back;
+    reverse(t, &back, i);
+    const double tilt = lead - PI - 2 * PI * whole((lead - PI) / (2 * PI) + 0.5),
+                 stroke_ends = 2 * t->fastest[i] - t->begins[i];
+    const double left = cosine_of(lead - last), right = cosine_of(lead + last);
+    const double met = 2 * PI * r < 2 * top ? cosine_of(angle_of(2 * PI * r - top, t, i) + lead) : INFINITY;
+    const double forward = -tilt, backward = tilt > 0 ? PI - tilt : -PI - tilt; /* psi, e of the lowest points */
+    if (fabs(forward) < last)
+        t->valley_forward[i] = r * forward + sine_of(forward);
+    if (fabs(backward) < back.last[i])
+        t->valley_backward[i] = r * (backward - PI) - sine_of(backward);
+    const int falls_there = sine_of(last + tilt) < 0, rises_here = left < met;
+    if (falls_there || rises_here)
+        t->dips[i] = fabs(backward) < back.last[i] ? -1 : smaller(falls_there ? right : 1, rises_here ? left : 1);
+    const int one_valley = fabs(tilt) <= PI - last, one_turn = t->begins[i] >= -PI && stroke_ends <= PI;
+    const double stop = r * stroke_ends + sine_of(stroke_ends), start = r * t->begins[i] + sine_of(t->begins[i]);
+    const int gets_on = t->begins[i] <= -last || stop >= start;
+    t->alone[i] = one_valley && !rises_here && one_turn && gets_on && t->always[i] == 0;
+}
+
+void turn_at(const struct Configuration *w, double r, double lead, double aspect, struct Turn *turn, int lane)
+{
+    turn->r[lane] = r;
+    turn->lead[lane] = lead;
+    turn->aspect[lane] = aspect;
+    turn->last[lane] = r < 1 ? acos(-r) : 0;
+    turn->bend[lane] = r < 1 ? sqrt(1 - r * r) : 0;
+    turn->alone[lane] = 1;
+    turn->fastest[lane] = turn->begins[lane] = turn->always[lane] = 0;
+    turn->dips[lane] = INFINITY;
+    turn->valley_forward[lane] = turn->valley_backward[lane] = NAN;
+    const int upright = fabs(lead - PI) < 1e-9;
+    if (!(r > NO_PITCH && r < 1) || (upright && w->sin_rake[lane] == 0))
+        return;
+    stroke_at(w, turn, lane);
+    crossings_at(turn, lane);
+}
+
+/* The lowest height, in b, at which any stroke that is older than the present one passed psi's place; infinity: none.
+ * Stroke n of a kind passed it where the newest would pass 2 pi r n further on, so that on a stroke of hills and one
+ * valley only the newest, the oldest and the two beside the valley may be the lowest. ends: how many loops reach beyond
+ * the place, less 1. */
+static double lowest_left(const struct Turn *t, int lane, double psi, double place, double ends)
+{
+    const double r = t->r[lane], last = t->last[lane], lead = t->lead[lane], pitch = 2 * PI * r,
+                 top = r * last + t->bend[lane];
+    const double stroke = psi < -last ? last - 2 * PI : psi < last ? -last : last;
+    const double begun = psi < t->begins[lane] ? stroke : t->begins[lane];
+    struct Turn back;
+    reverse(t, &back, lane);
+    double lowest = INFINITY;
+    for (int forward = 0; forward < 2; ++forward) {
+        const double valley = forward ? t->valley_forward[lane] : t->valley_backward[lane],
+                     beside = floor((valley - place) / pitch);
+        const double newest = forward ? 0 : -1, oldest = forward ? ends + 1 : ends;
+        const double choice[6] = {newest, newest + 1, newest + 2, beside, beside + 1, oldest};
+        double before = newest - 1;
+        for (int n = 0; n < 6; ++n) {
+            const double k = choice[n], X = place + pitch * k, first = (forward ? -last : last - 2 * PI) - 2 * PI * k;
+            if (!(k > before && k <= oldest) || X < -top || first >= begun)
+                continue;
+            before = k;
+            const double chi = forward ? angle_of(X, t, lane) : angle_of(-X - PI * r, &back, lane) - PI;
+            if (chi - 2 * PI * k <= begun)
+                lowest = smaller(lowest, cosine_of(chi + lead));
+        }
+    }
+    return lowest;
+}
+
+/* How many loops' ends lie ahead, less 1, as the indicator's side says where one is near; and the indicator: the
+ * distance to the nearest end in units of a, its sign changing at each. Ends further on than MOST_ENDS change nothing
+ * that is not small. */
+static double ends_ahead(double ahead, double pitch, int in_contact, int side, double *indicator)
+{
+    const double share = ahead / pitch, nearest = smaller(larger(floor(share + 0.5), 0), MOST_ENDS);
+    const int even = nearest == 2 * floor(nearest / 2);
+    *indicator = (even ? 1 : -1) * (share - nearest) * pitch;
+    if (!in_contact || share >= MOST_ENDS + 1)
+        return larger(floor(share), -1);
+    return side == even ? nearest : nearest - 1;
+}
+
+/* Where more than the stroke before may have left what is cut. */
+static void on_all_that_is_left(const struct Contact *contact, const struct Configuration *w, const struct Turn *t,
+                                double psi, struct Point *x, int i)
+{
+    const double r = t->r[i], back = 2 * PI * whole((psi - t->fastest[i]) / (2 * PI) + 0.5), own = psi - back,
+                 place = r * own + x->cos_x[i], pitch = 2 * PI * r;
+    const double ends = ends_ahead(r * (t->last[i] - 2 * PI) + t->bend[i] - place, pitch,
+                                   contact->sign[AT_CONTACT][i] > 0, contact->sign[AT_SURFACE][i] > 0, &x->surface[i]);
+    const double nominal = w->p[VAR_FEED][i] - w->p[VAR_AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i],
+                 y = nominal - x->h[i];
+    const double lowest = lowest_left(t, i, own, place, ends);
+    x->h[i] = smaller(nominal, lowest < INFINITY ? x->b[i] * lowest : nominal) - y;
+}
+
 /* The fields that the stage opens. The ellipse of a tool that nothing disturbs; its centre moves as a machine model
  * says. */
 static void open_path(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
@@ -91,19 +239,19 @@ static void open_path(const struct Contact *contact, const struct Configuration 
         x->left[i] = surface_left(contact, i, x->t[i] - meeting_time(w, i));
 }
 
-/* Where the tool passes a place again: thickness over the surface that the previous cycle left there. It reaches up to
- * where that cycle turned, and past it its last height stands. psi: vibration angle, 0 where the tool is fastest; X:
- * its place in units of a. */
+/* Where the tool passes a place again, and only the cycle before may have left what stands there: thickness over the
+ * surface that the previous cycle left there. It reaches up to where that cycle turned, and past it its last height
+ * stands. psi: vibration angle, 0 where the tool is fastest; X: its place in units of a. */
 static void on_what_is_left(const struct Contact *contact, const struct Configuration *w, const lanes tau,
                             struct Point *x)
 {
     const lanes *p = w->p;
-    lanes X, there, on_left, sought;
-    int passing = 0, others = 0;
+    lanes X, there, on_left, sought, angle;
+    int passing = 0, others = 0, older = 0;
     EACH_LANE {
         on_left[i] = (x->speed_ratio[i] < 1) & (x->a[i] > 0) & (x->approach[i] > 0);
         passing |= on_left[i] != 0;
-        others |= (on_left[i] != 0) & !(x->speed_ratio[i] == w->turn.r[i]);
+        others |= (on_left[i] != 0) & (!(x->speed_ratio[i] == w->turn.r[i]) | (x->phase_y[i] != p[VAR_PHASE_Y][i]));
     }
     if (!passing)
         return;
@@ -112,9 +260,15 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
     if (others) {
         other = w->turn;
         for (int i = 0; i < LANES; ++i)
-            if (on_left[i] != 0 && !(x->speed_ratio[i] == other.r[i]))
-                turn_at(x->speed_ratio[i], &other, i);
+            if (on_left[i] != 0 && (!(x->speed_ratio[i] == other.r[i]) || x->phase_y[i] != p[VAR_PHASE_Y][i]))
+                turn_at(w, x->speed_ratio[i], x->phase_y[i] - p[VAR_PHASE_X][i] - PI / 2, x->b[i] / x->a[i], &other, i);
         t = &other;
+    }
+    lanes all_left;
+    EACH_LANE {
+        all_left[i] = (on_left[i] != 0) & (t->alone[i] == 0);
+        older |= all_left[i] != 0;
+        on_left[i] = (on_left[i] != 0) & (t->alone[i] != 0);
     }
     EACH_LANE {
         const double r = x->speed_ratio[i], turns = w->cycle[i] + p[VAR_VIBRATION_FREQUENCY][i] * tau[i];
@@ -123,6 +277,7 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
         const double psi = ahead - 2 * PI * (whole(ahead / (2 * PI) + 1.5) - 1), place = r * psi + x->cos_x[i];
         const double surface = r * (t->last[i] - 2 * PI) + t->bend[i] - place;
         const int moving_on = (on_left[i] != 0) & (r > 0);
+        angle[i] = psi;
         x->surface[i] = moving_on ? surface : x->surface[i];
         const int in_contact = contact->sign[AT_CONTACT][i] > 0, side = contact->sign[AT_SURFACE][i] > 0,
                   there_now = (r == 0) | (x->surface[i] > 0);
@@ -139,7 +294,12 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
         cos_sin_of(there[i] + lead, &cosine, &sine);
         const double left = smaller(nominal, x->speed_ratio[i] > 0 ? x->b[i] * cosine : y) - y;
         x->h[i] = on_left[i] != 0 ? left : x->h[i];
+        x->flank[i] = x->b[i] * t->dips[i] < nominal;
+        x->always[i] = t->always[i];
     }
+    for (int i = 0; older && i < LANES; ++i)
+        if (all_left[i] != 0)
+            on_all_that_is_left(contact, w, t, angle[i], x, i);
 }
 
 static void ellipse_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
@@ -169,6 +329,7 @@ static void ellipse_at(const struct Contact *contact, const struct Configuration
          * point of the undisturbed ellipse. */
         const double y = b * cos_y, nominal = p[VAR_FEED][i] - p[VAR_AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i];
         x->surface[i] = -1;
+        x->flank[i] = x->always[i] = 0;
         x->h[i] = nominal - y;
     }
     on_what_is_left(contact, w, tau, x);
@@ -187,6 +348,7 @@ static void given_at(const struct Contact *contact, const struct Configuration *
         x->h[i] = input_at(contact, VAR_UNCUT_THICKNESS, i, tau[i]) + x->raised[i] - x->centre_y[i];
         x->speed_ratio[i] = 0;
         x->surface[i] = x->approach[i] = 1;
+        x->flank[i] = x->always[i] = 0;
     }
 }
 
@@ -197,6 +359,7 @@ static void given_alone(const struct Contact *contact, const lanes tau, struct P
         x->v[i] = input_at(contact, VAR_SLIP_VELOCITY, i, tau[i]);
         x->h[i] = input_at(contact, VAR_UNCUT_THICKNESS, i, tau[i]);
         x->surface[i] = x->approach[i] = 1;
+        x->flank[i] = x->always[i] = 0;
         x->a[i] = x->u_x[i] = x->u_y[i] = x->speed_ratio[i] = 0;
     }
 }

@@ -168,6 +168,11 @@ static const char *const warning_texts[WARNING_COUNT] = {
     "slip_velocity was set but kinematics = internal takes the slip from the ellipse; set kinematics = external to use "
     "the input",
     "no periodic steady state of the vibration cycle was found (not every law has one, external kinematics has none)",
+    "the tool moves back below the surface that stands, and its clearance face is pressed on the work: that leaves a "
+    "surface, but no force of it is modelled; turn the ellipse (phase_x, phase_y) or reduce feed",
+    "the tool turns back along the cut but moves into the material throughout the cycle, so that no stroke begins: the "
+    "thickness counts what it left until its slowest motion into the material; change rake_angle, phases or "
+    "cutting_speed",
 };
 const char *kernel_warning_text(int bit)
 {

@@ -27,10 +27,15 @@
 #define ON_LINES
 #endif
 
-/* Where in its cycle the tool stops moving forward: last = acos(-r), and bend = sin(last), of the speed ratio r < 1;
- * else 0. */
+/* What an ellipse leaves that does not change from cycle to cycle; see path.c. Heights in amplitudes b. */
 struct Turn {
-    lanes r, last, bend;
+    lanes r, lead, aspect; /* of the ellipse: speed ratio, phase of y where the tool is fastest, b / a */
+    lanes last, bend; /* where it stops moving forward: last = acos(-r), and bend = sin(last), of r < 1; else 0 */
+    lanes alone; /* 1 where only the stroke of the cycle before may have left what is cut, else 0 */
+    lanes begins, fastest; /* angles at which it begins to move into the material, and does so fastest */
+    lanes valley_forward, valley_backward; /* places of the lowest points of both strokes; NAN: none within it */
+    lanes dips; /* lowest height at which the backward stroke may go below what stands; infinity: it does not */
+    lanes always; /* 1 where it moves into the material throughout, though it turns back */
 };
 
 /* What a run of points has in common: which law and effects are on, found once per call. */
@@ -150,8 +155,8 @@ void first_order_response_in_mean(double h, double T, double u_0, double u_m, do
 void second_order_response_in_mean(double h, double w, double zeta, double u_0, double u_m, double u_1,
                                    const double y[2], double half[2], double whole[2]);
 
-/* path.c: r = v_c / (a w). */
-void turn_at(double r, struct Turn *turn, int lane);
+/* path.c: r = v_c / (a w), the phase of y where the tool is fastest, b / a. */
+void turn_at(const struct Configuration *w, double r, double lead, double aspect, struct Turn *turn, int lane);
 /* path.c: u, h, approach, slip, the path's indicators, at `tau` [s] after value[VAR_TIME]; uses the states in x. */
 void path_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 /* path.c: chip slip along the rake; tan_flow: of the shear angle less the rake angle. */

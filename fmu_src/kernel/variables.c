@@ -61,8 +61,8 @@ const struct Variable base_variables[BASE_COUNT] = {
             "karnopp", .source = "Karnopp 1985"},
     [VAR_TOOL_DISPLACEMENT_X] = {.name = "tool_displacement_x", .unit = "m", .display_unit = "um", .min = -10, .max = 10,
         .nominal = 1e-6, GIVEN,
-        USED_WITH("combined", "displacement of the vibration's centre along the cutting direction"),
-        .source = MACHINE},
+        .meaning = "displacement of the vibration's centre along the cutting direction; has no effect: the work is the "
+            "same all along the cut, and every earlier cycle is taken to have had the same centre", .source = MACHINE},
     [VAR_TOOL_DISPLACEMENT_Y] = {.name = "tool_displacement_y", .unit = "m", .display_unit = "um", .min = -10, .max = 10,
         .nominal = 1e-6, GIVEN,
         USED_WITH("combined", "displacement of the vibration's centre away from the machined surface"),
@@ -76,7 +76,8 @@ const struct Variable base_variables[BASE_COUNT] = {
 
     [VAR_KINEMATICS] = {.name = "kinematics", .start = KINEMATICS_INTERNAL, .max = 2, FIXED_CHOICE(kinematics),
         .meaning = "where motion and thickness come from: internal: the ellipse, from parameters; external: "
-            "slip_velocity and uncut_thickness; combined: the ellipse carried by tool_displacement and tool_velocity",
+            "slip_velocity and uncut_thickness; combined: the ellipse carried by tool_displacement_y, tool_velocity_x and "
+            "tool_velocity_y",
         .source = DEFINITION},
     [VAR_FRICTION_LAW] = {.name = "friction_law", .start = 1, .max = LAW_COUNT - 1, FIXED_CHOICE(law_names),
         .meaning = "friction law of the chip-tool contact", .source = "the paper, section 1"},
@@ -290,7 +291,8 @@ const struct Variable base_variables[BASE_COUNT] = {
             "uncut thickness in um and the approach velocity in m/s", .source = DEFINITION},
     [VAR_SURFACE_INDICATOR] = {.name = "surface_indicator", .unit = "1", INNER,
         .meaning = "event indicator: above 0 where the previous cycle has left the surface, below 0 where the nominal "
-            "surface stands; a length in units of amplitude_x", .source = DEFINITION},
+            "surface stands; a length in units of amplitude_x. Where older strokes count, the distance to the nearest "
+            "end of one, whose sign changes at each", .source = DEFINITION},
     [VAR_SLIP_INDICATOR] = {.name = "slip_indicator", .unit = "1", INNER,
         .meaning = "event indicator: the slip velocity in m/s, whose sign change reverses friction",
         .source = DEFINITION},

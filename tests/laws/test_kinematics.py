@@ -7,6 +7,7 @@ from math import acos, cos, pi, sin, sqrt, tan
 import numpy as np
 import pytest
 from driving import AMPLITUDE, ELLIPSE, OMEGA, PERIOD, at_angle, at_speed_ratio, events, read, started
+from evat.native import kernel
 from scipy.optimize import brentq
 
 # Printed to four digits (five for the cusp): half a unit of the last.
@@ -191,6 +192,21 @@ def test_a_machine_that_lifts_the_tool_thins_the_chip() -> None:
     for rise in (1e-5, 6e-5):
         assert at_angle(0.3, {**values, "tool_displacement_y": rise}, "uncut_thickness_used")[0] == pytest.approx(full - rise, rel=1e-12)
     assert at_angle(0.3, {**values, "tool_displacement_y": 1.1e-4}, "in_contact")[0] == 0
+
+
+def test_a_displacement_along_the_cut_has_no_effect_and_its_table_says_so() -> None:
+    """The work is the same all along the cut: not a bit changes, and nobody has to give the input."""
+    values = {**at_speed_ratio(0.3, feed=1e-5), "kinematics": "combined"}
+    shown = []
+    for place in (0.0, 3e-6):
+        contact = started({**values, "tool_displacement_x": place})
+        contact.advance(1.7 * PERIOD)
+        shown.append(read(contact, "uncut_thickness_used", "mean_contact_ratio", *FORCES).tobytes())
+    assert shown[0] == shown[1]
+    told = kernel.variable("tool_displacement_x")
+    assert "has no effect" in told.meaning
+    assert told.required_with == ()
+    assert kernel.variable("tool_displacement_y").required_with == ("combined",)
 
 
 def test_out_of_contact_there_is_no_force() -> None:

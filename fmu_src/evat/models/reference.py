@@ -184,8 +184,8 @@ class Moment:
     u_x: float = 0.0  # velocity of the tool relative to the work [m/s]
     u_y: float = 0.0
     approach: float = 1.0  # its part into the chip [m/s]
-    surface: str = "nominal"  # or "earlier": what bounds the chip above
-    reach: float = 1.0  # how far the earlier surface goes on [amplitudes]; below 0: it does not come so far
+    surface: Stroke | None = None  # that has left what bounds the chip above; None: the nominal surface
+    reach: float = 1.0  # how far the stroke before goes on [amplitudes]; below 0: it does not come so far (see Loops.indicator)
     speed_ratio: float = 0.0
 
     @property
@@ -193,21 +193,98 @@ class Moment:
         return self.h > 0 and self.approach > 0
 
 
-def earlier_angle(angle: float, r: float) -> tuple[float, float]:
-    """Where the tool was in its cycle when, one cycle before `angle`, it passed the same place on its way forward; and how far beyond
-    this place it got then, in amplitudes (below 0: not so far, and the angle is that of its furthest point).
+Stroke = tuple[int, int]  # how many cycles ago; 1: on the way forward, -1: on the way back
 
-    x/a = r angle + cos(angle), r = v_c/(a w). The tool moves forward from pi - q to 2 pi + q with sin(q) = r; forward part number n is
-    counted from the middle of its retreat.
-    """
-    q, n = math.asin(r), math.floor((angle - math.pi / 2) / (2 * math.pi)) - 1
-    first, last = math.pi - q + 2 * math.pi * n, 2 * math.pi + q + 2 * math.pi * n
 
-    def ahead(other: float) -> float:
-        return r * (other - angle) + math.cos(other) - math.cos(angle)
+@dataclass(slots=True)
+class Loops:
+    """The path as the cut that lasts at `psi` sees it: x/a = r psi + sin(psi), y = b cos(psi + lead). The tool moves forward from -q to q
+    in each cycle, cos(q) = -r, and back from q - 2 pi to -q. psi is counted from the cycle in which the tool moves into the material
+    fastest nearest to it, and `begun` is where it last began to do so: what it has done since is the present cut and leaves nothing yet."""
 
-    reach = ahead(last)
-    return (root(ahead, first, last, 1e-15)[1] if reach >= 0 else last), reach
+    r: float
+    lead: float
+    psi: float
+    begun: float = 0.0
+    q: float = 0.0
+    alone: bool = False  # what is cut can have been left by the forward stroke before alone
+
+    def __post_init__(self) -> None:
+        self.q = math.acos(-self.r)
+
+    def count_from(self, alpha: float, aspect: float) -> Loops:
+        """With approach / (a w) = r cos(alpha) + A cos(psi - fastest)."""
+        tilted = aspect * math.sin(alpha)
+        C, S = math.cos(alpha) - tilted * math.sin(self.lead), -tilted * math.cos(self.lead) if alpha else 0.0
+        fastest = math.atan2(S, C)
+        size = math.hypot(C, S)
+        half = math.acos(-min(self.r * math.cos(alpha) / size, 1.0) if size > 0 else -1.0)
+        self.begun = fastest - half
+        self.alone = half < math.pi and self._one_valley() and self._gets_on(fastest + half)
+        middle = 0.0 if self.alone else fastest
+        self.psi -= 2 * math.pi * math.floor((self.psi - middle) / (2 * math.pi) + 0.5)
+        if self.psi < self.begun:  # a machine moves the tool into the material before its vibration does
+            self.begun = max(turn for turn in (-self.q - 2 * math.pi, self.q - 2 * math.pi, -self.q, self.q) if turn <= self.psi)
+        return self
+
+    def _one_valley(self) -> bool:
+        """Is the forward stroke one valley, and its left end above what the cycle before left there?"""
+        tilt = math.remainder(self.lead - math.pi, 2 * math.pi)
+        there = Loops(self.r, self.lead, -self.q)
+        return abs(tilt) <= math.pi - self.q and math.cos(self.lead - self.q) >= math.cos(there.passed((1, 1))[0] + self.lead)
+
+    def _gets_on(self, stops: float) -> bool:
+        """Does the cut that begins at `begun` lie within a turn and stop no further back than on the forward stroke it began?"""
+        place, stop = (self.r * psi + math.sin(psi) for psi in (self.begun, stops))
+        return self.begun >= -math.pi and stops <= math.pi and (self.begun <= -self.q or stop >= place)
+
+    def indicator(self) -> float:
+        """Distance to the end of the stroke before; where all strokes count, to the nearest end of any of 16, changing sign at each."""
+        reach, pitch = self.ahead(self.q - 2 * math.pi), 2 * math.pi * self.r
+        nearest = 0 if self.alone else min(max(math.floor(reach / pitch + 0.5), 0), 15)
+        return (reach - nearest * pitch) * (1 if nearest % 2 == 0 else -1)
+
+    def ends(self, stroke: Stroke) -> tuple[float, float]:
+        """Angles of its left and its right end."""
+        cycles, way = stroke
+        left, right = (-self.q, self.q) if way > 0 else (-self.q, self.q - 2 * math.pi)
+        return left - 2 * math.pi * cycles, right - 2 * math.pi * cycles
+
+    def ahead(self, other: float) -> float:
+        return self.r * (other - self.psi) + math.sin(other) - math.sin(self.psi)
+
+    def passed(self, stroke: Stroke) -> tuple[float, float]:
+        """When it passed the present place, and how far beyond this place it came (below 0: not so far, and the angle is that of its
+        end)."""
+        left, right = self.ends(stroke)
+        reach = self.ahead(right)
+        return (root(self.ahead, left, right, 1e-15)[1] if reach >= 0 else right), reach
+
+    def candidates(self) -> Iterator[Stroke]:
+        """Strokes of which one has left the lowest height. Of one kind each passed the place where the one after it would have passed a
+        pitch further on: none but the newest, the oldest and those beside the lowest point of the stroke can be the lowest."""
+        pitch, place = 2 * math.pi * self.r, self.r * self.psi + math.sin(self.psi)
+        oldest = math.floor((self.r * self.q + math.sin(self.q) - place) / pitch)
+        for way in (1, -1):
+            newest, last = (0, oldest) if way > 0 else (-1, oldest - 1)
+            lowest = math.pi - self.lead - 2 * math.pi * math.floor((math.pi - self.lead) / (2 * math.pi) + (0.5 if way > 0 else 1))
+            beside = math.floor((self.r * lowest + math.sin(lowest) - place) / pitch)
+            for cycles in sorted({newest, newest + 1, newest + 2, beside, beside + 1, last}):
+                left, right = self.ends((cycles, way))
+                if newest <= cycles <= last and min(left, right) < self.begun and self.ahead(left) <= 0:
+                    yield cycles, way
+
+    def lowest(self) -> tuple[float, Stroke | None]:
+        """Height in b that all older strokes have left here, and which of them; infinity where none came so far."""
+        if self.alone:
+            then, reach = self.passed((1, 1))
+            return (math.cos(then + self.lead), (1, 1)) if reach >= 0 else (math.inf, None)
+        best: tuple[float, Stroke | None] = (math.inf, None)
+        for stroke in self.candidates():
+            then, _ = self.passed(stroke)
+            if then <= self.begun and (height := math.cos(then + self.lead)) < best[0]:
+                best = height, stroke
+        return best
 
 
 # ---- from friction to cutting forces --------------------------------------------------------------------------------------------------
@@ -378,25 +455,35 @@ class ReferenceContact:
     def _input(self, name: str, tau: float) -> float:
         return float(self.p[name]) + self.slope.get(name, 0.0) * tau
 
-    def _moment(self, tau: float, surface: str | None = None) -> Moment:
-        """Motion and thickness; under a given surface, or under the one that stands there."""
+    def _moment(self, tau: float, surface: Stroke | str | None = "lowest") -> Moment:
+        """Motion and thickness; under what a given stroke has left (None: the nominal surface), or under what stands there."""
         p = self.p
         if p["kinematics"] == "external":
             return Moment(tau, v=self._input("slip_velocity", tau), h=self._input("uncut_thickness", tau))
         f, a, b, alpha = p["vibration_frequency"], p["amplitude_x"], p["amplitude_y"], p["rake_angle"]
         v_c, w, turn = self._input("cutting_speed", tau), 2 * math.pi * f, 2 * math.pi * (math.fmod(f * self.time, 1.0) + f * tau)
         u_x, u_y, y = v_c - a * w * math.sin(turn + p["phase_x"]), -b * w * math.sin(turn + p["phase_y"]), b * math.cos(turn + p["phase_y"])
-        h, stands, reach, r = p["feed"] - b - y, "nominal", -1.0, v_c / (a * w) if a > 0 else math.inf
+        stands: Stroke | None
+        h, stands, reach, r = p["feed"] - b - y, None, -1.0, v_c / (a * w) if a > 0 else math.inf
         if p["kinematics"] == "combined":  # the previous cycle is taken to have had the same displacement
             u_x += self._input("tool_velocity_x", tau)
             u_y += self._input("tool_velocity_y", tau)
             h -= self._input("tool_displacement_y", tau)
         approach = u_x * math.cos(alpha) + u_y * math.sin(alpha)
         if r < 1 and approach > 0:
-            then, reach = earlier_angle(turn + p["phase_x"], r)
-            left = b * math.cos(then + p["phase_y"] - p["phase_x"]) - y if r > 0 else 0.0  # without feed motion the same path again
-            if surface == "earlier" or (surface is None and reach >= 0 and left < h):
-                h, stands = left, "earlier"
+            phase = p["phase_x"] + math.pi / 2
+            loops = Loops(r, p["phase_y"] - phase, turn + phase).count_from(alpha, b / a)
+            older: Stroke | None = (1, 1)
+            left, reach = 0.0, 0.0  # without feed motion the same path again
+            if r > 1e-12:
+                reach = loops.indicator()
+                if isinstance(surface, tuple):
+                    height, older = math.cos(loops.passed(surface)[0] + loops.lead), surface
+                else:
+                    height, older = loops.lowest() if surface else (math.inf, None)
+                left = b * height - y if older else math.inf
+            if isinstance(surface, tuple) or left < h:
+                h, stands = left, older
         v = approach * math.tan(p["chip_flow_shear_angle"] - alpha) + u_x * math.sin(alpha) - u_y * math.cos(alpha)
         return Moment(tau, v, h, u_x, u_y, approach, stands, reach, r if a > 0 else 0.0)
 
@@ -571,13 +658,13 @@ class ReferenceContact:
                 yield end if end < step - 1e-9 * length else step
 
     def _edges(self, step: float) -> Iterator[float]:
-        """Times in (0, step) at which contact, the surface that the chip has, or the way of the tool changes: to the last bit, by
-        bisection. Out of contact too it counts where the tool turns and the earlier surface ends: there the shortest contacts lie."""
+        """Times in (0, step) at which contact, the surface that stands, or the way of the tool changes: to the last bit, by
+        bisection. Out of contact too it counts where the tool turns and a surface ends: there the shortest contacts lie."""
         p = self.p
 
-        def mode(tau: float) -> tuple[bool, bool, bool]:
+        def mode(tau: float) -> tuple[bool, bool, Stroke | None, bool]:
             m = self._moment(tau)
-            return m.in_contact, m.approach > 0, m.surface == "earlier" if m.in_contact else m.reach >= 0
+            return m.in_contact, m.approach > 0, m.surface, m.in_contact or m.reach >= 0
 
         samples = {0.0, step}
         if p["kinematics"] != "external":
@@ -597,7 +684,7 @@ class ReferenceContact:
                 yield high
                 low = high
 
-    def _cut(self, start: float, end: float, surface: str) -> None:
+    def _cut(self, start: float, end: float, surface: Stroke | None) -> None:
         """Through a piece of contact under one surface, in steps that are cut where anything jumps or kinks."""
         resolution, tau, idle, h = 4e-16 * (abs(end) + end - start), start, 0, min(self.h, end - start)
         while end - tau > resolution:
@@ -639,7 +726,7 @@ class Step:
 
     contact: ReferenceContact
     tau: float
-    surface: str
+    surface: Stroke | None
     direction: float
     side: float
     signs: list[bool]

@@ -45,8 +45,18 @@ static double slope(const struct Search *search, const struct Look *at, double a
     return (look(search, at->tau + ahead).contact - at->contact) / ahead;
 }
 
-/* Does the indicator, smooth between a and b and negative there, rise above 0 between? Not where it falls away from its
- * higher end, nor where its tangents meet below 0. Leaves a before the touch. */
+/* Does the indicator stay below its tangents at a and b up to where they meet, as far as one look on each shows? Not
+ * where one surface rises ever steeper up to a kink, from which another takes over. */
+static int below_tangents(const struct Search *search, const struct Look *a, const struct Look *b, double up,
+                          double down, double meet)
+{
+    const double early = 0.5 * meet, late = 0.5 * (b->tau - a->tau - meet);
+    return look(search, a->tau + early).contact <= a->contact + up * early &&
+           look(search, b->tau - late).contact <= b->contact - down * late;
+}
+
+/* Does the indicator, negative at a and b and without a jump between, rise above 0 between? Not where it falls away
+ * from its higher end, nor where it stays below tangents that meet below 0. Leaves a before the touch. */
 static int rises_between(const struct Search *search, struct Look *a, struct Look b, struct Look *touch)
 {
     const double nearby = 0.1 * search->fine;
@@ -65,7 +75,7 @@ static int rises_between(const struct Search *search, struct Look *a, struct Loo
     for (int n = 0; n < 20 && up > 0 && down < 0 && b.tau - a->tau > search->fine; ++n) {
         const double span = b.tau - a->tau, meet = (b.contact - a->contact - down * span) / (up - down);
         const int arched = meet > 0 && meet < span;
-        if (arched && a->contact + up * meet <= 0)
+        if (arched && a->contact + up * meet <= 0 && below_tangents(search, a, &b, up, down, meet))
             return 0;
         *touch = look(
             search, a->tau + (arched && n % 2 ? meet : span * up / (up - down))); /* a kink, or the top of a parabola */
