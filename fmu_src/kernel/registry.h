@@ -8,7 +8,8 @@
     LINE(dahl)                                                                                                         \
     LINE(karnopp)                                                                                                      \
     LINE(bristle)                                                                                                      \
-    LINE(reset_integrator)
+    LINE(reset_integrator)                                                                                             \
+    LINE(amontons)
 
 /* In the order of their stages, so that no file order matters but this one. */
 #define EFFECTS(LINE)                                                                                                  \
