@@ -36,6 +36,7 @@
     LINE(dwell_strengthening)                                                                                          \
     LINE(rate_and_state)                                                                                               \
     LINE(position_ripple)                                                                                              \
+    LINE(sticking_limit)                                                                                               \
     LINE(friction_wear)                                                                                                \
     LINE(elasto_plastic)                                                                                               \
     LINE(maxwell_slip)                                                                                                 \
