@@ -272,6 +272,9 @@ def test_the_command_shows_all_of_it(tmp_path: Path) -> None:
     found = json.loads((tmp_path / "out/study.json").read_text(encoding="utf-8"))
     assert found["inferred"]["models"]["lugre_thermal"]["mean_error"] == pytest.approx(0.110, abs=1e-3)
     assert found["measured"]["copper"]["feed_force"] == 8
+    assert found["borne_friction"]["domain"]["copper"]["friction_beyond_normal_force"] < 1e-3
+    assert found["domain"]["copper"]["friction_beyond_normal_force"] > 0.6
+    assert "sticking_limit" in answer.output
     assert len(found["best"]) == len(paper.calculations())
     assert {path.name for path in (tmp_path / "out").glob("*.png")} == {"table-2.png", "profiles.png", "draws.png", "cycles.png"}
 

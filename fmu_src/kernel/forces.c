@@ -29,6 +29,38 @@ static double normal_force(const struct Configuration *w, double F, double k, in
                         : normal_by_shear_stress(F, k, w->cos_rake[i], w->sin_rake[i]);
 }
 
+double normal_of(const struct Configuration *w, double F, int lane, double *slope)
+{
+    const double cos_rake = w->cos_rake[lane], sin_rake = w->sin_rake[lane];
+    *slope = (cos_rake - sin_rake) / (cos_rake + sin_rake);
+    if (w->by_energy)
+        *slope = (1 / sqrt(larger(1 + F * cos_rake, 1e-300)) - sin_rake) / cos_rake;
+    return normal_force(w, F, 1, lane);
+}
+
+/* sin and cos of the largest beta - alpha: a shear plane flatter than 0.02 rad is no chip formation, and where mu asks
+ * for one the chip rather sticks. pi/2 - 2 * 0.02 of minimum energy, pi/4 - 0.02 of maximum shear stress. */
+static const double flattest[2][2] = {{0.6928241717107472, 0.721106557377838},
+                                      {0.9992001066609779, 0.03998933418663416}};
+
+/* R = k/(sin(phi) cos(phi + beta - alpha)) with the principle's phi, and F = R sin(beta): mu = tan(beta) has the sign
+ * of the side. */
+double friction_of(const struct Configuration *w, double mu, double side, int lane)
+{
+    const double cos_rake = w->cos_rake[lane], sin_rake = w->sin_rake[lane], *flat = flattest[w->by_energy];
+    const double cos_beta = 1 / sqrt(1 + mu * mu);
+    double sin_beta = side * mu * cos_beta;
+    double sine = sin_beta * cos_rake - cos_beta * sin_rake, cosine = cos_beta * cos_rake + sin_beta * sin_rake;
+    if (sine * flat[1] > cosine * flat[0]) {
+        sine = flat[0];
+        cosine = flat[1];
+        sin_beta = sine * cos_rake + cosine * sin_rake;
+    }
+    if (w->by_energy && cosine < 0)
+        return 1 / cos_rake; /* against the flow: all of the shear load, beyond which the principle has no angle */
+    return side * 2 * sin_beta / (w->by_energy ? 1 - sine : cosine - sine);
+}
+
 void load_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
@@ -46,7 +78,7 @@ void load_at(const struct Contact *contact, const struct Configuration *w, const
     EACH_LANE
         x->k[i] = x->cutting[i] * larger(x->tau_s[i] * x->w[i] * x->h[i], 0);
     act(w, STAGE_LOAD, x);
-    if (w->on_count > 0) {
+    if (w->on_count > 0 || w->law->level) {
         const int given = w->kinematics == KINEMATICS_EXTERNAL;
         EACH_LANE
             x->load[i] = given ? input_at(contact, VAR_NORMAL_LOAD, i, tau[i]) : normal_force(w, 0, x->k[i], i);

@@ -37,6 +37,26 @@ void proxy_open(const struct Contact *contact, const struct Configuration *w, co
     }
 }
 
+#define LEAST_SHARE 1e-6 /* of friction, what a law's bristles need to be bent at all where nothing is borne */
+
+/* What is borne bounds the laws' limits, so that bristles yield at it, and the force, in which damping and viscous
+ * friction stand beside the bristles. With limits no larger than that the bounded force still takes energy: as v > 0,
+ * s0 z dz/dt <= g(v)/4 v <= most v. */
+static void bound_levels(struct Point *x)
+{
+    EACH_LANE {
+        const double most = x->direction[i] < 0 ? x->most_against[i] : x->most_along[i];
+        x->F_C[i] = larger(smaller(x->F_C[i], most), LEAST_SHARE * x->F_C[i]);
+        x->F_S[i] = larger(smaller(x->F_S[i], most), LEAST_SHARE * x->F_S[i]);
+    }
+}
+
+static void bound_force(struct Point *x)
+{
+    EACH_LANE
+        x->F[i] = larger(smaller(x->F[i], x->most_along[i]), -x->most_against[i]);
+}
+
 void friction_open(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
@@ -52,10 +72,16 @@ void friction_open(const struct Contact *contact, const struct Configuration *w,
         x->margin[i] = w->dissipative ? p[VAR_DAMPING_MARGIN][i] : INFINITY;
         x->flat_from[i] = INFINITY;
     }
+    x->configuration = w;
+    if (w->law->level)
+        w->law->level(w->law_p, x);
     if (w->stages >> STAGE_FRICTION & 1) {
-        EACH_LANE
+        EACH_LANE {
             x->beside[i] = 0;
+            x->most_along[i] = x->most_against[i] = INFINITY;
+        }
         act(w, STAGE_FRICTION, x);
+        bound_levels(x);
     }
     int softest = 0;
     EACH_LANE {
@@ -127,6 +153,8 @@ void friction_force(const struct Configuration *w, struct Point *x)
     if (w->stages >> STAGE_FRICTION & 1)
         EACH_LANE
             x->F[i] += x->beside[i];
+    if (w->stages >> STAGE_FRICTION & 1)
+        bound_force(x);
     if (w->current_angle)
         EACH_LANE
             x->F[i] = x->sticking[i] != 0 ? x->F_stick[i] : x->F[i];

@@ -370,6 +370,8 @@ struct Point {
     lanes flat_from; /* slip speed from which on the target does not depend on it, as far as the law knows [m/s] */
     lanes dz; /* dz/dt [m/s] */
     lanes beside; /* force along the chip flow beside that of the law [N]; opened where an effect acts on friction */
+    lanes most_along, most_against; /* largest force along and against the chip flow that the contact bears [N]; opened
+                                       where an effect acts on friction */
     lanes kept, instead; /* share of the bristle's force that stands, and what stands instead of the rest [N]; opened
                             where an effect acts on the bristle */
     lanes F; /* friction force on the tool along the chip flow [N] */
@@ -381,6 +383,7 @@ struct Point {
     /* measurement */
     lanes measured[CHANNELS]; /* friction, principal and feed force as a dynamometer shows them [N] */
     const struct Past *past; /* where an effect that looks back finds earlier forces; the first that is no lane */
+    const struct Configuration *configuration; /* what points have in common, for who asks forces.c; while it opens */
     uint32_t warnings;
 };
 
@@ -390,6 +393,8 @@ struct FrictionLaw {
     const char *reads; /* parameters and inputs of the base table in its equation, comma-separated, beside the slip */
     const struct Variable *variables; /* may be NULL */
     int count;
+    /* F_C and F_S in place of those of the base table, from the load, before the effects act; may be NULL */
+    void (*level)(const lanes *p, struct Point *x);
     int relaxes; /* z strives for target at rate; else it integrates drive */
     void (*rates)(const lanes *p, struct Point *x); /* rate, drive, target from v, direction, speed, stuck */
     /* Does the rate depend on the deflection, in this lane? And how: rate, drive, target linearised at z. Solved by

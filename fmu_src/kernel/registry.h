@@ -8,7 +8,8 @@
     LINE(dahl)                                                                                                         \
     LINE(karnopp)                                                                                                      \
     LINE(bristle)                                                                                                      \
-    LINE(reset_integrator)
+    LINE(reset_integrator)                                                                                             \
+    LINE(amontons)
 
 /* In the order of their stages, so that no file order matters but this one. */
 #define EFFECTS(LINE)                                                                                                  \
@@ -35,6 +36,7 @@
     LINE(dwell_strengthening)                                                                                          \
     LINE(rate_and_state)                                                                                               \
     LINE(position_ripple)                                                                                              \
+    LINE(sticking_limit)                                                                                               \
     LINE(friction_wear)                                                                                                \
     LINE(elasto_plastic)                                                                                               \
     LINE(maxwell_slip)                                                                                                 \

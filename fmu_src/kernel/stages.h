@@ -177,6 +177,10 @@ void friction_force(const struct Configuration *w, struct Point *x);
 void forget_slip(struct Point *x);
 void friction_solved(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 
+/* forces.c: the normal force over the shear load, F being friction over it, and how it rises with F; and the friction
+ * over the shear load that is mu times its own normal force, along the chip flow (side 1) or against it (-1). */
+double normal_of(const struct Configuration *w, double F, int lane, double *slope);
+double friction_of(const struct Configuration *w, double mu, double side, int lane);
 /* forces.c: normal, principal and feed force from F and k; and the shear angle that goes with them. */
 void forces_at(const struct Configuration *w, struct Point *x);
 double shear_angle(const struct Configuration *w, const struct Point *x, int lane);

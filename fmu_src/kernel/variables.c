@@ -51,7 +51,8 @@ const struct Variable base_variables[BASE_COUNT] = {
         .max = 1e-1, .nominal = 1e-4, GIVEN,
         USED_WITH("external", "uncut chip thickness, no contact where it is 0 or less"), .source = MACHINE},
     [VAR_NORMAL_LOAD] = {.name = "normal_load", .unit = "N", .start = 10, .min = 0, .max = 1e6, .nominal = 10, GIVEN,
-        .meaning = "normal load on the contact; used by the effect load_dependence where kinematics = external",
+        .meaning = "normal load on the contact; used by the effect load_dependence and by friction_law = amontons where "
+            "kinematics = external",
         .required_with = "external", .source = MACHINE},
     [VAR_CUTTING_SPEED] = {.name = "cutting_speed", .unit = "m/s", .display_unit = "m/min", .start = 10.0 / 60, .min = 0,
         .max = 1e2, GIVEN, .meaning = "speed of the work past the mean tool position", .required_with = "external",

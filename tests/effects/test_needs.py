@@ -86,7 +86,11 @@ def test_a_joint_has_no_work_that_turns_and_no_chip() -> None:
     joint = {effect.name for effect in kernel.effects() if effect.applies("external", ["slip_velocity", "normal_load"])}
     cut = {effect.name for effect in kernel.effects() if effect.applies("external", ["slip_velocity", "uncut_thickness"])}
     ellipse = {effect.name for effect in kernel.effects() if effect.applies("internal")}
-    of_the_chip = {effect.name for effect in kernel.effects() if effect.stage in ("shear", "load")} | {"run_out", "regenerative"}
+    of_the_chip = {effect.name for effect in kernel.effects() if effect.stage in ("shear", "load")} | {
+        "run_out",
+        "regenerative",
+        "sticking_limit",
+    }
     assert not joint & of_the_chip
     assert cut - joint == of_the_chip - {"process_damping"}  # which is of the tool's own motion
     assert of_the_chip | {"amplitude_loss", "ellipse_phase_error"} <= ellipse

@@ -76,7 +76,7 @@ def test_the_model_description_offers_it(added: dict[str, str]) -> None:
     assert done.returncode == 0, done.stderr
     items = re.findall(rf'<Item name="{NAME}" value="(\d+)" description="([^"]+)"', done.stdout)
     (meaning,) = re.findall(r'const struct FrictionLaw.*?\.meaning = "([^"]+)"', PAGE.code, re.DOTALL)
-    assert items == [("7", meaning)] * 2  # FMI 2 and FMI 3, behind the six of the catalogue
+    assert items == [("8", meaning)] * 2  # FMI 2 and FMI 3, behind the seven of the catalogue
     assert done.stdout.count(f'name="{OWN}"') == 2
 
 

@@ -11,7 +11,11 @@ from evat.native import kernel
 
 LAWS = kernel.laws()
 BASE = kernel.variables()[: kernel.library()[1].BASE_COUNT]
-READABLE = (*(v for v in BASE if v.causality == "parameter" and v.variability == "tunable"), kernel.variable("applied_force"))
+READABLE = (
+    *(v for v in BASE if v.causality == "parameter" and v.variability == "tunable"),
+    kernel.variable("applied_force"),
+    kernel.variable("normal_load"),
+)
 # Strokes of several break-away deflections, at speeds around v_s; as published, since the limit of the damping reads damping_margin.
 SETTING: dict[str, float | str] = {
     "kinematics": "external", "damping_mode": "as_published", "relative_tolerance": 1e-8, "karnopp.zero_velocity_band": 5e-3,
@@ -20,17 +24,18 @@ SETTING: dict[str, float | str] = {
 TIMES = np.linspace(0, 0.5, 301)
 SLIP = 2e-2 * np.sin(2 * np.pi * 8 * TIMES + 0.1)
 APPLIED = 60 * TIMES  # within F_S, then beyond
+LOAD = 20 + 10 * np.cos(30 * TIMES)
 
 
 def force(law: str, changed: Variable | None = None) -> FloatArray:
     """Friction force along the strokes, (301,), with a tenth more of one variable."""
-    values, applied = {**SETTING, "friction_law": law}, APPLIED
+    values, inputs = {**SETTING, "friction_law": law}, {"slip_velocity": SLIP, "applied_force": APPLIED, "normal_load": LOAD}
     if changed is not None and changed.causality == "input":
-        applied = 1.1 * APPLIED
+        inputs[changed.name] = 1.1 * inputs[changed.name]
     elif changed is not None:
         values[changed.name] = 1.1 * float(values.get(changed.name, changed.start)) + (0.0 if changed.start else 0.1 * changed.nominal)
-    contact = started({**values, "slip_velocity": float(SLIP[0])})
-    return contact.run(TIMES, {"slip_velocity": SLIP, "applied_force": applied}, ("friction_force",))[:, 0]
+    contact = started({**values, "slip_velocity": float(SLIP[0]), "normal_load": float(inputs["normal_load"][0])})
+    return contact.run(TIMES, inputs, ("friction_force",))[:, 0]
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
@@ -42,11 +47,14 @@ def test_the_force_follows_what_the_law_reads_and_nothing_else(law: kernel.Law) 
     assert min(moved[known.name] for known in law.reads) > 1e-3
 
 
-def test_laws_that_jump_or_ask_for_more_than_a_slip_velocity_are_no_rivals() -> None:
+@pytest.mark.parametrize(("kinematics", "loaded"), [("internal", set()), ("external", {"amontons"})])
+def test_laws_that_jump_or_ask_for_more_than_a_slip_velocity_are_no_rivals(kinematics: str, loaded: set[str]) -> None:
+    """A normal load is there where the kinematics knows the cut."""
     names = {law.name for law in LAWS}
     for law in LAWS:
-        rivals = {next(iter(rival.values.values())): rival for rival in ContactModel().rival_laws({"friction_law": law.name})}
-        assert set(rivals) == names - {law.name, "karnopp", "bristle", "reset_integrator"}
+        rivals = ContactModel().rival_laws({"friction_law": law.name, "kinematics": kinematics})
+        by_name = {next(iter(rival.values.values())): rival for rival in rivals}
+        assert set(by_name) == names - {law.name, "karnopp", "bristle", "reset_integrator"} - loaded
         for other in LAWS:
-            if other.name in rivals:
-                assert rivals[other.name].variables == (*other.reads, *other.variables)
+            if other.name in by_name:
+                assert by_name[other.name].variables == (*(v for v in other.reads if v.causality == "parameter"), *other.variables)

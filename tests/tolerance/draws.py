@@ -3,8 +3,8 @@
 Laws, effects and parameters are asked of the kernel's tables, so that a new one is drawn without a line here. What is not drawn, and why:
 averaging = cycle: it claims a mean, not the resolved run; tests/laws/test_averaging.py judges it. chip_flow_angle = current_shear_angle
 with bristle, karnopp and reset_integrator: their events are acted upon at the ends of the kernel's steps, whatever these are. bristle with
-load_dependence: bonds break without end where the load vanishes, and where the next ones form hangs on roundings. A periodic start where
-nothing relaxes (bristle, reset_integrator, and the effects of STAYS): more than one cycle comes back to itself.
+load_dependence or sticking_limit: bonds break without end where the load vanishes, and where the next ones form hangs on roundings. A
+periodic start where nothing relaxes (bristle, reset_integrator, and the effects of STAYS): more than one cycle comes back to itself.
 """
 
 from __future__ import annotations
@@ -23,10 +23,11 @@ from judged import Case, Motion
 
 GIVEN = ("ramp", "stop", "stop_and_go", "reversal", "plateau", "held", "triangle", "sine")
 VIBRATING = ("ellipse", "combined")
-LAWS = {"lugre": 0.45, "dahl": 0.11, "coulomb": 0.11, "karnopp": 0.11, "bristle": 0.11, "reset_integrator": 0.11}
+LAWS = {"lugre": 0.45, "dahl": 0.11, "coulomb": 0.07, "karnopp": 0.11, "bristle": 0.11, "reset_integrator": 0.11, "amontons": 0.04}
 TOLERANCES = {1e-3: 0.1, 1e-4: 0.5, 1e-5: 0.3, 1e-6: 0.1}
 PATH_ONLY = ("amplitude_loss", "ellipse_phase_error", "process_damping")  # they say nothing where slip and thickness are given
 EVENTFUL = ("bristle", "karnopp", "reset_integrator")
+LOADED = ("load_dependence", "sticking_limit")  # friction vanishes with the load
 STAYS = ("elasto_plastic", "maxwell_slip", "position_ripple", "backlash")  # where it was led
 Random = np.random.Generator
 
@@ -41,9 +42,7 @@ def draw(seed: int, number: int) -> Case:
         values["kinematics"] = "internal" if kind == "ellipse" else "combined"
         values |= ellipse(random)
     effects = [
-        effect
-        for effect in switched(random, vibrating=vibrating)
-        if (values["friction_law"], effect.name) != ("bristle", "load_dependence")
+        effect for effect in switched(random, vibrating=vibrating) if values["friction_law"] != "bristle" or effect.name not in LOADED
     ]
     on = tuple(effect.name for effect in effects)
     if vibrating and values["friction_law"] == "bristle":  # each bond breaks, and each break is an event: not too many in a cycle

@@ -229,7 +229,7 @@ def test_twice_the_steps_and_a_tenth_of_the_tolerance_change_nothing() -> None:
     assert max(changes) < 0.05
 
 
-@pytest.mark.parametrize("law", ["lugre", "dahl", "coulomb", "karnopp", "bristle", "reset_integrator"])
+@pytest.mark.parametrize("law", ["lugre", "dahl", "coulomb", "karnopp", "bristle", "reset_integrator", "amontons"])
 def test_the_kernel_at_a_tight_tolerance_tends_to_the_reference(law: str) -> None:
     """Ellipses, where no other solver of ours finds entries and exits: two methods that share only the rates."""
     values = {

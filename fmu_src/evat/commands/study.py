@@ -42,17 +42,19 @@ def paper(
     from evat.studies import paper_output, paper_plots
     from evat.studies.paper import stage_count, study_paper
     from evat.studies.paper_domain import condition_caveats, domain_shares, study_caveats
+    from evat.studies.paper_friction import borne_friction, friction_caveats
 
     usable(to)
     with lines_done(stage_count()) as progress:
         study = study_paper(draws=draws, seed=seed, journal=to / JOURNAL, resume=resume, progress=progress)
     shares = tuple(domain_shares(material) for material in paper_tables.materials())
-    told = (*condition_caveats(shares), *study_caveats(study))
+    borne = borne_friction()
+    told = (*condition_caveats(shares), *study_caveats(study), *friction_caveats(borne))
     for table in (_means(study), _errors(study), _conditions(study), _predictions(study)):
         out.print(table)
     for text in told:
         out.print(f"note: {text}", highlight=False)
-    for path in (*paper_plots.plot_all(study, shares, to), paper_output.write(study, shares, told, to)):
+    for path in (*paper_plots.plot_all(study, shares, to), paper_output.write(study, shares, borne, told, to)):
         out.print(f"wrote {path}")
 
 

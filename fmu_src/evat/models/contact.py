@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
-from evat.model import FloatArray, Rival, Run, Trace
+from evat.model import FloatArray, Rival, Run, Trace, Variable
 from evat.native import kernel
 from evat.native.batch import run_many
 from evat.required_inputs import KINEMATICS, MOTION, check_required_inputs, missing_inputs
@@ -103,13 +103,22 @@ class ContactModel(kernel.ContactTables):
 
     def rival_laws(self, values: Mapping[str, float | str]) -> Sequence[Rival]:
         """The other friction laws for which a slip velocity is enough, and whose force follows their parameters without jumps: from the
-        slopes of one that has events of its own no fit finds its way."""
-        known = kernel.variable(LAW)
+        slopes of one that has events of its own no fit finds its way. What the kinematics computes from the cut need not be given."""
+        known, motion = kernel.variable(LAW), kernel.variable(KINEMATICS)
         own = known.choices[int(known.check(values.get(LAW, known.start)))]
+        kinematics = motion.choices[int(motion.check(values.get(KINEMATICS, motion.start)))]
+
+        def is_there(read: Variable) -> bool:
+            return read.causality == "parameter" or bool(read.required_with and kinematics not in read.required_with)
+
         return tuple(
-            Rival(f"{LAW}={law.name}", {LAW: law.name}, (*law.reads, *law.variables))
+            Rival(
+                f"{LAW}={law.name}",
+                {LAW: law.name},
+                (*(read for read in law.reads if read.causality == "parameter"), *law.variables),
+            )
             for law in kernel.laws()
-            if law.name != own and not law.has_event and all(read.causality == "parameter" for read in law.reads)
+            if law.name != own and not law.has_event and all(is_there(read) for read in law.reads)
         )
 
     def missing_inputs(self, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str]) -> Mapping[str, Sequence[str]]:

@@ -158,7 +158,7 @@ def laws() -> tuple[Law, ...]:
     --------
     >>> import evat
     >>> [law.name for law in evat.laws()]
-    ['coulomb', 'lugre', 'dahl', 'karnopp', 'bristle', 'reset_integrator']
+    ['coulomb', 'lugre', 'dahl', 'karnopp', 'bristle', 'reset_integrator', 'amontons']
     """
     ffi, loaded = library()
     table, at = [], loaded.BASE_COUNT

@@ -37,12 +37,13 @@ class DomainShares:
     stiffness_at_floor: float
 
 
-def domain_shares(material: str) -> DomainShares:
-    """The shares of one of the paper's materials."""
+def domain_shares(material: str, beside: tuple[str, ...] = ()) -> DomainShares:
+    """The shares of one of the paper's materials, with effects on beside the paper's."""
     found = parameter_sets.load(f"{inference().family}/{material}", speed_unit=inference().speed_unit)
     model = MODELS[inference().model]
     values = {**kernel.by_choice(found.values), **inferred(material), "friction_law": model.law, "phase_x": np.pi / 2, "phase_y": 0.0}
-    cycle = simulate(values, found.effects if model.with_effects else (), cycles=1, samples_per_cycle=SAMPLES, outputs=SHOWN)
+    on = (*(found.effects if model.with_effects else ()), *beside)
+    cycle = simulate(values, on, cycles=1, samples_per_cycle=SAMPLES, outputs=SHOWN)
     touching = cycle["in_contact"] > 0
     friction, normal, theta = (cycle[name][touching] for name in ("friction_force", "normal_force", "theta_used"))
     return DomainShares(

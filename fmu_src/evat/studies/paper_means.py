@@ -26,6 +26,7 @@ HALVINGS = 20  # of the logarithm of the bounds of shear stress
 # Powers of time in the units of parameters: with every one of them in proportion a vibration is another one, told slower.
 POWERS_OF_TIME = {"Hz": 1, "m/s": 1, "N.s/m": -1, "s": -1}
 FREQUENCY = "vibration_frequency"
+NO_OTHERS: Mapping[str, str | FloatArray] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,11 +81,15 @@ def cycle_means(
     tolerance: float = COARSE,
     outputs: tuple[str, ...] = MEANS,
     chip_flow_angle: str = "constant",
+    *,
+    beside: tuple[str, ...] = (),
+    others: Mapping[str, str | FloatArray] = NO_OTHERS,
 ) -> FloatArray:
     """Mean forces of a vibration cycle [N].
 
     points : (K, p), in the order of `conditions`; shear_stress : (K, 4, T) Pa, T for each material. Returns (K, 4, T, 2) in the order of
-    FORCES, or other outputs; nan where a run fails. The tool begins at the top of its path, out of contact, so that the first cycle is
+    FORCES, or other outputs; nan where a run fails. `beside`: effects on beside those of the model; `others`: choices, and (K,) of other
+    parameters. The tool begins at the top of its path, out of contact, so that the first cycle is
     periodic already. All are run at one frequency, with speeds in proportion: a batch has one clock.
     """
     model, shape = MODELS[how.model], shear_stress.shape
@@ -107,7 +112,11 @@ def cycle_means(
         "chip_flow_angle": chip_flow_angle,
         "relative_tolerance": tolerance,
     }
-    batch = run_many(Run(np.array([0.0, 1 / common]), {}, outputs), values, effects if model.with_effects else ())
+    values |= {
+        name: each if isinstance(each, str) else np.broadcast_to(each[:, None, None], shape).ravel() for name, each in others.items()
+    }
+    on = (*(effects if model.with_effects else ()), *beside)
+    batch = run_many(Run(np.array([0.0, 1 / common]), {}, outputs), values, on)
     return np.stack([batch.rows[name][:, -1].reshape(shape) for name in outputs], axis=-1)
 
 
@@ -130,12 +139,21 @@ def mean_error(found: FloatArray) -> FloatArray:
     return np.asarray(np.abs(found).mean(axis=(-2, -1)))
 
 
-def solved_shear_stress(points: FloatArray, how: Calculation) -> FloatArray:
+def solved_shear_stress(
+    points: FloatArray,
+    how: Calculation,
+    *,
+    beside: tuple[str, ...] = (),
+    others: Mapping[str, str | FloatArray] = NO_OTHERS,
+    tolerance: float = FINE,
+    halvings: int = HALVINGS,
+) -> FloatArray:
     """(K, 4) Pa: where each material's principal force is the measured one, or the nearest end of the bounds."""
     low, high = (np.repeat(end[None], len(points), axis=0) for end in np.log(shear_stress_bounds().T))
-    for _ in range(HALVINGS):
+    for _ in range(halvings):
         middle = 0.5 * (low + high)
-        above = cycle_means(points, np.exp(middle)[..., None], how, FINE)[:, :, 0, 0] > measured()[:, 0]
+        means = cycle_means(points, np.exp(middle)[..., None], how, tolerance, beside=beside, others=others)
+        above = means[:, :, 0, 0] > measured()[:, 0]
         low, high = np.where(above, low, middle), np.where(above, middle, high)
     return np.asarray(np.exp(0.5 * (low + high)))
 

@@ -16,13 +16,14 @@ from evat.paper_conditions import SHEAR_STRESS, ProcessCondition, conditions, in
 from evat.studies.main_job import FORCES, MODELS
 from evat.studies.paper import ACCEPTED, DETERMINED, Best, PaperStudy, paper_threshold
 from evat.studies.paper_domain import DomainShares
+from evat.studies.paper_friction import COEFFICIENTS, PLACES, BorneFriction
 from evat.studies.paper_means import mean_error, measured
 from evat.units import SPEED_UNITS
 
 JSON = "study.json"
 
 
-def as_json(study: PaperStudy, shares: tuple[DomainShares, ...], told: tuple[str, ...]) -> dict[str, Any]:
+def as_json(study: PaperStudy, shares: tuple[DomainShares, ...], borne: BorneFriction, told: tuple[str, ...]) -> dict[str, Any]:
     """SI throughout; what is not a number is null."""
     principles = kernel.variable("shear_angle_principle").choices
     whole: dict[str, Any] = json_value(
@@ -82,19 +83,42 @@ def as_json(study: PaperStudy, shares: tuple[DomainShares, ...], told: tuple[str
                 }
                 for one in study.left_out
             ],
-            "domain": {
-                one.material: {
-                    "no_normal_force": one.no_normal_force,
-                    "friction_beyond_normal_force": one.beyond_normal_force,
-                    "stiffness_at_floor": one.stiffness_at_floor,
-                }
-                for one in shares
+            "domain": _domain(shares),
+            "borne_friction": {
+                "domain": _domain(borne.shares),
+                "models": {
+                    model: {"mean_error": float(mean_error(found / measured() - 1)), "means": _forces(found)}
+                    for model, found in borne.at_start.items()
+                },
+                "places": [
+                    {
+                        "mu": float(mu),
+                        "contact_length": float(length),
+                        "mean_error": {model: float(borne.errors(model)[n]) for model in MODELS},
+                    }
+                    for n, (mu, length) in enumerate(PLACES)
+                ],
+                "amontons": [
+                    {"mu": mu, "mean_error": float(mean_error(found / measured() - 1)), "means": _forces(found)}
+                    for mu, found in zip(COEFFICIENTS, borne.amontons, strict=True)
+                ],
             },
             "caveats": told,
             "made_by": study.made_by,
         }
     )
     return whole
+
+
+def _domain(shares: tuple[DomainShares, ...]) -> dict[str, dict[str, float]]:
+    return {
+        one.material: {
+            "no_normal_force": one.no_normal_force,
+            "friction_beyond_normal_force": one.beyond_normal_force,
+            "stiffness_at_floor": one.stiffness_at_floor,
+        }
+        for one in shares
+    }
 
 
 def _forces(found: Any) -> dict[str, dict[str, float]]:
@@ -118,5 +142,5 @@ def _best(one: Best) -> dict[str, Any]:
     }
 
 
-def write(study: PaperStudy, shares: tuple[DomainShares, ...], told: tuple[str, ...], folder: Path) -> Path:
-    return put(folder / JSON, json.dumps(as_json(study, shares, told), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+def write(study: PaperStudy, shares: tuple[DomainShares, ...], borne: BorneFriction, told: tuple[str, ...], folder: Path) -> Path:
+    return put(folder / JSON, json.dumps(as_json(study, shares, borne, told), indent=2, ensure_ascii=False, allow_nan=False) + "\n")

@@ -1,0 +1,67 @@
+"""Is friction mu N, with the load that is given and with that of the chip, and has a chip that cannot slide a finite answer?"""
+
+from __future__ import annotations
+
+from math import atan, cos, pi, sin
+
+import numpy as np
+import pytest
+from driving import PERIOD, Values, at_speed_ratio, read, started
+from evat.native import kernel
+
+LAW: Values = {"friction_law": "amontons", "relative_tolerance": 1e-6}
+SHEAR_LOAD = 1e-3 * 4e8 * 1e-4  # N
+GIVEN: Values = {**LAW, "kinematics": "external", "width": 1e-3, "shear_stress": 4e8, "uncut_thickness": 1e-4}
+
+
+def test_under_a_given_load_friction_is_mu_of_it_and_nothing_else() -> None:
+    times = np.linspace(0, 1, 101)
+    slip, load = np.cos(2 * pi * times + 0.1), 10 - 10 * np.cos(6 * pi * times)
+    contact = started({**GIVEN, "amontons.mu": 0.3, "slip_velocity": float(slip[0]), "normal_load": 0.0})
+    rows = contact.run(times, {"slip_velocity": slip, "normal_load": load}, ("friction_force", "dissipated_power"))
+    assert rows[:, 0] == pytest.approx(0.3 * load * np.sign(slip), rel=1e-12, abs=1e-12)
+    assert rows[:, 1] == pytest.approx(0.3 * load * np.abs(slip), rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("chip_flow_angle", ["constant", "current_shear_angle"])
+@pytest.mark.parametrize("principle", ["maximum_shear_stress", "minimum_energy"])
+@pytest.mark.parametrize("rake", [-0.3, 0.0, 0.2])
+def test_on_the_rake_face_it_is_mu_of_the_normal_force_that_comes_with_it(rake: float, principle: str, chip_flow_angle: str) -> None:
+    """At both ways of slip over a vibration cycle, from entry to exit; no friction where no chip is."""
+    values = {**at_speed_ratio(0.4, feed=4e-5), **LAW, "amontons.mu": 0.4, "rake_angle": rake, "shear_angle_principle": principle}
+    contact = started({**values, "chip_flow_angle": chip_flow_angle})
+    rows = contact.run(np.linspace(0, 2 * PERIOD, 801), {}, ("friction_force", "normal_force", "slip_velocity_used", "in_contact"))
+    F, N, v, touching = rows.T
+    assert 100 < np.count_nonzero(touching) < 750
+    slides = (np.abs(v) > 1e-9) & (touching > 0)
+    assert F[slides] == pytest.approx((0.4 * N * np.sign(v))[slides], rel=1e-9, abs=1e-9)
+    assert np.all(F[touching == 0] == 0)
+    assert min(np.count_nonzero(F > 0), np.count_nonzero(F < 0)) > 20
+
+
+@pytest.mark.parametrize("principle", ["maximum_shear_stress", "minimum_energy"])
+def test_the_shear_angle_is_that_of_the_friction_angle(principle: str) -> None:
+    """Merchant's circle: with mu = tan(beta) the resultant is k/(sin(phi) cos(phi + beta - alpha))."""
+    beta, alpha = atan(0.5), 0.15
+    phi = pi / 4 - (beta - alpha) * (0.5 if principle == "minimum_energy" else 1)
+    R = SHEAR_LOAD / sin(phi) / cos(phi + beta - alpha)
+    values = {**at_speed_ratio(1, feed=1e-4), **LAW, "amplitude_x": 0.0, "amplitude_y": 0.0, "rake_angle": alpha}
+    contact = started({**values, "shear_angle_principle": principle, "width": 1e-3, "shear_stress": 4e8, "cutting_speed": 1.0})
+    contact.evaluate()
+    F, N, angle = read(contact, "friction_force", "normal_force", "shear_angle")
+    assert pytest.approx([R * sin(beta), R * cos(beta)], rel=1e-12) == [F, N]
+    assert angle == pytest.approx(phi, rel=1e-12)
+
+
+@pytest.mark.parametrize("principle", ["maximum_shear_stress", "minimum_energy"])
+@pytest.mark.parametrize("rake", [-0.7, 0.0, 0.7])
+def test_a_chip_that_cannot_slide_is_held_at_the_flattest_shear_plane(rake: float, principle: str) -> None:
+    """mu = 10 asks for a shear plane below the surface; 0.02 rad is the flattest that there is."""
+    values = {**at_speed_ratio(1, feed=1e-4), **LAW, "amplitude_x": 0.0, "amplitude_y": 0.0, "rake_angle": rake, "cutting_speed": 1.0}
+    contact = started({**values, "shear_angle_principle": principle, "amontons.mu": kernel.variable("amontons.mu").max})
+    contact.evaluate()
+    F, N, angle = read(contact, "friction_force", "normal_force", "shear_angle")
+    assert angle >= 0.02 * (1 - 1e-9)
+    assert 0 < F <= 10 * N * (1 + 1e-12)
+    if principle == "maximum_shear_stress":
+        assert angle == pytest.approx(0.02, rel=1e-9)
