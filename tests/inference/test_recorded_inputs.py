@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from evat.experiment import Experiment, Trial
+from evat.experiment.smoothing import noise_sd, smoothed
 from evat.gap import diagnose_with
 from evat.inference.noise import estimate_noise
 from evat.inference.prediction import Prediction
-from evat.inference.recorded_inputs import in_step, noise_sd, same_motion, smoothed, smoothed_inputs
+from evat.inference.recorded_inputs import in_step, same_motion, smoothed_inputs
 from evat.model import FloatArray
 from toy import Toy, measured
 

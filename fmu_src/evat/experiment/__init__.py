@@ -31,7 +31,9 @@ class ExperimentError(EvatError):
 class Signal:
     """One measured quantity: a variable of the component and where it stands in the data files.
 
-    `unit` is the one typed in the file; `full_scale` (the sensor's range) is in SI. A clock has no role.
+    `unit` is the one typed in the file; `full_scale` (the sensor's range) is in SI. A clock has no role. The variable is
+    sign (scale value + offset), value in the SI unit of the column; without a `scale` the unit measures what the variable does.
+    `of` = "position": the variable is the derivative of that.
     """
 
     name: str
@@ -39,6 +41,15 @@ class Signal:
     unit: str
     role: Role | None
     full_scale: float | None = None
+    sign: int = 1
+    scale: float | None = None
+    offset: float = 0.0
+    of: Literal["", "position"] = ""
+
+    @property
+    def converted(self) -> bool:
+        """Whether more than its unit is changed where it is read."""
+        return self.sign != 1 or self.scale is not None or self.offset != 0 or bool(self.of)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.experiment import ExperimentError, Signal
-from evat.experiment.document import CLOCK, Document, TrialEntry
+from evat.experiment.document import CLOCK, Document, TrialEntry, to_variable
 from evat.files.stream import Bytes, headers, open_batches
 from evat.files.table import RecordError, unit_in
 from evat.model import FloatArray, Model, ParameterError, Variable
@@ -17,7 +17,8 @@ from evat.units import affine, base_unit
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One column of a file: the variable `name` in `si` = factor * value in the file + offset, between `low` and `high`."""
+    """One column of a file: the variable `name` in `si` = factor * value in the file + offset, between `low` and `high`; where it
+    is derived from the column, it lies between `variable_low` and `variable_high` itself."""
 
     header: str
     name: str
@@ -27,6 +28,17 @@ class Column:
     si: str
     low: float
     high: float
+    variable_low: float = -np.inf
+    variable_high: float = np.inf
+
+    @classmethod
+    def of_signal(cls, signal: Signal, known: Variable | None) -> Column:
+        """The column of a signal; a position has no bounds."""
+        si, low, high = (known.unit, known.min, known.max) if known else ("s", -np.inf, np.inf)
+        own = (low, high)
+        if signal.of:
+            low, high = -np.inf, np.inf
+        return cls(signal.column, signal.name, signal.unit, *to_variable(signal, si), si, low, high, *own)
 
     @classmethod
     def of(cls, header: str, name: str, unit: str, known: Variable | None) -> Column:
@@ -69,7 +81,7 @@ def trial_columns(document: Document, entry: TrialEntry, model: Model) -> list[C
         if signal.name in entry.values:
             raise ExperimentError(f"{entry.file}: {signal.name} is a signal and among the trial's values too; keep one.")
         check_header(signal, entry.file)
-        columns.append(Column.of(signal.column, signal.name, signal.unit, None if signal.name == CLOCK else by_name[signal.name]))
+        columns.append(Column.of_signal(signal, None if signal.name == CLOCK else by_name[signal.name]))
     return columns
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +15,17 @@ from evat.experiment.nominal import read_nominal
 from evat.files.read_toml import TomlError, read_toml
 from evat.model import Model, ParameterError, Variable
 from evat.required_inputs import KINEMATICS, MOTION, lacks_motion
-from evat.units import affine
+from evat.units import affine, base_unit
 
 FILE = "experiment.toml"
 FORMAT = 1
 CLOCK = "time"
+FRICTION = "friction_force"
 MEAN = "mean_"  # how the names of averages begin
 
 KEYS = ("format", "title", "intended_use", "nominal", "signals", "setup_sd", "trials", "means")
-SIGNAL_KEYS = ("column", "unit", "role", "full_scale")
+SIGNAL_KEYS = ("column", "unit", "role", "full_scale", "sign", "scale", "offset", "from")
+POSITION = "position"
 TRIAL_KEYS = ("file", "condition", "values")
 SETUP_KEYS = ("gain", "zero", "clock")
 
@@ -39,6 +41,14 @@ class TrialEntry:
 
 
 @dataclass(frozen=True, slots=True)
+class Inertia:
+    """What a force beside the contact's own measures: `mass` [kg] times the acceleration of the slip, and a `load` [N]."""
+
+    mass: float
+    load: float
+
+
+@dataclass(frozen=True, slots=True)
 class Document:
     """All that stands in the file. `files` are the document, the parameter file if there is one, and every data file, in that order."""
 
@@ -51,6 +61,7 @@ class Document:
     means: tuple[str, Path] | None
     files: tuple[Path, ...]
     setup_sd: Mapping[str, SetupSd]
+    inertia: Inertia | None = None
 
     @property
     def recorded(self) -> tuple[Signal, ...]:
@@ -94,7 +105,9 @@ class _Reader(Checks):
             self.keys("means", self.table("means", table["means"]), ("file",), ("file",))
             means = (file := self.text("means.file", table["means"]["file"]), self.inside("means.file", file))
         self.contents(signals, trials, means)
-        nominal, files = read_nominal(self, self.table("nominal", table["nominal"]))
+        believed = dict(self.table("nominal", table["nominal"]))
+        inertia = self.inertia(believed, signals)
+        nominal, files = read_nominal(self, believed)
         title, intended_use = (self.text(key, table.get(key, "")) for key in ("title", "intended_use"))
         self.motion(nominal, signals, trials)
         data = [entry.path for entry in trials] + ([means[1]] if means else [])
@@ -103,7 +116,9 @@ class _Reader(Checks):
                 "", f"{twice[0].relative_to(self.root)} is named twice; each recording counts once, and repeats have files of their own."
             )
         setup_sd = self.setup_sd(self.table("setup_sd", table.get("setup_sd", {})), signals)
-        return Document(self.path.parent, title, intended_use, nominal, signals, trials, means, (self.path, *files, *data), setup_sd)
+        return Document(
+            self.path.parent, title, intended_use, nominal, signals, trials, means, (self.path, *files, *data), setup_sd, inertia
+        )
 
     def setup_sd(self, table: Mapping[str, Any], signals: Mapping[str, Signal]) -> dict[str, SetupSd]:
         """Of the channels that are named: gain as a number, zero in the unit of the signal, clock in that of the time."""
@@ -123,6 +138,17 @@ class _Reader(Checks):
                     known[key] *= affine(signal.unit, "s" if key == "clock" else self.variables[name].unit)[0]
             setups[name] = SetupSd(**known)
         return setups
+
+    def inertia(self, believed: dict[str, Any], signals: Mapping[str, Signal]) -> Inertia | None:
+        """Mass and load of what moves; taken out of the table [nominal]."""
+        stated = {key: believed.pop(key) for key in ("mass", "gravity_load") if key in believed}
+        for key, number in stated.items():
+            if not is_number(number) or not math.isfinite(number) or (key == "mass" and number < 0):
+                raise self.error(f"nominal.{key}", f"{number!r}; a number in {'kg of at least 0' if key == 'mass' else 'N'} is needed.")
+        for name in (MOTION, FRICTION) if stated else ():
+            if name not in signals:
+                raise self.error("nominal", f"mass and gravity_load are taken off {FRICTION} along {MOTION}; {name} is no signal.")
+        return Inertia(float(stated.get("mass", 0.0)), float(stated.get("gravity_load", 0.0))) if stated else None
 
     def contents(self, signals: Mapping[str, Signal], trials: Collection[TrialEntry], means: tuple[str, Path] | None) -> None:
         """Whether there is anything measured at all."""
@@ -160,16 +186,42 @@ class _Reader(Checks):
         known = self.variable(where, name) if name != CLOCK else None
         unit, role = self.text(f"{where}.unit", table["unit"]), table.get("role")
         self.check_role(where, known, role)
+        converted = self.conversion(where, known, table)
+        signal = Signal(name, self.text(f"{where}.column", table.get("column", name)), unit, role, **converted)
         try:
-            factor, offset = affine(unit, known.unit if known else "s")
+            factor, offset = to_variable(signal, known.unit if known else "s")
         except ParameterError as error:
             raise self.error(f"{where}.unit", str(error)) from error
         full_scale = table.get("full_scale")
         if full_scale is not None:
             if not is_number(full_scale) or not 0 < full_scale < math.inf or role != "output":
                 raise self.error(f"{where}.full_scale", f"{full_scale!r}; a number above 0 in {unit} is needed, and only outputs have one.")
-            full_scale = full_scale * factor + offset
-        return Signal(name, self.text(f"{where}.column", table.get("column", name)), unit, role, full_scale)
+            full_scale = abs(full_scale * factor + offset)
+        return replace(signal, full_scale=full_scale)
+
+    def conversion(self, where: str, known: Variable | None, table: Mapping[str, Any]) -> dict[str, Any]:
+        """How a column becomes the variable, beside its unit."""
+        keys = [key for key in ("sign", "scale", "offset", "from") if key in table]
+        if known is None and keys:
+            raise self.error(f"{where}.{keys[0]}", "the clock is read as it is; remove it.")
+        if table.get("sign", 1) not in (1, -1) or isinstance(table.get("sign"), bool):
+            raise self.error(f"{where}.sign", f"{table['sign']!r}; allowed are 1 and -1.")
+        for key in ("scale", "offset"):
+            number = table.get(key, 1.0)
+            if not is_number(number) or not math.isfinite(number) or (key == "scale" and number == 0):
+                raise self.error(f"{where}.{key}", f"{number!r}; a finite number is needed{', not 0' if key == 'scale' else ''}.")
+        of = table.get("from", "")
+        if of not in ("", POSITION):
+            raise self.error(f"{where}.from", f"{of!r}; allowed is {POSITION!r}.")
+        if of and (known is None or known.unit != "m/s"):
+            raise self.error(f"{where}.from", f"{known.name if known else CLOCK} is no velocity; only a velocity is taken from a position.")
+        scale = table.get("scale")
+        return {
+            "sign": int(table.get("sign", 1)),
+            "scale": None if scale is None else float(scale),
+            "offset": float(table.get("offset", 0.0)),
+            "of": of,
+        }
 
     def check_role(self, where: str, known: Variable | None, role: Role | None) -> None:
         if known is None:
@@ -196,6 +248,18 @@ class _Reader(Checks):
                 raise self.error(f"{where}.values.{key}", "only numbers vary from trial to trial; choices stand in [nominal].")
             values[key] = float(self.value(f"{where} ({file}), values.{key}", key, number))
         return TrialEntry(file, self.inside(f"{where}.file", file), condition, values)
+
+
+def to_variable(signal: Signal, wanted: str) -> tuple[float, float]:
+    """factor and offset with variable = factor value + offset, value as it stands in the file; ParameterError where the unit does not fit.
+    Of a velocity that is taken from a position, those of the position."""
+    if signal.scale is None:
+        factor, offset = affine(signal.unit, "m" if signal.of else wanted)
+        scale = 1.0
+    else:
+        base = base_unit(signal.unit)
+        factor, offset, scale = float(base.factor), float(base.offset), signal.scale
+    return signal.sign * scale * factor, signal.sign * (scale * offset + signal.offset)
 
 
 def check_inputs(model: Model, nominal: Nominal, given: Collection[str], where: str) -> None:

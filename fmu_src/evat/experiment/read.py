@@ -7,23 +7,26 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
-from evat.experiment import Experiment, Means, Trial
+from evat.experiment import Experiment, ExperimentError, Means, Trial
 from evat.experiment.columns import Column, trial_batches, trial_columns
-from evat.experiment.document import Document, TrialEntry, read_document
+from evat.experiment.document import FRICTION, Document, TrialEntry, read_document
 from evat.experiment.means import read_means
+from evat.experiment.smoothing import derivative
 from evat.experiment.write import write_experiment
 from evat.model import FloatArray, Model
+from evat.required_inputs import MOTION
 
 __all__ = ["Scan", "TrialFacts", "read_experiment", "scan_experiment", "write_experiment"]
 
 HASHED = 1 << 20  # bytes at a time
+UNEVEN = 0.05  # of a step: so far may a clock's steps differ where something is differentiated
 GROWTH = 1.125  # of a column whose length its file does not tell
 
 Progress = Callable[[float], None]
@@ -159,12 +162,51 @@ def _read_trial(entry: TrialEntry, columns: list[Column], document: Document, do
             column[at:end] = values[: end - at]
         at = end
     room(at)
+    held = _derived(entry, columns, held, document)
     for column in held:
         column.flags.writeable = False
     by_role: dict[str | None, dict[str, FloatArray]] = {None: {}, "input": {}, "output": {}}
     for known, column in zip(columns, held, strict=True):
         by_role[document.signals[known.name].role][known.name] = column
     return Trial(entry.file, entry.condition, entry.values, held[0], by_role["input"], by_role["output"])
+
+
+def _derived(entry: TrialEntry, columns: Sequence[Column], held: list[FloatArray], document: Document) -> list[FloatArray]:
+    """Velocities from positions, and forces without the inertia and the load of what moves."""
+    names = [column.name for column in columns]
+    positions = {place for place, name in enumerate(names) if document.signals[name].of}
+    inertia = document.inertia
+    if not positions and inertia is None:
+        return held
+    step = even_step(entry.file, held[0])
+    columns_in_si = list(held)
+    for place in positions:
+        columns_in_si[place] = derivative(held[place], step)
+        low, high = columns[place].variable_low, columns[place].variable_high
+        if columns_in_si[place].min() < low or columns_in_si[place].max() > high:
+            raise ExperimentError(
+                f"{entry.file}, column {columns[place].header!r}: {names[place]} comes out between {columns_in_si[place].min():g} and "
+                f"{columns_in_si[place].max():g} m/s; allowed is {low:g} to {high:g} m/s. Its unit is given as "
+                f"{columns[place].unit}: is that right?"
+            )
+    if inertia is not None:
+        motion, force = names.index(MOTION), names.index(FRICTION)
+        order = 2 if motion in positions else 1
+        acceleration = derivative(held[motion], step, order)
+        columns_in_si[force] = held[force] - inertia.mass * acceleration - inertia.load
+    return columns_in_si
+
+
+def even_step(file: str, times: FloatArray) -> float:
+    """The sample time [s]; ExperimentError where it changes, so that nothing can be differentiated."""
+    steps = np.diff(times)
+    step = float(np.median(steps))
+    if np.max(np.abs(steps - step)) > UNEVEN * step:
+        raise ExperimentError(
+            f"{file}: the clock is uneven, its steps are {steps.min():.4g} to {steps.max():.4g} s; what is differentiated "
+            "needs an even one. Give the velocity as a column, or resample the recording."
+        )
+    return step
 
 
 def _scan_trial(entry: TrialEntry, columns: list[Column], done: Callable[[int], None]) -> TrialFacts:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -61,6 +62,7 @@ def write_experiment(experiment: Experiment, folder: str | PathLike[str], *, suf
     if suffix not in SUFFIXES:
         raise ExperimentError(f"suffix {suffix!r}: data files are written as {' or '.join(SUFFIXES)}.")
     recorded = {key for trial in experiment.trials for key in (CLOCK, *trial.inputs, *trial.outputs)}
+    experiment = replace(experiment, signals={name: _as_it_is(signal) for name, signal in experiment.signals.items()})
     if unsigned := sorted(recorded - set(experiment.signals)):
         raise ExperimentError(f"{', '.join(unsigned)}: recorded, but no signal gives its column and unit; add a Signal for each.")
     with as_output_error(folder):
@@ -131,6 +133,13 @@ def _setup_sd(stated: SetupSd, name: str, signals: Mapping[str, Signal]) -> dict
         if value is not None:
             entries[key] = float(_typed(signals[unit], np.array(value))) if unit in signals else value
     return entries
+
+
+def _as_it_is(signal: Signal) -> Signal:
+    """What was converted where it was read is written as the variable itself, in SI."""
+    if not signal.converted:
+        return signal
+    return Signal(signal.name, signal.name, kernel.variable(signal.name).unit, signal.role, signal.full_scale)
 
 
 def _signal(signal: Signal) -> dict[str, Any]:

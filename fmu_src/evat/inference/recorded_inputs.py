@@ -1,10 +1,8 @@
 """Which motion did a noisy recording of it follow? Errors in variables: one smoothed input for the repeats of a condition.
 
 A recorded velocity has noise, which bends bristles at rest and wears the model out; and it makes repeats of one motion differ, though they
-are the same run. Its noise is read off third differences, which a motion has next to none of, and taken out by local parabolas whose
-window is, at each sample, the widest that contradicts no narrower one (intersection of confidence intervals: Goldenshluger and Nemirovski
-1997, Katkovnik 1999): wide at rest and in sliding, narrow at a corner. What is left of the error is told by smoothing once more what was
-smoothed, with fresh noise.
+are the same run. Its noise is taken out by local parabolas (evat.experiment.smoothing); what is left of the error is told by smoothing once
+more what was smoothed, with fresh noise.
 """
 
 from __future__ import annotations
@@ -13,17 +11,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.signal import correlate, savgol_coeffs, savgol_filter
+from scipy.signal import correlate
 
 from evat.experiment import Experiment, Trial
+from evat.experiment.smoothing import FEWEST, noise_sd, smoothed
 from evat.model import FloatArray
 
-THIRD = np.sqrt(20.0)  # sd of the third difference of white noise of sd 1
-WHITE = -0.5  # correlation of neighbouring third differences: noise has -0.75, a motion about 1
-FEWEST = 16  # samples of a recording whose inputs are looked at
-SMALLEST = 1e-6  # of the largest value: noise that is less is rounding
-WINDOWS = (1, 2, 4, 8, 16, 32, 64, 128)  # samples to each side of the middle one
-CONFIDENCE = 2.5  # standard deviations of the intervals that have to meet
 ALIKE = 1.5  # times the noise of both: so far apart may two recordings of one motion be, root mean square
 JITTER = 1e-3  # of a sample: clocks that differ by less are one
 FARTHEST_LAG = 0.25  # of a recording: so much out of step may repeats be
@@ -64,39 +57,6 @@ def smoothed_inputs(experiment: Experiment) -> RecordedInputs:
     if not noise:
         return RecordedInputs(experiment, None, {})
     return RecordedInputs(replace(experiment, trials=tuple(smooth)), replace(experiment, trials=tuple(other)), noise)
-
-
-def noise_sd(column: FloatArray) -> float:
-    """Standard deviation of the white noise in a column (n,), 0 where it has none that could be told from its motion."""
-    if column.size < FEWEST:
-        return 0.0
-    third = np.diff(column, 3)
-    size = 1.4826 * float(np.median(np.abs(third)))
-    if not size > SMALLEST * float(np.max(np.abs(column))):
-        return 0.0
-    held = np.clip(third, -3 * size, 3 * size)  # corners of the motion have no say
-    correlation = float(held[1:] @ held[:-1] / (held @ held))
-    return size / THIRD if correlation < WHITE else 0.0
-
-
-def smoothed(column: FloatArray, sd: float) -> FloatArray:
-    """A column (n,) whose white noise has this standard deviation, without it; runs of zeros stay, and no value leaves the range."""
-    low, high = np.full(column.size, -np.inf), np.full(column.size, np.inf)
-    best, going = column.copy(), np.ones(column.size, dtype=bool)
-    for half in WINDOWS:
-        window = 2 * half + 1
-        if window > column.size:
-            break
-        order = min(2, window - 2)
-        fitted = savgol_filter(column, window, order, mode="interp")
-        reach = CONFIDENCE * sd * float(np.sqrt(np.sum(savgol_coeffs(window, order) ** 2)))
-        low, high = np.maximum(low, fitted - reach), np.minimum(high, fitted + reach)
-        going &= low <= high
-        best[going] = fitted[going]
-    zero = column == 0
-    zero[1:-1] &= (column[:-2] == 0) | (column[2:] == 0)
-    best[zero] = 0.0
-    return np.clip(best, column.min(), column.max())
 
 
 def same_motion(trials: Sequence[Trial]) -> list[list[int]]:
