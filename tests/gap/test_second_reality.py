@@ -13,7 +13,7 @@ import pytest
 import statistics_of_scores
 from evat.experiment.read import read_experiment
 from evat.models.contact import ContactModel
-from second_reality import catalogue, draw, folder, generate, run_diagnosis, scores
+from second_reality import catalogue, ceiling, draw, folder, generate, run_diagnosis, scores
 from second_reality.catalogue import BASE_CUTS, BASE_LAWS, EFFECTS, SPLITS, STRATA
 from second_reality.draw import Case, NotDrawn, Plan
 from second_reality.unknowns import KINDS, Seen
@@ -234,6 +234,23 @@ def test_a_missing_answer_is_a_wrong_one(sealed: Path) -> None:
     assert found["answered"]["value"] == 0.0
     assert found["singles_exact"]["value"] == 0.0
     assert found["false_alarms"]["value"] == 1.0
+
+
+def test_the_ceiling_measures_distance_by_noise_and_nuisances_and_finds_the_truth_itself_at_no_distance(cases: dict[str, Any]) -> None:
+    case = cases["ellipse single other"][0]
+    truth = draw.truth_of(PLANS["ellipse single other"], "development", np.random.default_rng(case.label["seed"]))
+    assert [(e.name, s) for e, s in truth.acting] == [(c["name"], c["strength"]) for c in case.label["causes"]]
+    records = ceiling.Records(truth, case.label)
+    gap = records.row(truth.world.clean(acting=truth.acting)) - records.row(truth.bench.plain)
+    part = gap[:300]
+    records.N = records.N[:300]
+    records.inner = np.linalg.inv(np.eye(records.N.shape[1]) + records.N.T @ records.N)
+    covariance = np.eye(300) + records.N @ records.N.T
+    assert float(np.linalg.norm(records.freed(part))) == pytest.approx(float(np.sqrt(part @ np.linalg.solve(covariance, part))), rel=1e-6)
+    whole = ceiling.Records(truth, case.label)
+    seen = float(np.linalg.norm(whole.freed(gap)))
+    assert seen > 2
+    assert ceiling.left_by(whole, truth.acting[0][0], gap) < 0.1 * seen
 
 
 def test_a_run_goes_on_where_it_stood(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
