@@ -125,7 +125,7 @@ class Scales:
             "Hz": (0.5 / self.duration, 0.45 / self.step),
             "N": (0.1 * self.force, 10 * self.force),
             "m/s": (0.02 * self.speed, 5 * self.speed),
-            "m": (min(self.length, 1e-4 * self.distance), 3 * max(self.length, self.distance)),
+            "m": (min(self.length, 0.5 * self.speed * self.step), 3 * max(self.length, self.distance)),
             "N/m": (self.force / max(self.length, self.distance), 1e3 * self.force / min(self.length, self.distance)),
             "N.s/m": (1e-3 * self.force / self.speed, 10 * self.force / self.speed),
         }.get(variable.unit, (start / 5, start * 5))

@@ -165,9 +165,12 @@ class Prediction:
             rows = self.model.simulate_many(run, effects, self._own(values, trial.values))
             return np.concatenate([np.broadcast_to(rows[name], (count, trial.times.size)) for name in run.outputs], axis=1)
 
-        with ThreadPoolExecutor(self.threads) as pool:
-            once = dict(zip(self.alike.values(), self.experiment.trials, strict=True))
-            rows = dict(zip(once, pool.map(of_trial, once.values()), strict=True))
+        once = dict(zip(self.alike.values(), self.experiment.trials, strict=True))
+        if self.threads == 1:
+            rows = {key: of_trial(trial) for key, trial in once.items()}
+        else:
+            with ThreadPoolExecutor(self.threads) as pool:
+                rows = dict(zip(once, pool.map(of_trial, once.values()), strict=True))
         found = [rows[key] for key in self.alike.values()]
         if self.experiment.means is not None:
             found.append(self._means(self.experiment.means, effects, values, count))

@@ -14,7 +14,7 @@ from evat.native.batch import run_many
 from evat.required_inputs import KINEMATICS, MOTION, check_required_inputs, missing_inputs
 
 # Internal steps, far beyond what a sound set takes; a holder that chatters against a rigid law takes thousands.
-MOST_STEPS, STEPS_PER_SAMPLE, STEPS_PER_CYCLE = 2_000, 15, 120
+MOST_STEPS, STEPS_PER_SAMPLE, STEPS_PER_CYCLE = 2_000, 8, 120
 LAW = "friction_law"
 SETTLING_TIME = 1.0  # s of steady slip, far beyond any presliding; means are taken over the second half
 

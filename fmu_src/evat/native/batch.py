@@ -314,9 +314,32 @@ def _gathered(
                 failed[int(place)] = kernel.status_text(status)
         return places.size
 
-    blocks = _blocks(count, plan.columns, MANY_LANES)
+    blocks = list(_blocks(count, plan.columns, MANY_LANES))
+    if cancelled is None and (len(blocks) == 1 or threads == 1):  # a pool of threads costs as much as a thousand samples
+        done = 0
+        for places in blocks:
+            done += work(places)
+            if progress:
+                progress(done / count)
+    else:
+        _shared_out(work, blocks, count, stop, threads or os.cpu_count() or 1, progress, cancelled)
+    by_name = {kind: {name: array[..., place] for place, name in enumerate(names)} for kind, array in whole.items()}
+    counts = {} if plan.data is None else {name: int(np.isfinite(plan.data[:, place]).sum()) for place, name in enumerate(names)}
+    return Batch(times=plan.times[plan.keep != 0], count=count, counts=counts, failed=dict(sorted(failed.items())), **by_name)
+
+
+def _shared_out(
+    work: Callable[[np.ndarray[Any, np.dtype[np.intp]]], int],
+    blocks: Sequence[np.ndarray[Any, np.dtype[np.intp]]],
+    count: int,
+    stop: Any,
+    threads: int,
+    progress: Callable[[float], None] | None,
+    cancelled: Callable[[], bool] | None,
+) -> None:
+    """Work on blocks side by side."""
     done, waiting = 0, set[Future[int]]()
-    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         try:
             for places in blocks:
                 waiting.add(pool.submit(work, places))
@@ -332,9 +355,6 @@ def _gathered(
             stop[0] = 1
             pool.shutdown(cancel_futures=True)
             raise
-    by_name = {kind: {name: array[..., place] for place, name in enumerate(names)} for kind, array in whole.items()}
-    counts = {} if plan.data is None else {name: int(np.isfinite(plan.data[:, place]).sum()) for place, name in enumerate(names)}
-    return Batch(times=plan.times[plan.keep != 0], count=count, counts=counts, failed=dict(sorted(failed.items())), **by_name)
 
 
 def _reap(waiting: set[Future[int]], cancelled: Callable[[], bool] | None) -> int:
