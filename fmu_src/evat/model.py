@@ -156,7 +156,8 @@ class Effect:
     Effects of one `family` (lag, load, thermal, ...) leave much the same in a record.
 
     It `applies_to` the kinematics named there, and to every kinematics in which an input named there is given; empty: to all. One that does
-    not apply can be switched on all the same, and is no explanation of such a record: the work of a robot's joint has no run-out.
+    not apply can be switched on all the same, and is no explanation of such a record: the work of a robot's joint has no run-out. One
+    that is `unsteady` goes by the time or the way itself, so that means of steady states tell nothing of it.
     """
 
     name: str
@@ -171,6 +172,7 @@ class Effect:
     states: tuple[Variable, ...] = ()
     applies_to: tuple[str, ...] = ()
     family: str = ""
+    unsteady: bool = False
 
     def applies(self, kinematics: str, given: Collection[str] = ()) -> bool:
         """Whether it may happen in this kinematics to a contact of which these inputs are `given`."""

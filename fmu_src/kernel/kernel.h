@@ -424,6 +424,7 @@ struct Effect {
     const char *needs; /* inputs without which it says nothing, comma-separated; may be NULL */
     const char *applies_to; /* the kinematics in which it happens, comma-separated, and inputs whoever gives which has
                                it in every kinematics; NULL: it may happen anywhere */
+    int unsteady; /* it goes by the time or the way itself: no mean under it is one of a steady state */
     enum Stage stage;
     const struct Variable *variables;
     int count, states;

@@ -120,6 +120,7 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
         effect
         for effect in model.effects
         if effect.name not in on and _allowed(model, (*on, effect.name)) and effect.applies(kinematics, given)
+        if prediction.experiment.trials or not effect.unsteady
     ]
     acting = [effect for effect in offered if effect.name not in audited.idle]
     part = part_of(prediction)

@@ -115,6 +115,9 @@ def _effects_in_full() -> str:
             facts += [f"- **Source:** {_text(effect.source)}", f"- **Family:** {_text(effect.family)}"]
             facts += [f"- **Rivals:** {', '.join(map(_code, effect.rivals))}"] if effect.rivals else []
             facts += [f"- **Applies to:** {', '.join(map(_code, effect.applies_to))}"] if effect.applies_to else []
+            facts += [
+                "- **Unsteady:** it goes by the time or the way itself, so that means of steady states tell nothing of it."
+            ] * effect.unsteady
             table = _own(effect.variables) if effect.variables else ""
             lines.append(f"### {_text(effect.name)} {{#{effect.name}}}\n\n" + "\n".join(facts) + f"\n\n{table}")
     return "\n".join(lines)

@@ -220,6 +220,7 @@ def effects() -> tuple[Effect, ...]:
                 needs=_names(_text(row.needs)),
                 applies_to=_names(_text(row.applies_to)),
                 states=own[row.count - 2 * row.states : row.count - row.states],
+                unsteady=bool(row.unsteady),
             )
         )
     return tuple(table)

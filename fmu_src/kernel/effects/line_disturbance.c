@@ -49,7 +49,7 @@ static double longest_step(const lanes *p, int i)
 const struct Effect effect_line_disturbance = {
     .equation = "F + A sin(2 pi f t + psi)",
     .signature = "a sharp line at one frequency, also where nothing touches or moves, whatever the motion does",
-    .family = "line",
+    .family = "line", .unsteady = 1,
     .stage = STAGE_MEASUREMENT, .act = hum, .longest_step = longest_step,
     .variables = variables, .count = COUNT,
 };

@@ -34,7 +34,7 @@ const struct Effect effect_run_out = {
     .equation = "nominal surface + e sin(Omega t + psi)",
     .signature = "a line at the spindle frequency whose amplitude does not depend on the feed",
     .applies_to = "internal, combined, uncut_thickness",
-    .family = "path",
+    .family = "path", .unsteady = 1,
     .stage = STAGE_PATH, .act = raise, .longest_step = longest_step,
     .variables = variables, .count = COUNT,
 };

@@ -29,7 +29,7 @@ static void show(const lanes *p, const lanes *state, struct Point *x)
 const struct Effect effect_sensor_drift = {
     .equation = "F + rate t",
     .signature = "a difference that grows with time, also where nothing touches or moves",
-    .family = "zero",
+    .family = "zero", .unsteady = 1,
     .stage = STAGE_MEASUREMENT, .act = show,
     .variables = variables, .count = COUNT,
 };

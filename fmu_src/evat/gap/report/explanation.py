@@ -41,6 +41,8 @@ def explain(comparison: Comparison, answer: Diagnosis, effect: str) -> str:
         return "\n".join(
             [*lines, f"It was not tried: it happens with {' or '.join(asked.applies_to)}, and kinematics = {kinematics} here."]
         )
+    if asked.unsteady and not prediction.experiment.trials:
+        return "\n".join([*lines, "It was not tried: it goes by the time or the way itself, of which means tell nothing. Record a trial."])
     if effect in comparison.audit.idle:
         inputs = ", ".join(comparison.audit.idle[effect])
         return "\n".join([*lines, f"It was not tried: {inputs} does not vary, so that it is one with other parameter values. Vary that."])
