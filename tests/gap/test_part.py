@@ -43,7 +43,7 @@ def test_the_whole_decides() -> None:
     answer, comparison = diagnose_with(made, Toy())
     assert [effect.name for effect in answer.effects] == ["bend"]
     assert comparison.models[Hypothesis(("bend",))].predicted.size == comparison.prediction.measured.size
-    assert comparison.rough[Hypothesis(("bend",))] > comparison.recalibrated.found.evidence
+    assert comparison.rough[Hypothesis(("bend",))] > comparison.recalibrated.likelihood.evidence
 
 
 def test_noise_is_that_of_the_whole() -> None:

@@ -43,9 +43,9 @@ def test_an_autoregression_is_told_by_its_recordings() -> None:
     rng = np.random.default_rng(3)
     rows = [lfilter([1.0], [1.0, -1.1, 0.3], rng.standard_normal(4000)) + 0.0 for _ in range(3)]
     rows[1][2000:2004] += 300.0
-    found = autoregression(rows)
-    assert found[:3] == pytest.approx([1.0, -1.1, 0.3], abs=0.05)
-    assert impulse_response(found, 3) == pytest.approx([1.0, 1.1, 0.91], abs=0.08)
+    filter_ = autoregression(rows)
+    assert filter_[:3] == pytest.approx([1.0, -1.1, 0.3], abs=0.05)
+    assert impulse_response(filter_, 3) == pytest.approx([1.0, 1.1, 0.91], abs=0.08)
     assert np.array_equal(autoregression([rng.standard_normal(4000)]), WHITE)
     assert np.array_equal(autoregression([np.arange(10.0)]), WHITE)
 

@@ -170,11 +170,11 @@ def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:
     """The effects of the chosen set; where several sets are likely, what else each could be."""
     if not judgement.chosen or judgement.verdict in (NO_GAP, MISTUNED, UNKNOWN):
         return ()
-    found, sd = comparison.models[judgement.chosen], comparison.models[judgement.chosen].sd
-    values = found.values
+    best, sd = comparison.models[judgement.chosen], comparison.models[judgement.chosen].sd
+    values = best.values
     own = {effect.name: {variable.name for variable in effect.variables} for effect in comparison.prediction.model.effects}
     units = {variable.name: variable.unit for variable in comparison.prediction.model.variables}
-    fitted_by_law = {p.name for p in found.parameters} - {p.name for p in comparison.recalibrated.parameters} - set().union(*own.values())
+    fitted_by_law = {p.name for p in best.parameters} - {p.name for p in comparison.recalibrated.parameters} - set().union(*own.values())
     named = []
     for name in judgement.chosen:
         probability = sum(p for on, p in judgement.probabilities.items() if name in on)
@@ -191,16 +191,16 @@ def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:
 
 
 def _recalibrated(comparison: Comparison) -> Recalibrated:
-    found, sd = comparison.recalibrated, comparison.recalibrated.sd
-    before, after = (structural(comparison.whitening, fit.predicted) for fit in (comparison.nominal, found))
+    recalibrated, sd = comparison.recalibrated, comparison.recalibrated.sd
+    before, after = (structural(comparison.whitening, fit.predicted) for fit in (comparison.nominal, recalibrated))
     share = min(max(1 - after / before, 0.0), 1.0) if before > 0 else 0.0
     set_up = comparison.prediction.setup.names
     errors: dict[str, dict[str, tuple[float, float, str]]] = {}
-    for p in found.parameters:
+    for p in recalibrated.parameters:
         if p.name in set_up:
             channel, kind = by_channel(p.name)
-            errors.setdefault(channel, {})[kind] = float(found.values[p.name]), sd[p.name], p.unit
-    parameters = {p.name: (p.mean, float(found.values[p.name]), sd[p.name]) for p in found.parameters if p.name not in set_up}
+            errors.setdefault(channel, {})[kind] = float(recalibrated.values[p.name]), sd[p.name], p.unit
+    parameters = {p.name: (p.mean, float(recalibrated.values[p.name]), sd[p.name]) for p in recalibrated.parameters if p.name not in set_up}
     return Recalibrated(parameters, share, errors)
 
 
@@ -217,14 +217,14 @@ def _where(comparison: Comparison, judgement: Judgement) -> Location:
 
 def _missing(comparison: Comparison) -> tuple[str, ...]:
     """What these data cannot say anything about."""
-    found = [*comparison.audit.refused, *comparison.audit.notes]
-    found += [f"{name}: not identifiable, {', '.join(still)} does not vary" for name, still in comparison.audit.idle.items()]
-    found += [f"{name}: it changes nothing that was measured here" for name in comparison.silent if name not in comparison.unfed]
-    found += [f"{name}: {', '.join(inputs)} was not recorded" for name, inputs in comparison.unfed.items()]
+    notes = [*comparison.audit.refused, *comparison.audit.notes]
+    notes += [f"{name}: not identifiable, {', '.join(still)} does not vary" for name, still in comparison.audit.idle.items()]
+    notes += [f"{name}: it changes nothing that was measured here" for name in comparison.silent if name not in comparison.unfed]
+    notes += [f"{name}: {', '.join(inputs)} was not recorded" for name, inputs in comparison.unfed.items()]
     for channel, comes in comparison.noise.irregular.items():
         if comes.share > WORTH_TELLING:
             where = f", the strongest line at {comes.frequency:.4g} Hz" if comes.frequency else ""
-            found.append(f"{channel}: {comes.share:.0%} of what repeats do not share is no noise but bursts or lines{where}")
+            notes.append(f"{channel}: {comes.share:.0%} of what repeats do not share is no noise but bursts or lines{where}")
     if not comparison.noise.repeated:
-        found.append("repeatability: no condition was recorded twice, so trial-to-trial changes are taken from priors")
-    return tuple(found)
+        notes.append("repeatability: no condition was recorded twice, so trial-to-trial changes are taken from priors")
+    return tuple(notes)

@@ -48,7 +48,7 @@ def next_experiment(comparison: Comparison, probabilities: Mapping[Hypothesis, f
 
 
 def _options(comparison: Comparison, experiment: Experiment) -> list[tuple[dict[str, float], Experiment]]:
-    found = []
+    options = []
     bounds = {variable.name: variable for variable in comparison.prediction.model.variables}
     for trial in experiment.trials[:1]:
         for name in sorted({*trial.inputs, *trial.values}):
@@ -56,7 +56,7 @@ def _options(comparison: Comparison, experiment: Experiment) -> list[tuple[dict[
                 other = _scaled(trial, name, factor, bounds[name].min, bounds[name].max)
                 if other is not None:
                     size = other.values[name] if name in other.values else float(np.sqrt(np.mean(other.inputs[name] ** 2)))
-                    found.append(({name: size}, replace(experiment, trials=(other,), means=None)))
+                    options.append(({name: size}, replace(experiment, trials=(other,), means=None)))
     means = experiment.means
     if means is not None:
         for name, column in means.values.items():
@@ -65,8 +65,8 @@ def _options(comparison: Comparison, experiment: Experiment) -> list[tuple[dict[
                 if bounds[name].min <= float(row[name][0]) <= bounds[name].max:
                     outputs = {channel: values[:1] for channel, values in means.outputs.items()}
                     one = Means(means.file, means.conditions[:1], row, outputs, {})
-                    found.append(({name: float(row[name][0])}, replace(experiment, trials=(), means=one)))
-    return found
+                    options.append(({name: float(row[name][0])}, replace(experiment, trials=(), means=one)))
+    return options
 
 
 def _scaled(trial: Trial, name: str, factor: float, low: float, high: float) -> Trial | None:
@@ -93,7 +93,7 @@ def _distance(comparison: Comparison, changed: Experiment, models: Sequence[Fit]
         return None
     total = 0.0
     whitening = comparison.whitening
-    form = min(model.found.size for model in models)
+    form = min(model.likelihood.size for model in models)
     for segment in prediction.segments:
         floors = [float(whitening.noise.sizes[g.members[0]]) for g in whitening.groups if g.channel == segment.channel]
         level = whitening.levels[segment.channel]

@@ -43,25 +43,25 @@ def varying(prediction: Prediction) -> set[str]:
     if experiment.means is not None:
         for name, column in experiment.means.values.items():
             columns.setdefault(name, []).append(column)
-    found = set[str]()
+    names = set[str]()
     for name, rows in columns.items():
         whole = np.concatenate(rows)
         if np.ptp(whole) > VARIES * float(np.max(np.abs(whole))):
-            found.add(name)
-    return found
+            names.add(name)
+    return names
 
 
 def idle_effects(prediction: Prediction, effects: Sequence[Effect]) -> dict[str, tuple[str, ...]]:
     """Effects whose needed inputs are there but do not vary: they are one with other parameter values."""
     moving, everything = varying(prediction), prediction.experiment.given
     held = {name: value for name, value in prediction.nominal.items() if name not in everything}
-    found = {}
+    idle = {}
     for effect in effects:
         if not prediction.model.missing_inputs([effect.name], prediction.nominal, everything):
             still = prediction.model.missing_inputs([effect.name], held, moving)
             if still:
-                found[effect.name] = tuple(still)
-    return found
+                idle[effect.name] = tuple(still)
+    return idle
 
 
 def too_slow(prediction: Prediction) -> str:
@@ -104,7 +104,7 @@ def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, flo
 def _stated(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, float]) -> list[str]:
     """Effects that are off and whose parameters the nominal model states, where with these they cannot be seen."""
     sd = np.concatenate([np.full(s.at.stop - s.at.start, noise_sd.get(s.channel, math.nan)) for s in prediction.segments])
-    found = []
+    notes = []
     for effect in prediction.model.effects:
         stated = any(variable.name in prediction.nominal for variable in effect.variables)
         if not stated or effect.name in prediction.experiment.nominal.effects:
@@ -112,10 +112,10 @@ def _stated(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, f
         change = prediction.one(on=(effect.name,)) - predicted
         if np.all(np.isfinite(change)) and float(np.sqrt(np.nansum((change / sd) ** 2))) < SEEN:
             share = float(np.sqrt(np.mean(change**2) / np.mean(predicted**2)))
-            found.append(
+            notes.append(
                 f"{effect.name}: not identifiable, with the values that the nominal model states it changes {share:.1g} of the rms"
             )
-    return found
+    return notes
 
 
 def _channel(channel: str, measured: FloatArray, simulated: FloatArray) -> list[str]:

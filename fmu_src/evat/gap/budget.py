@@ -78,14 +78,14 @@ def _alike(response: FloatArray) -> float:
 
 def structural(whitening: Whitening, predicted: FloatArray) -> float:
     """Structural mean square of all channels, each in that of its rms."""
-    return sum(found.structural / whitening.levels[channel] ** 2 for channel, found in squares(whitening, predicted).items())
+    return sum(own.structural / whitening.levels[channel] ** 2 for channel, own in squares(whitening, predicted).items())
 
 
 def structural_share(whitening: Whitening, predicted: FloatArray, reference: FloatArray) -> float:
     """The structural mean square that one prediction leaves, in that of another; channels weighed by their rms. A channel in which the
     other leaves nothing but noise has no say, unless all are so."""
     left, before, levels = squares(whitening, predicted), squares(whitening, reference), whitening.levels
-    unsure = {channel: UNSURE * found.floor for channel, found in before.items()}
-    telling = [channel for channel, found in before.items() if found.structural > unsure[channel]] or list(before)
+    unsure = {channel: UNSURE * own.floor for channel, own in before.items()}
+    telling = [channel for channel, own in before.items() if own.structural > unsure[channel]] or list(before)
     above, below = (sum((table[c].structural + unsure[c]) / levels[c] ** 2 for c in telling) for table in (left, before))
     return above / below

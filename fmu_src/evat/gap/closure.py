@@ -111,18 +111,18 @@ def close(comparison: Comparison, chosen: Fit, held: HeldOut) -> Closure:
     return Closure(*held.closed(chosen), held.conditions, rms)
 
 
-def _again(comparison: Comparison, found: Fit, mask: BoolArray) -> Fit:
+def _again(comparison: Comparison, whole: Fit, mask: BoolArray) -> Fit:
     """The same model, fitted without the held-out conditions."""
     again = fit(
-        comparison.prediction, comparison.whitening, found.parameters, found.point, found.on, fixed=found.fixed, held_out=mask, most_steps=5
+        comparison.prediction, comparison.whitening, whole.parameters, whole.point, whole.on, fixed=whole.fixed, held_out=mask, most_steps=5
     )
-    return again or found
+    return again or whole
 
 
 def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: Sequence[str]) -> FloatArray:
     """Of each held-out recording: sums of squares before, after and of the noise floor, channels by their rms, and how many they are."""
     whitening, prediction = comparison.whitening, comparison.prediction
-    found = []
+    recordings = []
     for group in whitening.groups:
         if group.condition not in held:
             continue
@@ -131,7 +131,7 @@ def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: S
         for member in group.members:
             measured = prediction.measured[prediction.segments[member].at]
             size = measured.size
-            found.append(
+            recordings.append(
                 [
                     float(np.sum((measured - before[group.at]) ** 2)) / level,
                     float(np.sum((measured - after[group.at]) ** 2)) / level,
@@ -139,7 +139,7 @@ def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: S
                     size,
                 ]
             )
-    return np.array(found)
+    return np.array(recordings)
 
 
 def _share(sums: FloatArray) -> float:

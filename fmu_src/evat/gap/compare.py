@@ -127,13 +127,13 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
         models, rough, silent, unfed = _search(prediction, whitening, recalibrated, offered, acting, tell)
     else:
         some = part.whitening(whitening, recalibrated.predicted, numerical, by_inputs)
-        some.doubt(recalibrated.found.size, recalibrated.found.length)
+        some.doubt(recalibrated.likelihood.size, recalibrated.likelihood.length)
         base = part.fit(recalibrated, some)
-        some.forgive(FORM_ERROR * base.found.size, base.found.length)
+        some.forgive(FORM_ERROR * base.likelihood.size, base.likelihood.length)
         base = base.again(some)
         tried, rough, silent, unfed = _search(part.prediction, some, base, offered, acting, tell)
         models = _fitted_to_all(prediction, whitening, tried, tell)
-        rough = {on: evidence - base.found.evidence + recalibrated.found.evidence for on, evidence in rough.items()}
+        rough = {on: evidence - base.likelihood.evidence + recalibrated.likelihood.evidence for on, evidence in rough.items()}
     _polish(prediction, whitening, models)
     return Comparison(prediction, noise, whitening, nominal, set_up, recalibrated, models, rough, silent, unfed, audited)
 
@@ -154,7 +154,7 @@ def _search(
     models = _singles(prediction, whitening, recalibrated, rough, fronts, tell)
     _rivals(prediction, whitening, models, recalibrated, scales, tell)
     _pairs(prediction, whitening, models, fronts, rough, offered, tell)
-    _swaps(prediction, whitening, models, screen, rough, offered, recalibrated.found.evidence, tell)
+    _swaps(prediction, whitening, models, screen, rough, offered, recalibrated.likelihood.evidence, tell)
     return models, rough, silent, unfed
 
 
@@ -162,7 +162,7 @@ def _fitted_to_all(
     prediction: Prediction, whitening: Whitening, tried: Mapping[Hypothesis, Fit], tell: Callable[[str, float], None]
 ) -> dict[Hypothesis, Fit]:
     """The best of what was fitted to a part: the likeliest of each size, since evidence of a part favours few effects."""
-    ranked = sorted(tried, key=lambda on: -tried[on].found.evidence)
+    ranked = sorted(tried, key=lambda on: -tried[on].likelihood.evidence)
     chosen = [on for size in (1, 2) for on in [each for each in ranked if len(each) == size][: FITTED_TO_ALL[size]]]
     models = dict[Hypothesis, Fit]()
     for place, on in enumerate(chosen):
@@ -197,7 +197,7 @@ def _recalibrate(
         before, at = at, np.array([float(u) if abs(u := reached.get(form.name, 0.0)) > LINEAR_WITHIN else 0.0 for form in forms])
         if np.max(np.abs(at - before)) <= LINEAR_WITHIN:
             break
-    whitening.forgive(FORM_ERROR * recalibrated.found.size, recalibrated.found.length)
+    whitening.forgive(FORM_ERROR * recalibrated.likelihood.size, recalibrated.likelihood.length)
     return prediction, noise, whitening, recalibrated.again(whitening)
 
 
@@ -240,7 +240,7 @@ def _fronts(
     """The evidence of each effect, roughly, and the point from which it is fitted: of those that promise anything with the base's slopes
     held."""
     rough, fronts = dict[Hypothesis, float](), Fronts()
-    base = recalibrated.found.evidence
+    base = recalibrated.likelihood.evidence
     most = max([starts[0].evidence - base for starts in screened.values()], default=0.0)
     for place, (name, starts) in enumerate(screened.items()):
         tell(f"trying {name}", 0.4 + 0.2 * place / len(screened))
@@ -250,8 +250,8 @@ def _fronts(
             continue
         frozen = [(front, start) for start in _apart(starts) if (front := _frozen(prediction, whitening, recalibrated, start))]
         if frozen:
-            front, start = max(frozen, key=lambda pair: pair[0].found.evidence)
-            rough[Hypothesis((name,))], fronts[name] = front.found.evidence, (start, front.point)
+            front, start = max(frozen, key=lambda pair: pair[0].likelihood.evidence)
+            rough[Hypothesis((name,))], fronts[name] = front.likelihood.evidence, (start, front.point)
     return rough, fronts
 
 
@@ -266,7 +266,7 @@ def _singles(
     """The most promising effects, each fitted with all parameters."""
     models = dict[Hypothesis, Fit]()
     order = sorted(fronts, key=lambda name: -rough[Hypothesis((name,))])
-    base = recalibrated.found.evidence
+    base = recalibrated.likelihood.evidence
     best = max([base, *rough.values()])
     for place, name in enumerate(order[:FULL_FITS]):
         tell(f"fitting {name}", 0.6 + 0.15 * place / FULL_FITS)
@@ -281,12 +281,12 @@ def _singles(
 
 def _trusted(prediction: Prediction, whitening: Whitening, parameters: Sequence[Parameter], start: FloatArray) -> Fit:
     """A fit that the whitening then trusts as far as what it leaves allows."""
-    found = _must(fit(prediction, whitening, parameters, start, most_steps=0))
+    trusted = _must(fit(prediction, whitening, parameters, start, most_steps=0))
     for _ in range(2):
-        whitening.doubt(found.found.size, found.found.length)
-        found = _must(fit(prediction, whitening, parameters, found.point))
-    whitening.doubt(found.found.size, found.found.length)
-    return found.again(whitening)
+        whitening.doubt(trusted.likelihood.size, trusted.likelihood.length)
+        trusted = _must(fit(prediction, whitening, parameters, trusted.point))
+    whitening.doubt(trusted.likelihood.size, trusted.likelihood.length)
+    return trusted.again(whitening)
 
 
 def _rivals(
@@ -298,7 +298,7 @@ def _rivals(
     tell: Callable[[str, float], None],
 ) -> None:
     """Other base laws, where something is left for them to explain: from the best of a few starts in what they read."""
-    if recalibrated.found.size < LEFT:
+    if recalibrated.likelihood.size < LEFT:
         return
     laws = prediction.model.rival_laws(prediction.nominal)
     for place, rival in enumerate(laws):
@@ -317,18 +317,18 @@ def _rivals(
         logs = [likelihood(whitening, whitening.sums(row, none), np.empty(0)).log if np.all(np.isfinite(row)) else -np.inf for row in rows]
         if not np.isfinite(max(logs)):
             continue
-        found = fit(prediction, whitening, parameters, starts[int(np.argmax(logs))], fixed=rival.values, most_steps=LAW_STEPS)
-        if found is not None:
-            models[Hypothesis(law=rival.name)] = found
+        best = fit(prediction, whitening, parameters, starts[int(np.argmax(logs))], fixed=rival.values, most_steps=LAW_STEPS)
+        if best is not None:
+            models[Hypothesis(law=rival.name)] = best
 
 
 def _apart(starts: Sequence[Start], most: int = 2) -> list[Start]:
     """The best start, and the best of those that are elsewhere."""
-    found = [starts[0]]
+    chosen = [starts[0]]
     for start in starts[1:]:
-        if len(found) < most and all(np.max(np.abs(start.point - other.point)) > 0.8 for other in found):
-            found.append(start)
-    return found
+        if len(chosen) < most and all(np.max(np.abs(start.point - other.point)) > 0.8 for other in chosen):
+            chosen.append(start)
+    return chosen
 
 
 def _pairs(
@@ -342,7 +342,7 @@ def _pairs(
 ) -> None:
     """Second effects beside the best singles: rough ones by linear sums, the best of them fitted."""
     model = prediction.model
-    leaders = sorted(models, key=lambda held: -models[held].found.evidence)[:PAIRS_FROM]
+    leaders = sorted(models, key=lambda held: -models[held].likelihood.evidence)[:PAIRS_FROM]
     merit = dict[Hypothesis, tuple[float, Fit, Start, FloatArray]]()
     for leader in leaders:
         base = models[leader]
@@ -359,7 +359,7 @@ def _pairs(
             if key not in merit or evidence > merit[key][0]:
                 merit[key] = (evidence, base, start, point)
                 rough[key] = evidence
-    singles = max((found.found.evidence for found in models.values()), default=-np.inf)
+    singles = max((single.likelihood.evidence for single in models.values()), default=-np.inf)
     for place, key in enumerate(sorted(merit, key=lambda k: -merit[k][0])[:PAIR_FITS]):
         tell(f"fitting {' and '.join(key)}", 0.75 + 0.2 * place / PAIR_FITS)
         if merit[key][0] < singles + GAIN_OF_A_PAIR:
@@ -384,14 +384,14 @@ def _swaps(
 
     none : log evidence without effects.
     """
-    evidence = {key: found.found.evidence for key, found in models.items()}
+    evidence = {key: model.likelihood.evidence for key, model in models.items()}
     best = max(evidence, key=lambda key: evidence[key], default=NOMINAL)
     if len(best) < 2:
         return
     like = sorted(
         (effect for effect in offered if Hypothesis((effect.name,)) in rough), key=lambda effect: -rough[Hypothesis((effect.name,))]
     )[:SWAPS]
-    found = list[tuple[float, Hypothesis, Fit, Start]]()
+    swaps = list[tuple[float, Hypothesis, Fit, Start]]()
     for kept in best.parts():
         (other,) = (part for part in best.parts() if part != kept)
         base = models.get(kept) or (_without(prediction, whitening, models[best], other.effects[0]) if other.effects else None)
@@ -400,8 +400,8 @@ def _swaps(
             if base is None or effect.name in kept or key in models or not _allowed(prediction.model, key.effects):
                 continue
             tell(f"trying {effect.name} beside {kept}", 0.93)
-            found += [(start.evidence, key, base, start) for start in screen.starts(base, effect)[:1]]
-    for value, key, base, start in sorted(found, key=lambda each: -each[0])[:SWAP_FITS]:
+            swaps += [(start.evidence, key, base, start) for start in screen.starts(base, effect)[:1]]
+    for value, key, base, start in sorted(swaps, key=lambda each: -each[0])[:SWAP_FITS]:
         if value < evidence[best] - max(HOPELESS_DEFICIT, ERROR_OF_LINEAR_GAIN * (evidence[best] - none)):
             break
         point = np.concatenate([base.point, start.point])
@@ -420,20 +420,20 @@ def _without(prediction: Prediction, whitening: Whitening, pair: Fit, name: str)
 
 def _polish(prediction: Prediction, whitening: Whitening, models: dict[Hypothesis, Fit]) -> None:
     """Where a pair went further than its first effect alone, that goes on from there: a second effect is not paid for a longer way."""
-    pairs = {key: found for key, found in models.items() if len(key) > 1}
-    best = max((found.found.evidence for key, found in models.items() if len(key) == 1), default=0.0)
+    pairs = {key: model for key, model in models.items() if len(key) > 1}
+    best = max((model.likelihood.evidence for key, model in models.items() if len(key) == 1), default=0.0)
     for key, base in list(models.items()):
         further = [pair for pair in pairs.values() if {p.name for p in base.parameters} <= {p.name for p in pair.parameters}]
-        if len(key) > 1 or not further or base.found.evidence < best - HOPELESS_DEFICIT:
+        if len(key) > 1 or not further or base.likelihood.evidence < best - HOPELESS_DEFICIT:
             continue
-        values = max(further, key=lambda pair: pair.found.evidence).values
+        values = max(further, key=lambda pair: pair.likelihood.evidence).values
         start = np.array([p.place(float(values[p.name])) for p in base.parameters])
         again = fit(prediction, whitening, base.parameters, start, base.on, fixed=base.fixed)
-        if again is not None and again.found.log > base.found.log:
+        if again is not None and again.likelihood.log > base.likelihood.log:
             models[key] = again
 
 
-def _must(found: Fit | None) -> Fit:
-    if found is None:
+def _must(fitted: Fit | None) -> Fit:
+    if fitted is None:
         raise SimulationError(NO_RUN)
-    return found
+    return fitted

@@ -88,18 +88,18 @@ def _size(structural: Mapping[str, float], features: Features, constants: Consta
 
 def features(comparison: Comparison) -> Features:
     whitening, reference = comparison.whitening, comparison.recalibrated.predicted
-    base, levels = comparison.recalibrated.found.evidence, whitening.levels
+    base, levels = comparison.recalibrated.likelihood.evidence, whitening.levels
     before, after = squares(whitening, comparison.set_up.predicted), squares(whitening, reference)
     return Features(
         nominal={c: before[c].structural / levels[c] ** 2 for c in levels},
         recalibrated={c: after[c].structural / levels[c] ** 2 for c in levels},
         floor={c: after[c].floor / levels[c] ** 2 for c in levels},
         unsure={c: after[c].unsure / levels[c] ** 2 for c in levels},
-        irregular={c: found.square * found.share / levels[c] ** 2 for c, found in comparison.noise.irregular.items()},
-        irregular_share={c: found.share for c, found in comparison.noise.irregular.items()},
-        exact=comparison.set_up.found.evidence - base,
-        gain={on: found.found.evidence - base for on, found in comparison.models.items()},
-        left={on: structural_share(whitening, found.predicted, reference) for on, found in comparison.models.items()},
+        irregular={c: comes.square * comes.share / levels[c] ** 2 for c, comes in comparison.noise.irregular.items()},
+        irregular_share={c: comes.share for c, comes in comparison.noise.irregular.items()},
+        exact=comparison.set_up.likelihood.evidence - base,
+        gain={on: fit.likelihood.evidence - base for on, fit in comparison.models.items()},
+        left={on: structural_share(whitening, fit.predicted, reference) for on, fit in comparison.models.items()},
     )
 
 

@@ -41,13 +41,13 @@ def samples_of(prediction: Prediction, place: int) -> dict[str, FloatArray]:
     """What a sample of a trial can be told by: its inputs, phase, time, and what its trial was run at."""
     trial = prediction.experiment.trials[place]
     size = trial.times.size
-    found = {name: column for name, column in trial.inputs.items()}
+    coordinates = {name: column for name, column in trial.inputs.items()}
     period = cycle_time(prediction, place)
     if math.isfinite(period):
-        found[PHASE] = np.mod(trial.times / period, 1.0)
-    found["time"] = trial.times
-    found.update({name: np.full(size, value) for name, value in trial.values.items()})
-    return found
+        coordinates[PHASE] = np.mod(trial.times / period, 1.0)
+    coordinates["time"] = trial.times
+    coordinates.update({name: np.full(size, value) for name, value in trial.values.items()})
+    return coordinates
 
 
 def locate(prediction: Prediction, gap: FloatArray) -> Location:

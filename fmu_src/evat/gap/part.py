@@ -40,7 +40,7 @@ class Part:
         """A fit to the whole as it stands here."""
         predicted, slopes = whole.predicted[self.rows], whole.slopes[self.rows]
         sums = whitening.sums(predicted, slopes)
-        return replace(whole, predicted=predicted, slopes=slopes, sums=sums, found=likelihood(whitening, sums, whole.point))
+        return replace(whole, predicted=predicted, slopes=slopes, sums=sums, likelihood=likelihood(whitening, sums, whole.point))
 
 
 def part_of(prediction: Prediction) -> Part | None:

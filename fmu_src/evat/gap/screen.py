@@ -95,7 +95,7 @@ class Screen:
                 low, high = max(variable.min, variable.neutral / 10), min(variable.max, variable.neutral * 10)
                 unknown.append(Parameter(variable.name, variable.unit, variable.neutral, math.log(high / low) / 4, low, high, True))
                 spreads = self._spreads(base, effect, unknown, strengths, neutral)
-        design, found = _design(unknown), list[Start]()
+        design, starts = _design(unknown), list[Start]()
         reach = self._reach(strengths, spreads, design.shape[0])
         design = np.repeat(design, reach.size // design.shape[0], axis=0)
         lanes = self._lanes(base, effect, unknown, design, reach, strengths, neutral, spreads)
@@ -117,14 +117,14 @@ class Screen:
             )
             if not all(math.isfinite(parameter.sd) and parameter.sd > 0 for parameter in parameters):
                 continue
-            evidence, _ = linear(self.whitening, sums, start, parameters[:width], 1, base.found)
+            evidence, _ = linear(self.whitening, sums, start, parameters[:width], 1, base.likelihood)
             rows.append((evidence, shape, sums, start, parameters, own))
         for _, shape, sums, start, parameters, own in sorted(rows, key=lambda each: -each[0])[:CLOSER]:
             evidence, point = linear(self.whitening, sums, start, parameters[:width])
-            found.append(
+            starts.append(
                 Start(effect, parameters, np.concatenate([point[fitted:], shape]), evidence, slopes[:, [column - fitted for column in own]])
             )
-        return sorted(found, key=lambda start: -start.evidence)
+        return sorted(starts, key=lambda start: -start.evidence)
 
     def _reach(self, strengths: Sequence[Variable], spreads: Mapping[str, FloatArray], rows: int) -> FloatArray:
         """Where amplitudes are tried, in their prior standard deviations: (G,) or, for one that need not be linear, several for each
@@ -148,7 +148,7 @@ class Screen:
         design, without = _design(unknown), self.probe.one(base.values, base.on)
         shape = {p.name: np.array([p.value(float(u)) for u in design[:, place]]) for place, p in enumerate(unknown)}
         channels = [self.probe.places(channel) for channel in self.probe.channels]
-        found = dict[str, FloatArray]()
+        spreads = dict[str, FloatArray]()
         for variable in strengths:
 
             def sizes(amplitudes: FloatArray, rows: npt.NDArray[np.intp], variable: Variable = variable) -> FloatArray:
@@ -159,9 +159,9 @@ class Screen:
                 return rms
 
             least = self.scales.amplitude(variable) * SMALLEST
-            found[variable.name] = _spreads_of(sizes, least, variable.max - variable.neutral, design.shape[0])
-        self._probed[key] = found
-        return found
+            spreads[variable.name] = _spreads_of(sizes, least, variable.max - variable.neutral, design.shape[0])
+        self._probed[key] = spreads
+        return spreads
 
     def _lanes(
         self,
@@ -193,7 +193,7 @@ def _spreads_of(sizes: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray],
 
     sizes : of responses to amplitudes in some of the rows; from small to large, since what is too large may be slow to simulate.
     """
-    amplitude, found = np.full(rows, min(least, most)), np.full(rows, np.nan)
+    amplitude, spreads = np.full(rows, min(least, most)), np.full(rows, np.nan)
     low, high = np.zeros(rows), np.full(rows, np.inf)  # amplitudes that are known to do less and more than what is plausible
     going = np.arange(rows)
     for _ in range(PROBES):
@@ -204,7 +204,7 @@ def _spreads_of(sizes: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray],
         first = shows & ~less & ~(low[going] > 0)  # too large, and nothing smaller is known to show
         with np.errstate(divide="ignore", invalid="ignore"):
             wanted = tried * PLAUSIBLE / size
-        found[going] = np.where(less | first, np.minimum(wanted, 10 * tried), found[going])
+        spreads[going] = np.where(less | first, np.minimum(wanted, 10 * tried), spreads[going])
         below = np.isfinite(size) & (size <= PLAUSIBLE)
         low[going] = np.where(below, tried, low[going])
         high[going] = np.where(below, high[going], tried)
@@ -216,7 +216,7 @@ def _spreads_of(sizes: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray],
         going = going[~near & (amplitude[going] != tried)]
         if not going.size:
             break
-    return found
+    return spreads
 
 
 def linear(
@@ -232,10 +232,10 @@ def linear(
     first = point.size - len(parameters)
     bounds = np.array([[p.within(-OUTERMOST), p.within(OUTERMOST)] for p in parameters]).reshape(-1, 2).T
     free = np.ones(sums.grams.shape[-1])
-    found = like
+    discrepancy = like
     for _ in range(rounds):
-        found = likelihood(whitening, sums, point, like=found)
-        step = np.where(free[: point.size] > 0, found.step, 0.0)
+        discrepancy = likelihood(whitening, sums, point, like=discrepancy)
+        step = np.where(free[: point.size] > 0, discrepancy.step, 0.0)
         wanted = point[first:] + step[first:]
         step[first:] = np.clip(wanted, *bounds) - point[first:]
         point = point + step

@@ -60,11 +60,11 @@ def smallest_place(energy: FloatArray, columns: Mapping[str, FloatArray], turnin
     if total <= 0:
         return [({}, 0.0)]
     energy = energy / total
-    found = sorted(_places(energy, columns, turning), key=lambda place: place[0])
-    if not found or found[0][0] > (SHARE_HELD - CONCENTRATION) * energy.size:
+    regions = sorted(_places(energy, columns, turning), key=lambda place: place[0])
+    if not regions or regions[0][0] > (SHARE_HELD - CONCENTRATION) * energy.size:
         return [({}, 1.0)]
     shares = []
-    for box in found[0][1]:
+    for box in regions[0][1]:
         inside = np.ones(energy.size, dtype=bool)
         for name, bounds in box.items():
             inside &= within(columns[name], bounds)
@@ -155,7 +155,7 @@ def _rectangle(first: _Axis, second: _Axis, energy: FloatArray) -> tuple[float, 
     best: tuple[float, tuple[int, int], tuple[int, int]] | None = None
     for begin in range(shape[0]):
         for end in range(begin + 1, (begin + shape[0] if first.turns else shape[0]) + 1):
-            found = _window(rows[0][end] - rows[0][begin], rows[1][end] - rows[1][begin], SHARE_HELD, second.turns)
-            if found is not None and (best is None or found[0] < best[0]):
-                best = found[0], (begin, end), (found[1], found[2])
+            window = _window(rows[0][end] - rows[0][begin], rows[1][end] - rows[1][begin], SHARE_HELD, second.turns)
+            if window is not None and (best is None or window[0] < best[0]):
+                best = window[0], (begin, end), (window[1], window[2])
     return best

@@ -72,8 +72,8 @@ def irregular(rows: Sequence[FloatArray], steps: Sequence[float]) -> BurstsAndLi
     if total <= 0:
         return BurstsAndLines()
     in_bursts = sum(float(np.sum(row[bursts(row)] ** 2)) for row in rows)
-    found = [(*lines(row), row.size, step, float(row @ row)) for row, step in zip(rows, steps, strict=True)]
-    in_lines = sum(share * square for share, *_, square in found)
-    _, above, place, size, step, _ = max(found, key=lambda line: line[1])
+    line_of_row = [(*lines(row), row.size, step, float(row @ row)) for row, step in zip(rows, steps, strict=True)]
+    in_lines = sum(share * square for share, *_, square in line_of_row)
+    _, above, place, size, step, _ = max(line_of_row, key=lambda line: line[1])
     frequency = place / ((size - 1) * step) if above > LINE else 0.0
     return BurstsAndLines(total / sum(row.size for row in rows), in_bursts / total, in_lines / total, frequency)

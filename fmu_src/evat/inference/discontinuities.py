@@ -36,19 +36,19 @@ class Discontinuities:
         """Innovations (L - lags, p) of unit variance where the errors beside jumps are counted in."""
         if not self._blocks:
             return innovations
-        found = innovations.copy()
+        white = innovations.copy()
         for at, block in self._blocks:
-            found[at] = block @ innovations[at]
-        return found
+            white[at] = block @ innovations[at]
+        return white
 
 
 def bends(predicted: FloatArray) -> FloatArray:
     """Second differences that stand out from those around them: a curve is no jump."""
-    found = np.zeros(predicted.size)
+    excess = np.zeros(predicted.size)
     if predicted.size > 2:
         second = np.diff(predicted, 2)
-        found[1:-1] = np.abs(second - median_filter(second, CURVE))
-    return found
+        excess[1:-1] = np.abs(second - median_filter(second, CURVE))
+    return excess
 
 
 def _blocks(error: FloatArray, filter_: FloatArray) -> list[tuple[npt.NDArray[np.intp], FloatArray]]:
@@ -60,7 +60,7 @@ def _blocks(error: FloatArray, filter_: FloatArray) -> list[tuple[npt.NDArray[np
     for run in runs:
         for part in np.array_split(run, -(-run.size // WIDEST)):
             by_width.setdefault(part.size, []).append(part)
-    found = []
+    blocks = []
     for parts in by_width.values():
         at = np.array(parts)
         samples = at[:, :1] + np.arange(at.shape[1] + lost)  # what the innovations of a block see
@@ -68,5 +68,5 @@ def _blocks(error: FloatArray, filter_: FloatArray) -> list[tuple[npt.NDArray[np
         response = np.where((lags >= 0) & (lags <= lost), filter_[np.clip(lags, 0, lost)], 0.0)
         columns = response * error[samples][:, None, :]
         values, vectors = np.linalg.eigh(np.eye(at.shape[1]) + columns @ columns.transpose(0, 2, 1))
-        found.append((at, (vectors / np.sqrt(np.maximum(values, 1.0))[:, None, :]) @ vectors.transpose(0, 2, 1)))
-    return found
+        blocks.append((at, (vectors / np.sqrt(np.maximum(values, 1.0))[:, None, :]) @ vectors.transpose(0, 2, 1)))
+    return blocks

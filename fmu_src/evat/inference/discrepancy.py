@@ -89,5 +89,5 @@ def known(grams: FloatArray, weights: FloatArray) -> FloatArray:
     products = np.einsum("sb,sbij->sij", weights, grams, optimize=True)
     first = products.shape[-1] - BETWEEN
     inner, across = np.eye(BETWEEN) + products[:, first:, first:], products[:, first:, :first]
-    found: FloatArray = (products[:, :first, :first] - across.transpose(0, 2, 1) @ np.linalg.solve(inner, across)).sum(axis=0)
-    return found
+    information: FloatArray = (products[:, :first, :first] - across.transpose(0, 2, 1) @ np.linalg.solve(inner, across)).sum(axis=0)
+    return information

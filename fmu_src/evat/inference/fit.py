@@ -26,7 +26,7 @@ class Look:
 
     point: FloatArray
     sums: Sums
-    found: Likelihood
+    likelihood: Likelihood
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,12 @@ class Fit(Look):
     @property
     def sd(self) -> dict[str, float]:
         """Standard deviation of each fitted value."""
-        spread = np.sqrt(np.diag(self.found.covariance))
+        spread = np.sqrt(np.diag(self.likelihood.covariance))
         return {p.name: p.slope(float(u)) * float(s) for p, u, s in zip(self.parameters, self.point, spread, strict=True)}
 
     def again(self, whitening: Whitening) -> Fit:
         """The same point, judged by what is forgiven now."""
-        return replace(self, found=likelihood(whitening, self.sums, self.point))
+        return replace(self, likelihood=likelihood(whitening, self.sums, self.point))
 
 
 def fit(
@@ -79,8 +79,8 @@ def fit(
             return None
         slopes = np.nan_to_num(slopes)
         sums = whitening.sums(predicted, slopes)
-        found = likelihood(whitening, sums, point, held_out=held_out)
-        return Fit(point, sums, found, tuple(on), tuple(parameters), predicted, slopes, fixed)
+        here = likelihood(whitening, sums, point, held_out=held_out)
+        return Fit(point, sums, here, tuple(on), tuple(parameters), predicted, slopes, fixed)
 
     def keep(point: FloatArray) -> FloatArray:
         return np.array([p.within(float(u)) for p, u in zip(parameters, point, strict=True)])
@@ -105,18 +105,18 @@ def levenberg_marquardt(
         return None
     damping = 0.0
     for _ in range(most_steps):
-        step = likelihood(whitening, best.sums, best.point, damping=damping, held_out=held_out).step if damping else best.found.step
+        step = likelihood(whitening, best.sums, best.point, damping=damping, held_out=held_out).step if damping else best.likelihood.step
         step = step / max(1.0, float(np.max(np.abs(step), initial=0.0)) / 3)  # three prior standard deviations at a time
         point = keep(best.point + step)
         if np.max(np.abs(point - best.point), initial=0.0) < 1e-4:
             break
         tried = look(point)
-        if tried is None or tried.found.log < best.found.log - 1e-9:
+        if tried is None or tried.likelihood.log < best.likelihood.log - 1e-9:
             damping = max(4 * damping, 0.3)
             if damping > 1e3:
                 break
             continue
-        gained = tried.found.log - best.found.log
+        gained = tried.likelihood.log - best.likelihood.log
         best, damping = tried, damping / 4 if damping > 0.1 else 0.0
         if gained < ENOUGH:
             break

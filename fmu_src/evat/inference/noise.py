@@ -91,8 +91,8 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
                     coefficients, *_ = np.linalg.lstsq(basis / _scale(basis), row, rcond=None)
                     slopes.append((coefficients / _scale(basis), basis))
                     fewer = np.sqrt(row.size / (row.size - BETWEEN))  # numbers than samples, once these were fitted
-                    shown = predicted[prediction.segments[place].at][at]
-                    left[place] = without_jumps(fewer * (row - basis / _scale(basis) @ coefficients), shown)
+                    own_prediction = predicted[prediction.segments[place].at][at]
+                    left[place] = without_jumps(fewer * (row - basis / _scale(basis) @ coefficients), own_prediction)
         irregulars[channel] = irregular(list(left.values()), [_step(prediction, place) for place in left])
         if left:
             filters[channel] = _of_repeats(left, own.values(), sizes)

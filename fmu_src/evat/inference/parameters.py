@@ -32,8 +32,8 @@ class Parameter:
     logarithmic: bool = False
 
     def value(self, u: float) -> float:
-        found = self.mean * math.exp(self.sd * u) if self.logarithmic else self.mean + self.sd * u
-        return min(max(found, self.low), self.high)
+        value = self.mean * math.exp(self.sd * u) if self.logarithmic else self.mean + self.sd * u
+        return min(max(value, self.low), self.high)
 
     def slope(self, u: float) -> float:
         """d value / d u."""
@@ -56,7 +56,7 @@ def nominal_parameters(model: Model, experiment: Experiment) -> tuple[Parameter,
         experiment.means.values if experiment.means is not None else ()
     )
     off = {v.name for effect in model.effects if effect.name not in experiment.nominal.effects for v in effect.variables}
-    found = []
+    parameters = []
     for variable in model.variables:
         value = experiment.nominal.values.get(variable.name)
         share = experiment.nominal.relative_sd.get(variable.name, experiment.nominal.default_relative_sd)
@@ -64,12 +64,12 @@ def nominal_parameters(model: Model, experiment: Experiment) -> tuple[Parameter,
             continue
         if variable.name in set_by_trials or variable.name in off or share == 0 or value == 0:
             continue
-        found.append(
+        parameters.append(
             Parameter(variable.name, variable.unit, float(value), share, variable.min, variable.max, True)
             if value > 0 and variable.min >= 0
             else Parameter(variable.name, variable.unit, float(value), share * abs(value), variable.min, variable.max)
         )
-    return tuple(found)
+    return tuple(parameters)
 
 
 def form_parameters(model: Model, experiment: Experiment) -> tuple[Parameter, ...]:

@@ -94,7 +94,7 @@ class Prediction:
                 rows.setdefault(segment.channel, []).append(column[segment.at])
         return rows
 
-    def shown(self, output: str) -> str:
+    def variable_of(self, output: str) -> str:
         """The model's variable that stands for a measured output."""
         head, tail = ("mean_", output[5:]) if output.startswith("mean_") else ("", output)
         sensor = f"{head}measured_{tail}"
@@ -109,13 +109,13 @@ class Prediction:
     @cached_property
     def alike(self) -> dict[int, bytes]:
         """What each trial runs along: repeats that share inputs, clock and values are run once."""
-        found = {}
+        digests = {}
         for place, trial in enumerate(self.experiment.trials):
             digest = hashlib.sha256(repr((sorted(trial.values.items()), list(trial.inputs), list(trial.outputs))).encode())
             for column in (trial.times, *trial.inputs.values()):
                 digest.update(np.ascontiguousarray(column).tobytes())
-            found[place] = digest.digest()
-        return found
+            digests[place] = digest.digest()
+        return digests
 
     def many(self, values: Values | None = None, on: Sequence[str] = ()) -> FloatArray:
         """Predictions of K value sets: (K, N), nan where a set fails; K = 1 where no value is an array.
@@ -161,17 +161,17 @@ class Prediction:
         count = max([np.size(value) for value in values.values() if np.ndim(value) == 1], default=1)
 
         def of_trial(trial: Trial) -> FloatArray:
-            run = Run(trial.times, trial.inputs, tuple(self.shown(channel) for channel in trial.outputs))
+            run = Run(trial.times, trial.inputs, tuple(self.variable_of(channel) for channel in trial.outputs))
             rows = self.model.simulate_many(run, effects, self._own(values, trial.values))
             return np.concatenate([np.broadcast_to(rows[name], (count, trial.times.size)) for name in run.outputs], axis=1)
 
         with ThreadPoolExecutor(self.threads) as pool:
             once = dict(zip(self.alike.values(), self.experiment.trials, strict=True))
             rows = dict(zip(once, pool.map(of_trial, once.values()), strict=True))
-        found = [rows[key] for key in self.alike.values()]
+        blocks = [rows[key] for key in self.alike.values()]
         if self.experiment.means is not None:
-            found.append(self._means(self.experiment.means, effects, values, count))
-        return np.concatenate(found, axis=1)
+            blocks.append(self._means(self.experiment.means, effects, values, count))
+        return np.concatenate(blocks, axis=1)
 
     def one(self, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()) -> FloatArray:
         """Prediction of one value set, (N,)."""
@@ -222,6 +222,6 @@ class Prediction:
         rows = len(means.conditions)
         sets = {name: np.repeat(value, rows) if np.ndim(value) == 1 else value for name, value in self._own(values, {}).items()}
         sets.update({name: np.tile(column, count) for name, column in means.values.items()})
-        names = {channel: self.shown(channel) for channel in means.outputs}
-        found = self.model.settled(tuple(dict.fromkeys(names.values())), effects, sets)
-        return np.concatenate([found[name].reshape(count, rows) for name in names.values()], axis=1)
+        names = {channel: self.variable_of(channel) for channel in means.outputs}
+        settled = self.model.settled(tuple(dict.fromkeys(names.values())), effects, sets)
+        return np.concatenate([settled[name].reshape(count, rows) for name in names.values()], axis=1)

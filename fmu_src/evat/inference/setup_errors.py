@@ -57,11 +57,11 @@ class SetupErrors:
         if not any(np.any(np.asarray(values.get(name, 0.0)) != 0) for name in self.names):
             return rows
         count = max(rows.shape[0], *(np.size(values.get(name, 0.0)) for name in self.names)) if rows.shape[0] == 1 else rows.shape[0]
-        shown = np.repeat(rows, count // max(rows.shape[0], 1), axis=0) if rows.shape[0] != count else rows.copy()
+        recorded = np.repeat(rows, count // max(rows.shape[0], 1), axis=0) if rows.shape[0] != count else rows.copy()
         for recording in self._recordings:
             gain, zero, clock = (self._value(recording.channel, kind, values) for kind in (GAIN, ZERO, CLOCK))
-            shown[:, recording.at] = (1 + gain) * _shifted(rows[:, recording.at], recording.times, clock) + zero
-        return shown
+            recorded[:, recording.at] = (1 + gain) * _shifted(rows[:, recording.at], recording.times, clock) + zero
+        return recorded
 
     def slopes(self, row: FloatArray, name: str, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
         """Derivative (N,) of the prediction to one of `names`; row : (N,), of the model alone."""

@@ -115,12 +115,12 @@ class Whitening:
         self.least = self.least + size**2 * self.unexplained[length]
 
     def _grouped(self) -> tuple[Group, ...]:
-        found: dict[tuple[object, str], list[int]] = {}
+        by_run: dict[tuple[object, str], list[int]] = {}
         for place, segment in enumerate(self.prediction.segments):  # of means, rows of one condition are replicates
             key = self.prediction.alike[segment.trial] if segment.trial >= 0 else segment.condition
-            found.setdefault((key, segment.channel), []).append(place)
+            by_run.setdefault((key, segment.channel), []).append(place)
         groups = []
-        for (_, channel), members in found.items():
+        for (_, channel), members in by_run.items():
             first = self.prediction.segments[members[0]]
             cycles = 1.0
             if first.trial >= 0:
@@ -131,21 +131,21 @@ class Whitening:
 
     def _levels(self) -> dict[str, float]:
         """Root mean square of each channel."""
-        found = {}
+        levels = {}
         for channel in dict.fromkeys(group.channel for group in self.groups):
             whole = np.concatenate([self.prediction.measured[s.at] for s in self.prediction.segments if s.channel == channel])
-            found[channel] = float(np.sqrt(np.mean(whole**2))) + 1e-12  # of a dead channel, too, something can be divided by it
-        return found
+            levels[channel] = float(np.sqrt(np.mean(whole**2))) + 1e-12  # of a dead channel, too, something can be divided by it
+        return levels
 
     def _means(self, predicted: FloatArray) -> list[FloatArray]:
         """Mean of the repeats of each group; a sample that is far off where the others are not counts no more than a far one."""
-        found = []
+        means = []
         for group in self.groups:
             rows = np.array([self.prediction.measured[self.prediction.segments[place].at] for place in group.members])
             if len(rows) > 1 and group.at.stop - group.at.start > 1:
                 rows = _without_outliers(rows, predicted[group.at])
-            found.append(np.asarray(rows.mean(axis=0), dtype=np.float64))
-        return found
+            means.append(np.asarray(rows.mean(axis=0), dtype=np.float64))
+        return means
 
     def _jumps_of(self, group: Group, predicted: FloatArray) -> Discontinuities:
         """The mean of repeats is as wrong beside a jump as each of them."""
@@ -193,16 +193,16 @@ class Whitening:
 
     def residual(self, predicted: FloatArray, place: int) -> FloatArray:
         """Mean measured minus predicted (N,) of a group."""
-        found: FloatArray = self.means[place] - predicted[self.groups[place].at]
-        return found
+        residual: FloatArray = self.means[place] - predicted[self.groups[place].at]
+        return residual
 
     def residuals(self, predicted: FloatArray) -> FloatArray:
         """The same of all groups, (N,), at each of their repeats."""
-        found = np.zeros_like(predicted)
+        residuals = np.zeros_like(predicted)
         for place, group in enumerate(self.groups):
             for member in group.members:
-                found[self.prediction.segments[member].at] = self.residual(predicted, place)
-        return found
+                residuals[self.prediction.segments[member].at] = self.residual(predicted, place)
+        return residuals
 
     def sums(self, predicted: FloatArray, slopes: FloatArray) -> Sums:
         """predicted (N,), slopes (N, p)."""
@@ -220,12 +220,12 @@ class Whitening:
 
     @cached_property
     def unexplained(self) -> FloatArray:
-        found = np.zeros((len(CORRELATION_SAMPLES), *self.counts.shape))
+        variance = np.zeros((len(CORRELATION_SAMPLES), *self.counts.shape))
         for place, group in enumerate(self.groups):
             ratio = (self.levels[group.channel] / self.noise.sizes[group.members[0]]) ** 2 * len(group.members) * self.jumps[place].share
             length = group.at.stop - group.at.start
             if length == 1:
-                found[:, place, 0] = ratio
+                variance[:, place, 0] = ratio
                 continue
             filter_ = self._filter_of(group)
             length -= filter_.size - 1
@@ -238,15 +238,15 @@ class Whitening:
                 spectrum = (1 - rho**2) / (1 - 2 * rho * np.cos(omega) + rho**2) * gain * ratio
                 for band, (rows, _) in self._bands[place].items():
                     factor = 1.0 if not periodic else (1 - APERIODIC) / share if self._harmonic[band] else APERIODIC / (1 - share)
-                    found[row, place, band] = spectrum[rows].mean() * factor
-        return np.asarray(np.cumsum(found, axis=0) / np.arange(1, len(found) + 1)[:, None, None], dtype=np.float64)
+                    variance[row, place, band] = spectrum[rows].mean() * factor
+        return np.asarray(np.cumsum(variance, axis=0) / np.arange(1, len(variance) + 1)[:, None, None], dtype=np.float64)
 
 
 def _spectrum(white: FloatArray) -> npt.NDArray[np.complex128]:
     """Fourier coefficients of columns (L, p), with the numbers that the negative frequencies repeat counted in."""
-    found = np.fft.rfft(np.ascontiguousarray(white.T), norm="ortho").T
-    found[1 : (white.shape[0] + 1) // 2] *= np.sqrt(2)
-    return np.asarray(found)
+    coefficients = np.fft.rfft(np.ascontiguousarray(white.T), norm="ortho").T
+    coefficients[1 : (white.shape[0] + 1) // 2] *= np.sqrt(2)
+    return np.asarray(coefficients)
 
 
 def _without_outliers(rows: FloatArray, predicted: FloatArray) -> FloatArray:
