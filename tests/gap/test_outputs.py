@@ -17,6 +17,7 @@ from evat.experiment.write import write_experiment
 from evat.gap.answer import Diagnosis
 from evat.gap.compare import Comparison
 from evat.gap.report import OutputError, corrected, explain, fmu_run, output, sentence, write_diagnosis
+from evat.inference.constants import CONSTANTS
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.noise import estimate_noise
 from evat.inference.prediction import Prediction
@@ -255,7 +256,6 @@ def test_long_records_are_cut_for_the_fmu(
 ) -> None:
     answer, comparison = outcome
     write_diagnosis(answer, comparison, tmp_path / "out")
-    monkeypatch.setattr(fmu_run, "MOST_SAMPLES", 100)
     followed, simulate = list[int](), FmuModel.simulate
 
     def counted(self: FmuModel, run: Run, on: Any, values: Any) -> Any:
@@ -264,7 +264,8 @@ def test_long_records_are_cut_for_the_fmu(
 
     monkeypatch.setattr(FmuModel, "simulate", counted)
     ssv, chosen = tmp_path / "out" / "corrected.ssv", comparison.models[Hypothesis((EFFECT,))]
-    run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, ())
+    with CONSTANTS.replaced(fmu_samples=100):
+        run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, ())
     assert (run.samples, run.runs, run.conditions) == (100, 1, ("slow",))
     assert followed == [100]
     assert run.left_out == ("middle", "fast", "fastest")

@@ -10,7 +10,7 @@ import evat.gap
 import numpy as np
 import pytest
 from evat.gap import diagnose
-from evat.gap.portion import MOST_SAMPLES
+from evat.inference.constants import CONSTANTS
 from evat.native import kernel
 from toy import Toy, measured
 
@@ -126,5 +126,5 @@ def test_a_long_record_is_cut_and_said_to_be() -> None:
     )
     answer = diagnose(replace(short, trials=trials), Toy())
     assert [effect.name for effect in answer.effects] == ["bend"]
-    assert any(f"only the first {MOST_SAMPLES // 4} samples" in note for note in answer.cannot_tell)
+    assert any(f"only the first {CONSTANTS.diagnosed_samples // 4} samples" in note for note in answer.cannot_tell)
     assert not any("only the first" in note for note in diagnose(short, Toy()).cannot_tell)

@@ -13,7 +13,8 @@ from evat.gap.compare import compare
 from evat.identification import Settings, identify
 from evat.identification.objective import Kind
 from evat.inference.autoregression import WHITE, autoregression, impulse_response
-from evat.inference.checks import OPPOSED, UNIT, opposed, unit_ratio
+from evat.inference.checks import opposed, unit_ratio
+from evat.inference.constants import CONSTANTS
 from evat.inference.generalised_least_squares import Whitener
 from evat.inference.noise import estimate_noise, repeatability
 from evat.inference.prediction import Prediction
@@ -127,9 +128,9 @@ def test_checks_have_one_threshold() -> None:
     simulated = np.sin(TIMES)
     assert opposed(-simulated, simulated) == pytest.approx(-1.0)
     assert opposed(simulated + rng.standard_normal(TIMES.size), simulated) is None
-    assert OPPOSED < 0
+    assert CONSTANTS.opposed_correlation < 0
     assert unit_ratio(1e3 * simulated, simulated) == pytest.approx(1e3)
-    assert unit_ratio(UNIT / 2 * simulated, simulated) is None
+    assert unit_ratio(CONSTANTS.wrong_unit_ratio / 2 * simulated, simulated) is None
     turned = experiment(trial(TO_AND_FRO, measured=-FORCE), nominal=TRUTH)
     with pytest.raises(ExperimentError, match="turn the sign"):
         identify(turned, MODEL, ["F_C"], QUICK)

@@ -23,13 +23,12 @@ from evat.gap.gates import gates
 from evat.gap.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, judge
 from evat.gap.location import Location, locate
 from evat.gap.portion import portion
+from evat.inference.constants import CONSTANTS
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import smoothed_inputs
 from evat.inference.setup_errors import by_channel
 from evat.model import Model
 
-HELD_OUT_MODELS, HELD_OUT_ROUNDS = 2, 3  # of the likeliest, how many are tried on held-out conditions, and how often others follow
-WORTH_TELLING = 0.1  # of what repeats do not share: bursts and lines
 Report = Callable[[str, float], None]
 
 __all__ = ["Comparison", "Diagnosis", "diagnose", "diagnose_with"]
@@ -133,8 +132,10 @@ def _judged(comparison: Comparison, held: HeldOut, known: Constants) -> Judgemen
     """The likeliest models are also tried on conditions that no fit saw, until those that lead have been."""
     seen = features(comparison)
     judgement = judge(seen, known)
-    for _ in range(HELD_OUT_ROUNDS):
-        leaders = sorted((on for on in judgement.probabilities if on), key=lambda on: -judgement.probabilities[on])[:HELD_OUT_MODELS]
+    for _ in range(CONSTANTS.held_out_rounds):
+        leaders = sorted((on for on in judgement.probabilities if on), key=lambda on: -judgement.probabilities[on])[
+            : CONSTANTS.held_out_models
+        ]
         new = [on for on in leaders if on not in seen.doubts]
         if not new or comparison.audit.refused:
             break
@@ -222,7 +223,7 @@ def _missing(comparison: Comparison) -> tuple[str, ...]:
     notes += [f"{name}: it changes nothing that was measured here" for name in comparison.silent if name not in comparison.unfed]
     notes += [f"{name}: {', '.join(inputs)} was not recorded" for name, inputs in comparison.unfed.items()]
     for channel, comes in comparison.noise.irregular.items():
-        if comes.share > WORTH_TELLING:
+        if comes.share > CONSTANTS.notable_irregularity:
             where = f", the strongest line at {comes.frequency:.4g} Hz" if comes.frequency else ""
             notes.append(f"{channel}: {comes.share:.0%} of what repeats do not share is no noise but bursts or lines{where}")
     if not comparison.noise.repeated:

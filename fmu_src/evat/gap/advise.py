@@ -11,12 +11,10 @@ import numpy as np
 
 from evat.experiment import Experiment, Means, Trial
 from evat.gap.compare import Comparison
+from evat.inference.constants import CONSTANTS
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
 from evat.model import EvatError, FloatArray
-
-FACTORS = (0.25, 0.5, 2.0, 4.0)  # of what has been measured: inputs as a whole, or a value of the condition
-OUTPUT_SAMPLES = 1500
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ def _options(comparison: Comparison, experiment: Experiment) -> list[tuple[dict[
     bounds = {variable.name: variable for variable in comparison.prediction.model.variables}
     for trial in experiment.trials[:1]:
         for name in sorted({*trial.inputs, *trial.values}):
-            for factor in FACTORS:
+            for factor in CONSTANTS.next_experiment_factors:
                 other = _scaled(trial, name, factor, bounds[name].min, bounds[name].max)
                 if other is not None:
                     size = other.values[name] if name in other.values else float(np.sqrt(np.mean(other.inputs[name] ** 2)))
@@ -60,7 +58,7 @@ def _options(comparison: Comparison, experiment: Experiment) -> list[tuple[dict[
     means = experiment.means
     if means is not None:
         for name, column in means.values.items():
-            for factor in FACTORS:
+            for factor in CONSTANTS.next_experiment_factors:
                 row = {other: values[:1] for other, values in means.values.items()} | {name: column[:1] * factor}
                 if bounds[name].min <= float(row[name][0]) <= bounds[name].max:
                     outputs = {channel: values[:1] for channel, values in means.outputs.items()}
@@ -70,7 +68,7 @@ def _options(comparison: Comparison, experiment: Experiment) -> list[tuple[dict[
 
 
 def _scaled(trial: Trial, name: str, factor: float, low: float, high: float) -> Trial | None:
-    cut = trial.head(OUTPUT_SAMPLES)
+    cut = trial.head(CONSTANTS.next_experiment_samples)
     if name in trial.values:
         value = trial.values[name] * factor
         return replace(cut, values={**trial.values, name: value}) if low <= value <= high and value != 0 else None

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.inference.autoregression import impulse_response
+from evat.inference.constants import CONSTANTS
 from evat.inference.noise import differing
 from evat.inference.whitening import Whitening
 from evat.model import FloatArray
-
-UNSURE = 0.02  # of the noise floor: no structural square is known better
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,7 @@ def structural_share(whitening: Whitening, predicted: FloatArray, reference: Flo
     """The structural mean square that one prediction leaves, in that of another; channels weighed by their rms. A channel in which the
     other leaves nothing but noise has no say, unless all are so."""
     left, before, levels = squares(whitening, predicted), squares(whitening, reference), whitening.levels
-    unsure = {channel: UNSURE * own.floor for channel, own in before.items()}
+    unsure = {channel: CONSTANTS.noise_floor_error * own.floor for channel, own in before.items()}
     telling = [channel for channel, own in before.items() if own.structural > unsure[channel]] or list(before)
     above, below = (sum((table[c].structural + unsure[c]) / levels[c] ** 2 for c in telling) for table in (left, before))
     return above / below

@@ -15,13 +15,12 @@ from scipy.optimize import minimize
 
 from evat.gap.constants import Constants
 from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Features, judge
+from evat.inference.constants import CONSTANTS
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.model import FloatArray
 
 BY_HYPOTHESIS = ("gain", "left", "held_out", "doubts")  # features that each hypothesis has
-LEAST = 1e-3  # probability, below which a case counts no worse
 POSITIVE = {field.name for field in fields(Constants)} - {"gap_offset", "structure_offset", "unknown_offset"}
-SPREAD = 0.14  # prior sd of each constant about its start, in units of 1 or of its logarithm: simulated cases are not real ones
 
 
 @dataclass(frozen=True)
@@ -83,12 +82,14 @@ def fit_constants(cases: Sequence[CalibrationCase], start: Constants | None = No
         held = {}
         for name, u in zip(names, point, strict=True):
             value = getattr(first, name)
-            held[name] = value * math.exp(SPREAD * u) if name in POSITIVE else value + 2 * SPREAD * u
+            held[name] = (
+                value * math.exp(CONSTANTS.calibration_prior_sd * u) if name in POSITIVE else value + 2 * CONSTANTS.calibration_prior_sd * u
+            )
         return Constants(**held)
 
     def loss(point: FloatArray) -> float:
         held = constants(point)
-        each = np.array([-math.log(max(probability(case, held), LEAST)) for case in cases])
+        each = np.array([-math.log(max(probability(case, held), CONSTANTS.least_calibrated_probability)) for case in cases])
         return float(weights @ each) + 0.5 * float(point @ point) / len(cases)
 
     optimum = minimize(loss, np.zeros(len(names)), method="Powell", options={"maxiter": 20, "xtol": 0.02, "ftol": 1e-4})

@@ -10,14 +10,9 @@ import numpy as np
 
 from evat.gap.budget import squares
 from evat.gap.compare import Comparison
+from evat.inference.constants import CONSTANTS
 from evat.inference.fit import Fit, fit
 from evat.model import BoolArray, FloatArray
-
-FEWEST = 3  # conditions, below which none can be held out
-DRAWS = 1000
-SEED = 20240229
-WORSE = 1.1  # times the rms without the effect: a held-out condition that is made worse
-ROUNDING = 0.03  # of the noise floor, which is not known any better: a gap of less is none
 
 
 @dataclass(frozen=True)
@@ -34,7 +29,7 @@ class Closure:
 
 def held_out_conditions(conditions: Sequence[str]) -> tuple[str, ...]:
     """Every third, neither the first nor the last where that can be."""
-    return tuple(conditions[1::3]) if len(conditions) >= FEWEST else ()
+    return tuple(conditions[1::3]) if len(conditions) >= CONSTANTS.fewest_conditions else ()
 
 
 class HeldOut:
@@ -61,7 +56,7 @@ class HeldOut:
             return math.nan, (math.nan, math.nan)
         rows = self._rows(chosen)
         share = _share(rows.sum(axis=0))
-        draws = np.random.default_rng(SEED).integers(len(rows), size=(DRAWS, len(rows)))
+        draws = np.random.default_rng(CONSTANTS.bootstrap_seed).integers(len(rows), size=(CONSTANTS.bootstrap_draws, len(rows)))
         spread = np.array([_share(rows[draw].sum(axis=0)) for draw in draws])
         low, high = np.nanquantile(spread, [0.05, 0.95]) if np.any(np.isfinite(spread)) else (np.nan, np.nan)
         return share, (float(low), float(high))
@@ -80,7 +75,7 @@ class HeldOut:
         rows, conditions = self._rows(chosen), self._conditions()
         for condition in self.conditions:
             before, after, floor, size = rows[[own == condition for own in conditions]].sum(axis=0)
-            if after > WORSE**2 * before and after - before > 2 * ROUNDING * floor:
+            if after > CONSTANTS.worse_condition**2 * before and after - before > 2 * CONSTANTS.noise_floor_rounding * floor:
                 worse[condition] = math.sqrt(before / size), math.sqrt(after / size)
         return worse
 
@@ -144,4 +139,4 @@ def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: S
 
 def _share(sums: FloatArray) -> float:
     before, after, floor, _ = sums
-    return float((before - after) / (before - floor)) if before > (1 + ROUNDING) * floor else float("nan")
+    return float((before - after) / (before - floor)) if before > (1 + CONSTANTS.noise_floor_rounding) * floor else float("nan")

@@ -11,6 +11,7 @@ from scipy.stats import qmc
 from evat.gap.audit import Audit, audit
 from evat.gap.part import part_of
 from evat.gap.screen import Screen, Start, linear
+from evat.inference.constants import CONSTANTS
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, Look, fit, levenberg_marquardt
 from evat.inference.hypothesis import NOMINAL, Hypothesis
@@ -21,23 +22,7 @@ from evat.inference.whitening import Whitening
 from evat.model import Effect, FloatArray, Model, SimulationError
 from evat.required_inputs import KINEMATICS
 
-LINEARISATIONS = 3  # of the shapes of the base law, at most
-LINEAR_STEP, LINEAR_WITHIN = 0.3, 1.0  # prior standard deviations: of the difference, and how far it counts
-FROZEN_STEPS = 5  # of a first fit of an effect alone, slopes of the nominal parameters held
-FITTED_TO_ALL = {1: 5, 2: 3}  # of one and of two effects, how many of those that were fitted to a part
-FINISHING_STEPS = 4  # of a fit that begins where that to a part ended
-FULL_FITS = 6  # singles that are fitted with all parameters
-LEFT = 0.005  # of the rms: where recalibration leaves less, other base laws are not tried
-LAW_STARTS, LAW_STEPS = 32, 40
-PAIRS_FROM, PAIR_FITS = 4, 3
-ERROR_OF_LINEAR_GAIN = 0.3  # of what the best model gains: as far may a gain by linear sums be off
-SWAPS, SWAP_FITS = 8, 3  # effects that are tried in place of one of the best pair, and those that are fitted
-LEAST_SHARE_OF_GAIN = 0.2  # of the best gain: an effect that gains less where it is taken as linear is not looked at closer
-FORM_ERROR = 0.07  # of the gap that recalibration leaves: what no effect explains any closer, since its form in the world is another
 NO_RUN = "the nominal model does not run on this experiment; simulate it on its own to see why."
-COST_OF_NO_EFFECT = -1.0  # of log evidence: what an effect costs that is not there
-GAIN_OF_A_PAIR = 2.0  # of log evidence: less may be chance
-HOPELESS_DEFICIT = 12.0  # of log evidence: a model that is this far behind is not looked at closer
 
 
 @dataclass(frozen=True)
@@ -82,7 +67,7 @@ def _frozen(prediction: Prediction, whitening: Whitening, base: Fit, start: Star
         sums = whitening.sums(predicted, np.column_stack([base.slopes, np.nan_to_num(slopes)]))
         return Look(point, sums, likelihood(whitening, sums, point))
 
-    return levenberg_marquardt(look, keep, np.concatenate([base.point, start.point]), whitening, FROZEN_STEPS)
+    return levenberg_marquardt(look, keep, np.concatenate([base.point, start.point]), whitening, CONSTANTS.frozen_steps)
 
 
 def _allowed(model: Model, effects: Sequence[str]) -> bool:
@@ -129,7 +114,7 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
         some = part.whitening(whitening, recalibrated.predicted, numerical, by_inputs)
         some.doubt(recalibrated.likelihood.size, recalibrated.likelihood.length)
         base = part.fit(recalibrated, some)
-        some.forgive(FORM_ERROR * base.likelihood.size, base.likelihood.length)
+        some.forgive(CONSTANTS.form_error * base.likelihood.size, base.likelihood.length)
         base = base.again(some)
         tried, rough, silent, unfed = _search(part.prediction, some, base, offered, acting, tell)
         models = _fitted_to_all(prediction, whitening, tried, tell)
@@ -163,12 +148,15 @@ def _fitted_to_all(
 ) -> dict[Hypothesis, Fit]:
     """The best of what was fitted to a part: the likeliest of each size, since evidence of a part favours few effects."""
     ranked = sorted(tried, key=lambda on: -tried[on].likelihood.evidence)
-    chosen = [on for size in (1, 2) for on in [each for each in ranked if len(each) == size][: FITTED_TO_ALL[size]]]
+    singles = [on for on in ranked if len(on) == 1][: CONSTANTS.singles_fitted_to_all]
+    chosen = [*singles, *[on for on in ranked if len(on) == 2][: CONSTANTS.pairs_fitted_to_all]]
     models = dict[Hypothesis, Fit]()
     for place, on in enumerate(chosen):
         tell(f"fitting {' and '.join(on)} to all", 0.94 + 0.01 * place / len(chosen))
         before = tried[on]
-        whole = fit(prediction, whitening, before.parameters, before.point, before.on, fixed=before.fixed, most_steps=FINISHING_STEPS)
+        whole = fit(
+            prediction, whitening, before.parameters, before.point, before.on, fixed=before.fixed, most_steps=CONSTANTS.finishing_steps
+        )
         if whole is not None:
             models[on] = whole
     return models
@@ -188,27 +176,30 @@ def _recalibrate(
     whitening = Whitening(prediction, noise, first.predicted, numerical, by_inputs)
     recalibrated = _trusted(prediction, whitening, own, first.point[acts])
     forms, at = form_parameters(model, experiment), np.zeros(len(form_parameters(model, experiment)))
-    for _ in range(LINEARISATIONS if forms else 0):
+    for _ in range(CONSTANTS.linearisations if forms else 0):
         prediction = _linearised(prediction, recalibrated, forms, at)
         shapes = [each for each in prediction.linearised if np.any(each.column)]
         start = np.concatenate([recalibrated.point[: len(own)], [each.at for each in shapes]])
         recalibrated = _trusted(prediction, whitening, (*own, *(each.parameter for each in shapes)), start)
         reached = dict(zip((each.parameter.name for each in shapes), recalibrated.point[len(own) :], strict=True))
-        before, at = at, np.array([float(u) if abs(u := reached.get(form.name, 0.0)) > LINEAR_WITHIN else 0.0 for form in forms])
-        if np.max(np.abs(at - before)) <= LINEAR_WITHIN:
+        before, at = (
+            at,
+            np.array([float(u) if abs(u := reached.get(form.name, 0.0)) > CONSTANTS.linearisation_range else 0.0 for form in forms]),
+        )
+        if np.max(np.abs(at - before)) <= CONSTANTS.linearisation_range:
             break
-    whitening.forgive(FORM_ERROR * recalibrated.likelihood.size, recalibrated.likelihood.length)
+    whitening.forgive(CONSTANTS.form_error * recalibrated.likelihood.size, recalibrated.likelihood.length)
     return prediction, noise, whitening, recalibrated.again(whitening)
 
 
 def _linearised(prediction: Prediction, base: Fit, forms: Sequence[Parameter], at: FloatArray) -> Prediction:
     """Shapes of the base law about `at` (p,), in their prior standard deviations."""
-    table = at + np.vstack([np.zeros(len(forms)), LINEAR_STEP * np.eye(len(forms))])
+    table = at + np.vstack([np.zeros(len(forms)), CONSTANTS.linearisation_step * np.eye(len(forms))])
     lanes = {form.name: np.array([form.value(float(u)) for u in table[:, place]]) for place, form in enumerate(forms)}
     plain = prediction.linearise(())
     model_values = {name: value for name, value in base.values.items() if name not in prediction.setup.names}
     rows = plain.many({**model_values, **lanes}, base.on)
-    columns = np.nan_to_num((rows[1:] - rows[0]) / LINEAR_STEP)
+    columns = np.nan_to_num((rows[1:] - rows[0]) / CONSTANTS.linearisation_step)
     return prediction.linearise([Linearised(form, float(u), column) for form, u, column in zip(forms, at, columns, strict=True)])
 
 
@@ -246,7 +237,7 @@ def _fronts(
         tell(f"trying {name}", 0.4 + 0.2 * place / len(screened))
         rough[Hypothesis((name,))] = starts[0].evidence
         fronts[name] = starts[0], np.concatenate([recalibrated.point, starts[0].point])
-        if starts[0].evidence - base < max(LEAST_SHARE_OF_GAIN * most - HOPELESS_DEFICIT, COST_OF_NO_EFFECT):
+        if starts[0].evidence - base < max(CONSTANTS.least_share_of_gain * most - CONSTANTS.hopeless_deficit, CONSTANTS.cost_of_no_effect):
             continue
         frozen = [(front, start) for start in _apart(starts) if (front := _frozen(prediction, whitening, recalibrated, start))]
         if frozen:
@@ -268,9 +259,12 @@ def _singles(
     order = sorted(fronts, key=lambda name: -rough[Hypothesis((name,))])
     base = recalibrated.likelihood.evidence
     best = max([base, *rough.values()])
-    for place, name in enumerate(order[:FULL_FITS]):
-        tell(f"fitting {name}", 0.6 + 0.15 * place / FULL_FITS)
-        if rough[Hypothesis((name,))] < best - max(HOPELESS_DEFICIT, ERROR_OF_LINEAR_GAIN * (best - base)) and place > 1:
+    for place, name in enumerate(order[: CONSTANTS.full_fits]):
+        tell(f"fitting {name}", 0.6 + 0.15 * place / CONSTANTS.full_fits)
+        if (
+            rough[Hypothesis((name,))] < best - max(CONSTANTS.hopeless_deficit, CONSTANTS.error_of_linear_gain * (best - base))
+            and place > 1
+        ):
             break
         start, point = fronts[name]
         whole = fit(prediction, whitening, (*recalibrated.parameters, *start.parameters), point, (name,))
@@ -298,17 +292,17 @@ def _rivals(
     tell: Callable[[str, float], None],
 ) -> None:
     """Other base laws, where something is left for them to explain: from the best of a few starts in what they read."""
-    if recalibrated.likelihood.size < LEFT:
+    if recalibrated.likelihood.size < CONSTANTS.laws_from:
         return
     laws = prediction.model.rival_laws(prediction.nominal)
     for place, rival in enumerate(laws):
         tell(f"fitting {rival.name}", 0.75 + 0.05 * place / len(laws))
         parameters = law_parameters(rival.variables, recalibrated.parameters, prediction.experiment.nominal.values, scales)
         count = len(recalibrated.parameters)
-        starts = np.zeros((LAW_STARTS, len(parameters)))
+        starts = np.zeros((CONSTANTS.law_starts, len(parameters)))
         starts[:, :count] = recalibrated.point
         if len(parameters) > count:
-            starts[:, count:] = qmc.Sobol(len(parameters) - count, scramble=False).random(LAW_STARTS) * 3.0 - 1.5
+            starts[:, count:] = qmc.Sobol(len(parameters) - count, scramble=False).random(CONSTANTS.law_starts) * 3.0 - 1.5
         else:
             starts = starts[:1]
         lanes = {p.name: np.array([p.value(float(u)) for u in starts[:, k]]) for k, p in enumerate(parameters)}
@@ -317,7 +311,7 @@ def _rivals(
         logs = [likelihood(whitening, whitening.sums(row, none), np.empty(0)).log if np.all(np.isfinite(row)) else -np.inf for row in rows]
         if not np.isfinite(max(logs)):
             continue
-        best = fit(prediction, whitening, parameters, starts[int(np.argmax(logs))], fixed=rival.values, most_steps=LAW_STEPS)
+        best = fit(prediction, whitening, parameters, starts[int(np.argmax(logs))], fixed=rival.values, most_steps=CONSTANTS.law_steps)
         if best is not None:
             models[Hypothesis(law=rival.name)] = best
 
@@ -342,7 +336,7 @@ def _pairs(
 ) -> None:
     """Second effects beside the best singles: rough ones by linear sums, the best of them fitted."""
     model = prediction.model
-    leaders = sorted(models, key=lambda held: -models[held].likelihood.evidence)[:PAIRS_FROM]
+    leaders = sorted(models, key=lambda held: -models[held].likelihood.evidence)[: CONSTANTS.paired_singles]
     merit = dict[Hypothesis, tuple[float, Fit, Start, FloatArray]]()
     for leader in leaders:
         base = models[leader]
@@ -360,9 +354,9 @@ def _pairs(
                 merit[key] = (evidence, base, start, point)
                 rough[key] = evidence
     singles = max((single.likelihood.evidence for single in models.values()), default=-np.inf)
-    for place, key in enumerate(sorted(merit, key=lambda k: -merit[k][0])[:PAIR_FITS]):
-        tell(f"fitting {' and '.join(key)}", 0.75 + 0.2 * place / PAIR_FITS)
-        if merit[key][0] < singles + GAIN_OF_A_PAIR:
+    for place, key in enumerate(sorted(merit, key=lambda k: -merit[k][0])[: CONSTANTS.pair_fits]):
+        tell(f"fitting {' and '.join(key)}", 0.75 + 0.2 * place / CONSTANTS.pair_fits)
+        if merit[key][0] < singles + CONSTANTS.gain_of_a_pair:
             break
         _, base, start, point = merit[key]
         whole = fit(prediction, whitening, (*base.parameters, *start.parameters), point, key.effects, fixed=base.fixed)
@@ -390,7 +384,7 @@ def _swaps(
         return
     like = sorted(
         (effect for effect in offered if Hypothesis((effect.name,)) in rough), key=lambda effect: -rough[Hypothesis((effect.name,))]
-    )[:SWAPS]
+    )[: CONSTANTS.swaps]
     swaps = list[tuple[float, Hypothesis, Fit, Start]]()
     for kept in best.parts():
         (other,) = (part for part in best.parts() if part != kept)
@@ -401,8 +395,8 @@ def _swaps(
                 continue
             tell(f"trying {effect.name} beside {kept}", 0.93)
             swaps += [(start.evidence, key, base, start) for start in screen.starts(base, effect)[:1]]
-    for value, key, base, start in sorted(swaps, key=lambda each: -each[0])[:SWAP_FITS]:
-        if value < evidence[best] - max(HOPELESS_DEFICIT, ERROR_OF_LINEAR_GAIN * (evidence[best] - none)):
+    for value, key, base, start in sorted(swaps, key=lambda each: -each[0])[: CONSTANTS.swap_fits]:
+        if value < evidence[best] - max(CONSTANTS.hopeless_deficit, CONSTANTS.error_of_linear_gain * (evidence[best] - none)):
             break
         point = np.concatenate([base.point, start.point])
         whole = fit(prediction, whitening, (*base.parameters, *start.parameters), point, key.effects, fixed=base.fixed)
@@ -424,7 +418,7 @@ def _polish(prediction: Prediction, whitening: Whitening, models: dict[Hypothesi
     best = max((model.likelihood.evidence for key, model in models.items() if len(key) == 1), default=0.0)
     for key, base in list(models.items()):
         further = [pair for pair in pairs.values() if {p.name for p in base.parameters} <= {p.name for p in pair.parameters}]
-        if len(key) > 1 or not further or base.likelihood.evidence < best - HOPELESS_DEFICIT:
+        if len(key) > 1 or not further or base.likelihood.evidence < best - CONSTANTS.hopeless_deficit:
             continue
         values = max(further, key=lambda pair: pair.likelihood.evidence).values
         start = np.array([p.place(float(values[p.name])) for p in base.parameters])

@@ -8,13 +8,9 @@ import numpy as np
 
 from evat.gap.closure import HeldOut
 from evat.gap.compare import Comparison
+from evat.inference.constants import CONSTANTS
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
-
-KNOWN = 2.0  # standard deviations: an amplitude that is less from nothing is no better known than its size
-AT_BOUND = 1e-3  # of a prior standard deviation
-ABSURD = 3.0  # times the rms of a channel: no effect does so much, unless something else takes it back
-SHIFTED = 4.0  # standard deviations of the prior: a nominal value that moves further was not credible
 
 
 def doubts(comparison: Comparison, on: Hypothesis, held: HeldOut) -> tuple[str, ...]:
@@ -33,18 +29,20 @@ def _of_effect(comparison: Comparison, fit: Fit, name: str) -> list[str]:
     sd, reasons = fit.sd, list[str]()
     strengths = [p for _, p in fitted if math.isfinite(own[p.name].neutral)]
     beyond = [abs(float(fit.values[p.name]) - own[p.name].neutral) / sd[p.name] for p in strengths if sd[p.name] > 0]
-    if beyond and max(beyond) < KNOWN:
+    if beyond and max(beyond) < CONSTANTS.significant_amplitude:
         reasons.append(f"{name} is no better known than its size: {max(beyond):.2g} standard deviations from nothing")
     for place, p in fitted:
         u, low, high = float(fit.point[place]), p.within(-math.inf), p.within(math.inf)
-        if (math.isfinite(low) and u < low + AT_BOUND) or (math.isfinite(high) and u > high - AT_BOUND):
+        if (math.isfinite(low) and u < low + CONSTANTS.distance_to_bound) or (
+            math.isfinite(high) and u > high - CONSTANTS.distance_to_bound
+        ):
             reasons.append(f"{p.name} = {float(fit.values[p.name]):.3g} {p.unit} lies at the bound of what it may be")
     others = [effect for effect in fit.on if effect != name]
     alone = prediction.one({key: value for key, value in fit.values.items() if key not in own}, others)
     for channel, level in comparison.whitening.levels.items():
         at = prediction.places(channel)
         does = float(np.sqrt(np.mean((fit.predicted[at] - alone[at]) ** 2)))
-        if does > ABSURD * level:
+        if does > CONSTANTS.absurd_effect * level:
             reasons.append(f"{name} would make {does / level:.3g} times the measured rms of {channel}, which something else takes back")
     return reasons
 
@@ -56,5 +54,5 @@ def shifted(comparison: Comparison) -> tuple[str, ...]:
         f"the nominal {p.name} is not credible: {p.mean:.4g} {p.unit} has to become {float(fit.values[p.name]):.4g}, "
         f"{abs(float(u)):.2g} of its standard deviations away"
         for p, u in zip(fit.parameters, fit.point, strict=True)
-        if p.name in nominal and abs(float(u)) > SHIFTED
+        if p.name in nominal and abs(float(u)) > CONSTANTS.credible_shift
     )

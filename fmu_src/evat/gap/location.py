@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.gap.smallest_region import smallest_place
+from evat.inference.constants import CONSTANTS
 from evat.inference.cycles import cycle_time
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 
 PHASE = "phase"
-SHOWN = 0.05  # channels with less of the gap are not described
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def locate(prediction: Prediction, gap: FloatArray) -> Location:
             trials[file] = trials.get(file, 0.0) + share
     regions = list[Region]()
     for channel, share in sorted(channels.items(), key=lambda item: -item[1]):
-        if share < SHOWN:
+        if share < CONSTANTS.least_described_share:
             continue
         energy, columns = _gathered(prediction, channel, squares)
         regions += [Region(channel, box, inside * share) for box, inside in smallest_place(energy, columns, PHASE)]

@@ -9,14 +9,13 @@ import numpy.typing as npt
 
 from evat.experiment import Experiment
 from evat.gap.portion import portion
+from evat.inference.constants import CONSTANTS
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit
 from evat.inference.noise import Noise
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Whitening
 from evat.model import FloatArray
-
-SEARCHED_SAMPLES = 3_000  # that a look at one value set simulates; repeats of a run cost nothing
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ def part_of(prediction: Prediction) -> Part | None:
         if run_of.setdefault(trial.condition, prediction.alike[place]) == prediction.alike[place]:
             kept.append(place)
     some = replace(experiment, trials=tuple(experiment.trials[place] for place in kept))
-    part, _ = portion(some, prediction.model, SEARCHED_SAMPLES)
+    part, _ = portion(some, prediction.model, CONSTANTS.searched_samples)
     if _simulated(part, prediction) > 0.7 * _simulated(experiment, prediction):
         return None
     smaller = prediction.of(part)

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from scipy.stats import qmc
 
 from evat.experiment import Experiment
+from evat.inference.constants import CONSTANTS
 from evat.inference.discrepancy import Likelihood, likelihood
 from evat.inference.fit import Fit
 from evat.inference.noise import BETWEEN
@@ -22,18 +23,6 @@ from evat.inference.parameters import Parameter, Scales, amplitude_parameter, am
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Sums, Whitening
 from evat.model import Effect, FloatArray, Variable
-
-PLAUSIBLE = 0.1  # of the rms of a channel: what an effect does, a priori (one standard deviation)
-SMALLEST = 1e-4  # of the first guess of an amplitude: where probing begins
-PROBES, FURTHEST = 6, 100.0  # amplitudes tried, and how much larger one is at most than that before
-NEAR = 3.0  # times more or less than what is plausible is near enough to go by
-PROBED_SAMPLES, PROBED_CONDITIONS, PROBED_MEANS = 700, 3, 8
-LINEAR = 0.3  # of an amplitude's prior standard deviation: where its slope is taken
-TRIAL_AMPLITUDES = (0.3, 1.5, 6.0)  # the same for an effect with one amplitude, which need not be linear: a time, a frequency
-TIMES = 9  # tried of an amplitude that is a time
-OUTERMOST = 1e6  # prior standard deviations from the mean: beyond any bound
-CLOSER = 10  # points of a design that are looked at with a discrepancy of their own: the best with that of the base
-LEAST_CHANGE = 1e-5  # of the rms of a channel: less than this is not looked for
 
 
 @dataclass(frozen=True)
@@ -52,11 +41,13 @@ def small(experiment: Experiment) -> Experiment:
     """A part of an experiment that is quick to run: the head of one trial of a few conditions, a few means."""
     conditions = list(dict.fromkeys(trial.condition for trial in experiment.trials))
     chosen = (
-        [conditions[round(k)] for k in np.linspace(0, len(conditions) - 1, min(PROBED_CONDITIONS, len(conditions)))] if conditions else []
+        [conditions[round(k)] for k in np.linspace(0, len(conditions) - 1, min(CONSTANTS.probed_conditions, len(conditions)))]
+        if conditions
+        else []
     )
     wholes = [next(trial for trial in experiment.trials if trial.condition == condition) for condition in dict.fromkeys(chosen)]
-    means = experiment.means.only(experiment.means.conditions[:PROBED_MEANS]) if experiment.means is not None else None
-    return replace(experiment, trials=tuple(whole.head(PROBED_SAMPLES) for whole in wholes), means=means)
+    means = experiment.means.only(experiment.means.conditions[: CONSTANTS.probed_means]) if experiment.means is not None else None
+    return replace(experiment, trials=tuple(whole.head(CONSTANTS.probed_samples) for whole in wholes), means=means)
 
 
 def _design(unknown: Sequence[Parameter]) -> FloatArray:
@@ -119,7 +110,7 @@ class Screen:
                 continue
             evidence, _ = linear(self.whitening, sums, start, parameters[:width], 1, base.likelihood)
             rows.append((evidence, shape, sums, start, parameters, own))
-        for _, shape, sums, start, parameters, own in sorted(rows, key=lambda each: -each[0])[:CLOSER]:
+        for _, shape, sums, start, parameters, own in sorted(rows, key=lambda each: -each[0])[: CONSTANTS.refined_points]:
             evidence, point = linear(self.whitening, sums, start, parameters[:width])
             starts.append(
                 Start(effect, parameters, np.concatenate([point[fitted:], shape]), evidence, slopes[:, [column - fitted for column in own]])
@@ -130,12 +121,14 @@ class Screen:
         """Where amplitudes are tried, in their prior standard deviations: (G,) or, for one that need not be linear, several for each
         row."""
         if len(strengths) > 1:
-            return np.full(rows, LINEAR)
+            return np.full(rows, CONSTANTS.linear_amplitude)
         (own,) = strengths
         if own.unit != "s":
-            return np.tile(TRIAL_AMPLITUDES, rows)
-        times = np.geomspace(0.5 * self.scales.step, 0.2 * self.scales.duration, TIMES)  # a time may be any that the record can show
-        return np.concatenate([times / spread if np.isfinite(spread) else np.ones(TIMES) for spread in spreads[own.name]])
+            return np.tile(CONSTANTS.trial_amplitudes, rows)
+        times = np.geomspace(
+            0.5 * self.scales.step, 0.2 * self.scales.duration, CONSTANTS.trial_times
+        )  # a time may be any that the record can show
+        return np.concatenate([times / spread if np.isfinite(spread) else np.ones(CONSTANTS.trial_times) for spread in spreads[own.name]])
 
     def _spreads(
         self, base: Fit, effect: Effect, unknown: Sequence[Parameter], strengths: Sequence[Variable], neutral: Mapping[str, float]
@@ -158,7 +151,7 @@ class Screen:
                 rms: FloatArray = np.max([np.sqrt(np.mean(change[:, channel] ** 2, axis=1)) for channel in channels], axis=0)
                 return rms
 
-            least = self.scales.amplitude(variable) * SMALLEST
+            least = self.scales.amplitude(variable) * CONSTANTS.first_probe
             spreads[variable.name] = _spreads_of(sizes, least, variable.max - variable.neutral, design.shape[0])
         self._probed[key] = spreads
         return spreads
@@ -196,23 +189,31 @@ def _spreads_of(sizes: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray],
     amplitude, spreads = np.full(rows, min(least, most)), np.full(rows, np.nan)
     low, high = np.zeros(rows), np.full(rows, np.inf)  # amplitudes that are known to do less and more than what is plausible
     going = np.arange(rows)
-    for _ in range(PROBES):
+    for _ in range(CONSTANTS.probes):
         tried = amplitude[going]
         size = sizes(tried, going)
-        shows = np.isfinite(size) & (size > LEAST_CHANGE)
-        less = shows & (size <= PLAUSIBLE)
+        shows = np.isfinite(size) & (size > CONSTANTS.least_effect)
+        less = shows & (size <= CONSTANTS.plausible_effect)
         first = shows & ~less & ~(low[going] > 0)  # too large, and nothing smaller is known to show
         with np.errstate(divide="ignore", invalid="ignore"):
-            wanted = tried * PLAUSIBLE / size
+            wanted = tried * CONSTANTS.plausible_effect / size
         spreads[going] = np.where(less | first, np.minimum(wanted, 10 * tried), spreads[going])
-        below = np.isfinite(size) & (size <= PLAUSIBLE)
+        below = np.isfinite(size) & (size <= CONSTANTS.plausible_effect)
         low[going] = np.where(below, tried, low[going])
         high[going] = np.where(below, high[going], tried)
-        onward = np.where(shows & below, np.minimum(wanted, FURTHEST * tried), np.where(below, FURTHEST * tried, tried / FURTHEST))
+        onward = np.where(
+            shows & below,
+            np.minimum(wanted, CONSTANTS.largest_probe_ratio * tried),
+            np.where(below, CONSTANTS.largest_probe_ratio * tried, tried / CONSTANTS.largest_probe_ratio),
+        )
         between = np.sqrt(low[going] * high[going])
         onward = np.where((low[going] > 0) & (onward >= high[going]) | ~below & (low[going] > 0), between, onward)
         amplitude[going] = np.minimum(onward, most)
-        near = shows & (size > PLAUSIBLE / NEAR) & (size < PLAUSIBLE * NEAR)
+        near = (
+            shows
+            & (size > CONSTANTS.plausible_effect / CONSTANTS.near_plausible)
+            & (size < CONSTANTS.plausible_effect * CONSTANTS.near_plausible)
+        )
         going = going[~near & (amplitude[going] != tried)]
         if not going.size:
             break
@@ -230,7 +231,7 @@ def linear(
     """Evidence and best point (p,) of a model that is linear in its parameters; as `sums` stand at `point`. `parameters` are the last of
     them, whose bounds are kept: one that would leave them stays there. like : take its discrepancy instead of finding one."""
     first = point.size - len(parameters)
-    bounds = np.array([[p.within(-OUTERMOST), p.within(OUTERMOST)] for p in parameters]).reshape(-1, 2).T
+    bounds = np.array([[p.within(-math.inf), p.within(math.inf)] for p in parameters]).reshape(-1, 2).T
     free = np.ones(sums.grams.shape[-1])
     discrepancy = like
     for _ in range(rounds):

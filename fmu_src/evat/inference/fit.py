@@ -9,14 +9,13 @@ from typing import TypeVar
 
 import numpy as np
 
+from evat.inference.constants import CONSTANTS
 from evat.inference.discrepancy import Likelihood, likelihood
 from evat.inference.parameters import Parameter
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Sums, Whitening
 from evat.model import BoolArray, FloatArray
 
-MOST_STEPS = 12
-ENOUGH = 0.05  # of log likelihood that a step still gains
 Looked = TypeVar("Looked", bound="Look")
 
 
@@ -65,9 +64,12 @@ def fit(
     *,
     fixed: Mapping[str, float | str] | None = None,
     held_out: BoolArray | None = None,
-    most_steps: int = MOST_STEPS,
+    most_steps: int | None = None,
 ) -> Fit | None:
-    """The best point near `start` (p,), bounds kept; None where the model does not run there."""
+    """The best point near `start` (p,), bounds kept; None where the model does not run there.
+
+    most_steps : else as many as the table of constants has.
+    """
     names = [parameter.name for parameter in parameters]
     fixed = dict(fixed or {})
 
@@ -85,7 +87,7 @@ def fit(
     def keep(point: FloatArray) -> FloatArray:
         return np.array([p.within(float(u)) for p, u in zip(parameters, point, strict=True)])
 
-    return levenberg_marquardt(look, keep, start, whitening, most_steps, held_out)
+    return levenberg_marquardt(look, keep, start, whitening, CONSTANTS.most_steps if most_steps is None else most_steps, held_out)
 
 
 def levenberg_marquardt(
@@ -118,6 +120,6 @@ def levenberg_marquardt(
             continue
         gained = tried.likelihood.log - best.likelihood.log
         best, damping = tried, damping / 4 if damping > 0.1 else 0.0
-        if gained < ENOUGH:
+        if gained < CONSTANTS.enough_gain:
             break
     return best

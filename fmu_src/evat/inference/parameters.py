@@ -14,9 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.experiment import Experiment
+from evat.inference.constants import CONSTANTS
 from evat.model import Effect, FloatArray, Model, Variable
-
-FORM_SD = 0.3  # of the logarithm of a shape of the base law
 
 
 @dataclass(frozen=True)
@@ -76,7 +75,7 @@ def form_parameters(model: Model, experiment: Experiment) -> tuple[Parameter, ..
     """Shapes of the base law that nobody knows exactly: outside of all effects, with a neutral value above 0, and not given by the user."""
     own = {variable.name for effect in model.effects for variable in effect.variables}
     return tuple(
-        Parameter(v.name, v.unit, v.neutral, FORM_SD, v.min, v.max, True)
+        Parameter(v.name, v.unit, v.neutral, CONSTANTS.law_shape_sd, v.min, v.max, True)
         for v in model.variables
         if v.name not in own and v.name not in experiment.nominal.values and v.type == "real" and v.variability == "tunable"
         if math.isfinite(v.neutral) and v.neutral > 0

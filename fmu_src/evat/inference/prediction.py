@@ -16,14 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from evat.experiment import Experiment, ExperimentError, Means, Trial
+from evat.inference.constants import CONSTANTS
 from evat.inference.parameters import Parameter
 from evat.inference.setup_errors import Recording, SetupErrors
 from evat.model import FloatArray, Model, Run
 
 Values = Mapping[str, float | str | FloatArray]
-STEP = 1e-3  # of a parameter, in its scale: small against its curvature, large against the noise of runs at TOLERANCE
 TIGHTNESS = "relative_tolerance"
-TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +102,7 @@ class Prediction:
     @cached_property
     def nominal(self) -> dict[str, float | str]:
         """The experiment's nominal values, with a tolerance that suits differences between runs unless they have their own."""
-        fine = {TIGHTNESS: TOLERANCE} if TIGHTNESS in self._names else {}
+        fine = {TIGHTNESS: CONSTANTS.solver_tolerance} if TIGHTNESS in self._names else {}
         return {**fine, **self.experiment.nominal.values}
 
     @cached_property
@@ -200,7 +199,9 @@ class Prediction:
         size = np.array([scales[name] for name in own])
         point = np.array([float(values[name]) for name in own])
         upper = np.array([bounds[name].max for name in own])
-        steps = np.where(point + STEP * size > upper, -STEP * size, STEP * size)
+        steps = np.where(
+            point + CONSTANTS.derivative_step * size > upper, -CONSTANTS.derivative_step * size, CONSTANTS.derivative_step * size
+        )
         table = point + np.vstack([np.zeros(len(own)), np.diag(steps)])
         lanes = {name: table[:, place] for place, name in enumerate(own)}
         rows = self._of_model({**self._simulated(values), **lanes}, on)

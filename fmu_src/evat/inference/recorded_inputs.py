@@ -16,19 +16,8 @@ import numpy as np
 from scipy.signal import correlate, savgol_coeffs, savgol_filter
 
 from evat.experiment import Experiment, Trial
+from evat.inference.constants import CONSTANTS
 from evat.model import FloatArray
-
-THIRD = np.sqrt(20.0)  # sd of the third difference of white noise of sd 1
-WHITE = -0.5  # correlation of neighbouring third differences: noise has -0.75, a motion about 1
-FEWEST = 16  # samples of a recording whose inputs are looked at
-SMALLEST = 1e-6  # of the largest value: noise that is less is rounding
-WINDOWS = (1, 2, 4, 8, 16, 32, 64, 128)  # samples to each side of the middle one
-CONFIDENCE = 2.5  # standard deviations of the intervals that have to meet
-ALIKE = 1.5  # times the noise of both: so far apart may two recordings of one motion be, root mean square
-JITTER = 1e-3  # of a sample: clocks that differ by less are one
-FARTHEST_LAG = 0.25  # of a recording: so much out of step may repeats be
-IN_STEP = 0.02  # of the root mean square: repeats that follow a motion differ by no more once they are in step
-SEED = 20240301
 
 
 @dataclass(frozen=True)
@@ -44,7 +33,7 @@ class RecordedInputs:
 def smoothed_inputs(experiment: Experiment) -> RecordedInputs:
     """Inputs without noise are left as they are, to the bit."""
     smooth, other, noise = list(experiment.trials), list(experiment.trials), dict[str, float]()
-    draw = np.random.default_rng(SEED)
+    draw = np.random.default_rng(CONSTANTS.perturbation_seed)
     for places in same_motion(experiment.trials):
         first = experiment.trials[places[0]]
         inputs, perturbed = dict(first.inputs), dict(first.inputs)
@@ -68,28 +57,28 @@ def smoothed_inputs(experiment: Experiment) -> RecordedInputs:
 
 def noise_sd(column: FloatArray) -> float:
     """Standard deviation of the white noise in a column (n,), 0 where it has none that could be told from its motion."""
-    if column.size < FEWEST:
+    if column.size < CONSTANTS.fewest_input_samples:
         return 0.0
     third = np.diff(column, 3)
     size = 1.4826 * float(np.median(np.abs(third)))
-    if not size > SMALLEST * float(np.max(np.abs(column))):
+    if not size > CONSTANTS.least_input_noise * float(np.max(np.abs(column))):
         return 0.0
     held = np.clip(third, -3 * size, 3 * size)  # corners of the motion have no say
     correlation = float(held[1:] @ held[:-1] / (held @ held))
-    return size / THIRD if correlation < WHITE else 0.0
+    return size / np.sqrt(20.0) if correlation < CONSTANTS.white_third_differences else 0.0  # of white noise of sd 1
 
 
 def smoothed(column: FloatArray, sd: float) -> FloatArray:
     """A column (n,) whose white noise has this standard deviation, without it; runs of zeros stay, and no value leaves the range."""
     low, high = np.full(column.size, -np.inf), np.full(column.size, np.inf)
     best, going = column.copy(), np.ones(column.size, dtype=bool)
-    for half in WINDOWS:
+    for half in CONSTANTS.smoothing_windows:
         window = 2 * half + 1
         if window > column.size:
             break
         order = min(2, window - 2)
         fitted = savgol_filter(column, window, order, mode="interp")
-        reach = CONFIDENCE * sd * float(np.sqrt(np.sum(savgol_coeffs(window, order) ** 2)))
+        reach = CONSTANTS.smoothing_confidence * sd * float(np.sqrt(np.sum(savgol_coeffs(window, order) ** 2)))
         low, high = np.maximum(low, fitted - reach), np.minimum(high, fitted + reach)
         going &= low <= high
         best[going] = fitted[going]
@@ -104,7 +93,7 @@ def same_motion(trials: Sequence[Trial]) -> list[list[int]]:
     groups: list[list[int]] = []
     for place, trial in enumerate(trials):
         for group in groups:
-            if _one_run(trials[group[0]], trial) and _agree(trials[group[0]].inputs, trial.inputs, ALIKE, 0.0):
+            if _one_run(trials[group[0]], trial) and _agree(trials[group[0]].inputs, trial.inputs, CONSTANTS.alike_inputs, 0.0):
                 group.append(place)
                 break
         else:
@@ -122,20 +111,20 @@ def in_step(trials: Sequence[Trial]) -> list[tuple[int, slice]]:
             kept.append((place, lag))
     begin = max(-lag for _, lag in kept)
     end = min(trials[place].times.size - lag for place, lag in kept)
-    return [(place, slice(begin + lag, end + lag)) for place, lag in kept] if end - begin >= FEWEST else []
+    return [(place, slice(begin + lag, end + lag)) for place, lag in kept] if end - begin >= CONSTANTS.fewest_input_samples else []
 
 
 def _lag(one: Trial, other: Trial) -> int | None:
     """Samples by which the motion comes later in the other; None where it is another one."""
     moving = {name: float(np.ptp(column)) for name, column in one.inputs.items() if np.ptp(column) > 0}
-    if not moving or one.times.size < FEWEST or other.times.size < FEWEST:
+    if not moving or one.times.size < CONSTANTS.fewest_input_samples or other.times.size < CONSTANTS.fewest_input_samples:
         return None
     steps = [float(np.median(np.diff(trial.times))) for trial in (one, other)]
-    if abs(steps[0] - steps[1]) > JITTER * steps[0]:
+    if abs(steps[0] - steps[1]) > CONSTANTS.clock_jitter * steps[0]:
         return None
     name = max(moving, key=lambda each: moving[each])
     a, b = one.inputs[name], other.inputs[name]
-    farthest = int(FARTHEST_LAG * min(a.size, b.size))
+    farthest = int(CONSTANTS.largest_lag * min(a.size, b.size))
     lags = np.arange(-farthest, farthest + 1)
     begins, ends = np.maximum(0, -lags), np.minimum(a.size, b.size - lags)
     sums_a, sums_b = (np.concatenate([[0.0], np.cumsum(column**2)]) for column in (a, b))
@@ -144,7 +133,7 @@ def _lag(one: Trial, other: Trial) -> int | None:
     begin, end = max(0, -lag), min(a.size, b.size - lag)
     here = {key: column[begin:end] for key, column in one.inputs.items()}
     there = {key: column[begin + lag : end + lag] for key, column in other.inputs.items()}
-    return lag if _agree(here, there, ALIKE, IN_STEP) else None
+    return lag if _agree(here, there, CONSTANTS.alike_inputs, CONSTANTS.in_step) else None
 
 
 def _one_run(one: Trial, other: Trial) -> bool:
@@ -155,7 +144,7 @@ def _one_run(one: Trial, other: Trial) -> bool:
         return False
     step = float(np.median(np.diff(one.times))) if one.times.size > 1 else 0.0
     apart = np.abs((one.times - one.times[0]) - (other.times - other.times[0]))
-    return float(np.max(apart, initial=0.0)) <= JITTER * step
+    return float(np.max(apart, initial=0.0)) <= CONSTANTS.clock_jitter * step
 
 
 def _agree(one: Mapping[str, FloatArray], other: Mapping[str, FloatArray], noises: float, share: float) -> bool:

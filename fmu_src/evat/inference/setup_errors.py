@@ -12,12 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.experiment import Experiment, SetupSd
+from evat.inference.constants import CONSTANTS
 from evat.inference.parameters import Parameter
 from evat.model import FloatArray
 
 GAIN, ZERO, CLOCK = "gain", "zero", "clock"
-SHIFT = 0.5  # samples, over which the derivative to a clock is taken: a jump has none
-WIDEST = 3.0  # standard deviations: what is further off is no tolerance of a set-up any more
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +47,11 @@ class SetupErrors:
             }
             for kind, (sd, unit) in sizes.items():
                 if sd > 0 and (kind != CLOCK or steps):
-                    parameters.append(Parameter(_name(channel, kind), unit, 0.0, sd, -WIDEST * sd, WIDEST * sd))
+                    parameters.append(
+                        Parameter(
+                            _name(channel, kind), unit, 0.0, sd, -CONSTANTS.widest_setup_error * sd, CONSTANTS.widest_setup_error * sd
+                        )
+                    )
         self.parameters = tuple(parameters)
         self.names = frozenset(parameter.name for parameter in parameters)
 
@@ -76,7 +79,7 @@ class SetupErrors:
             elif name == _name(recording.channel, ZERO):
                 slope[recording.at] = 1.0
             elif times is not None and times.size > 1:
-                h = SHIFT * float(np.median(np.diff(times)))
+                h = CONSTANTS.clock_shift * float(np.median(np.diff(times)))
                 late, early = (_shifted(own, times, np.array([[clock + side * h]]))[0] for side in (1, -1))
                 slope[recording.at] = (1 + gain) * (late - early) / (2 * h)
         return slope

@@ -11,13 +11,12 @@ from evat.gap.budget import structural_share
 from evat.gap.compare import Comparison
 from evat.gap.judgement import fitted
 from evat.gap.report.words import number, percent, sentence, with_unit
+from evat.inference.constants import CONSTANTS
 from evat.inference.discrepancy import known
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import NOMINAL
 from evat.inference.parameters import Scales, amplitudes, shape_parameter, shapes
 from evat.model import Effect, ParameterError
-
-DETECTED = 3.0  # standard deviations
 
 
 def explain(comparison: Comparison, answer: Diagnosis, effect: str) -> str:
@@ -130,7 +129,7 @@ def _detectable(comparison: Comparison, answer: Diagnosis, effect: Effect) -> li
         size, name = smallest[variable.name], variable.name.removeprefix(f"{effect.name}.")
         away = "" if variable.neutral == 0 else f" away from {number(variable.neutral)}"
         lines.append(
-            f"Smallest {name} that would show here ({DETECTED:g} sd{f', beside {beside}' if beside else ''}): "
+            f"Smallest {name} that would show here ({CONSTANTS.detected_amplitude:g} sd{f', beside {beside}' if beside else ''}): "
             f"{with_unit(size, variable.unit, 2)}{away}{f', at {assumed}' if assumed else ''}."
             if math.isfinite(size)
             else f"Smallest {name} that would show: none can be given, alone it changes nothing to first order."
@@ -147,7 +146,7 @@ def _shape_values(comparison: Comparison, effect: Effect) -> dict[str, float]:
 
 
 def smallest_amplitudes(comparison: Comparison, base: Fit, effect: Effect) -> dict[str, float]:
-    """DETECTED standard deviations of each amplitude at its neutral value, beside the parameters of `base`; inf where it says nothing."""
+    """Of each amplitude what would show at its neutral value, beside the parameters of `base`; inf where it says nothing."""
     prediction, whitening = comparison.prediction, comparison.whitening
     scales = Scales(prediction.model, prediction.experiment)
     strengths = amplitudes(effect)
@@ -165,6 +164,8 @@ def smallest_amplitudes(comparison: Comparison, base: Fit, effect: Effect) -> di
         across = information[:width, place]
         own = float(information[place, place] - across @ np.linalg.solve(nominal, across)) if width else float(information[place, place])
         smallest[variable.name] = (
-            DETECTED * units[variable.name] / math.sqrt(own) if own > 1e-9 * float(information[place, place]) else math.inf
+            CONSTANTS.detected_amplitude * units[variable.name] / math.sqrt(own)
+            if own > 1e-9 * float(information[place, place])
+            else math.inf
         )
     return smallest

@@ -16,14 +16,13 @@ from evat.experiment import Experiment
 from evat.fmu.sources import source_files
 from evat.gap.budget import squares
 from evat.gap.compare import Comparison
+from evat.inference.constants import CONSTANTS
 from evat.inference.fit import Fit
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 from evat.models.fmu import FmuModel
 from evat.native import kernel
 from evat.native.compile import PACKAGE, host_target, is_whole, seal
-
-MOST_SAMPLES = 60_000  # communication steps, some 2 s of them
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ def host_fmu() -> Path:
 
 
 def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditions: tuple[str, ...]) -> FmuRun:
-    """Run what was measured at `conditions` (all where there are none), as far as MOST_SAMPLES reach.
+    """Run what was measured at `conditions` (all where there are none), as far as fmu_samples reach.
 
     Raises what drive does where the FMU does not run.
     """
@@ -101,10 +100,12 @@ def _some(whole: Prediction, conditions: tuple[str, ...]) -> tuple[Experiment, t
     kept, seen, samples = list[str](), set[bytes](), 0
     for condition in conditions:
         own = {
-            whole.alike[n]: min(trial.times.size, MOST_SAMPLES) for n, trial in enumerate(experiment.trials) if trial.condition == condition
+            whole.alike[n]: min(trial.times.size, CONSTANTS.fmu_samples)
+            for n, trial in enumerate(experiment.trials)
+            if trial.condition == condition
         }
         more = sum(size for key, size in own.items() if key not in seen)
-        if kept and samples + more > MOST_SAMPLES:
+        if kept and samples + more > CONSTANTS.fmu_samples:
             continue
         kept.append(condition)
         seen.update(own)
@@ -112,4 +113,4 @@ def _some(whole: Prediction, conditions: tuple[str, ...]) -> tuple[Experiment, t
     part = experiment.only(kept)
     means = len(part.means.conditions) if part.means is not None else 0
     left_out = tuple(condition for condition in conditions if condition not in kept)
-    return replace(part, trials=tuple(trial.head(MOST_SAMPLES) for trial in part.trials)), left_out, len(seen) + means, samples
+    return replace(part, trials=tuple(trial.head(CONSTANTS.fmu_samples) for trial in part.trials)), left_out, len(seen) + means, samples

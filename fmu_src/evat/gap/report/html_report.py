@@ -21,8 +21,8 @@ from evat.gap.report.pictures import charts
 from evat.gap.report.series import Series, unlike
 from evat.gap.report.words import number, percent, sentence, with_unit
 from evat.inference.autoregression import impulse_response
+from evat.inference.constants import CONSTANTS
 from evat.inference.fit import Fit
-from evat.inference.whitening import CORRELATION_SAMPLES
 from evat.plots.cycles import clock_unit
 from evat.units import display
 
@@ -151,4 +151,4 @@ def _noise(comparison: Comparison) -> list[dict[str, Any]]:
 
 
 def _discrepancy(fit: Fit) -> dict[str, float]:
-    return {"size": fit.likelihood.size, "samples": CORRELATION_SAMPLES[fit.likelihood.length]}
+    return {"size": fit.likelihood.size, "samples": CONSTANTS.correlation_samples[fit.likelihood.length]}
