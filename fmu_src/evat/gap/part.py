@@ -19,7 +19,7 @@ from evat.model import FloatArray
 
 
 @dataclass(frozen=True)
-class Part:
+class SearchedPart:
     """`prediction` of some trials' heads; `rows` (n,) is where its numbers stand in the long vector of the whole."""
 
     prediction: Prediction
@@ -42,7 +42,7 @@ class Part:
         return replace(whole, predicted=predicted, slopes=slopes, sums=sums, likelihood=likelihood(whitening, sums, whole.point))
 
 
-def part_of(prediction: Prediction) -> Part | None:
+def part_of(prediction: Prediction) -> SearchedPart | None:
     """None where the whole is no more than a quick look."""
     experiment, kept = prediction.experiment, list[int]()
     run_of = dict[str, bytes]()
@@ -60,7 +60,7 @@ def part_of(prediction: Prediction) -> Part | None:
     rows.append(np.array([at for s in prediction.segments if s.trial < 0 for at in range(s.at.start, s.at.stop)], dtype=np.intp))
     index = np.concatenate(rows).astype(np.intp)
     linearised = [replace(each, column=each.column[index]) for each in prediction.linearised]
-    return Part(smaller.linearise(linearised), index)
+    return SearchedPart(smaller.linearise(linearised), index)
 
 
 def _simulated(experiment: Experiment, prediction: Prediction) -> int:
