@@ -142,7 +142,7 @@ def test_a_case_that_is_damaged_or_of_another_kernel_is_run_again(tmp_path: Path
     lines[2] = lines[2][:40]
     lines[3] = b'{"number": 3}'
     with monkeypatch.context() as elsewhere:
-        elsewhere.setattr(campaigns, "_library", lambda: "another kernel")
+        elsewhere.setattr(campaigns, "kernel_digest", lambda: "another kernel")
         lines[4] = campaigns._line({"number": 4, "case": line}).encode()
     path.write_bytes(b"\n".join([*lines, b"\xff\xfe", b"[]", b""]))
     asked.clear()

@@ -91,22 +91,20 @@ def diagnose_with(
     with threadpool_limits(1):  # sums over short rows gain nothing from threads, and their last bits would depend on them
         known, origin = (constants, "given") if constants else stored()
         version = f"{version}; constants {origin}".removeprefix("; ")
-        return _diagnosed(Prediction(model, looked_at), perturbed, tuple(filter(None, said)), version, report, known)
+        comparison = compare(Prediction(model, looked_at), report, perturbed)
+        if report:
+            report("on held-out conditions", 0.95)
+        return conclude(comparison, known, tuple(filter(None, said)), version), comparison
 
 
-def _diagnosed(
-    prediction: Prediction, perturbed: Prediction | None, said: tuple[str, ...], version: str, report: Report | None, known: Constants
-) -> tuple[Diagnosis, Comparison]:
-    """said : of the data, before anything was compared."""
-    comparison = compare(prediction, report, perturbed)
-    if report:
-        report("on held-out conditions", 0.95)
-    held = HeldOut(comparison)
+def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (), version: str = "") -> Diagnosis:
+    """What follows from all that was fitted. known : the judgement's constants; said : of the data, before anything was compared."""
+    prediction, held = comparison.prediction, HeldOut(comparison)
     judgement = _judged(comparison, held, known)
     verdict = CANNOT_TELL if comparison.audit.refused else judgement.verdict
     missing = (*judgement.features.doubts.get(judgement.chosen, ()), *shifted(comparison), *said, *_missing(comparison))
     closure = close(comparison, fitted(comparison, judgement.chosen), held)
-    answer = Diagnosis(
+    return Diagnosis(
         verdict=verdict,
         effects=_named(comparison, judgement) if verdict != CANNOT_TELL else (),
         judgement=judgement,
@@ -125,7 +123,6 @@ def _diagnosed(
         families=_families(prediction.model, judgement),
         members=_members(prediction.model),
     )
-    return answer, comparison
 
 
 def _judged(comparison: Comparison, held: HeldOut, known: Constants) -> Judgement:

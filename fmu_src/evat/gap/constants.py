@@ -57,8 +57,7 @@ def stored() -> tuple[Constants, str]:
             "`evat calibrate --store`."
         )
     known = {each.name for each in fields(Constants)}
-    fitted = {**held["constants"], **CONSTANTS.replacements}
-    constants = Constants(**{name: float(value) for name, value in fitted.items() if name in known})
+    constants = Constants(**{name: CONSTANTS.now(name, float(value)) for name, value in held["constants"].items() if name in known})
     return constants, f"found on {sum(held['made']['cases'].values())} simulated cases"
 
 

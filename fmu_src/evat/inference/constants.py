@@ -47,14 +47,12 @@ class Constant(Generic[Held]):
     def __get__(self, table: None, owner: type) -> Constant[Held]: ...
 
     @overload
-    def __get__(self, table: Table, owner: type) -> Held: ...
+    def __get__(self, table: ConstantTable, owner: type) -> Held: ...
 
-    def __get__(self, table: Table | None, owner: type) -> Constant[Held] | Held:
+    def __get__(self, table: ConstantTable | None, owner: type) -> Constant[Held] | Held:
         if table is None:
             return self
-        for names in table.readers:
-            names.add(self.name)
-        return table.replacements.get(self.name, self.value)  # type: ignore[return-value]
+        return table.now(self.name, self.value)
 
     def times(self, factor: float, value: Value | None = None) -> Value:
         """So many times its value (or `value` in place of it), within its bounds; a count stays one, and is at least 1."""
@@ -67,7 +65,7 @@ class Constant(Generic[Held]):
         return tuple(map(one, value)) if isinstance(value, tuple) else one(value)
 
 
-class Table:
+class ConstantTable:
     """Every number as an attribute: `CONSTANTS.plausible_effect`. `replacements` are those that do not have their declared value now."""
 
     def __init__(self) -> None:
@@ -77,6 +75,12 @@ class Table:
     def declared(self) -> dict[str, Constant[Value]]:
         """By name, as they are declared."""
         return {name: each for name, each in vars(type(self)).items() if isinstance(each, Constant)}
+
+    def now(self, name: str, value: Held) -> Held:
+        """What a constant of this value is now: what it was replaced by, else that."""
+        for names in self.readers:
+            names.add(name)
+        return self.replacements.get(name, value)  # type: ignore[return-value]
 
     @contextmanager
     def replaced(self, **values: Value) -> Iterator[None]:
@@ -104,7 +108,7 @@ class Table:
             self.readers = before
 
 
-class _Constants(Table):
+class _Constants(ConstantTable):
     """In the order of a diagnosis: recorded inputs, predictions, noise, whitening, fits, search, judgement, what is told."""
 
     # Whether the records can be compared at all
