@@ -14,8 +14,8 @@ from evat import parameter_sets
 from evat.identification.report.figures import save_profiles
 from evat.studies import recovery
 from evat.studies.coupling import study
-from evat.studies.paper import study_paper
-from evat.studies.paper_plots import plot_profiles, plot_table
+from evat.studies.paper.plots import plot_profiles, plot_table
+from evat.studies.paper.study import study_paper
 from evat.studies.recovery_plot import plot_recovery
 from evat.studies.two_scales import TwoScales, changing_speed, compare
 from evat.studies.two_scales_plot import plot_coupling, plot_two_scales

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import doctest
+import html
 import io
 import re
 import shlex
@@ -15,6 +16,7 @@ import evat
 import pytest
 from evat import guide
 from evat.commands.main import main
+from evat.constants import CONSTANTS
 from evat.guide import seal, tables
 from evat.native import kernel
 from evat.native.compile import source_root
@@ -173,6 +175,13 @@ def test_the_site_is_built_without_a_warning_and_asks_no_network(site: Path) -> 
                 assert link[1].startswith("data:") or (page.parent / link[1].partition("?")[0].partition("#")[0]).exists(), tag
         assert "<!-- table:" not in text, page.name
         assert "<!-- include:" not in text, page.name
+
+
+def test_the_table_of_constants_is_the_one_they_are_taken_from(site: Path) -> None:
+    page = (site / "constants.html").read_text(encoding="utf-8").replace("&#95;", "_")
+    for name, each in CONSTANTS.declared().items():
+        assert f'<code class="name">{name}</code>' in page
+        assert html.escape(each.meaning, quote=False) in page, name
 
 
 def test_the_tables_are_the_kernels(site: Path) -> None:

@@ -7,10 +7,10 @@ import pytest
 from evat import paper_tables, parameter_sets, simulate
 from evat.native import kernel
 from evat.paper_conditions import inferred
-from evat.studies import paper_friction
 from evat.studies.main_job import FORCES, MODELS
-from evat.studies.paper_friction import PLACES, BorneFriction, borne_friction, friction_caveats
-from evat.studies.paper_means import measured
+from evat.studies.paper import friction
+from evat.studies.paper.friction import PLACES, BorneFriction, borne_friction, friction_caveats
+from evat.studies.paper.means import measured
 
 MATERIALS = tuple(paper_tables.materials())
 
@@ -18,8 +18,8 @@ MATERIALS = tuple(paper_tables.materials())
 @pytest.fixture(scope="module")
 def borne() -> BorneFriction:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(paper_friction, "PLACES", PLACES[[13, 15]])
-        patch.setattr(paper_friction, "COEFFICIENTS", (0.7,))
+        patch.setattr(friction, "PLACES", PLACES[[13, 15]])
+        patch.setattr(friction, "COEFFICIENTS", (0.7,))
         return borne_friction()
 
 
@@ -51,7 +51,7 @@ def test_principal_forces_are_met_and_feed_forces_are_those_of_a_run_of_its_own(
 def test_the_gain_of_the_modified_law_is_gone_where_friction_is_bounded(borne: BorneFriction) -> None:
     """frozen: 25.1 % each at the start values, where unbounded it is 16.5 and 11.0 %; 11.5 and 11.7 % at mu = 1 over 8 thicknesses."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(paper_friction, "PLACES", PLACES[[13, 15]])
+        patch.setattr(friction, "PLACES", PLACES[[13, 15]])
         told = list(friction_caveats(borne))
     frozen = {"coulomb": 36.1, "lugre": 25.1, "lugre_thermal": 25.1}
     for model, percent in frozen.items():

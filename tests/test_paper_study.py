@@ -17,10 +17,11 @@ from evat.identification.searching.journal import JournalError
 from evat.model import FloatArray, ParameterError
 from evat.native import kernel
 from evat.paper_conditions import conditions, inference, inferred, shear_stresses
-from evat.studies import main_job, main_job_report, paper
+from evat.studies import main_job, main_job_report
 from evat.studies.main_job import FORCES, MODELS
-from evat.studies.paper_domain import domain_shares
-from evat.studies.paper_means import (
+from evat.studies.paper import study
+from evat.studies.paper.domain import domain_shares
+from evat.studies.paper.means import (
     FINE,
     Calculation,
     cycle_means,
@@ -54,13 +55,13 @@ def directly(material: str, model: str, values: dict[str, float | str]) -> Float
 
 @pytest.mark.parametrize(("model", "percent"), [("coulomb", 48.5), ("lugre", 16.5), ("lugre_thermal", 11.0)])
 def test_the_inferred_conditions_give_the_ranking_of_the_paper(model: str, percent: float) -> None:
-    assert 100 * mean_error(paper.inferred_forces()[model] / measured() - 1) == pytest.approx(percent, abs=0.06)
+    assert 100 * mean_error(study.inferred_forces()[model] / measured() - 1) == pytest.approx(percent, abs=0.06)
 
 
 @pytest.mark.parametrize(("model", "frozen_percent"), [("coulomb", 35.5), ("lugre", 22.8), ("lugre_thermal", 18.7)])
 def test_the_ranking_outlives_the_other_closure(model: str, frozen_percent: float) -> None:
     """The chip flows by the shear angle of the moment; forces against those of runs of their own."""
-    found = paper.inferred_forces("current_shear_angle")[model]
+    found = study.inferred_forces("current_shear_angle")[model]
     assert 100 * mean_error(found / measured() - 1) == pytest.approx(frozen_percent, abs=0.06)
     for place, material in enumerate(MATERIALS):
         expected = directly(material, model, {**inferred(material), "chip_flow_angle": "current_shear_angle", "relative_tolerance": 1e-4})
@@ -73,7 +74,7 @@ def test_the_batch_gives_what_a_run_of_its_own_gives(material: str) -> None:
     place = MATERIALS.index(material)
     for model in MODELS:
         expected = directly(material, model, inferred(material))
-        assert np.abs(paper.inferred_forces()[model][place] - expected).max() < 1e-4 * measured()[place].max(), model
+        assert np.abs(study.inferred_forces()[model][place] - expected).max() < 1e-4 * measured()[place].max(), model
 
 
 def test_forces_at_another_frequency_are_those_of_the_slower_vibration() -> None:
@@ -106,7 +107,7 @@ def test_width_and_shear_stress_are_known_by_their_product_alone() -> None:
 
 
 def test_each_inferred_shear_stress_is_what_the_principal_force_asks_for() -> None:
-    solved = solved_shear_stress(inferred_point()[None], paper.chosen())[0]
+    solved = solved_shear_stress(inferred_point()[None], study.chosen())[0]
     assert solved == pytest.approx(STRESS, rel=5e-3)  # rounded to MPa, and the measured means to their last digit
 
 
@@ -162,7 +163,7 @@ def cases(fmi3_fmu: Path) -> list[main_job.MainJobCase]:
 def test_the_main_job_shows_the_study_s_means_through_the_fmu(cases: list[main_job.MainJobCase]) -> None:
     """1e-3 of the measured force: the FMU runs at the tolerance it has at its start, 1e-4."""
     assert len(cases) == main_job.case_count()
-    for model, expected in paper.inferred_forces().items():
+    for model, expected in study.inferred_forces().items():
         for place, material in enumerate(MATERIALS):
             [case] = [
                 one
@@ -224,35 +225,35 @@ def test_a_tool_that_does_not_leave_the_chip_has_no_deviations() -> None:
     ],
 )
 def test_a_profile_says_what_is_determined(errors: list[float], ends: tuple[float, float], verdict: str) -> None:
-    one = paper.ConditionProfile(conditions()[0], np.array([1.0, 10.0, 100.0]), np.array(errors), 0.2)
+    one = study.ConditionProfile(conditions()[0], np.array([1.0, 10.0, 100.0]), np.array(errors), 0.2)
     assert one.interval == pytest.approx(ends)
     assert one.verdict == verdict
 
 
 def test_the_ranking_is_kept_only_where_each_law_is_better_than_the_one_before() -> None:
     errors = np.array([[0.3, 0.3, 0.1, np.inf], [0.2, 0.1, 0.2, 0.2], [0.1, 0.1, 0.3, 0.1]])
-    assert paper.ranked(errors).tolist() == [True, False, False, True]
+    assert study.ranked(errors).tolist() == [True, False, False, True]
 
 
 @pytest.fixture
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """A study of some seconds: all stages, none of them converged."""
     for name, number in {"GENERATIONS": 1, "POLISHED": 9, "PROFILE_POLISHED": 2, "PROFILE_PLACES": 3, "PROFILE_DRAWS": 2}.items():
-        monkeypatch.setattr(paper, name, number)
+        monkeypatch.setattr(study, name, number)
 
 
 @pytest.mark.usefixtures("short")
 def test_a_study_goes_on_where_it_was_stopped_to_the_same_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     journal, told = tmp_path / "study.journal", list[str]()
-    whole = paper.study_paper(draws=64, journal=journal, progress=told.append)
-    assert len(told) == paper.stage_count()
+    whole = study.study_paper(draws=64, journal=journal, progress=told.append)
+    assert len(told) == study.stage_count()
     lines = journal.read_bytes().splitlines(keepends=True)
     assert len(lines) == 1 + len(told)
     journal.write_bytes(b"".join(lines[:9]) + lines[9][:40])  # torn while it was written
     calls = list[int]()
-    direct = paper._lowest
-    monkeypatch.setattr(paper, "_lowest", lambda start, how, seed: (calls.append(1), direct(start, how, seed))[1])
-    again = paper.study_paper(draws=64, journal=journal, resume=True)
+    direct = study._lowest
+    monkeypatch.setattr(study, "_lowest", lambda start, how, seed: (calls.append(1), direct(start, how, seed))[1])
+    again = study.study_paper(draws=64, journal=journal, resume=True)
     assert len(calls) == sum(text.startswith("best") for text in told[8:])
     for one, best in whole.best.items():
         assert again.best[one].point.tolist() == best.point.tolist()
@@ -260,7 +261,7 @@ def test_a_study_goes_on_where_it_was_stopped_to_the_same_end(tmp_path: Path, mo
     assert [one.errors.tolist() for one in again.profiles] == [one.errors.tolist() for one in whole.profiles]
     assert journal.read_bytes() == b"".join(lines)
     with pytest.raises(JournalError, match="seed"):
-        paper.study_paper(draws=64, seed=1, journal=journal, resume=True)
+        study.study_paper(draws=64, seed=1, journal=journal, resume=True)
 
 
 @pytest.mark.usefixtures("short")
@@ -275,20 +276,20 @@ def test_the_command_shows_all_of_it(tmp_path: Path) -> None:
     assert found["borne_friction"]["domain"]["copper"]["friction_beyond_normal_force"] < 1e-3
     assert found["domain"]["copper"]["friction_beyond_normal_force"] > 0.6
     assert "sticking_limit" in answer.output
-    assert len(found["best"]) == len(paper.calculations())
+    assert len(found["best"]) == len(study.calculations())
     assert {path.name for path in (tmp_path / "out").glob("*.png")} == {"table-2.png", "profiles.png", "draws.png", "cycles.png"}
 
 
 @pytest.mark.parametrize("draws", [0, 63, 100])
 def test_draws_are_a_power_of_two(draws: int) -> None:
     with pytest.raises(ParameterError, match="power of 2"):
-        paper.study_paper(draws=draws)
+        study.study_paper(draws=draws)
 
 
 @pytest.mark.campaign
 def test_the_whole_study() -> None:
     """Errors to half a point: the search ends in other valleys where draws, libraries or machine are others, as near as this."""
-    found = paper.study_paper()
+    found = study.study_paper()
     for principle, percents in ((ENERGY, (28.4, 14.6, 10.1)), (SHEAR, (28.4, 15.8, 11.2))):
         ranking = found.ranking(principle, "m/min")
         assert [100 * error for error in ranking.values()] == pytest.approx(percents, abs=0.5)
@@ -308,7 +309,7 @@ def test_the_whole_study() -> None:
     for one in found.profiles:
         low, high = one.interval
         assert low <= one.condition.inferred <= high
-        assert one.errors.min() >= found.best[paper.chosen()].error - 0.003
+        assert one.errors.min() >= found.best[study.chosen()].error - 0.003
     left_out = {(one.material, one.model): one for one in found.left_out}
     for material in MATERIALS:
         assert left_out[material, "coulomb"].predicted.size == 0

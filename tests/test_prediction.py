@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment, ExperimentError, Means, Nominal, Trial
-from evat.inference.prediction import TOLERANCE, Prediction
+from evat.inference.prediction import Prediction
 from evat.model import Run
 from evat.models.contact import ContactModel
 
@@ -36,7 +37,7 @@ def test_each_segment_is_the_run_of_its_trial() -> None:
         own = asked.trials[segment.trial]
         assert np.all(prediction.measured[segment.at] == own.outputs[segment.channel])
         for row, level in zip(rows, (6.0, 7.0, 8.0), strict=True):
-            values = {**VALUES, "F_C": level, **own.values, "relative_tolerance": TOLERANCE}
+            values = {**VALUES, "F_C": level, **own.values, "relative_tolerance": CONSTANTS.solver_tolerance}
             name = f"measured_{segment.channel}"
             alone = MODEL.simulate(Run(own.times, own.inputs, (name,)), ["direction_asymmetry"], values)
             assert np.array_equal(row[segment.at], alone[name])

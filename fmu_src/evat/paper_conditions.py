@@ -1,6 +1,6 @@
 """Under which process conditions were the paper's tests made? It prints none: bounds with sources, and what its table 2 lets infer.
 
-Both stand in parameters/paper/conditions.toml; `evat.studies.paper` is how the inferred ones were made.
+Both stand in parameters/paper/conditions.toml; `evat.studies.paper.study` is how the inferred ones were made.
 """
 
 from __future__ import annotations

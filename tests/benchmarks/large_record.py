@@ -14,9 +14,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
+from evat.constants import CONSTANTS
 from evat.experiment.read import read_experiment, scan_experiment
 from evat.gap import diagnose
-from evat.gap.portion import MOST_SAMPLES
 from evat.models.contact import ContactModel
 
 ROWS = 1 << 18  # written at a time
@@ -75,7 +75,7 @@ def read(folder: Path, what: str) -> dict[str, float]:
     if what == "scan":
         rows = scan_experiment(folder, model, progress=told.append).trials[0].rows
     elif what == "diagnose":
-        experiment = read_experiment(folder, model, progress=told.append, most=MOST_SAMPLES + 1)
+        experiment = read_experiment(folder, model, progress=told.append, most=CONSTANTS.diagnosed_samples + 1)
         rows = experiment.trials[0].times.size
         diagnose(experiment, model)
     else:

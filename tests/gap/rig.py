@@ -52,8 +52,8 @@ def measured(
         force = MODEL.simulate(run, on, {**VALUES, **(truth or {})})["measured_friction_force"]
         force = np.interp(times - late, times, force)
         for repeat in range(repeats):
-            shown = force * (1 + 0.003 * draw.normal()) + 0.02 * draw.normal() + NOISE * noise(draw, times.size)
-            shown = shown + (0 if extra is None else extra(times))
-            trials.append(Trial(f"{place}{repeat}.csv", f"c{place}", {}, times, columns, {"friction_force": shown}))
+            recorded = force * (1 + 0.003 * draw.normal()) + 0.02 * draw.normal() + NOISE * noise(draw, times.size)
+            recorded = recorded + (0 if extra is None else extra(times))
+            trials.append(Trial(f"{place}{repeat}.csv", f"c{place}", {}, times, columns, {"friction_force": recorded}))
     signals = {"friction_force": Signal("friction_force", "F", "N", "output")}
     return Experiment(Path(), "rig", "", Nominal({**VALUES, **(nominal or {})}, (), {}), signals, tuple(trials), None, "")

@@ -100,12 +100,12 @@ def test_the_generator_imports_nothing_of_the_package() -> None:
     sources = [path for path in BLIND.glob("*.py") if path.name not in USES_THE_MODEL]
     assert len(sources) > 15
     for path in sources:
-        found = set()
+        imported = set()
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            found |= {name.name for name in node.names} if isinstance(node, ast.Import) else set()
-            found |= {node.module or "."} if isinstance(node, ast.ImportFrom) else set()
-            found |= {"import_module"} if isinstance(node, ast.Name) and node.id in ("__import__", "import_module") else set()
-        roots = {name.split(".")[0] for name in found}
+            imported |= {name.name for name in node.names} if isinstance(node, ast.Import) else set()
+            imported |= {node.module or "."} if isinstance(node, ast.ImportFrom) else set()
+            imported |= {"import_module"} if isinstance(node, ast.Name) and node.id in ("__import__", "import_module") else set()
+        roots = {name.split(".")[0] for name in imported}
         assert not roots & {"evat", "fmu_src", "cffi", "ctypes", "subprocess", "importlib", "import_module", "runpy"}, path.name
         assert not roots & {name.removesuffix(".py") for name in USES_THE_MODEL}, path.name
 
@@ -186,8 +186,8 @@ def test_the_integrator_agrees_with_scipy_radau() -> None:
 def test_a_gate_that_is_open_changes_nothing() -> None:
     """The stepwise integration of laws that are not linear in the deflection, against the whole-record one. Tolerance: of both grids."""
     values = {"F_C": 3.0, "F_S": 4.0, "v_s": 4e-3, "sigma0": 1e5, "sigma1": 5.0, "sigma2": 2.0}
-    found = scene.given(np.linspace(0, 0.2, 241), 8, {"slip_velocity": lambda t: 0.02 * np.sin(2 * np.pi * 10 * t)}, {}, None)
-    plain, gated = law.open_fields(found, values), law.open_fields(found, values)
+    rubbing = scene.given(np.linspace(0, 0.2, 241), 8, {"slip_velocity": lambda t: 0.02 * np.sin(2 * np.pi * 10 * t)}, {}, None)
+    plain, gated = law.open_fields(rubbing, values), law.open_fields(rubbing, values)
     gated.z_gate = lambda z, v, steady: 1.0
     assert law.friction(gated, law.Form()) == pytest.approx(law.friction(plain, law.Form()), abs=1e-3 * 4)
 
@@ -229,11 +229,11 @@ def test_a_case_without_causes_holds_its_noise_and_nothing_else(tmp_path: Path) 
 
 def test_the_noise_has_the_colour_it_says() -> None:
     """An autoregression's first autocorrelation is (a + b)/(1 + a b); of 200 000 samples it is known to 0.01."""
-    found = noise.Noise({"F": 2.0}, (0.7, 0.2), {"gain": 0.0, "zero F": 0.0, "delay": 0.0})
-    x = found.draw(np.random.default_rng(1), 200_000)
+    coloured = noise.Noise({"F": 2.0}, (0.7, 0.2), {"gain": 0.0, "zero F": 0.0, "delay": 0.0})
+    x = coloured.draw(np.random.default_rng(1), 200_000)
     assert np.std(x) == pytest.approx(1, abs=0.02)
     assert np.mean(x[1:] * x[:-1]) / np.var(x) == pytest.approx(0.9 / 1.14, abs=0.01)
-    assert found.memory == pytest.approx(float(np.sum([found._correlation(300)[1:]])), rel=1e-3)
+    assert coloured.memory == pytest.approx(float(np.sum([coloured._correlation(300)[1:]])), rel=1e-3)
 
 
 # ---- the judging of it
@@ -276,40 +276,40 @@ def judged(bench: Path, labels: dict[str, Any], answer: Any, folder: Path) -> di
     return dict(score.score(bench, folder))
 
 
-def value(found: dict[str, Any], name: str, group: str = "all") -> float:
-    return float(found["figures"][group][name]["value"])
+def value(scores: dict[str, Any], name: str, group: str = "all") -> float:
+    return float(scores["figures"][group][name]["value"])
 
 
 def test_a_perfect_diagnosis_scores_all_there_is(bench: Path, labels: dict[str, Any], tmp_path: Path) -> None:
-    found = judged(bench, labels, perfect, tmp_path)
+    scores = judged(bench, labels, perfect, tmp_path)
     ones = ("top-1, detectable single effect", "truth in the 90 % set", "size of the 90 % set", "pairs exact", "mistuned recognised",
             "open-set AUROC", "location F1", "location IoU", "closure against an oracle", "unknown recognised", "answered")  # fmt: skip
-    assert {name: value(found, name) for name in ones} == dict.fromkeys(ones, pytest.approx(1.0, abs=1e-9))
+    assert {name: value(scores, name) for name in ones} == dict.fromkeys(ones, pytest.approx(1.0, abs=1e-9))
     zeros = ("false alarms", "unknown named as known", "calibration error (ECE)")
-    assert {name: value(found, name) for name in zeros} == dict.fromkeys(zeros, pytest.approx(0.0, abs=1e-9))
-    assert value(found, "seconds, median") == 3.0
-    assert value(found, "reported gap over true gap") == pytest.approx(1.0, abs=1e-6)
-    assert "top-1" in score.table(found)
+    assert {name: value(scores, name) for name in zeros} == dict.fromkeys(zeros, pytest.approx(0.0, abs=1e-9))
+    assert value(scores, "seconds, median") == 3.0
+    assert value(scores, "reported gap over true gap") == pytest.approx(1.0, abs=1e-6)
+    assert "top-1" in score.table(scores)
 
 
 def test_a_bad_diagnosis_scores_nothing(bench: Path, labels: dict[str, Any], tmp_path: Path) -> None:
-    found = judged(bench, labels, bad, tmp_path)
+    scores = judged(bench, labels, bad, tmp_path)
     zeros = ("top-1, detectable single effect", "truth in the 90 % set", "pairs exact", "mistuned recognised", "open-set AUROC",
              "location F1", "location IoU", "unknown recognised")  # fmt: skip
-    assert {name: value(found, name) for name in zeros} == dict.fromkeys(zeros, pytest.approx(0.0, abs=1e-9))
+    assert {name: value(scores, name) for name in zeros} == dict.fromkeys(zeros, pytest.approx(0.0, abs=1e-9))
     ones = ("false alarms", "unknown named as known", "calibration error (ECE)")
-    assert {name: value(found, name) for name in ones} == dict.fromkeys(ones, pytest.approx(1.0, abs=1e-9))
+    assert {name: value(scores, name) for name in ones} == dict.fromkeys(ones, pytest.approx(1.0, abs=1e-9))
 
 
 def test_no_answer_or_a_broken_one_counts_as_wrong(bench: Path, labels: dict[str, Any], tmp_path: Path) -> None:
     (tmp_path / "001").mkdir()
     (tmp_path / "001" / "diagnosis.json").write_text('{"format": 1, "verdict": "sure"}', encoding="utf-8")
-    found = score.score(bench, tmp_path)
-    assert len(found["failed"]) == len(labels)
-    assert "sure" in found["failed"]["001"]
-    assert value(found, "answered") == 0
-    assert value(found, "top-1, detectable single effect") == 0
-    assert value(found, "false alarms") == 1
+    scores = score.score(bench, tmp_path)
+    assert len(scores["failed"]) == len(labels)
+    assert "sure" in scores["failed"]["001"]
+    assert value(scores, "answered") == 0
+    assert value(scores, "top-1, detectable single effect") == 0
+    assert value(scores, "false alarms") == 1
 
 
 def test_half_a_place_overlaps_by_a_half(bench: Path, labels: dict[str, Any]) -> None:
@@ -327,10 +327,10 @@ def test_half_a_place_overlaps_by_a_half(bench: Path, labels: dict[str, Any]) ->
 
 def test_intervals_are_the_textbook_ones() -> None:
     """Wilson's 90 % interval of 8 in 10, and the area under a curve of known ranks."""
-    found = statistics.share_of([True] * 8 + [False] * 2)
+    share = statistics.share_of([True] * 8 + [False] * 2)
     z = 1.6448536
-    assert (found.low + found.high) / 2 == pytest.approx((0.8 + z * z / 20) / (1 + z * z / 10), abs=1e-6)
-    assert found.high - found.low == pytest.approx(2 * z / (1 + z * z / 10) * np.sqrt(0.8 * 0.2 / 10 + z * z / 400), abs=1e-6)
+    assert (share.low + share.high) / 2 == pytest.approx((0.8 + z * z / 20) / (1 + z * z / 10), abs=1e-6)
+    assert share.high - share.low == pytest.approx(2 * z / (1 + z * z / 10) * np.sqrt(0.8 * 0.2 / 10 + z * z / 400), abs=1e-6)
     assert statistics.area_under_curve([3, 2], [1, 2]).value == pytest.approx(3.5 / 4)
     assert statistics.calibration_error([0.95] * 4, [True, True, True, False]).value == pytest.approx(0.2)
 
@@ -342,6 +342,6 @@ def test_the_baselines_answer_in_the_format(tmp_path: Path) -> None:
     generate.generate(out, SEED, 1, {"truth": ["single"], "kinematics": ["means"], "stratum": ["high"]})
     assert baselines.main([str(out), str(tmp_path / "answers")]) == 0
     for method in baselines.METHODS:
-        found = score.score(out, tmp_path / "answers" / method)
-        assert not found["failed"]
-        assert value(found, "answered") == 1
+        scores = score.score(out, tmp_path / "answers" / method)
+        assert not scores["failed"]
+        assert value(scores, "answered") == 1

@@ -26,8 +26,8 @@ def scores(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     assert result.exit_code == 0, result.output
     command = [sys.executable, str(BLIND / "score.py"), str(out), str(out / "answers"), "--json", str(out / "scores.json")]
     subprocess.run(command, check=True, capture_output=True)
-    found: dict[str, Any] = json.loads((out / "scores.json").read_text())
-    return found
+    figures: dict[str, Any] = json.loads((out / "scores.json").read_text())
+    return figures
 
 
 def test_single_effects_are_named(scores: dict[str, Any]) -> None:

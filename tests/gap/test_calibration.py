@@ -47,7 +47,7 @@ def _features(
 
 
 @pytest.mark.parametrize(
-    ("found", "verdict", "chosen"),
+    ("seen", "verdict", "chosen"),
     [
         (_features(0.01, {"a": (-2, 1.0)}, exact=15), NO_GAP, ()),
         (_features(0.01, {"a": (-2, 1.0)}, exact=-500, before=30), MISTUNED, ()),
@@ -65,8 +65,8 @@ def _features(
         (_features(30, {"a": (300, 0.3), "a+b": (500, 0.01)}), "effect", ("a", "b")),
     ],
 )
-def test_verdicts(found: Features, verdict: str, chosen: tuple[str, ...]) -> None:
-    said = judge(found, Constants())
+def test_verdicts(seen: Features, verdict: str, chosen: tuple[str, ...]) -> None:
+    said = judge(seen, Constants())
     assert (said.verdict, said.chosen) == (verdict, Hypothesis(chosen))
     assert math.isclose(sum(said.probabilities.values()) + said.unknown, 1.0, rel_tol=1e-9)
 
@@ -120,10 +120,10 @@ def test_a_campaign_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest
     assert len(list(campaign(path, 4, 1))) == 2
     with path.open("a") as file:
         file.write('{"number": 4, "ca')  # stopped while it wrote
-    found = list(campaign(path, 8, 1))
+    cases = list(campaign(path, 8, 1))
     assert asked == [0, 1, 2, 3, 4, 5, 6, 7]
-    assert numbers(found) == {"single": 4}
-    assert found[0].features == CalibrationCase.read(line).features
+    assert numbers(cases) == {"single": 4}
+    assert cases[0].features == CalibrationCase.read(line).features
 
 
 def test_a_case_that_is_damaged_or_of_another_kernel_is_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -142,13 +142,13 @@ def test_a_case_that_is_damaged_or_of_another_kernel_is_run_again(tmp_path: Path
     lines[2] = lines[2][:40]
     lines[3] = b'{"number": 3}'
     with monkeypatch.context() as elsewhere:
-        elsewhere.setattr(campaigns, "_library", lambda: "another kernel")
+        elsewhere.setattr(campaigns, "kernel_digest", lambda: "another kernel")
         lines[4] = campaigns._line({"number": 4, "case": line}).encode()
     path.write_bytes(b"\n".join([*lines, b"\xff\xfe", b"[]", b""]))
     asked.clear()
-    found = list(campaign(path, 5, 1))
+    cases = list(campaign(path, 5, 1))
     assert sorted(asked) == [1, 2, 3, 4]
-    assert all(case.features == CalibrationCase.read(line).features for case in found)
+    assert all(case.features == CalibrationCase.read(line).features for case in cases)
     asked.clear()
     assert len(list(campaign(path, 5, 1))) == 5
     assert asked == []

@@ -17,28 +17,28 @@ from rig import MODEL, SAMPLES, STEP, VALUES, measured
 LEAN = {"direction_asymmetry.a": 0.06}
 
 
-def names(found: Diagnosis) -> list[str]:
-    return [effect.name for effect in found.effects]
+def names(answer: Diagnosis) -> list[str]:
+    return [effect.name for effect in answer.effects]
 
 
 def test_the_same_thing_twice_is_no_gap() -> None:
-    found = diagnose(measured(), MODEL)
-    assert (found.verdict, names(found)) == ("no_gap", [])
+    answer = diagnose(measured(), MODEL)
+    assert (answer.verdict, names(answer)) == ("no_gap", [])
 
 
 def test_a_pair_that_cannot_be_told_apart_is_named_as_such() -> None:
     """In sliding, a share a of the Coulomb force and a zero of a F_C are one and the same."""
     coulomb: dict[str, float | str] = {"friction_law": "coulomb", "sigma2": 0.0}
-    found = diagnose(measured(["sensor_offset"], {**coulomb, "sensor_offset.friction_force": 0.8}, nominal=coulomb), MODEL)
-    assert found.verdict in ("ambiguous", "effect")
-    candidates = {name for on in found.judgement.likely for name in on}
+    answer = diagnose(measured(["sensor_offset"], {**coulomb, "sensor_offset.friction_force": 0.8}, nominal=coulomb), MODEL)
+    assert answer.verdict in ("ambiguous", "effect")
+    candidates = {name for on in answer.judgement.likely for name in on}
     assert {"sensor_offset", "direction_asymmetry"} <= candidates
-    assert found.advice is not None
+    assert answer.advice is not None
 
 
 def test_the_larger_of_two_effects_is_found_at_least() -> None:
-    found = diagnose(measured(["direction_asymmetry", "sensor_drift"], {**LEAN, "sensor_drift.friction_force": 0.1}), MODEL)
-    assert "direction_asymmetry" in names(found)
+    answer = diagnose(measured(["direction_asymmetry", "sensor_drift"], {**LEAN, "sensor_drift.friction_force": 0.1}), MODEL)
+    assert "direction_asymmetry" in names(answer)
 
 
 @pytest.mark.parametrize(
@@ -51,16 +51,16 @@ def test_the_larger_of_two_effects_is_found_at_least() -> None:
     ids=["line", "sawtooth", "spikes"],
 )
 def test_what_is_outside_the_library_is_unknown(extra: object) -> None:
-    found = diagnose(measured(extra=extra), MODEL)  # type: ignore[arg-type]
-    assert (found.verdict, names(found)) == ("unknown", [])
-    assert found.judgement.unknown > 0.5
+    answer = diagnose(measured(extra=extra), MODEL)  # type: ignore[arg-type]
+    assert (answer.verdict, names(answer)) == ("unknown", [])
+    assert answer.judgement.unknown > 0.5
 
 
 def test_a_nominal_model_that_is_far_off_is_recalibrated() -> None:
-    found = diagnose(measured(truth={"F_C": 11.7, "F_S": 14.3}), MODEL)
-    assert found.verdict == "mistuned"
-    assert found.recalibration.parameters["F_C"][1] == pytest.approx(11.7, rel=0.03)
-    assert found.recalibration.share > 0.95
+    answer = diagnose(measured(truth={"F_C": 11.7, "F_S": 14.3}), MODEL)
+    assert answer.verdict == "mistuned"
+    assert answer.recalibration.parameters["F_C"][1] == pytest.approx(11.7, rel=0.03)
+    assert answer.recalibration.share > 0.95
 
 
 def _outliers(draw: np.random.Generator, size: int) -> FloatArray:
@@ -70,9 +70,9 @@ def _outliers(draw: np.random.Generator, size: int) -> FloatArray:
 
 @pytest.mark.parametrize("noise", [lambda draw, size: draw.standard_t(3, size=size), _outliers], ids=["t3", "outliers"])
 def test_heavy_tails_do_not_change_the_answer(noise: object) -> None:
-    found = diagnose(measured(["direction_asymmetry"], LEAN, noise=noise), MODEL)  # type: ignore[arg-type]
-    assert names(found) == ["direction_asymmetry"]
-    assert found.effects[0].parameters["a"][0] == pytest.approx(0.06, abs=0.015)
+    answer = diagnose(measured(["direction_asymmetry"], LEAN, noise=noise), MODEL)  # type: ignore[arg-type]
+    assert names(answer) == ["direction_asymmetry"]
+    assert answer.effects[0].parameters["a"][0] == pytest.approx(0.06, abs=0.015)
     assert diagnose(measured(noise=noise), MODEL).verdict == "no_gap"  # type: ignore[arg-type]
 
 
@@ -89,18 +89,18 @@ def test_a_clock_that_is_late_or_early_by_two_samples_is_the_set_up(late: float)
 
 def test_one_recording_says_nothing_of_repeatability() -> None:
     experiment = measured(["direction_asymmetry"], {"direction_asymmetry.a": 0.15}, repeats=1)
-    found = diagnose(experiment, MODEL)
-    assert any("repeatability" in note for note in found.cannot_tell)
-    assert "direction_asymmetry" in {name for on in found.judgement.likely for name in on}
+    answer = diagnose(experiment, MODEL)
+    assert any("repeatability" in note for note in answer.cannot_tell)
+    assert "direction_asymmetry" in {name for on in answer.judgement.likely for name in on}
 
 
 def test_what_needs_a_proxy_that_does_not_vary_is_not_identifiable() -> None:
     still = {"proxy_speed": lambda times, place: np.full(times.size, 0.2)}
     proxy: dict[str, float | str] = {"proxy_source": "proxy_speed", "theta_ref": 0.1}
     softer = {**proxy, "thermal_softening.k_Q": 2e4, "thermal_softening.Q": 1.0}
-    found = diagnose(measured(["thermal_softening"], softer, nominal=proxy, inputs=still), MODEL)
-    assert "thermal_softening" not in names(found)
-    assert any(note.startswith("thermal_softening: not identifiable, proxy_speed") for note in found.cannot_tell)
+    answer = diagnose(measured(["thermal_softening"], softer, nominal=proxy, inputs=still), MODEL)
+    assert "thermal_softening" not in names(answer)
+    assert any(note.startswith("thermal_softening: not identifiable, proxy_speed") for note in answer.cannot_tell)
 
 
 def test_softening_is_named_where_the_proxy_varies_enough() -> None:
@@ -116,9 +116,9 @@ def test_a_sensor_below_the_vibration_claims_no_phase() -> None:
     times = np.arange(SAMPLES) * STEP
     values: dict[str, float | str] = {**VALUES, "kinematics": "internal", "vibration_frequency": 2e4}
     trials = tuple(replace(trial, times=times, inputs={}) for trial in slow.trials)
-    found = diagnose(replace(slow, nominal=replace(slow.nominal, values=values), trials=trials), MODEL)
-    assert found.verdict == "cannot_tell"
-    assert any("phases cannot be seen" in note for note in found.cannot_tell)
+    answer = diagnose(replace(slow, nominal=replace(slow.nominal, values=values), trials=trials), MODEL)
+    assert answer.verdict == "cannot_tell"
+    assert any("phases cannot be seen" in note for note in answer.cannot_tell)
 
 
 def _changed(experiment: Experiment, factor: float) -> Experiment:
@@ -128,9 +128,9 @@ def _changed(experiment: Experiment, factor: float) -> Experiment:
 
 @pytest.mark.parametrize(("factor", "said"), [(1000.0, "check its unit"), (-1.0, "check its sign"), (0.0, "sensor connected")])
 def test_wrong_units_signs_and_dead_sensors_are_told(factor: float, said: str) -> None:
-    found = diagnose(_changed(measured(), factor), MODEL)
-    assert found.verdict == "cannot_tell"
-    assert any(said in note for note in found.cannot_tell)
+    answer = diagnose(_changed(measured(), factor), MODEL)
+    assert answer.verdict == "cannot_tell"
+    assert any(said in note for note in answer.cannot_tell)
 
 
 def test_a_solver_that_is_too_coarse_is_told() -> None:
@@ -145,9 +145,9 @@ def test_a_solver_that_is_too_coarse_is_told() -> None:
     experiment = toy.measured(noise=0.1)
     for tolerance, verdict in ((1.0, "cannot_tell"), (1e-3, "no_gap")):
         nominal = replace(experiment.nominal, values={"k": 10.0, "relative_tolerance": tolerance})
-        found = diagnose(replace(experiment, nominal=nominal), Coarse())
-        assert found.verdict == verdict
-        assert any("solver's own error" in note for note in found.cannot_tell) == (verdict == "cannot_tell")
+        answer = diagnose(replace(experiment, nominal=nominal), Coarse())
+        assert answer.verdict == verdict
+        assert any("solver's own error" in note for note in answer.cannot_tell) == (verdict == "cannot_tell")
 
 
 @pytest.mark.parametrize("on", [(), ("bend",)])
@@ -164,12 +164,12 @@ def test_a_channel_of_noise_changes_nothing(on: tuple[str, ...]) -> None:
     draw = np.random.default_rng(8)
     plain = toy.measured(on, {"bend.c": 0.2} if on else {})
     trials = [replace(trial, outputs={**trial.outputs, "G": 0.3 * draw.normal(size=trial.times.size)}) for trial in plain.trials]
-    without, found = diagnose(plain, toy.Toy()), diagnose(replace(plain, trials=tuple(trials)), Wider())
-    assert (found.verdict, names(found)) == (without.verdict, names(without))
+    without, answer = diagnose(plain, toy.Toy()), diagnose(replace(plain, trials=tuple(trials)), Wider())
+    assert (answer.verdict, names(answer)) == (without.verdict, names(without))
     for candidate, probability in without.judgement.probabilities.items():
-        assert found.judgement.probabilities[candidate] == pytest.approx(probability, abs=0.05)
+        assert answer.judgement.probabilities[candidate] == pytest.approx(probability, abs=0.05)
     if on:
-        assert found.where.channels["F"] == pytest.approx(1.0, abs=1e-6)
+        assert answer.where.channels["F"] == pytest.approx(1.0, abs=1e-6)
 
 
 def test_sides_that_are_the_same_have_no_gap() -> None:
@@ -185,16 +185,16 @@ def test_sides_that_are_the_same_have_no_gap() -> None:
 def test_what_drifts_is_no_heat() -> None:
     """A force that grows with time, beside a proxy that varies: wear or a drifting sensor, no thermal effect."""
     heat = {"proxy_speed": lambda times, place: 0.2 + 0.1 * np.sin(2 * np.pi * times / 0.9 + place)}
-    found = diagnose(measured(["sensor_drift"], {"sensor_drift.friction_force": 1.5}, inputs=heat), MODEL)
-    assert "sensor_drift" in names(found)
-    assert not any(name.startswith("thermal") for on in found.judgement.likely for name in on)
+    answer = diagnose(measured(["sensor_drift"], {"sensor_drift.friction_force": 1.5}, inputs=heat), MODEL)
+    assert "sensor_drift" in names(answer)
+    assert not any(name.startswith("thermal") for on in answer.judgement.likely for name in on)
 
 
 def test_of_an_effect_that_is_too_small_is_said_how_large_it_would_have_to_be() -> None:
     """A hundredth of what is named elsewhere here: nothing, and the smallest that would show lies between."""
     tiny = {name: value / 100 for name, value in LEAN.items()}
-    found, comparison = diagnose_with(measured(["direction_asymmetry"], tiny), MODEL)
-    assert found.verdict == "no_gap"
+    answer, comparison = diagnose_with(measured(["direction_asymmetry"], tiny), MODEL)
+    assert answer.verdict == "no_gap"
     effect = next(each for each in MODEL.effects if each.name == "direction_asymmetry")
     smallest = smallest_amplitudes(comparison, comparison.recalibrated, effect)["direction_asymmetry.a"]
     assert tiny["direction_asymmetry.a"] < smallest < LEAN["direction_asymmetry.a"]
@@ -202,6 +202,6 @@ def test_of_an_effect_that_is_too_small_is_said_how_large_it_would_have_to_be() 
 
 def test_what_a_missing_channel_hides_is_listed() -> None:
     """Friction alone is recorded: what acts on cutting forces cannot be told, what acts on friction can."""
-    found = diagnose(measured(["direction_asymmetry"], LEAN), MODEL)
-    assert names(found) == ["direction_asymmetry"]
-    assert any(line.startswith(("edge_force:", "cross_talk:")) for line in found.cannot_tell)
+    answer = diagnose(measured(["direction_asymmetry"], LEAN), MODEL)
+    assert names(answer) == ["direction_asymmetry"]
+    assert any(line.startswith(("edge_force:", "cross_talk:")) for line in answer.cannot_tell)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from evat.constants import CONSTANTS
 from evat.gap import diagnose_with
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.model import FloatArray, Rival, Variable
@@ -61,18 +61,16 @@ def test_it_is_read_by_people_and_by_programs(hypothesis: Hypothesis, text: str)
     assert Hypothesis.read(json.loads(json.dumps(hypothesis.document()))) == hypothesis
 
 
-def test_each_hypothesis_is_fitted_as_what_it_is_called(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_hypothesis_is_fitted_as_what_it_is_called() -> None:
     """Of a world with another law and an effect: no fit with the law stands under the name of effects alone. One pair is fitted at first,
     and whatever may stand in for one of its parts."""
-    module = sys.modules["evat.gap.compare"]  # the package has a function of that name
-    monkeypatch.setattr(module, "PAIR_FITS", 1)
-    monkeypatch.setattr(module, "ERROR_OF_LINEAR_GAIN", 10.0)
     experiment = measured(["lean"], {"lean.a": 2.0}, noise=0.02)
     trials = tuple(
         replace(trial, outputs={"F": trial.outputs["F"] + 10 * (4 * trial.inputs["x"] ** 3 - trial.inputs["x"])})
         for trial in experiment.trials
     )
-    answer, comparison = diagnose_with(replace(experiment, trials=trials), TwoLaws())
+    with CONSTANTS.replaced(pair_fits=1, error_of_linear_gain=10.0):
+        answer, comparison = diagnose_with(replace(experiment, trials=trials), TwoLaws())
     assert answer.judgement.chosen == Hypothesis(("lean",), LAW)
     assert [(effect.name, effect.is_law) for effect in answer.effects] == [(LAW, True), ("lean", False)]
     assert answer.document()["candidates"][0]["set"] == [LAW, "lean"]

@@ -21,9 +21,9 @@ def noise(seed: int, memory: float = 0.5, tails: float = 0.0) -> np.ndarray:
 @pytest.mark.parametrize("tails", [0.0, 3.0])
 def test_noise_is_regular(memory: float, tails: float) -> None:
     """Heavy tails make some; together with a long memory, where an outlier lasts, more."""
-    found = [irregular([noise(seed, memory, tails)], [1e-3]).share for seed in range(20)]
-    assert max(found) < (0.5 if tails and memory > 0.9 else 0.2)
-    assert np.median(found) < 0.1
+    shares = [irregular([noise(seed, memory, tails)], [1e-3]).share for seed in range(20)]
+    assert max(shares) < (0.5 if tails and memory > 0.9 else 0.2)
+    assert np.median(shares) < 0.1
 
 
 def test_outliers_are_no_bursts() -> None:
@@ -38,18 +38,18 @@ def test_sawteeth_are_bursts(width: int) -> None:
     places = np.random.default_rng(3).choice(np.arange(0, COUNT - 50, 60), 12, replace=False)
     for place in places:
         row[place : place + width] += np.linspace(8, 24, width)
-    found = irregular([row], [1e-3])
+    irregularity = irregular([row], [1e-3])
     tooth = 12 * float(np.sum(np.linspace(8, 24, width) ** 2)) / float(row @ row)
-    assert found.bursts == pytest.approx(tooth, abs=0.15)
-    assert found.lines < 0.05
+    assert irregularity.bursts == pytest.approx(tooth, abs=0.15)
+    assert irregularity.lines < 0.05
 
 
 def test_a_hum_is_a_line_at_its_frequency() -> None:
     row = noise(4) + 1.5 * np.sin(2 * np.pi * 50.0 * np.arange(COUNT) * 1e-3 + 1.0)
-    found = irregular([row], [1e-3])
-    assert found.frequency == pytest.approx(50.0, abs=0.5)
-    assert 0.2 < found.lines < 0.9
-    assert found.bursts < 0.05
+    irregularity = irregular([row], [1e-3])
+    assert irregularity.frequency == pytest.approx(50.0, abs=0.5)
+    assert 0.2 < irregularity.lines < 0.9
+    assert irregularity.bursts < 0.05
 
 
 def test_a_resonance_of_the_noise_is_no_line() -> None:

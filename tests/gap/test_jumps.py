@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from evat.inference.discontinuities import SHARPNESS, Discontinuities
+from evat.constants import CONSTANTS
+from evat.inference.discontinuities import Discontinuities
 
 FILTER = np.array([1.0, -0.6, 0.2])
 SQUARE_WAVE = np.where(np.arange(400) % 40 < 20, 1.0, -1.0)
@@ -18,7 +19,7 @@ def errors(size: float, draws: int) -> np.ndarray:
         noise[n] = innovations[n] - sum(FILTER[lag] * noise[n - lag] for lag in (1, 2) if n >= lag)
     bend = np.zeros(400)
     bend[1:-1] = np.abs(np.diff(SQUARE_WAVE, 2))
-    return np.asarray(size * noise + SHARPNESS * bend[:, None] * luck.normal(size=(400, draws)))
+    return np.asarray(size * noise + CONSTANTS.bend_error * bend[:, None] * luck.normal(size=(400, draws)))
 
 
 def whitened(rows: np.ndarray, size: float) -> np.ndarray:

@@ -17,8 +17,8 @@ def test_a_far_sample_is_taken_from_the_others(count: int, unit: float) -> None:
     rows = TRUE + 0.01 * LUCK.normal(size=(count, TRUE.size)) + 0.3 * np.arange(count)[:, None]
     spoilt = rows.copy()
     spoilt[1, 77] += 0.4
-    found = _without_outliers(unit * spoilt, unit * TRUE) / unit
-    assert found[1, 77] == pytest.approx(rows[1, 77], abs=0.06)
-    changed = np.abs(found - spoilt) > 1e-9
+    cleaned = _without_outliers(unit * spoilt, unit * TRUE) / unit
+    assert cleaned[1, 77] == pytest.approx(rows[1, 77], abs=0.06)
+    changed = np.abs(cleaned - spoilt) > 1e-9
     assert changed[1, 77]
     assert not changed[:, np.arange(TRUE.size) != 77].any()

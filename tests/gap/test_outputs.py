@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from diagnosed import EFFECT, MODEL, NOMINAL, SIZE, diagnosed, experiment
 from evat import parameter_sets
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Means
 from evat.experiment.write import write_experiment
 from evat.gap.answer import Diagnosis
@@ -58,30 +59,30 @@ CONTRACT: dict[str, Any] = {
 }  # fmt: skip
 
 
-def _agrees(found: Any, wanted: Any, at: str = "") -> None:
+def _agrees(document: Any, wanted: Any, at: str = "") -> None:
     if isinstance(wanted, dict):
-        assert isinstance(found, dict), at
-        assert "<>" in wanted or set(found) == set(wanted), at
-        for name, part in found.items():
+        assert isinstance(document, dict), at
+        assert "<>" in wanted or set(document) == set(wanted), at
+        for name, part in document.items():
             _agrees(part, wanted.get("<>", wanted.get(name)), f"{at}.{name}")
     elif isinstance(wanted, list):
-        assert isinstance(found, list), at
-        for part in found:
+        assert isinstance(document, list), at
+        for part in document:
             _agrees(part, wanted[0], f"{at}[]")
     else:
-        assert isinstance(found, wanted), f"{at}: {found!r}"
-        assert isinstance(found, bool) == (wanted == FLAG), at
+        assert isinstance(document, wanted), f"{at}: {document!r}"
+        assert isinstance(document, bool) == (wanted == FLAG), at
 
 
 @pytest.fixture(scope="module")
-def found() -> tuple[Diagnosis, Comparison]:
+def outcome() -> tuple[Diagnosis, Comparison]:
     answer, comparison = diagnosed()
     return replace(answer, made_by={**answer.made_by, "seconds": 1.5}), comparison
 
 
-def test_the_json_is_as_the_format_says(found: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
+def test_the_json_is_as_the_format_says(outcome: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
     """And says what was simulated: the asymmetry within four of its standard deviations and a tenth, closing nearly all."""
-    paths = write_diagnosis(*found, tmp_path / "out")
+    paths = write_diagnosis(*outcome, tmp_path / "out")
     assert {path.name for path in paths} == FILES == {path.name for path in (tmp_path / "out").iterdir()}
     text = (tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8")
     read = json.loads(text, parse_constant=lambda word: pytest.fail(f"{word} is no JSON"))
@@ -98,9 +99,9 @@ def test_the_json_is_as_the_format_says(found: tuple[Diagnosis, Comparison], tmp
     assert sum(each["probability"] for each in read["candidates"]) <= 1 + 1e-5
 
 
-def test_the_same_answer_gives_the_same_bytes(found: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path) -> None:
+def test_the_same_answer_gives_the_same_bytes(outcome: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path) -> None:
     for name in ("one", "two"):
-        write_diagnosis(*found, tmp_path / name, fmu=fmi2_fmu)
+        write_diagnosis(*outcome, tmp_path / name, fmu=fmi2_fmu)
     for file in FILES:
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
 
@@ -108,11 +109,11 @@ def test_the_same_answer_gives_the_same_bytes(found: tuple[Diagnosis, Comparison
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError, RuntimeError])
 @pytest.mark.parametrize("before", [False, True])
 def test_an_interrupted_diagnosis_leaves_what_was_there(
-    found: tuple[Diagnosis, Comparison], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: type[BaseException], before: bool
+    outcome: tuple[Diagnosis, Comparison], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: type[BaseException], before: bool
 ) -> None:
     out = tmp_path / "out"
     if before:
-        write_diagnosis(*found, out)
+        write_diagnosis(*outcome, out)
     there = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
 
     def fails(*_: object) -> str:
@@ -120,17 +121,17 @@ def test_an_interrupted_diagnosis_leaves_what_was_there(
 
     monkeypatch.setattr(output, "page", fails)
     with pytest.raises(OutputError if error is OSError else error):
-        write_diagnosis(replace(found[0], verdict="unknown"), found[1], out)
+        write_diagnosis(replace(outcome[0], verdict="unknown"), outcome[1], out)
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == there
     assert [path.name for path in tmp_path.iterdir()] == (["out"] if before else [])
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
 def test_interrupted_between_the_two_renames(
-    found: tuple[Diagnosis, Comparison], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: type[BaseException]
+    outcome: tuple[Diagnosis, Comparison], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: type[BaseException]
 ) -> None:
     out = tmp_path / "out"
-    write_diagnosis(*found, out)
+    write_diagnosis(*outcome, out)
     there = (out / "diagnosis.json").read_bytes()
     rename, calls = output.os.rename, list[object]()
 
@@ -142,49 +143,49 @@ def test_interrupted_between_the_two_renames(
 
     monkeypatch.setattr(output.os, "rename", fails_once)
     with pytest.raises(OutputError if error is OSError else error):
-        write_diagnosis(replace(found[0], verdict="unknown"), found[1], out)
+        write_diagnosis(replace(outcome[0], verdict="unknown"), outcome[1], out)
     assert (out / "diagnosis.json").read_bytes() == there
     assert {path.name for path in tmp_path.iterdir()} == {"out"}
 
 
-def test_an_earlier_diagnosis_is_replaced_whole(found: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
-    write_diagnosis(*found, tmp_path / "out")
-    write_diagnosis(replace(found[0], verdict="unknown"), found[1], tmp_path / "out")
+def test_an_earlier_diagnosis_is_replaced_whole(outcome: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
+    write_diagnosis(*outcome, tmp_path / "out")
+    write_diagnosis(replace(outcome[0], verdict="unknown"), outcome[1], tmp_path / "out")
     assert json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))["verdict"] == "unknown"
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
-def test_what_is_no_diagnosis_is_left_alone(found: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
+def test_what_is_no_diagnosis_is_left_alone(outcome: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
     """A folder of somebody else's, a diagnosis that somebody has added to, a file, a link; an empty folder is free."""
     (tmp_path / "theirs").mkdir()
     (tmp_path / "theirs" / "thesis.txt").write_text("years", encoding="utf-8")
     (tmp_path / "theirs" / "diagnosis.json").write_text("{}", encoding="utf-8")
-    write_diagnosis(*found, tmp_path / "ours")
+    write_diagnosis(*outcome, tmp_path / "ours")
     (tmp_path / "ours" / "notes.txt").write_text("mine", encoding="utf-8")
     (tmp_path / "file").write_text("a file", encoding="utf-8")
     for name, word in (("theirs", "thesis.txt"), ("ours", "notes.txt"), ("file", "no folder")):
         with pytest.raises(OutputError, match=word):
-            write_diagnosis(*found, tmp_path / name)
+            write_diagnosis(*outcome, tmp_path / name)
     assert (tmp_path / "theirs" / "thesis.txt").read_text(encoding="utf-8") == "years"
     assert (tmp_path / "file").read_text(encoding="utf-8") == "a file"
     (tmp_path / "empty").mkdir()
-    write_diagnosis(*found, tmp_path / "empty")
+    write_diagnosis(*outcome, tmp_path / "empty")
 
 
-def test_a_link_is_not_followed(found: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
+def test_a_link_is_not_followed(outcome: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
     (tmp_path / "real").mkdir()
     try:
         (tmp_path / "link").symlink_to(tmp_path / "real")
     except OSError:
         pytest.skip("links cannot be made here")
     with pytest.raises(OutputError, match="no folder"):
-        write_diagnosis(*found, tmp_path / "link")
+        write_diagnosis(*outcome, tmp_path / "link")
 
 
-def test_the_set_switches_the_effect_on_in_the_fmu(found: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path) -> None:
+def test_the_set_switches_the_effect_on_in_the_fmu(outcome: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path) -> None:
     """The FMU with corrected.ssv gives what the model has without set-up errors, to 1e-9 of the force: the same code, a millionth of what
     the effect changes. Without the switch it does not."""
-    answer, comparison = found
+    answer, comparison = outcome
     write_diagnosis(answer, comparison, tmp_path / "out")
     read = parameter_sets.load(tmp_path / "out" / "corrected.ssv")
     assert read.effects == (EFFECT,)
@@ -205,8 +206,8 @@ def test_the_set_switches_the_effect_on_in_the_fmu(found: tuple[Diagnosis, Compa
     assert 0.5 * SIZE < np.max(np.abs(without - wanted)) / size < 2 * SIZE
 
 
-def test_without_an_effect_the_set_is_the_recalibrated_model(found: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
-    answer, comparison = found
+def test_without_an_effect_the_set_is_the_recalibrated_model(outcome: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
+    answer, comparison = outcome
     judgement = replace(answer.judgement, chosen=Hypothesis(), verdict="mistuned")
     write_diagnosis(replace(answer, verdict="mistuned", effects=(), judgement=judgement), comparison, tmp_path / "out")
     read = parameter_sets.load(tmp_path / "out" / "corrected.ssv")
@@ -214,9 +215,9 @@ def test_without_an_effect_the_set_is_the_recalibrated_model(found: tuple[Diagno
     assert read.values["F_C"] == comparison.recalibrated.values["F_C"] != NOMINAL["F_C"]
 
 
-def test_the_after_figures_are_the_fmus(found: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path) -> None:
+def test_the_after_figures_are_the_fmus(outcome: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path) -> None:
     """rms of measured less FMU, as this set-up shows it, taken here from the FMU's own run; and its lines are what the report draws."""
-    answer, comparison = found
+    answer, comparison = outcome
     gain, zero, clock = (errors[0] for errors in answer.recalibration.setup["friction_force"].values())
     write_diagnosis(answer, comparison, tmp_path / "out")
     ssv, chosen = tmp_path / "out" / "corrected.ssv", comparison.models[Hypothesis((EFFECT,))]
@@ -237,9 +238,9 @@ def test_the_after_figures_are_the_fmus(found: tuple[Diagnosis, Comparison], tmp
 
 
 def test_an_fmu_that_differs_is_told_of(
-    found: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path, monkeypatch: pytest.MonkeyPatch
+    outcome: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    answer, comparison = found
+    answer, comparison = outcome
     write_diagnosis(answer, comparison, tmp_path / "out")
     simulate = FmuModel.simulate
 
@@ -259,11 +260,10 @@ def test_an_fmu_that_differs_is_told_of(
 
 
 def test_long_records_are_cut_for_the_fmu(
-    found: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path, monkeypatch: pytest.MonkeyPatch
+    outcome: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    answer, comparison = found
+    answer, comparison = outcome
     write_diagnosis(answer, comparison, tmp_path / "out")
-    monkeypatch.setattr(fmu_run, "MOST_SAMPLES", 100)
     followed, simulate = list[int](), FmuModel.simulate
 
     def counted(self: FmuModel, run: Run, on: Any, values: Any) -> Any:
@@ -272,7 +272,8 @@ def test_long_records_are_cut_for_the_fmu(
 
     monkeypatch.setattr(FmuModel, "simulate", counted)
     ssv, chosen = tmp_path / "out" / "corrected.ssv", comparison.models[Hypothesis((EFFECT,))]
-    run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, ())
+    with CONSTANTS.replaced(fmu_samples=100):
+        run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, ())
     assert (run.samples, run.runs, run.conditions) == (100, 1, ("slow",))
     assert followed == [100]
     assert run.left_out == ("middle", "fast", "fastest")
@@ -280,10 +281,10 @@ def test_long_records_are_cut_for_the_fmu(
 
 
 def test_means_run_through_the_fmu(
-    found: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path, monkeypatch: pytest.MonkeyPatch
+    outcome: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An experiment of averages alone: the FMU is asked for them, once for each row, and gives the library's numbers."""
-    answer, comparison = found
+    answer, comparison = outcome
     values = {"cutting_speed": np.array([0.2, 0.4, 0.6])}
     nominal = {**NOMINAL, "kinematics": "internal"}
     outputs = {"mean_feed_force": np.array([3.0, 5.5, 9.0])}
@@ -325,8 +326,8 @@ def test_the_fmu_is_built_once_and_again_when_the_model_changes(tmp_path: Path, 
     assert fmu_run.host_fmu() == built[1] != built[0]
 
 
-def test_why_an_effect_was_not_chosen(found: tuple[Diagnosis, Comparison]) -> None:
-    answer, comparison = found
+def test_why_an_effect_was_not_chosen(outcome: tuple[Diagnosis, Comparison]) -> None:
+    answer, comparison = outcome
     chosen = explain(comparison, answer, EFFECT)
     assert "Chosen: probability" in chosen
     assert "number 1 of" in chosen
@@ -345,12 +346,12 @@ def test_why_an_effect_was_not_chosen(found: tuple[Diagnosis, Comparison]) -> No
         explain(comparison, answer, "warp_drive")
 
 
-def test_the_smallest_amplitude_that_would_show(found: tuple[Diagnosis, Comparison]) -> None:
+def test_the_smallest_amplitude_that_would_show(outcome: tuple[Diagnosis, Comparison]) -> None:
     """Three of the standard deviations that the fit with the effect has, but for what the gap that is there adds to the doubt without it:
     not less than half of it, nor more than the effect that was found so clearly."""
     from evat.gap.report.explanation import smallest_amplitudes
 
-    _, comparison = found
+    _, comparison = outcome
     effect = next(each for each in ContactModel().effects if each.name == EFFECT)
     fit = comparison.models[Hypothesis((EFFECT,))]
     smallest = smallest_amplitudes(comparison, comparison.recalibrated, effect)[f"{EFFECT}.a"]
@@ -363,8 +364,8 @@ def test_the_smallest_amplitude_that_would_show(found: tuple[Diagnosis, Comparis
     assert 2 < free / known < 1e4
 
 
-def test_each_verdict_is_a_sentence(found: tuple[Diagnosis, Comparison]) -> None:
-    answer, _ = found
+def test_each_verdict_is_a_sentence(outcome: tuple[Diagnosis, Comparison]) -> None:
+    answer, _ = outcome
     assert sentence(answer).startswith(f"The gap is caused by {EFFECT} (probability above 99 %); on held-out conditions")
     said = {verdict: sentence(replace(answer, verdict=verdict)) for verdict in ("no_gap", "mistuned", "unknown", "cannot_tell")}
     assert len(set(said.values())) == 4
@@ -378,7 +379,7 @@ def test_each_verdict_is_a_sentence(found: tuple[Diagnosis, Comparison]) -> None
     assert "closes nothing" in sentence(replace(answer, closure=nothing))
 
 
-def test_the_command(found: tuple[Diagnosis, Comparison], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command(outcome: tuple[Diagnosis, Comparison], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """From a folder to the three files; a place, an effect or an FMU that cannot be is refused before any work."""
     import evat.gap
     from evat.commands.main import app
@@ -387,7 +388,7 @@ def test_the_command(found: tuple[Diagnosis, Comparison], tmp_path: Path, monkey
 
     def diagnose(read: Experiment, *_: object, **__: object) -> tuple[Diagnosis, Comparison]:
         asked.append(read.title)
-        return found
+        return outcome
 
     monkeypatch.setattr(evat.gap, "diagnose_with", diagnose)
     folder = write_experiment(experiment(), tmp_path / "rig")

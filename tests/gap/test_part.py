@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.gap import diagnose_with
 from evat.gap.compare import compare
-from evat.gap.part import SEARCHED_SAMPLES, part_of
+from evat.gap.part import part_of
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.prediction import Prediction
 from toy import Toy, measured
@@ -32,7 +33,7 @@ def test_its_numbers_are_those_of_the_whole() -> None:
     part = part_of(prediction)
     assert part is not None
     assert part.prediction.experiment.conditions == prediction.experiment.conditions
-    assert part.rows.size <= SEARCHED_SAMPLES
+    assert part.rows.size <= CONSTANTS.searched_samples
     assert np.array_equal(part.prediction.measured, prediction.measured[part.rows])
     assert np.array_equal(part.prediction.one({"k": 11.0}), prediction.one({"k": 11.0})[part.rows])
 
@@ -43,7 +44,7 @@ def test_the_whole_decides() -> None:
     answer, comparison = diagnose_with(made, Toy())
     assert [effect.name for effect in answer.effects] == ["bend"]
     assert comparison.models[Hypothesis(("bend",))].predicted.size == comparison.prediction.measured.size
-    assert comparison.rough[Hypothesis(("bend",))] > comparison.recalibrated.found.evidence
+    assert comparison.rough[Hypothesis(("bend",))] > comparison.recalibrated.likelihood.evidence
 
 
 def test_noise_is_that_of_the_whole() -> None:

@@ -24,9 +24,9 @@ MODEL = ContactModel(threads=1)
 Values = Mapping[str, float | str]
 
 
-def _probability(found: Diagnosis, *names: str) -> float:
+def _probability(answer: Diagnosis, *names: str) -> float:
     """Of all sets that hold one of these, among what the library knows."""
-    return sum(p for on, p in found.judgement.probabilities.items() if set(names) & set(on)) / (1 - found.judgement.unknown)
+    return sum(p for on, p in answer.judgement.probabilities.items() if set(names) & set(on)) / (1 - answer.judgement.unknown)
 
 
 def _experiment(
@@ -51,11 +51,11 @@ def _tribometer(nominal: Values) -> Experiment:
 def test_the_tribometer_asks_lugre_for_an_elasto_plastic_break_away() -> None:
     """An independent study leaves 11.4 % with LuGre, 5.4 % with an elasto-plastic stop and a free zero (tests/test_real_records.py)."""
     law = {"friction_law": "lugre", "F_C": 2.69, "F_S": 2.69, "sigma0": 3.6e4, "sigma1": 0.0, "sigma2": 0.0}
-    found = diagnose(_tribometer(law), MODEL)
-    assert found.verdict in ("effect", "ambiguous")
-    assert all("elasto_plastic" in on for on in found.judgement.likely)
-    assert _probability(found, "elasto_plastic") > 0.9
-    rms = found.closure.rms["friction_force"]
+    answer = diagnose(_tribometer(law), MODEL)
+    assert answer.verdict in ("effect", "ambiguous")
+    assert all("elasto_plastic" in on for on in answer.judgement.likely)
+    assert _probability(answer, "elasto_plastic") > 0.9
+    rms = answer.closure.rms["friction_force"]
     assert rms["corrected"] < 0.7 * rms["recalibrated"]
     assert 0.9 < rms["recalibrated"] / rms["nominal"] < 1.1  # the nominal values are those of a fit to this record
 
@@ -63,14 +63,14 @@ def test_the_tribometer_asks_lugre_for_an_elasto_plastic_break_away() -> None:
 def test_the_tribometer_asks_coulomb_for_presliding() -> None:
     """Or for something as slow: all its strokes have one speed, at which a force that lags by way and one that lags by time look alike. A
     low-pass of 50 ms comes out a little ahead; both leave nothing that can be seen."""
-    found = diagnose(_tribometer({"friction_law": "coulomb", "F_C": 2.5}), MODEL)
-    gain, left = found.judgement.features.gain, found.judgement.features.left
+    answer = diagnose(_tribometer({"friction_law": "coulomb", "F_C": 2.5}), MODEL)
+    gain, left = answer.judgement.features.gain, answer.judgement.features.left
     laws = [Hypothesis(law=f"friction_law={name}") for name in ("lugre", "dahl")]
     best = max(laws, key=lambda law: gain[law])
     assert gain[best] > 0.85 * max(gain.values())
     assert left[best] < 0.01
-    assert found.verdict in ("effect", "ambiguous")
-    rms = found.closure.rms["friction_force"]
+    assert answer.verdict in ("effect", "ambiguous")
+    rms = answer.closure.rms["friction_force"]
     assert rms["corrected"] < 0.2 * rms["recalibrated"]
 
 
@@ -89,10 +89,10 @@ def test_the_positioning_drive_leans() -> None:
     for place, own in enumerate(np.array_split(np.arange(times.size), 8)):
         trials.append(Trial(f"{place}", f"c{place}", {}, times[own], {"slip_velocity": velocity[own]}, {"friction_force": friction[own]}))
     law = {"kinematics": "external", "friction_law": "lugre", "F_C": 20.4, "F_S": 20.4, "sigma0": 1e7, "sigma1": 0.0, "sigma2": 203.5}
-    found = diagnose(_experiment("EMPS", law, trials), MODEL)
-    assert _probability(found, "direction_asymmetry") > 0.8
-    assert "direction_asymmetry" in [effect.name for effect in found.effects]
-    assert found.closure.share > 0.5
+    answer = diagnose(_experiment("EMPS", law, trials), MODEL)
+    assert _probability(answer, "direction_asymmetry") > 0.8
+    assert "direction_asymmetry" in [effect.name for effect in answer.effects]
+    assert answer.closure.share > 0.5
 
 
 def test_table_2_of_the_paper_has_a_gap_that_coulomb_cannot_close() -> None:
@@ -113,10 +113,10 @@ def test_table_2_of_the_paper_has_a_gap_that_coulomb_cannot_close() -> None:
         "feed": 1e-4,
     }
     means = Means("means.csv", tuple(materials), values, columns, spread)
-    found = diagnose(_experiment("table 2", nominal, [], means, {"shear_stress": 0.5}), MODEL)
-    assert found.verdict in ("unknown", "ambiguous", "effect")
-    held = [materials.index(condition) for condition in found.closure.held_out]
-    feed = found.closure.rms["mean_feed_force"]
+    answer = diagnose(_experiment("table 2", nominal, [], means, {"shear_stress": 0.5}), MODEL)
+    assert answer.verdict in ("unknown", "ambiguous", "effect")
+    held = [materials.index(condition) for condition in answer.closure.held_out]
+    feed = answer.closure.rms["mean_feed_force"]
     assert feed["recalibrated"] > 0.8 * float(np.sqrt(np.mean(columns["mean_feed_force"][held] ** 2)))
 
 
@@ -138,22 +138,22 @@ def _softened(material: str) -> Experiment:
         }
         force = MODEL.simulate(Run(times, inputs, ("friction_force",)), ["thermal_softening"], values)["friction_force"]
         for repeat in range(3):
-            shown = force * (1 + 0.002 * draw.normal()) + 0.01 * np.std(force) * draw.normal(size=times.size)
-            trials.append(Trial(f"{place}{repeat}", f"c{place}", {}, times, inputs, {"friction_force": shown}))
+            recorded = force * (1 + 0.002 * draw.normal()) + 0.01 * np.std(force) * draw.normal(size=times.size)
+            trials.append(Trial(f"{place}{repeat}", f"c{place}", {}, times, inputs, {"friction_force": recorded}))
     return _experiment(material, values, trials)
 
 
 @pytest.mark.parametrize("material", ["al-6061", "inconel-718"])
 def test_the_papers_step_is_found_where_the_stiffness_changes(material: str) -> None:
-    found = diagnose(_softened(material), MODEL)
-    assert [effect.name for effect in found.effects] == ["thermal_softening"]
-    assert _probability(found, "thermal_softening") > 0.9
-    assert not any("thermal_softening" in line for line in found.cannot_tell)
+    answer = diagnose(_softened(material), MODEL)
+    assert [effect.name for effect in answer.effects] == ["thermal_softening"]
+    assert _probability(answer, "thermal_softening") > 0.9
+    assert not any("thermal_softening" in line for line in answer.cannot_tell)
 
 
 @pytest.mark.parametrize("material", ["copper", "al-7075-t6"])
 def test_the_papers_step_is_not_identifiable_where_it_does_not(material: str) -> None:
     """The paper's own coefficients of these change the stiffness by less than 3e-5."""
-    found = diagnose(_softened(material), MODEL)
-    assert found.verdict == "no_gap"
-    assert any(line.startswith("thermal_softening: not identifiable") for line in found.cannot_tell)
+    answer = diagnose(_softened(material), MODEL)
+    assert answer.verdict == "no_gap"
+    assert any(line.startswith("thermal_softening: not identifiable") for line in answer.cannot_tell)

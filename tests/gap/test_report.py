@@ -64,8 +64,8 @@ def test_markup_in_names_stays_text(text: str, tmp_path: Path) -> None:
     assert "49" not in page.findtext(".//h1")
     scripts = list(page.iter("script"))[1:]
     assert all("<" not in (script.text or "").replace("<\\/", "") for script in scripts if "Plotly.newPlot" in (script.text or ""))
-    shown = "".join(script.text or "" for script in scripts)
-    assert "&lt;img" in shown.replace("\\u0026", "&")  # plotly reads its texts as markup, so they are escaped once more
+    text_of_scripts = "".join(script.text or "" for script in scripts)
+    assert "&lt;img" in text_of_scripts.replace("\\u0026", "&")  # plotly reads its texts as markup, so they are escaped once more
 
 
 def test_it_stands_alone(text: str) -> None:
@@ -106,13 +106,13 @@ def test_its_numbers_are_those_of_the_json(text: str) -> None:
     """Every number of these parts of diagnosis.json stands in the report, and none stands there that is not in it."""
     answer, _ = diagnosed()
     document = json.loads(answer.json())
-    shown = {float(each.get("value")) for each in html.fromstring(text).iter("data") if each.get("value")}
+    printed = {float(each.get("value")) for each in html.fromstring(text).iter("data") if each.get("value")}
     told = {part: set(_numbers(document[part])) for part in ("effects", "candidates", "novelty", "recalibration", "gap", "next_experiment")}
     told["gates"] = {float(gate[key]) for gate in document["gates"] for key in ("value", "threshold") if gate[key] is not None}
     told["where"] = set(_numbers(document["where"]["channels"])) | set(_numbers(document["where"]["regions"]))
     for part, numbers in told.items():
-        assert numbers <= shown, part
-    assert shown <= set().union(*told.values())
+        assert numbers <= printed, part
+    assert printed <= set().union(*told.values())
 
 
 def test_a_number_on_the_page_is_the_number_behind_it(text: str) -> None:

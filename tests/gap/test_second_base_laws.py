@@ -150,8 +150,8 @@ def runs(world: World, lane: int) -> tuple[dict[str, Array], dict[str, Array]]:
     values.pop("proxy_source", None)
     inputs = {"slip_velocity": d.v[d.first :, lane]} if world.inputs else {}
     trace = ContactModel(1).simulate(Run(d.t[d.first :, lane], inputs, world.channels), (), values)
-    shown = world.respond(d, [world.params])[0]
-    own = {name: d.sampled(shown[name], lane) for name in world.channels}
+    forces = world.respond(d, [world.params])[0]
+    own = {name: d.sampled(forces[name], lane) for name in world.channels}
     return own, {name: trace.columns[name][:: d.every][: d.count[lane]] for name in world.channels}
 
 
@@ -176,9 +176,9 @@ def test_means_are_those_of_the_packages_periodic_motion() -> None:
     for lane in range(0, len(own), 4):
         values = {**world.params, **world.exact, **world.conditions.values[lane], "friction_law": "lugre", "kinematics": "internal"}
         values.pop("proxy_source", None)
-        found = ContactModel(1).settled(world.channels, (), values | {"F_C": np.array([world.params["F_C"]])})
+        settled = ContactModel(1).settled(world.channels, (), values | {"F_C": np.array([world.params["F_C"]])})
         for name in world.channels:
-            assert abs(own[lane][name][0] - found[name][0]) < 2e-3 * size[name]
+            assert abs(own[lane][name][0] - settled[name][0]) < 2e-3 * size[name]
 
 
 def shortened(d: Drive) -> Drive:
@@ -210,6 +210,6 @@ def test_an_effect_of_strength_nothing_does_nothing_and_at_its_usual_strength_so
             plain = world.respond(d, [world.params])[0]
             size = max(float(np.sqrt(np.mean(fine**2))) for fine in plain.values())
             for s, least, most in ((0.0 if "amplitude" not in name else 1e-9, 0.0, 2e-3), (effect.typical, 1e-4, 50.0)):
-                shown = world.respond(d, [world.params], [(effect, s)])[0]
-                off = max(float(np.sqrt(np.mean((shown[n] - plain[n]) ** 2))) for n in plain)
+                changed = world.respond(d, [world.params], [(effect, s)])[0]
+                off = max(float(np.sqrt(np.mean((changed[n] - plain[n]) ** 2))) for n in plain)
                 assert least * size <= off <= most * size, f"{name} {how} at {s}: {off / size:.2g}"

@@ -52,14 +52,14 @@ def cases(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Case, Pat
 @pytest.mark.parametrize("name", list(PLANS))
 def test_every_world_and_truth_makes_an_experiment_that_can_be_read(name: str, cases: dict[str, tuple[Case, Path]]) -> None:
     case, place = cases[name]
-    found = read_experiment(place, ContactModel(1))
-    assert set(found.nominal.values) >= set(case.nominal)
+    experiment = read_experiment(place, ContactModel(1))
+    assert set(experiment.nominal.values) >= set(case.nominal)
     if case.world.means:
-        assert found.means is not None
-        assert len(found.means.conditions) == len(case.trials)
+        assert experiment.means is not None
+        assert len(experiment.means.conditions) == len(case.trials)
     else:
-        assert len(found.trials) == len(case.trials)
-        for trial in found.trials:
+        assert len(experiment.trials) == len(case.trials)
+        for trial in experiment.trials:
             assert set(trial.outputs) == set(case.world.channels)
             assert set(trial.inputs) == set(case.world.inputs)
             assert trial.times.size > 50
@@ -147,17 +147,17 @@ def test_each_unknown_is_bounded_grows_with_its_strength_and_has_chance_in_it_or
     x, v = 1e-2 * (1 - np.cos(6 * np.pi * t)), 6e-2 * np.pi * np.sin(6 * np.pi * t)
     worlds, _, make = KINDS[name]
     means = worlds == ("means",)
-    shown = {"a": np.array([2.0])} if means else {"a": 5 * np.tanh(v / 0.01)}
+    forces = {"a": np.array([2.0])} if means else {"a": 5 * np.tanh(v / 0.01)}
     act = make(np.random.default_rng(5))
     sizes = []
     for s in (0.05, 0.2):
         total = 0.0
         for place in range(10):
             values = {"cutting_speed": 0.1 * (place + 1)}
-            seen = Seen(t, v, x, shown, place, 10, values, {"a": 4.0}, 2e-2, 0.19 if not means else 1.0, 10.0)
+            seen = Seen(t, v, x, forces, place, 10, values, {"a": 4.0}, 2e-2, 0.19 if not means else 1.0, 10.0)
             more = act(np.random.default_rng(place), seen, s)["a"]
             assert np.all(np.isfinite(more))
-            assert more.shape == shown["a"].shape
+            assert more.shape == forces["a"].shape
             total += float(np.mean(more**2))
         sizes.append(np.sqrt(total))
     assert 0 < 1.5 * sizes[0] < sizes[1] < 40 * sizes[0]
@@ -219,21 +219,21 @@ def test_a_true_statement_on_the_base_law_is_no_false_alarm_and_a_second_one_is_
     for case, place in cases.values():
         truth = case.label["effects"]
         answered(sealed / "said", place.name, "ambiguous", [(["maxwell_slip"] if not truth else [*truth, "sensor_drift"], 0.6), ([], 0.4)])
-    found = scores.score(sealed / "labels", sealed / "said")
-    assert found["figures"]["other"]["false_alarms"]["value"] == 0.0
-    assert found["figures"]["other"]["false_alarms_strict"]["value"] == 1.0
-    assert found["figures"]["right"]["false_alarms"]["value"] == 1.0
-    assert found["figures"]["right"]["wrong_second"]["value"] == 1.0
-    assert found["figures"]["right"]["singles_exact"]["value"] == 0.0
-    assert found["figures"]["all"]["set_size"]["value"] == 2.0
+    judged = scores.score(sealed / "labels", sealed / "said")
+    assert judged["figures"]["other"]["false_alarms"]["value"] == 0.0
+    assert judged["figures"]["other"]["false_alarms_strict"]["value"] == 1.0
+    assert judged["figures"]["right"]["false_alarms"]["value"] == 1.0
+    assert judged["figures"]["right"]["wrong_second"]["value"] == 1.0
+    assert judged["figures"]["right"]["singles_exact"]["value"] == 0.0
+    assert judged["figures"]["all"]["set_size"]["value"] == 2.0
 
 
 @pytest.mark.usefixtures("few_draws")
 def test_a_missing_answer_is_a_wrong_one(sealed: Path) -> None:
-    found = scores.score(sealed / "labels", sealed / "nowhere")["figures"]["all"]
-    assert found["answered"]["value"] == 0.0
-    assert found["singles_exact"]["value"] == 0.0
-    assert found["false_alarms"]["value"] == 1.0
+    figures = scores.score(sealed / "labels", sealed / "nowhere")["figures"]["all"]
+    assert figures["answered"]["value"] == 0.0
+    assert figures["singles_exact"]["value"] == 0.0
+    assert figures["false_alarms"]["value"] == 1.0
 
 
 def test_the_ceiling_measures_distance_by_noise_and_nuisances_and_finds_the_truth_itself_at_no_distance(cases: dict[str, Any]) -> None:

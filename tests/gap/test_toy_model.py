@@ -9,8 +9,8 @@ from pathlib import Path
 import evat.gap
 import numpy as np
 import pytest
+from evat.constants import CONSTANTS
 from evat.gap import diagnose
-from evat.gap.portion import MOST_SAMPLES
 from evat.native import kernel
 from toy import Toy, measured
 
@@ -19,35 +19,35 @@ FOLDER = Path(evat.gap.__file__).parent
 
 @pytest.mark.parametrize(("on", "parameter", "value"), [("bend", "c", 0.2), ("drift", "rate", 0.3), ("lean", "a", -0.8)])
 def test_the_effect_that_is_there_is_named(on: str, parameter: str, value: float) -> None:
-    found = diagnose(measured([on], {f"{on}.{parameter}": value}), Toy())
-    assert found.verdict == "effect"
-    (named,) = found.effects
+    answer = diagnose(measured([on], {f"{on}.{parameter}": value}), Toy())
+    assert answer.verdict == "effect"
+    (named,) = answer.effects
     assert named.name == on
     assert named.probability > 0.9
     estimate, sd, _ = named.parameters[parameter]
     assert abs(estimate - value) < 4 * sd
     assert sd < 0.2 * abs(value)
-    assert found.closure.share == pytest.approx(1.0, abs=0.05)
-    assert found.closure.held_out == ("c1",)
+    assert answer.closure.share == pytest.approx(1.0, abs=0.05)
+    assert answer.closure.held_out == ("c1",)
 
 
 def test_no_gap_is_no_gap() -> None:
-    found = diagnose(measured(), Toy())
-    assert found.verdict == "no_gap"
-    assert found.effects == ()
+    answer = diagnose(measured(), Toy())
+    assert answer.verdict == "no_gap"
+    assert answer.effects == ()
 
 
 def test_a_wrong_stiffness_is_no_effect() -> None:
-    found = diagnose(measured(values={"k": 11.0}), Toy())
-    assert found.verdict == "mistuned"
-    nominal, value, sd = found.recalibration.parameters["k"]
+    answer = diagnose(measured(values={"k": 11.0}), Toy())
+    assert answer.verdict == "mistuned"
+    nominal, value, sd = answer.recalibration.parameters["k"]
     assert (nominal, value) == (10.0, pytest.approx(11.0, abs=4 * sd))
-    assert found.recalibration.share > 0.99
+    assert answer.recalibration.share > 0.99
 
 
 def test_two_effects_are_two() -> None:
-    found = diagnose(measured(["bend", "drift"], {"bend.c": 0.3, "drift.rate": 0.4}), Toy())
-    assert [effect.name for effect in found.effects] == ["bend", "drift"]
+    answer = diagnose(measured(["bend", "drift"], {"bend.c": 0.3, "drift.rate": 0.4}), Toy())
+    assert [effect.name for effect in answer.effects] == ["bend", "drift"]
 
 
 def test_what_no_effect_explains_is_unknown() -> None:
@@ -124,7 +124,7 @@ def test_a_long_record_is_cut_and_said_to_be() -> None:
         )
         for trial in short.trials
     )
-    found = diagnose(replace(short, trials=trials), Toy())
-    assert [effect.name for effect in found.effects] == ["bend"]
-    assert any(f"only the first {MOST_SAMPLES // 4} samples" in note for note in found.cannot_tell)
+    answer = diagnose(replace(short, trials=trials), Toy())
+    assert [effect.name for effect in answer.effects] == ["bend"]
+    assert any(f"only the first {CONSTANTS.diagnosed_samples // 4} samples" in note for note in answer.cannot_tell)
     assert not any("only the first" in note for note in diagnose(short, Toy()).cannot_tell)

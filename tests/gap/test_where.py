@@ -51,9 +51,9 @@ def test_two_ranges_are_told_apart() -> None:
     """What happens at both reversals of a cycle lies in two ranges, of which one runs over the end."""
     phase, speed = (np.arange(4000) + 0.5) / 4000, np.cos(np.linspace(0, 9, 4000))
     lies = within(phase, (0.9, 0.1)) | within(phase, (0.45, 0.6))
-    found = smallest_place(lies + 0.01, {"phase": phase, "speed": speed}, "phase")
-    assert sum(share for _, share in found) == pytest.approx(0.8, abs=0.06)
-    (first, _), (second, _) = sorted(found, key=lambda place: place[0]["phase"])
+    regions = smallest_place(lies + 0.01, {"phase": phase, "speed": speed}, "phase")
+    assert sum(share for _, share in regions) == pytest.approx(0.8, abs=0.06)
+    (first, _), (second, _) = sorted(regions, key=lambda place: place[0]["phase"])
     for box, wide in ((first, (0.44, 0.61)), (second, (0.89, 0.11))):
         assert list(box) == ["phase"]
         assert all(within(np.array(box["phase"]), wide))
@@ -81,16 +81,16 @@ def test_no_other_place_of_that_kind_is_smaller(turns: bool) -> None:
     values = np.arange(12) / 12 + 1 / 24
     for _ in range(20):
         energy = draw.uniform(0, 1, 12) ** 4
-        found = smallest_place(energy, {"it": values}, "it" if turns else "")
-        held, cost = (_in(found, values) @ energy) / energy.sum(), _in(found, values).sum() / (0.75 if len(found) > 1 else 1)
+        regions = smallest_place(energy, {"it": values}, "it" if turns else "")
+        held, cost = (_in(regions, values) @ energy) / energy.sum(), _in(regions, values).sum() / (0.75 if len(regions) > 1 else 1)
         least = _least(energy, turns)
         assert held >= 0.8 - 1e-9
-        assert cost <= least + 1e-9 if found[0][0] else least > 0.72 * energy.size
+        assert cost <= least + 1e-9 if regions[0][0] else least > 0.72 * energy.size
 
 
-def _in(found: list[tuple[dict[str, tuple[float, float]], float]], values: np.ndarray) -> np.ndarray:
+def _in(regions: list[tuple[dict[str, tuple[float, float]], float]], values: np.ndarray) -> np.ndarray:
     inside = np.zeros(values.size, dtype=bool)
-    for box, _ in found:
+    for box, _ in regions:
         inside |= within(values, box["it"]) if box else True
     return inside
 

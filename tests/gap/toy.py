@@ -55,6 +55,6 @@ def measured(
         x = (0.3 + 0.2 * place) * np.sin(2 * np.pi * (0.4 + 0.1 * place) * times)
         force = Toy().simulate_many(Run(times, {"x": x}, ("F",)), on, {"k": 10.0, **(values or {})})["F"][0]
         for repeat in range(repeats):
-            shown = force + noise * draw.normal(size=times.size) + (0 if extra is None else extra)
-            trials.append(Trial(f"{place}{repeat}.csv", f"c{place}", {}, times, {"x": x}, {"F": shown}))
+            recorded = force + noise * draw.normal(size=times.size) + (0 if extra is None else extra)
+            trials.append(Trial(f"{place}{repeat}.csv", f"c{place}", {}, times, {"x": x}, {"F": recorded}))
     return Experiment(Path(), "toy", "", Nominal({"k": 10.0}, (), {}), {}, tuple(trials), None, "")

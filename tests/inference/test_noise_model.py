@@ -8,12 +8,13 @@ from typing import get_args
 
 import numpy as np
 import pytest
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment, ExperimentError
 from evat.gap.compare import compare
 from evat.identification import Settings, identify
 from evat.identification.objective import Kind
 from evat.inference.autoregression import WHITE, autoregression, impulse_response
-from evat.inference.checks import OPPOSED, UNIT, opposed, unit_ratio
+from evat.inference.checks import opposed, unit_ratio
 from evat.inference.generalised_least_squares import Whitener
 from evat.inference.noise import estimate_noise, repeatability
 from evat.inference.prediction import Prediction
@@ -43,9 +44,9 @@ def test_an_autoregression_is_told_by_its_recordings() -> None:
     rng = np.random.default_rng(3)
     rows = [lfilter([1.0], [1.0, -1.1, 0.3], rng.standard_normal(4000)) + 0.0 for _ in range(3)]
     rows[1][2000:2004] += 300.0
-    found = autoregression(rows)
-    assert found[:3] == pytest.approx([1.0, -1.1, 0.3], abs=0.05)
-    assert impulse_response(found, 3) == pytest.approx([1.0, 1.1, 0.91], abs=0.08)
+    filter_ = autoregression(rows)
+    assert filter_[:3] == pytest.approx([1.0, -1.1, 0.3], abs=0.05)
+    assert impulse_response(filter_, 3) == pytest.approx([1.0, 1.1, 0.91], abs=0.08)
     assert np.array_equal(autoregression([rng.standard_normal(4000)]), WHITE)
     assert np.array_equal(autoregression([np.arange(10.0)]), WHITE)
 
@@ -127,9 +128,9 @@ def test_checks_have_one_threshold() -> None:
     simulated = np.sin(TIMES)
     assert opposed(-simulated, simulated) == pytest.approx(-1.0)
     assert opposed(simulated + rng.standard_normal(TIMES.size), simulated) is None
-    assert OPPOSED < 0
+    assert CONSTANTS.opposed_correlation < 0
     assert unit_ratio(1e3 * simulated, simulated) == pytest.approx(1e3)
-    assert unit_ratio(UNIT / 2 * simulated, simulated) is None
+    assert unit_ratio(CONSTANTS.wrong_unit_ratio / 2 * simulated, simulated) is None
     turned = experiment(trial(TO_AND_FRO, measured=-FORCE), nominal=TRUTH)
     with pytest.raises(ExperimentError, match="turn the sign"):
         identify(turned, MODEL, ["F_C"], QUICK)

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from evat.inference.noise_of_means import USUAL, nugget, replicate_sd
+from evat.constants import CONSTANTS
+from evat.inference.noise_of_means import nugget, replicate_sd
 
 
 def smooth(conditions: np.ndarray) -> np.ndarray:
@@ -23,7 +24,7 @@ def test_noise_is_what_does_not_vary_smoothly(noise: float) -> None:
 
 
 def test_a_single_mean_says_little() -> None:
-    assert 0.3 * USUAL < nugget(np.ones((1, 1)), np.array([0.05])) < 3 * USUAL
+    assert 0.3 * CONSTANTS.usual_noise_of_means < nugget(np.ones((1, 1)), np.array([0.05])) < 3 * CONSTANTS.usual_noise_of_means
 
 
 def test_replicates_tell_their_own() -> None:

@@ -29,6 +29,10 @@ def calibrate(
         "calibration.jsonl"
     ),
     store: Annotated[bool, typer.Option("--store", help="Keep the constants in the package; without it they are only shown.")] = False,
+    sensitivity: Annotated[
+        bool, typer.Option("--sensitivity", help="Instead: what half and twice each constant of the diagnosis do to a dozen cases.")
+    ] = False,
+    constant: Annotated[list[str] | None, typer.Option(help="With --sensitivity, only this one; several times for several.")] = None,
     workers: Workers = PROCESSORS,
 ) -> None:
     """Fit the constants of the diagnosis's judgement to simulated cases whose truth is known.
@@ -36,8 +40,15 @@ def calibrate(
     Run it again when an effect has been added. Half of the cases are of a slightly other form than what is fitted; each case of one effect
     counts once more as an unknown, with that effect taken out of the library.
 
+    With --sensitivity, constants are not fitted, but replaced one at a time, which takes hours for all of them; the guide's page on
+    constants shows what is stored.
+
     Example: evat calibrate --cases 420 --store
     """
+    if sensitivity:
+        return _sensitivity(state.with_stem("sensitivity") if state == Path("calibration.jsonl") else state, constant, store, workers)
+    if constant:
+        raise ParameterError(f"--constant {constant[0]}: it goes with --sensitivity; the calibration fits all its constants at once.")
     from evat.gap.calibrate import fit_constants, with_unknown
     from evat.gap.constants import store as keep
     from evat.studies.campaign import campaign, numbers
@@ -54,6 +65,23 @@ def calibrate(
     if store:
         made = {"by": "evat calibrate", "version": importlib.metadata.version("evat"), "cases": numbers(done), "log_loss": round(loss, 4)}
         keep(constants, made)
+        out.print("kept in the package")
+
+
+def _sensitivity(state: Path, names: list[str] | None, store: bool, workers: int) -> None:
+    from evat.constants import CONSTANTS
+    from evat.studies import constant_sensitivity as study
+
+    names = names or list(CONSTANTS.declared())
+    held = study.campaign(state, names, workers, tell=lambda done: err.print(f"{done} of {len(study.CASES)} cases", highlight=False))
+    table = Table("constant", "value", "half", "twice")
+    for name, row in study.column(held, names).items():
+        changes = (f"{row[word]['log_loss']:+.3f} ({row[word]['right']:+d}, {row[word]['changed']})" for word in ("halved", "doubled"))
+        table.add_row(name, str(row["value"]), *changes)
+    out.print(table)
+    out.print("change of the mean log loss (of right verdicts, and of how many cases anything changes)", highlight=False)
+    if store:
+        study.store(held, names)
         out.print("kept in the package")
 
 

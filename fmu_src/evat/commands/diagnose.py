@@ -53,10 +53,10 @@ def diagnose(
 
     Example: evat diagnose rig-copper --out rig-copper-diagnosed
     """
+    from evat.constants import CONSTANTS
     from evat.experiment.read import read_experiment
     from evat.gap import diagnose_with
     from evat.gap.judgement import VERDICTS
-    from evat.gap.portion import MOST_SAMPLES
     from evat.gap.report import check_place, explain, explain_verdict, sentence, write_diagnosis
     from evat.models.contact import ContactModel
 
@@ -64,7 +64,9 @@ def diagnose(
     began, model = time.monotonic(), ContactModel(threads)
     _there(fmu)
     with _told() as tell:
-        recorded = read_experiment(experiment, model, progress=lambda share: tell("reading", READING * share), most=MOST_SAMPLES + 1)
+        recorded = read_experiment(
+            experiment, model, progress=lambda share: tell("reading", READING * share), most=CONSTANTS.diagnosed_samples + 1
+        )
         _known(why, recorded, model)
         answer, comparison = diagnose_with(
             recorded,

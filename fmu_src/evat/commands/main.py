@@ -272,7 +272,7 @@ def _run_record(
 
 def _run_materials(family: str, speed_unit: str, to: Path) -> None:
     from evat.studies import main_job, main_job_report
-    from evat.studies.paper_domain import condition_caveats, domain_shares
+    from evat.studies.paper.domain import condition_caveats, domain_shares
 
     built, total = _host_fmu(3, to), main_job.case_count()
     with share_done("driving the FMU") as progress:

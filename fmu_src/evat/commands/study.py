@@ -17,7 +17,7 @@ from evat.native import kernel
 from evat.units import display
 
 if TYPE_CHECKING:
-    from evat.studies.paper import PaperStudy
+    from evat.studies.paper.study import PaperStudy
 
 study = typer.Typer(name="study", no_args_is_help=True, help="Studies of the paper that take a minute: each writes figures and JSON.")
 JOURNAL = "study.journal"
@@ -39,10 +39,10 @@ def paper(
 
     About a minute. Example: evat study paper --out paper-study
     """
-    from evat.studies import paper_output, paper_plots
-    from evat.studies.paper import stage_count, study_paper
-    from evat.studies.paper_domain import condition_caveats, domain_shares, study_caveats
-    from evat.studies.paper_friction import borne_friction, friction_caveats
+    from evat.studies.paper import output, plots
+    from evat.studies.paper.domain import condition_caveats, domain_shares, study_caveats
+    from evat.studies.paper.friction import borne_friction, friction_caveats
+    from evat.studies.paper.study import stage_count, study_paper
 
     usable(to)
     with lines_done(stage_count()) as progress:
@@ -54,14 +54,14 @@ def paper(
         out.print(table)
     for text in told:
         out.print(f"note: {text}", highlight=False)
-    for path in (*paper_plots.plot_all(study, shares, to), paper_output.write(study, shares, borne, told, to)):
+    for path in (*plots.plot_all(study, shares, to), output.write(study, shares, borne, told, to)):
         out.print(f"wrote {path}")
 
 
 def _means(study: PaperStudy) -> Table:
     from evat.studies.main_job import FORCES, MODELS
-    from evat.studies.paper import chosen
-    from evat.studies.paper_means import Calculation, measured
+    from evat.studies.paper.means import Calculation, measured
+    from evat.studies.paper.study import chosen
 
     title = f"cycle means [N], each law at its own best / under the inferred conditions; {chosen().principle.replace('_', ' ')}"
     table = Table("material", "force", "measured", *(model.title for model in MODELS.values()), title=title, title_justify="left")
@@ -78,7 +78,7 @@ def _means(study: PaperStudy) -> Table:
 
 def _errors(study: PaperStudy) -> Table:
     from evat.studies.main_job import MODELS
-    from evat.studies.paper_means import mean_error, measured
+    from evat.studies.paper.means import mean_error, measured
     from evat.units import SPEED_UNITS
 
     table = Table("mean error [%]", *(model.title for model in MODELS.values()), "ranking kept in", title_justify="left")

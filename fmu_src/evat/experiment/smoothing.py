@@ -9,39 +9,34 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import savgol_coeffs, savgol_filter
 
+from evat.constants import CONSTANTS
 from evat.model import FloatArray
-
-THIRD = np.sqrt(20.0)  # sd of the third difference of white noise of sd 1
-WHITE = -0.5  # correlation of neighbouring third differences: noise has -0.75, a motion about 1
-FEWEST = 16  # samples of a recording that is looked at
-SMALLEST = 1e-6  # of the largest value: noise that is less is rounding
-WINDOWS = (1, 2, 4, 8, 16, 32, 64, 128)  # samples to each side of the middle one
-CONFIDENCE = 2.5  # standard deviations of the intervals that have to meet
-WHOLE = 0.99  # of the differences: whole multiples of the smallest, where a column is quantised
 
 
 def noise_sd(column: FloatArray) -> float:
     """Standard deviation of the white noise in a column (n,), 0 where it has none that could be told from its motion."""
-    if column.size < FEWEST:
+    if column.size < CONSTANTS.fewest_input_samples:
         return 0.0
     third = np.diff(column, 3)
     size = 1.4826 * float(np.median(np.abs(third)))
-    if not size > SMALLEST * float(np.max(np.abs(column))):
+    if not size > CONSTANTS.least_input_noise * float(np.max(np.abs(column))):
         return 0.0
     held = np.clip(third, -3 * size, 3 * size)  # corners of the motion have no say
     correlation = float(held[1:] @ held[:-1] / (held @ held))
-    return float(size / THIRD) if correlation < WHITE else 0.0
+    return float(size / np.sqrt(20.0)) if correlation < CONSTANTS.white_third_differences else 0.0  # of white noise of sd 1
 
 
 def quantum(column: FloatArray) -> float:
     """Step of a quantised column (n,), such as an encoder's; 0 where it is not quantised."""
     steps = np.abs(np.diff(column))
-    steps = steps[steps > 1e-9 * float(np.max(np.abs(column), initial=0.0))]
-    if steps.size < FEWEST:
+    steps = steps[steps > CONSTANTS.least_quantum * float(np.max(np.abs(column), initial=0.0))]
+    if steps.size < CONSTANTS.fewest_input_samples:
         return 0.0
     least = float(steps.min())
     multiples = steps / least
-    return least if float(np.mean(np.abs(multiples - np.round(multiples)) < 0.05)) > WHOLE and np.median(multiples) < 1e3 else 0.0
+    whole = float(np.mean(np.abs(multiples - np.round(multiples)) < CONSTANTS.quantum_error))
+    is_quantised = whole > CONSTANTS.quantised_share and np.median(multiples) < CONSTANTS.largest_quantised_difference
+    return least if is_quantised else 0.0
 
 
 def smoothed(column: FloatArray, sd: float) -> FloatArray:
@@ -67,14 +62,14 @@ def derivative(column: FloatArray, step: float, order: int = 1) -> FloatArray:
 def _by_widest_windows(column: FloatArray, sd: float, deriv: int, step: float) -> FloatArray:
     low, high = np.full(column.size, -np.inf), np.full(column.size, np.inf)
     best, going = column.copy(), np.ones(column.size, dtype=bool)
-    for half in WINDOWS:
+    for half in CONSTANTS.smoothing_windows:
         window = 2 * half + 1
         if window > column.size:
             break
         order = max(min(2, window - 2), deriv)
         fitted = savgol_filter(column, window, order, deriv=deriv, delta=step, mode="interp")
         weights = savgol_coeffs(window, order, deriv=deriv, delta=step)
-        reach = CONFIDENCE * sd * float(np.sqrt(np.sum(weights**2)))
+        reach = CONSTANTS.smoothing_confidence * sd * float(np.sqrt(np.sum(weights**2)))
         low, high = np.maximum(low, fitted - reach), np.minimum(high, fitted + reach)
         going &= low <= high
         best[going] = fitted[going]

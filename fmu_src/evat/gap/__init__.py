@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from threadpoolctl import threadpool_limits
 
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.gap.advise import next_experiment
 from evat.gap.answer import Diagnosis, Named, Recalibrated
@@ -29,8 +30,6 @@ from evat.inference.recorded_inputs import smoothed_inputs
 from evat.inference.setup_errors import by_channel
 from evat.model import Model
 
-HELD_OUT_MODELS, HELD_OUT_ROUNDS = 2, 3  # of the likeliest, how many are tried on held-out conditions, and how often others follow
-WORTH_TELLING = 0.1  # of what repeats do not share: bursts and lines
 Report = Callable[[str, float], None]
 
 __all__ = ["Comparison", "Diagnosis", "diagnose", "diagnose_with"]
@@ -93,22 +92,20 @@ def diagnose_with(
     with threadpool_limits(1):  # sums over short rows gain nothing from threads, and their last bits would depend on them
         known, origin = (constants, "given") if constants else stored()
         version = f"{version}; constants {origin}".removeprefix("; ")
-        return _diagnosed(Prediction(model, looked_at), perturbed, tuple(filter(None, said)), version, report, known)
+        comparison = compare(Prediction(model, looked_at), report, perturbed)
+        if report:
+            report("on held-out conditions", 0.95)
+        return conclude(comparison, known, tuple(filter(None, said)), version), comparison
 
 
-def _diagnosed(
-    prediction: Prediction, perturbed: Prediction | None, said: tuple[str, ...], version: str, report: Report | None, known: Constants
-) -> tuple[Diagnosis, Comparison]:
-    """said : of the data, before anything was compared."""
-    comparison = compare(prediction, report, perturbed)
-    if report:
-        report("on held-out conditions", 0.95)
-    held = HeldOut(comparison)
+def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (), version: str = "") -> Diagnosis:
+    """What follows from all that was fitted. known : the judgement's constants; said : of the data, before anything was compared."""
+    prediction, held = comparison.prediction, HeldOut(comparison)
     judgement = _judged(comparison, held, known)
     verdict = CANNOT_TELL if comparison.audit.refused else judgement.verdict
     missing = (*judgement.features.doubts.get(judgement.chosen, ()), *shifted(comparison), *said, *_missing(comparison))
     closure = close(comparison, fitted(comparison, judgement.chosen), held)
-    answer = Diagnosis(
+    return Diagnosis(
         verdict=verdict,
         effects=_named(comparison, judgement) if verdict != CANNOT_TELL else (),
         judgement=judgement,
@@ -127,15 +124,16 @@ def _diagnosed(
         families=_families(prediction.model, judgement),
         members=_members(prediction.model),
     )
-    return answer, comparison
 
 
 def _judged(comparison: Comparison, held: HeldOut, known: Constants) -> Judgement:
     """The likeliest models are also tried on conditions that no fit saw, until those that lead have been."""
     seen = features(comparison)
     judgement = judge(seen, known)
-    for _ in range(HELD_OUT_ROUNDS):
-        leaders = sorted((on for on in judgement.probabilities if on), key=lambda on: -judgement.probabilities[on])[:HELD_OUT_MODELS]
+    for _ in range(CONSTANTS.held_out_rounds):
+        leaders = sorted((on for on in judgement.probabilities if on), key=lambda on: -judgement.probabilities[on])[
+            : CONSTANTS.held_out_models
+        ]
         new = [on for on in leaders if on not in seen.doubts]
         if not new or comparison.audit.refused:
             break
@@ -171,11 +169,11 @@ def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:
     """The effects of the chosen set; where several sets are likely, what else each could be."""
     if not judgement.chosen or judgement.verdict in (NO_GAP, MISTUNED, UNKNOWN):
         return ()
-    found, sd = comparison.models[judgement.chosen], comparison.models[judgement.chosen].sd
-    values = found.values
+    best, sd = comparison.models[judgement.chosen], comparison.models[judgement.chosen].sd
+    values = best.values
     own = {effect.name: {variable.name for variable in effect.variables} for effect in comparison.prediction.model.effects}
     units = {variable.name: variable.unit for variable in comparison.prediction.model.variables}
-    fitted_by_law = {p.name for p in found.parameters} - {p.name for p in comparison.recalibrated.parameters} - set().union(*own.values())
+    fitted_by_law = {p.name for p in best.parameters} - {p.name for p in comparison.recalibrated.parameters} - set().union(*own.values())
     named = []
     for name in judgement.chosen:
         probability = sum(p for on, p in judgement.probabilities.items() if name in on)
@@ -193,8 +191,8 @@ def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:
 
 def _recalibrated(comparison: Comparison, chosen: Fit) -> Recalibrated:
     """Set-up errors are those beside what is named: without it they stand in for it."""
-    found, sd = comparison.recalibrated, comparison.recalibrated.sd
-    before, after = (structural(comparison.whitening, fit.predicted) for fit in (comparison.nominal, found))
+    recalibrated, sd = comparison.recalibrated, comparison.recalibrated.sd
+    before, after = (structural(comparison.whitening, fit.predicted) for fit in (comparison.nominal, recalibrated))
     share = min(max(1 - after / before, 0.0), 1.0) if before > 0 else 0.0
     set_up = comparison.prediction.setup.names
     errors: dict[str, dict[str, tuple[float, float, str]]] = {}
@@ -202,7 +200,7 @@ def _recalibrated(comparison: Comparison, chosen: Fit) -> Recalibrated:
         if p.name in set_up:
             channel, kind = by_channel(p.name)
             errors.setdefault(channel, {})[kind] = float(chosen.values[p.name]), chosen.sd[p.name], p.unit
-    parameters = {p.name: (p.mean, float(found.values[p.name]), sd[p.name]) for p in found.parameters if p.name not in set_up}
+    parameters = {p.name: (p.mean, float(recalibrated.values[p.name]), sd[p.name]) for p in recalibrated.parameters if p.name not in set_up}
     return Recalibrated(parameters, share, errors)
 
 
@@ -219,14 +217,14 @@ def _where(comparison: Comparison, judgement: Judgement) -> Location:
 
 def _missing(comparison: Comparison) -> tuple[str, ...]:
     """What these data cannot say anything about."""
-    found = [*comparison.audit.refused, *comparison.audit.notes]
-    found += [f"{name}: not identifiable, {', '.join(still)} does not vary" for name, still in comparison.audit.idle.items()]
-    found += [f"{name}: it changes nothing that was measured here" for name in comparison.silent if name not in comparison.unfed]
-    found += [f"{name}: {', '.join(inputs)} was not recorded" for name, inputs in comparison.unfed.items()]
+    notes = [*comparison.audit.refused, *comparison.audit.notes]
+    notes += [f"{name}: not identifiable, {', '.join(still)} does not vary" for name, still in comparison.audit.idle.items()]
+    notes += [f"{name}: it changes nothing that was measured here" for name in comparison.silent if name not in comparison.unfed]
+    notes += [f"{name}: {', '.join(inputs)} was not recorded" for name, inputs in comparison.unfed.items()]
     for channel, comes in comparison.noise.irregular.items():
-        if comes.share > WORTH_TELLING:
+        if comes.share > CONSTANTS.notable_irregularity:
             where = f", the strongest line at {comes.frequency:.4g} Hz" if comes.frequency else ""
-            found.append(f"{channel}: {comes.share:.0%} of what repeats do not share is no noise but bursts or lines{where}")
+            notes.append(f"{channel}: {comes.share:.0%} of what repeats do not share is no noise but bursts or lines{where}")
     if not comparison.noise.repeated:
-        found.append("repeatability: no condition was recorded twice, so trial-to-trial changes are taken from priors")
-    return tuple(found)
+        notes.append("repeatability: no condition was recorded twice, so trial-to-trial changes are taken from priors")
+    return tuple(notes)

@@ -9,14 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Means, Trial
 from evat.gap.compare import Comparison
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
 from evat.model import EvatError, FloatArray
-
-FACTORS = (0.25, 0.5, 2.0, 4.0)  # of what has been measured: inputs as a whole, or a value of the condition
-OUTPUT_SAMPLES = 1500
 
 
 @dataclass(frozen=True)
@@ -48,29 +46,29 @@ def next_experiment(comparison: Comparison, probabilities: Mapping[Hypothesis, f
 
 
 def _options(comparison: Comparison, experiment: Experiment) -> list[tuple[dict[str, float], Experiment]]:
-    found = []
+    options = []
     bounds = {variable.name: variable for variable in comparison.prediction.model.variables}
     for trial in experiment.trials[:1]:
         for name in sorted({*trial.inputs, *trial.values}):
-            for factor in FACTORS:
+            for factor in CONSTANTS.next_experiment_factors:
                 other = _scaled(trial, name, factor, bounds[name].min, bounds[name].max)
                 if other is not None:
                     size = other.values[name] if name in other.values else float(np.sqrt(np.mean(other.inputs[name] ** 2)))
-                    found.append(({name: size}, replace(experiment, trials=(other,), means=None)))
+                    options.append(({name: size}, replace(experiment, trials=(other,), means=None)))
     means = experiment.means
     if means is not None:
         for name, column in means.values.items():
-            for factor in FACTORS:
+            for factor in CONSTANTS.next_experiment_factors:
                 row = {other: values[:1] for other, values in means.values.items()} | {name: column[:1] * factor}
                 if bounds[name].min <= float(row[name][0]) <= bounds[name].max:
                     outputs = {channel: values[:1] for channel, values in means.outputs.items()}
                     one = Means(means.file, means.conditions[:1], row, outputs, {})
-                    found.append(({name: float(row[name][0])}, replace(experiment, trials=(), means=one)))
-    return found
+                    options.append(({name: float(row[name][0])}, replace(experiment, trials=(), means=one)))
+    return options
 
 
 def _scaled(trial: Trial, name: str, factor: float, low: float, high: float) -> Trial | None:
-    cut = trial.head(OUTPUT_SAMPLES)
+    cut = trial.head(CONSTANTS.next_experiment_samples)
     if name in trial.values:
         value = trial.values[name] * factor
         return replace(cut, values={**trial.values, name: value}) if low <= value <= high and value != 0 else None
@@ -93,7 +91,7 @@ def _distance(comparison: Comparison, changed: Experiment, models: Sequence[Fit]
         return None
     total = 0.0
     whitening = comparison.whitening
-    form = min(model.found.size for model in models)
+    form = min(model.likelihood.size for model in models)
     for segment in prediction.segments:
         floors = [float(whitening.noise.sizes[g.members[0]]) for g in whitening.groups if g.channel == segment.channel]
         level = whitening.levels[segment.channel]

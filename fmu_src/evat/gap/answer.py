@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from evat.constants import CONSTANTS
 from evat.gap.advise import Advice
 from evat.gap.closure import Closure
 from evat.gap.gates import Gate
@@ -16,7 +17,6 @@ from evat.gap.location import Location
 from evat.inference.hypothesis import Hypothesis
 
 FORMAT = 1
-CONCEIVABLE = 1e-4  # of probability: less is no candidate
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Diagnosis:
     def candidates(self) -> tuple[tuple[Hypothesis, float | None], ...]:
         """Hypotheses that are not out of the question, the likeliest first, with their probabilities to six digits."""
         ranked = sorted(self.judgement.probabilities.items(), key=lambda item: (-item[1], item[0]))
-        return tuple((on, _number(probability)) for on, probability in ranked if probability > CONCEIVABLE)
+        return tuple((on, _number(probability)) for on, probability in ranked if probability > CONSTANTS.least_candidate)
 
     def document(self) -> dict[str, Any]:
         """As diagnosis.json."""
@@ -85,7 +85,7 @@ class Diagnosis:
                 for effect in self.effects
             ],
             "candidates": [{"set": list(on), "probability": probability} for on, probability in self.candidates],
-            "families": [{"name": name, "probability": _number(p)} for name, p in self.families.items() if p > CONCEIVABLE],
+            "families": [{"name": name, "probability": _number(p)} for name, p in self.families.items() if p > CONSTANTS.least_candidate],
             "gates": [gate.document() for gate in self.gates],
             "novelty": {"p_value": _number(self.novelty[0]), "unexplained_share": _number(self.novelty[1])},
             "recalibration": {

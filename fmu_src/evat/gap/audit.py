@@ -9,17 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.inference.checks import opposed, unit_ratio
 from evat.inference.prediction import Prediction
 from evat.model import Effect, FloatArray
-
-FEWEST = 30  # recorded samples, and FEWEST_MEANS means, below which nothing is claimed
-FEWEST_MEANS = 4
-PER_CYCLE = 6  # samples of a vibration cycle, below which its phase is not seen
-VARIES = 0.02  # of its size: what changes by less does not vary
-SEEN = 5.0  # standard deviations of all samples together, below which a change cannot be seen
-STUCK, AT_RANGE = 0.001, 0.999  # share of samples at the end of a sensor's range
-COARSE = 0.5  # numerical error over noise, above which nothing is claimed
 
 
 @dataclass(frozen=True)
@@ -43,25 +36,25 @@ def varying(prediction: Prediction) -> set[str]:
     if experiment.means is not None:
         for name, column in experiment.means.values.items():
             columns.setdefault(name, []).append(column)
-    found = set[str]()
+    names = set[str]()
     for name, rows in columns.items():
         whole = np.concatenate(rows)
-        if np.ptp(whole) > VARIES * float(np.max(np.abs(whole))):
-            found.add(name)
-    return found
+        if np.ptp(whole) > CONSTANTS.least_variation * float(np.max(np.abs(whole))):
+            names.add(name)
+    return names
 
 
 def idle_effects(prediction: Prediction, effects: Sequence[Effect]) -> dict[str, tuple[str, ...]]:
     """Effects whose needed inputs are there but do not vary: they are one with other parameter values."""
     moving, everything = varying(prediction), prediction.experiment.given
     held = {name: value for name, value in prediction.nominal.items() if name not in everything}
-    found = {}
+    idle = {}
     for effect in effects:
         if not prediction.model.missing_inputs([effect.name], prediction.nominal, everything):
             still = prediction.model.missing_inputs([effect.name], held, moving)
             if still:
-                found[effect.name] = tuple(still)
-    return found
+                idle[effect.name] = tuple(still)
+    return idle
 
 
 def too_slow(prediction: Prediction) -> str:
@@ -70,7 +63,7 @@ def too_slow(prediction: Prediction) -> str:
         period = prediction.model.cycle_time({**prediction.nominal, **trial.values})
         if math.isfinite(period) and trial.times.size > 1:
             step = float(np.median(np.diff(trial.times)))
-            if step * PER_CYCLE > period:
+            if step * CONSTANTS.samples_per_cycle > period:
                 return (
                     f"sampled at {1 / step:.4g} Hz, the vibration has {1 / period:.4g} Hz: "
                     "phases cannot be seen; give cycle means as a means file, or a faster record"
@@ -85,17 +78,22 @@ def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, flo
     experiment = prediction.experiment
     recorded = sum(trial.times.size for trial in experiment.trials)
     means = len(experiment.means.conditions) if experiment.means is not None else 0
-    if recorded < FEWEST and means < FEWEST_MEANS:
-        refused.append(f"{recorded} samples and {means} means: at least {FEWEST} samples or {FEWEST_MEANS} means are needed")
+    if recorded < CONSTANTS.fewest_samples and means < CONSTANTS.fewest_means:
+        least = f"{CONSTANTS.fewest_samples} samples or {CONSTANTS.fewest_means} means"
+        refused.append(f"{recorded} samples and {means} means: at least {least} are needed")
     for channel in prediction.channels:
         places = prediction.places(channel)
         measured, simulated = prediction.measured[places], predicted[places]
         refused += _channel(channel, measured, simulated)
         signal = experiment.signals.get(channel)
-        if signal is not None and signal.full_scale and np.mean(np.abs(measured) >= AT_RANGE * signal.full_scale) > STUCK:
+        if (
+            signal is not None
+            and signal.full_scale
+            and np.mean(np.abs(measured) >= CONSTANTS.saturation_level * signal.full_scale) > CONSTANTS.saturated_share
+        ):
             notes.append(f"{channel}: the sensor is at the end of its range ({signal.full_scale:g}); what lies beyond is cut off")
         error = float(np.sqrt(np.mean(numerical[places] ** 2)))
-        if error > COARSE * noise_sd.get(channel, math.inf) and error > 1e-3 * float(np.sqrt(np.mean(simulated**2))):
+        if error > CONSTANTS.solver_error_limit * noise_sd.get(channel, math.inf) and error > 1e-3 * float(np.sqrt(np.mean(simulated**2))):
             refused.append(f"{channel}: the solver's own error ({error:.3g}) dominates; lower the model's relative tolerance")
     notes += _stated(prediction, predicted, noise_sd)
     return Audit(tuple(refused), tuple(notes), idle_effects(prediction, prediction.model.effects))
@@ -104,18 +102,18 @@ def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, flo
 def _stated(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, float]) -> list[str]:
     """Effects that are off and whose parameters the nominal model states, where with these they cannot be seen."""
     sd = np.concatenate([np.full(s.at.stop - s.at.start, noise_sd.get(s.channel, math.nan)) for s in prediction.segments])
-    found = []
+    notes = []
     for effect in prediction.model.effects:
         stated = any(variable.name in prediction.nominal for variable in effect.variables)
         if not stated or effect.name in prediction.experiment.nominal.effects:
             continue
         change = prediction.one(on=(effect.name,)) - predicted
-        if np.all(np.isfinite(change)) and float(np.sqrt(np.nansum((change / sd) ** 2))) < SEEN:
+        if np.all(np.isfinite(change)) and float(np.sqrt(np.nansum((change / sd) ** 2))) < CONSTANTS.visible_change:
             share = float(np.sqrt(np.mean(change**2) / np.mean(predicted**2)))
-            found.append(
+            notes.append(
                 f"{effect.name}: not identifiable, with the values that the nominal model states it changes {share:.1g} of the rms"
             )
-    return found
+    return notes
 
 
 def _channel(channel: str, measured: FloatArray, simulated: FloatArray) -> list[str]:

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.inference.autoregression import impulse_response
 from evat.inference.noise import differing
 from evat.inference.whitening import Whitening
 from evat.model import FloatArray
-
-UNSURE = 0.02  # of the noise floor: no structural square is known better
 
 
 @dataclass(frozen=True)
@@ -78,14 +77,14 @@ def _alike(response: FloatArray) -> float:
 
 def structural(whitening: Whitening, predicted: FloatArray) -> float:
     """Structural mean square of all channels, each in that of its rms."""
-    return sum(found.structural / whitening.levels[channel] ** 2 for channel, found in squares(whitening, predicted).items())
+    return sum(own.structural / whitening.levels[channel] ** 2 for channel, own in squares(whitening, predicted).items())
 
 
 def structural_share(whitening: Whitening, predicted: FloatArray, reference: FloatArray, conditions: set[str] | None = None) -> float:
     """The structural mean square that one prediction leaves, in that of another; channels weighed by their rms. A channel in which the
     other leaves nothing but noise has no say, unless all are so."""
     left, before, levels = squares(whitening, predicted, conditions), squares(whitening, reference, conditions), whitening.levels
-    unsure = {channel: UNSURE * found.floor for channel, found in before.items()}
-    telling = [channel for channel, found in before.items() if found.structural > unsure[channel]] or list(before)
+    unsure = {channel: CONSTANTS.noise_floor_error * own.floor for channel, own in before.items()}
+    telling = [channel for channel, own in before.items() if own.structural > unsure[channel]] or list(before)
     above, below = (sum((table[c].structural + unsure[c]) / levels[c] ** 2 for c in telling) for table in (left, before))
     return above / below

@@ -13,15 +13,14 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.optimize import minimize
 
+from evat.constants import CONSTANTS
 from evat.gap.constants import Constants
 from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Features, judge
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.model import FloatArray
 
 BY_HYPOTHESIS = ("gain", "left", "held_out", "doubts")  # features that each hypothesis has
-LEAST = 1e-3  # probability, below which a case counts no worse
 POSITIVE = {field.name for field in fields(Constants)} - {"gap_offset", "structure_offset", "unknown_offset"}
-SPREAD = 0.14  # prior sd of each constant about its start, in units of 1 or of its logarithm: simulated cases are not real ones
 
 
 @dataclass(frozen=True)
@@ -50,25 +49,25 @@ class CalibrationCase:
 
 def with_unknown(cases: Iterable[CalibrationCase]) -> tuple[CalibrationCase, ...]:
     """The cases, and each of one effect once more without that in the library."""
-    found = list[CalibrationCase]()
+    every = list[CalibrationCase]()
     for case in cases:
-        found.append(case)
+        every.append(case)
         if case.truth not in (NO_GAP, MISTUNED, UNKNOWN) and "+" not in case.truth:
-            found.append(CalibrationCase(case.features.without(case.truth), UNKNOWN))
-    return tuple(found)
+            every.append(CalibrationCase(case.features.without(case.truth), UNKNOWN))
+    return tuple(every)
 
 
 def probability(case: CalibrationCase, constants: Constants) -> float:
     """What the judgement gives the truth."""
-    found = judge(case.features, constants)
-    none = found.probabilities[NOMINAL]
+    judgement = judge(case.features, constants)
+    none = judgement.probabilities[NOMINAL]
     if case.truth == NO_GAP:
-        return none * found.no_gap
+        return none * judgement.no_gap
     if case.truth == MISTUNED:
-        return none * (1 - found.no_gap)
+        return none * (1 - judgement.no_gap)
     if case.truth == UNKNOWN:
-        return found.unknown
-    return found.probabilities.get(Hypothesis(tuple(case.truth.split("+"))), 0.0)
+        return judgement.unknown
+    return judgement.probabilities.get(Hypothesis(tuple(case.truth.split("+"))), 0.0)
 
 
 def fit_constants(cases: Sequence[CalibrationCase], start: Constants | None = None) -> tuple[Constants, float]:
@@ -83,13 +82,15 @@ def fit_constants(cases: Sequence[CalibrationCase], start: Constants | None = No
         held = {}
         for name, u in zip(names, point, strict=True):
             value = getattr(first, name)
-            held[name] = value * math.exp(SPREAD * u) if name in POSITIVE else value + 2 * SPREAD * u
+            held[name] = (
+                value * math.exp(CONSTANTS.calibration_prior_sd * u) if name in POSITIVE else value + 2 * CONSTANTS.calibration_prior_sd * u
+            )
         return Constants(**held)
 
     def loss(point: FloatArray) -> float:
         held = constants(point)
-        each = np.array([-math.log(max(probability(case, held), LEAST)) for case in cases])
+        each = np.array([-math.log(max(probability(case, held), CONSTANTS.least_calibrated_probability)) for case in cases])
         return float(weights @ each) + 0.5 * float(point @ point) / len(cases)
 
-    found = minimize(loss, np.zeros(len(names)), method="Powell", options={"maxiter": 20, "xtol": 0.02, "ftol": 1e-4})
-    return constants(found.x), float(found.fun)
+    optimum = minimize(loss, np.zeros(len(names)), method="Powell", options={"maxiter": 20, "xtol": 0.02, "ftol": 1e-4})
+    return constants(optimum.x), float(optimum.fun)

@@ -8,17 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.gap.budget import squares, structural_share
 from evat.gap.compare import Comparison
 from evat.inference.fit import Fit, fit
 from evat.model import BoolArray, FloatArray
-
-FEWEST = 3  # conditions, below which none can be held out
-DRAWS = 1000
-SEED = 20240229
-WORSE = 1.1  # times the rms without the effect: a held-out condition that is made worse
-SEEN = 3.0  # standard deviations of a structural square by noise alone: less is no gap
-ROUNDING = 0.03  # of the noise floor, which is not known any better: a gap of less is none
 
 
 @dataclass(frozen=True)
@@ -35,7 +29,7 @@ class Closure:
 
 def held_out_conditions(conditions: Sequence[str]) -> tuple[str, ...]:
     """Every third, neither the first nor the last where that can be."""
-    return tuple(conditions[1::3]) if len(conditions) >= FEWEST else ()
+    return tuple(conditions[1::3]) if len(conditions) >= CONSTANTS.fewest_conditions else ()
 
 
 class HeldOut:
@@ -62,7 +56,7 @@ class HeldOut:
             return math.nan, (math.nan, math.nan)
         rows = self._rows(chosen)
         share = _share(rows.sum(axis=0))
-        draws = np.random.default_rng(SEED).integers(len(rows), size=(DRAWS, len(rows)))
+        draws = np.random.default_rng(CONSTANTS.bootstrap_seed).integers(len(rows), size=(CONSTANTS.bootstrap_draws, len(rows)))
         spread = np.array([_share(rows[draw].sum(axis=0)) for draw in draws])
         low, high = np.nanquantile(spread, [0.05, 0.95]) if np.any(np.isfinite(spread)) else (np.nan, np.nan)
         return share, (float(low), float(high))
@@ -71,7 +65,10 @@ class HeldOut:
         """Share of the structural gap that the model leaves there; nan where none are held out, or no gap can be seen there."""
         before = self.fitted(self.comparison.recalibrated).predicted
         table = squares(self.comparison.whitening, before, set(self.conditions)) if self.conditions else {}
-        if not any(channel.structural > SEEN * channel.unsure + ROUNDING * channel.floor for channel in table.values()):
+        if not any(
+            channel.structural > CONSTANTS.visible_structure * channel.unsure + CONSTANTS.noise_floor_rounding * channel.floor
+            for channel in table.values()
+        ):
             return math.nan
         return structural_share(self.comparison.whitening, self.fitted(chosen).predicted, before, set(self.conditions))
 
@@ -83,7 +80,7 @@ class HeldOut:
         rows, conditions = self._rows(chosen), self._conditions()
         for condition in self.conditions:
             before, after, floor, size = rows[[own == condition for own in conditions]].sum(axis=0)
-            if after > WORSE**2 * before and after - before > 2 * ROUNDING * floor:
+            if after > CONSTANTS.worse_condition**2 * before and after - before > 2 * CONSTANTS.noise_floor_rounding * floor:
                 worse[condition] = math.sqrt(before / size), math.sqrt(after / size)
         return worse
 
@@ -114,18 +111,18 @@ def close(comparison: Comparison, chosen: Fit, held: HeldOut) -> Closure:
     return Closure(*held.closed(chosen), held.conditions, rms)
 
 
-def _again(comparison: Comparison, found: Fit, mask: BoolArray) -> Fit:
+def _again(comparison: Comparison, whole: Fit, mask: BoolArray) -> Fit:
     """The same model, fitted without the held-out conditions."""
     again = fit(
-        comparison.prediction, comparison.whitening, found.parameters, found.point, found.on, fixed=found.fixed, held_out=mask, most_steps=5
+        comparison.prediction, comparison.whitening, whole.parameters, whole.point, whole.on, fixed=whole.fixed, held_out=mask, most_steps=5
     )
-    return again or found
+    return again or whole
 
 
 def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: Sequence[str]) -> FloatArray:
     """Of each held-out recording: sums of squares before, after and of the noise floor, channels by their rms, and how many they are."""
     whitening, prediction = comparison.whitening, comparison.prediction
-    found = []
+    recordings = []
     for group in whitening.groups:
         if group.condition not in held:
             continue
@@ -134,7 +131,7 @@ def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: S
         for member in group.members:
             measured = prediction.measured[prediction.segments[member].at]
             size = measured.size
-            found.append(
+            recordings.append(
                 [
                     float(np.sum((measured - before[group.at]) ** 2)) / level,
                     float(np.sum((measured - after[group.at]) ** 2)) / level,
@@ -142,9 +139,9 @@ def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: S
                     size,
                 ]
             )
-    return np.array(found)
+    return np.array(recordings)
 
 
 def _share(sums: FloatArray) -> float:
     before, after, floor, _ = sums
-    return float((before - after) / (before - floor)) if before > (1 + ROUNDING) * floor else float("nan")
+    return float((before - after) / (before - floor)) if before > (1 + CONSTANTS.noise_floor_rounding) * floor else float("nan")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import qmc
 
+from evat.constants import CONSTANTS
 from evat.gap.audit import Audit, audit
 from evat.gap.part import part_of
 from evat.gap.screen import Screen, Start, linear
@@ -21,23 +22,7 @@ from evat.inference.whitening import Whitening
 from evat.model import Effect, FloatArray, Model, SimulationError
 from evat.required_inputs import KINEMATICS
 
-LINEARISATIONS = 3  # of the shapes of the base law, at most
-LINEAR_STEP, LINEAR_WITHIN = 0.3, 1.0  # prior standard deviations: of the difference, and how far it counts
-FROZEN_STEPS = 5  # of a first fit of an effect alone, slopes of the nominal parameters held
-FITTED_TO_ALL = {1: 5, 2: 3}  # of one and of two effects, how many of those that were fitted to a part
-FINISHING_STEPS = 4  # of a fit that begins where that to a part ended
-FULL_FITS = 6  # singles that are fitted with all parameters
-LEFT = 0.005  # of the rms: where recalibration leaves less, other base laws are not tried
-LAW_STARTS, LAW_STEPS = 32, 40
-PAIRS_FROM, PAIR_FITS = 4, 3
-ERROR_OF_LINEAR_GAIN = 0.3  # of what the best model gains: as far may a gain by linear sums be off
-SWAPS, SWAP_FITS = 8, 3  # effects that are tried in place of one of the best pair, and those that are fitted
-LEAST_SHARE_OF_GAIN = 0.2  # of the best gain: an effect that gains less where it is taken as linear is not looked at closer
-FORM_ERROR = 0.07  # of the gap that recalibration leaves: what no effect explains any closer, since its form in the world is another
 NO_RUN = "the nominal model does not run on this experiment; simulate it on its own to see why."
-COST_OF_NO_EFFECT = -1.0  # of log evidence: what an effect costs that is not there
-GAIN_OF_A_PAIR = 2.0  # of log evidence: less may be chance
-HOPELESS_DEFICIT = 12.0  # of log evidence: a model that is this far behind is not looked at closer
 
 
 @dataclass(frozen=True)
@@ -82,7 +67,7 @@ def _frozen(prediction: Prediction, whitening: Whitening, base: Fit, start: Star
         sums = whitening.sums(predicted, np.column_stack([base.slopes, np.nan_to_num(slopes)]))
         return Look(point, sums, likelihood(whitening, sums, point))
 
-    return levenberg_marquardt(look, keep, np.concatenate([base.point, start.point]), whitening, FROZEN_STEPS)
+    return levenberg_marquardt(look, keep, np.concatenate([base.point, start.point]), whitening, CONSTANTS.frozen_steps)
 
 
 def _allowed(model: Model, effects: Sequence[str]) -> bool:
@@ -128,13 +113,13 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
         models, rough, silent, unfed = _search(prediction, whitening, recalibrated, offered, acting, tell)
     else:
         some = part.whitening(whitening, recalibrated.predicted, numerical, by_inputs)
-        some.doubt(recalibrated.found.size, recalibrated.found.length)
+        some.doubt(recalibrated.likelihood.size, recalibrated.likelihood.length)
         base = part.fit(recalibrated, some)
-        some.forgive(FORM_ERROR * base.found.size, base.found.length)
+        some.forgive(CONSTANTS.form_error * base.likelihood.size, base.likelihood.length)
         base = base.again(some)
         tried, rough, silent, unfed = _search(part.prediction, some, base, offered, acting, tell)
         models = _fitted_to_all(prediction, whitening, tried, tell)
-        rough = {on: evidence - base.found.evidence + recalibrated.found.evidence for on, evidence in rough.items()}
+        rough = {on: evidence - base.likelihood.evidence + recalibrated.likelihood.evidence for on, evidence in rough.items()}
     _polish(prediction, whitening, models)
     return Comparison(prediction, noise, whitening, nominal, set_up, recalibrated, models, rough, silent, unfed, audited)
 
@@ -155,7 +140,7 @@ def _search(
     models = _singles(prediction, whitening, recalibrated, rough, fronts, tell)
     _rivals(prediction, whitening, models, recalibrated, scales, tell)
     _pairs(prediction, whitening, models, fronts, rough, offered, tell)
-    _swaps(prediction, whitening, models, screen, rough, offered, recalibrated.found.evidence, tell)
+    _swaps(prediction, whitening, models, screen, rough, offered, recalibrated.likelihood.evidence, tell)
     return models, rough, silent, unfed
 
 
@@ -163,13 +148,16 @@ def _fitted_to_all(
     prediction: Prediction, whitening: Whitening, tried: Mapping[Hypothesis, Fit], tell: Callable[[str, float], None]
 ) -> dict[Hypothesis, Fit]:
     """The best of what was fitted to a part: the likeliest of each size, since evidence of a part favours few effects."""
-    ranked = sorted(tried, key=lambda on: -tried[on].found.evidence)
-    chosen = [on for size in (1, 2) for on in [each for each in ranked if len(each) == size][: FITTED_TO_ALL[size]]]
+    ranked = sorted(tried, key=lambda on: -tried[on].likelihood.evidence)
+    singles = [on for on in ranked if len(on) == 1][: CONSTANTS.singles_fitted_to_all]
+    chosen = [*singles, *[on for on in ranked if len(on) == 2][: CONSTANTS.pairs_fitted_to_all]]
     models = dict[Hypothesis, Fit]()
     for place, on in enumerate(chosen):
         tell(f"fitting {' and '.join(on)} to all", 0.94 + 0.01 * place / len(chosen))
         before = tried[on]
-        whole = fit(prediction, whitening, before.parameters, before.point, before.on, fixed=before.fixed, most_steps=FINISHING_STEPS)
+        whole = fit(
+            prediction, whitening, before.parameters, before.point, before.on, fixed=before.fixed, most_steps=CONSTANTS.finishing_steps
+        )
         if whole is not None:
             models[on] = whole
     return models
@@ -189,27 +177,30 @@ def _recalibrate(
     whitening = Whitening(prediction, noise, first.predicted, numerical, by_inputs)
     recalibrated = _trusted(prediction, whitening, own, first.point[acts])
     forms, at = form_parameters(model, experiment), np.zeros(len(form_parameters(model, experiment)))
-    for _ in range(LINEARISATIONS if forms else 0):
+    for _ in range(CONSTANTS.linearisations if forms else 0):
         prediction = _linearised(prediction, recalibrated, forms, at)
         shapes = [each for each in prediction.linearised if np.any(each.column)]
         start = np.concatenate([recalibrated.point[: len(own)], [each.at for each in shapes]])
         recalibrated = _trusted(prediction, whitening, (*own, *(each.parameter for each in shapes)), start)
         reached = dict(zip((each.parameter.name for each in shapes), recalibrated.point[len(own) :], strict=True))
-        before, at = at, np.array([float(u) if abs(u := reached.get(form.name, 0.0)) > LINEAR_WITHIN else 0.0 for form in forms])
-        if np.max(np.abs(at - before)) <= LINEAR_WITHIN:
+        before, at = (
+            at,
+            np.array([float(u) if abs(u := reached.get(form.name, 0.0)) > CONSTANTS.linearisation_range else 0.0 for form in forms]),
+        )
+        if np.max(np.abs(at - before)) <= CONSTANTS.linearisation_range:
             break
-    whitening.forgive(FORM_ERROR * recalibrated.found.size, recalibrated.found.length)
+    whitening.forgive(CONSTANTS.form_error * recalibrated.likelihood.size, recalibrated.likelihood.length)
     return prediction, noise, whitening, recalibrated.again(whitening)
 
 
 def _linearised(prediction: Prediction, base: Fit, forms: Sequence[Parameter], at: FloatArray) -> Prediction:
     """Shapes of the base law about `at` (p,), in their prior standard deviations."""
-    table = at + np.vstack([np.zeros(len(forms)), LINEAR_STEP * np.eye(len(forms))])
+    table = at + np.vstack([np.zeros(len(forms)), CONSTANTS.linearisation_step * np.eye(len(forms))])
     lanes = {form.name: np.array([form.value(float(u)) for u in table[:, place]]) for place, form in enumerate(forms)}
     plain = prediction.linearise(())
     model_values = {name: value for name, value in base.values.items() if name not in prediction.setup.names}
     rows = plain.many({**model_values, **lanes}, base.on)
-    columns = np.nan_to_num((rows[1:] - rows[0]) / LINEAR_STEP)
+    columns = np.nan_to_num((rows[1:] - rows[0]) / CONSTANTS.linearisation_step)
     return prediction.linearise([Linearised(form, float(u), column) for form, u, column in zip(forms, at, columns, strict=True)])
 
 
@@ -241,18 +232,18 @@ def _fronts(
     """The evidence of each effect, roughly, and the point from which it is fitted: of those that promise anything with the base's slopes
     held."""
     rough, fronts = dict[Hypothesis, float](), Fronts()
-    base = recalibrated.found.evidence
+    base = recalibrated.likelihood.evidence
     most = max([starts[0].evidence - base for starts in screened.values()], default=0.0)
     for place, (name, starts) in enumerate(screened.items()):
         tell(f"trying {name}", 0.4 + 0.2 * place / len(screened))
         rough[Hypothesis((name,))] = starts[0].evidence
         fronts[name] = starts[0], np.concatenate([recalibrated.point, starts[0].point])
-        if starts[0].evidence - base < max(LEAST_SHARE_OF_GAIN * most - HOPELESS_DEFICIT, COST_OF_NO_EFFECT):
+        if starts[0].evidence - base < max(CONSTANTS.least_share_of_gain * most - CONSTANTS.hopeless_deficit, CONSTANTS.cost_of_no_effect):
             continue
         frozen = [(front, start) for start in _apart(starts) if (front := _frozen(prediction, whitening, recalibrated, start))]
         if frozen:
-            front, start = max(frozen, key=lambda pair: pair[0].found.evidence)
-            rough[Hypothesis((name,))], fronts[name] = front.found.evidence, (start, front.point)
+            front, start = max(frozen, key=lambda pair: pair[0].likelihood.evidence)
+            rough[Hypothesis((name,))], fronts[name] = front.likelihood.evidence, (start, front.point)
     return rough, fronts
 
 
@@ -267,11 +258,14 @@ def _singles(
     """The most promising effects, each fitted with all parameters."""
     models = dict[Hypothesis, Fit]()
     order = sorted(fronts, key=lambda name: -rough[Hypothesis((name,))])
-    base = recalibrated.found.evidence
+    base = recalibrated.likelihood.evidence
     best = max([base, *rough.values()])
-    for place, name in enumerate(order[:FULL_FITS]):
-        tell(f"fitting {name}", 0.6 + 0.15 * place / FULL_FITS)
-        if rough[Hypothesis((name,))] < best - max(HOPELESS_DEFICIT, ERROR_OF_LINEAR_GAIN * (best - base)) and place > 1:
+    for place, name in enumerate(order[: CONSTANTS.full_fits]):
+        tell(f"fitting {name}", 0.6 + 0.15 * place / CONSTANTS.full_fits)
+        if (
+            rough[Hypothesis((name,))] < best - max(CONSTANTS.hopeless_deficit, CONSTANTS.error_of_linear_gain * (best - base))
+            and place > 1
+        ):
             break
         start, point = fronts[name]
         whole = fit(prediction, whitening, (*recalibrated.parameters, *start.parameters), point, (name,))
@@ -282,12 +276,12 @@ def _singles(
 
 def _trusted(prediction: Prediction, whitening: Whitening, parameters: Sequence[Parameter], start: FloatArray) -> Fit:
     """A fit that the whitening then trusts as far as what it leaves allows."""
-    found = _must(fit(prediction, whitening, parameters, start, most_steps=0))
+    trusted = _must(fit(prediction, whitening, parameters, start, most_steps=0))
     for _ in range(2):
-        whitening.doubt(found.found.size, found.found.length)
-        found = _must(fit(prediction, whitening, parameters, found.point))
-    whitening.doubt(found.found.size, found.found.length)
-    return found.again(whitening)
+        whitening.doubt(trusted.likelihood.size, trusted.likelihood.length)
+        trusted = _must(fit(prediction, whitening, parameters, trusted.point))
+    whitening.doubt(trusted.likelihood.size, trusted.likelihood.length)
+    return trusted.again(whitening)
 
 
 def _rivals(
@@ -299,17 +293,17 @@ def _rivals(
     tell: Callable[[str, float], None],
 ) -> None:
     """Other base laws, where something is left for them to explain: from the best of a few starts in what they read."""
-    if recalibrated.found.size < LEFT:
+    if recalibrated.likelihood.size < CONSTANTS.laws_from:
         return
     laws = prediction.model.rival_laws(prediction.nominal)
     for place, rival in enumerate(laws):
         tell(f"fitting {rival.name}", 0.75 + 0.05 * place / len(laws))
         parameters = law_parameters(rival.variables, recalibrated.parameters, prediction.experiment.nominal.values, scales)
         count = len(recalibrated.parameters)
-        starts = np.zeros((LAW_STARTS, len(parameters)))
+        starts = np.zeros((CONSTANTS.law_starts, len(parameters)))
         starts[:, :count] = recalibrated.point
         if len(parameters) > count:
-            starts[:, count:] = qmc.Sobol(len(parameters) - count, scramble=False).random(LAW_STARTS) * 3.0 - 1.5
+            starts[:, count:] = qmc.Sobol(len(parameters) - count, scramble=False).random(CONSTANTS.law_starts) * 3.0 - 1.5
         else:
             starts = starts[:1]
         lanes = {p.name: np.array([p.value(float(u)) for u in starts[:, k]]) for k, p in enumerate(parameters)}
@@ -318,18 +312,18 @@ def _rivals(
         logs = [likelihood(whitening, whitening.sums(row, none), np.empty(0)).log if np.all(np.isfinite(row)) else -np.inf for row in rows]
         if not np.isfinite(max(logs)):
             continue
-        found = fit(prediction, whitening, parameters, starts[int(np.argmax(logs))], fixed=rival.values, most_steps=LAW_STEPS)
-        if found is not None:
-            models[Hypothesis(law=rival.name)] = found
+        best = fit(prediction, whitening, parameters, starts[int(np.argmax(logs))], fixed=rival.values, most_steps=CONSTANTS.law_steps)
+        if best is not None:
+            models[Hypothesis(law=rival.name)] = best
 
 
 def _apart(starts: Sequence[Start], most: int = 2) -> list[Start]:
     """The best start, and the best of those that are elsewhere."""
-    found = [starts[0]]
+    chosen = [starts[0]]
     for start in starts[1:]:
-        if len(found) < most and all(np.max(np.abs(start.point - other.point)) > 0.8 for other in found):
-            found.append(start)
-    return found
+        if len(chosen) < most and all(np.max(np.abs(start.point - other.point)) > 0.8 for other in chosen):
+            chosen.append(start)
+    return chosen
 
 
 def _pairs(
@@ -343,7 +337,7 @@ def _pairs(
 ) -> None:
     """Second effects beside the best singles: rough ones by linear sums, the best of them fitted."""
     model = prediction.model
-    leaders = sorted(models, key=lambda held: -models[held].found.evidence)[:PAIRS_FROM]
+    leaders = sorted(models, key=lambda held: -models[held].likelihood.evidence)[: CONSTANTS.paired_singles]
     merit = dict[Hypothesis, tuple[float, Fit, Start, FloatArray]]()
     for leader in leaders:
         base = models[leader]
@@ -360,10 +354,10 @@ def _pairs(
             if key not in merit or evidence > merit[key][0]:
                 merit[key] = (evidence, base, start, point)
                 rough[key] = evidence
-    singles = max((found.found.evidence for found in models.values()), default=-np.inf)
-    for place, key in enumerate(sorted(merit, key=lambda k: -merit[k][0])[:PAIR_FITS]):
-        tell(f"fitting {' and '.join(key)}", 0.75 + 0.2 * place / PAIR_FITS)
-        if merit[key][0] < singles + GAIN_OF_A_PAIR:
+    singles = max((single.likelihood.evidence for single in models.values()), default=-np.inf)
+    for place, key in enumerate(sorted(merit, key=lambda k: -merit[k][0])[: CONSTANTS.pair_fits]):
+        tell(f"fitting {' and '.join(key)}", 0.75 + 0.2 * place / CONSTANTS.pair_fits)
+        if merit[key][0] < singles + CONSTANTS.gain_of_a_pair:
             break
         _, base, start, point = merit[key]
         whole = fit(prediction, whitening, (*base.parameters, *start.parameters), point, key.effects, fixed=base.fixed)
@@ -385,14 +379,14 @@ def _swaps(
 
     none : log evidence without effects.
     """
-    evidence = {key: found.found.evidence for key, found in models.items()}
+    evidence = {key: model.likelihood.evidence for key, model in models.items()}
     best = max(evidence, key=lambda key: evidence[key], default=NOMINAL)
     if len(best) < 2:
         return
     like = sorted(
         (effect for effect in offered if Hypothesis((effect.name,)) in rough), key=lambda effect: -rough[Hypothesis((effect.name,))]
-    )[:SWAPS]
-    found = list[tuple[float, Hypothesis, Fit, Start]]()
+    )[: CONSTANTS.swaps]
+    swaps = list[tuple[float, Hypothesis, Fit, Start]]()
     for kept in best.parts():
         (other,) = (part for part in best.parts() if part != kept)
         base = models.get(kept) or (_without(prediction, whitening, models[best], other.effects[0]) if other.effects else None)
@@ -401,9 +395,9 @@ def _swaps(
             if base is None or effect.name in kept or key in models or not _allowed(prediction.model, key.effects):
                 continue
             tell(f"trying {effect.name} beside {kept}", 0.93)
-            found += [(start.evidence, key, base, start) for start in screen.starts(base, effect)[:1]]
-    for value, key, base, start in sorted(found, key=lambda each: -each[0])[:SWAP_FITS]:
-        if value < evidence[best] - max(HOPELESS_DEFICIT, ERROR_OF_LINEAR_GAIN * (evidence[best] - none)):
+            swaps += [(start.evidence, key, base, start) for start in screen.starts(base, effect)[:1]]
+    for value, key, base, start in sorted(swaps, key=lambda each: -each[0])[: CONSTANTS.swap_fits]:
+        if value < evidence[best] - max(CONSTANTS.hopeless_deficit, CONSTANTS.error_of_linear_gain * (evidence[best] - none)):
             break
         point = np.concatenate([base.point, start.point])
         whole = fit(prediction, whitening, (*base.parameters, *start.parameters), point, key.effects, fixed=base.fixed)
@@ -421,20 +415,20 @@ def _without(prediction: Prediction, whitening: Whitening, pair: Fit, name: str)
 
 def _polish(prediction: Prediction, whitening: Whitening, models: dict[Hypothesis, Fit]) -> None:
     """Where a pair went further than its first effect alone, that goes on from there: a second effect is not paid for a longer way."""
-    pairs = {key: found for key, found in models.items() if len(key) > 1}
-    best = max((found.found.evidence for key, found in models.items() if len(key) == 1), default=0.0)
+    pairs = {key: model for key, model in models.items() if len(key) > 1}
+    best = max((model.likelihood.evidence for key, model in models.items() if len(key) == 1), default=0.0)
     for key, base in list(models.items()):
         further = [pair for pair in pairs.values() if {p.name for p in base.parameters} <= {p.name for p in pair.parameters}]
-        if len(key) > 1 or not further or base.found.evidence < best - HOPELESS_DEFICIT:
+        if len(key) > 1 or not further or base.likelihood.evidence < best - CONSTANTS.hopeless_deficit:
             continue
-        values = max(further, key=lambda pair: pair.found.evidence).values
+        values = max(further, key=lambda pair: pair.likelihood.evidence).values
         start = np.array([p.place(float(values[p.name])) for p in base.parameters])
         again = fit(prediction, whitening, base.parameters, start, base.on, fixed=base.fixed)
-        if again is not None and again.found.log > base.found.log:
+        if again is not None and again.likelihood.log > base.likelihood.log:
             models[key] = again
 
 
-def _must(found: Fit | None) -> Fit:
-    if found is None:
+def _must(fitted: Fit | None) -> Fit:
+    if fitted is None:
         raise SimulationError(NO_RUN)
-    return found
+    return fitted

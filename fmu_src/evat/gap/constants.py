@@ -5,38 +5,45 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from evat.constants import CONSTANTS, Value
 from evat.files.writing import put
 from evat.model import EvatError
 
 STORED = Path(__file__).with_name("calibration.json")
 
 
+def _weight(name: str) -> Any:
+    """A field that begins at what the table of constants has."""
+    return field(default_factory=lambda: getattr(CONSTANTS, name))
+
+
 @dataclass(frozen=True)
 class Constants:
-    """Of the judgement; each is a weight of one of the features below in a log-odds."""
+    """Of the judgement; each is a weight of one of its features in a log-odds. The table of constants says what each means."""
 
-    temperature: float = 20.0  # of the evidence
-    sharpness: float = 6.0  # per factor e^-2 in the share of the gap that is left
-    form: float = 0.05  # share of the gap that may be left by an effect of a slightly other form
-    effect_cost: float = 4.0  # of each further effect
-    gap_offset: float = 0.0
-    gap_slope: float = 2.0  # nominal gap over what nobody would look at
-    structure_offset: float = 0.0
-    structure_slope: float = 2.0  # the same of what recalibration leaves
-    unknown_offset: float = -0.5
-    unknown_slope: float = 3.0  # share that the best model leaves
-    evident: float = 15.0  # log evidence that makes an effect as likely as not where the gap itself is too small to look at
-    small_noise: float = 0.5  # of the noise's rms: a structural gap of this size is nothing to look at
-    small_form: float = 0.01  # of the rms of a channel: the same
-    irregular: float = 0.3  # share of what repeats do not share, in bursts and lines: makes something foreign as likely as not
+    temperature: float = _weight("temperature")
+    sharpness: float = _weight("sharpness")
+    form: float = _weight("form")
+    effect_cost: float = _weight("effect_cost")
+    gap_offset: float = _weight("gap_offset")
+    gap_slope: float = _weight("gap_slope")
+    structure_offset: float = _weight("structure_offset")
+    structure_slope: float = _weight("structure_slope")
+    unknown_offset: float = _weight("unknown_offset")
+    unknown_slope: float = _weight("unknown_slope")
+    evident: float = _weight("evident")
+    small_noise: float = _weight("small_noise")
+    small_form: float = _weight("small_form")
+    irregular: float = _weight("irregular")
 
 
 def stored() -> tuple[Constants, str]:
-    """The constants that a campaign has found, or the reasoned ones where none has been kept; and which they are."""
+    """The constants that a campaign has found, or the reasoned ones where none has been kept; and which they are. One that is replaced in
+    the table of constants is replaced here, too."""
     if not STORED.is_file():
         return Constants(), "reasoned"
     try:
@@ -49,8 +56,8 @@ def stored() -> tuple[Constants, str]:
             f"{STORED}: the constants of the diagnosis are damaged, or were changed by hand. Install evat again, or find them anew with "
             "`evat calibrate --store`."
         )
-    known = {field.name for field in fields(Constants)}
-    constants = Constants(**{name: float(value) for name, value in held["constants"].items() if name in known})
+    known = {each.name for each in fields(Constants)}
+    constants = Constants(**{name: CONSTANTS.now(name, float(value)) for name, value in held["constants"].items() if name in known})
     return constants, f"found on {sum(held['made']['cases'].values())} simulated cases"
 
 
@@ -62,3 +69,8 @@ def store(constants: Constants, made: Mapping[str, Any], path: Path = STORED) ->
     """Keep constants with how they were found."""
     held = {"constants": asdict(constants), "made": dict(made)}
     put(path, json.dumps({**held, "digest": _digest(held)}, indent=1, sort_keys=True) + "\n", "the calibration")
+
+
+def in_use() -> dict[str, Value]:
+    """Every constant by name with the value that a diagnosis takes: of those that were calibrated, what is kept."""
+    return {**{name: getattr(CONSTANTS, name) for name in CONSTANTS.declared()}, **asdict(stored()[0])}

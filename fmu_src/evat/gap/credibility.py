@@ -6,15 +6,10 @@ import math
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.gap.closure import HeldOut
 from evat.gap.compare import Comparison
 from evat.inference.hypothesis import Hypothesis
-
-CLEAR = 10.0  # of log evidence: an effect that gains more is there, however its amplitude and other parameters stand for each other
-KNOWN = 2.0  # standard deviations: an amplitude that is less from nothing is no better known than its size
-AT_BOUND = 1e-3  # of a prior standard deviation
-ABSURD = 3.0  # times the rms of a channel: no effect does so much, unless something else takes it back
-SHIFTED = 4.0  # standard deviations of the prior: a nominal value that moves further was not credible
 
 
 def doubts(comparison: Comparison, on: Hypothesis, held: HeldOut) -> tuple[str, ...]:
@@ -29,26 +24,27 @@ def doubts(comparison: Comparison, on: Hypothesis, held: HeldOut) -> tuple[str, 
 def _of_effect(comparison: Comparison, on: Hypothesis, name: str) -> list[str]:
     prediction, fit = comparison.prediction, comparison.models[on]
     without = comparison.models.get(Hypothesis(tuple(other for other in on.effects if other != name), on.law), comparison.recalibrated)
-    is_clear = fit.found.evidence - without.found.evidence > CLEAR
+    is_clear = fit.likelihood.evidence - without.likelihood.evidence > CONSTANTS.clear_evidence
     own = {v.name: v for effect in prediction.model.effects if effect.name == name for v in effect.variables}
     fitted = [(place, p) for place, p in enumerate(fit.parameters) if p.name in own]
     sd, reasons = fit.sd, list[str]()
     strengths = [p for _, p in fitted if math.isfinite(own[p.name].neutral)]
     beyond = [abs(float(fit.values[p.name]) - own[p.name].neutral) / sd[p.name] for p in strengths if sd[p.name] > 0]
-    if beyond and max(beyond) < KNOWN and not is_clear:
+    if beyond and max(beyond) < CONSTANTS.significant_amplitude and not is_clear:
         reasons.append(f"{name} is no better known than its size: {max(beyond):.2g} standard deviations from nothing")
     for place, p in fitted:
         u, low, high = float(fit.point[place]), p.within(-math.inf), p.within(math.inf)
         if p.low <= own[p.name].min and p.high >= own[p.name].max:  # by definition, as of a share
             continue
-        if (math.isfinite(low) and u < low + AT_BOUND) or (math.isfinite(high) and u > high - AT_BOUND):
+        near = CONSTANTS.distance_to_bound
+        if (math.isfinite(low) and u < low + near) or (math.isfinite(high) and u > high - near):
             reasons.append(f"{p.name} = {float(fit.values[p.name]):.3g} {p.unit} lies at the bound of what it may be")
     others = [effect for effect in fit.on if effect != name]
     alone = prediction.one({key: value for key, value in fit.values.items() if key not in own}, others)
     for channel, level in comparison.whitening.levels.items():
         at = prediction.places(channel)
         does = float(np.sqrt(np.mean((fit.predicted[at] - alone[at]) ** 2)))
-        if does > ABSURD * level:
+        if does > CONSTANTS.absurd_effect * level:
             reasons.append(f"{name} would make {does / level:.3g} times the measured rms of {channel}, which something else takes back")
     return reasons
 
@@ -60,5 +56,5 @@ def shifted(comparison: Comparison) -> tuple[str, ...]:
         f"the nominal {p.name} is not credible: {p.mean:.4g} {p.unit} has to become {float(fit.values[p.name]):.4g}, "
         f"{abs(float(u)):.2g} of its standard deviations away"
         for p, u in zip(fit.parameters, fit.point, strict=True)
-        if p.name in nominal and abs(float(u)) > SHIFTED
+        if p.name in nominal and abs(float(u)) > CONSTANTS.credible_shift
     )

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from evat.gap.judgement import AMBIGUOUS, EVIDENT, MISTUNED, NO_GAP, WORSE, Judgement, judge, steps
+from evat.constants import CONSTANTS
+from evat.gap.judgement import MISTUNED, NO_GAP, Judgement, judge, steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +78,7 @@ def _evidence(judgement: Judgement) -> list[Gate]:
         leader = max(features.gain, key=lambda on: features.gain[on])
         gate(
             "gap_not_larger", f"share of the structural gap that {leader} leaves, the likeliest by evidence alone",
-            features.left[leader], "at most", WORSE, "its evidence counts",
+            features.left[leader], "at most", CONSTANTS.worse_gap, "its evidence counts",
             "a model that makes the gap larger is held to leave all of that, however small the gap",
         )  # fmt: skip
         closest = step.closest
@@ -94,8 +95,9 @@ def _evidence(judgement: Judgement) -> list[Gate]:
             "all that it leaves counts",
         )  # fmt: skip
         gate(
-            "beyond_chance", f"log evidence of {closest} over the recalibrated model", features.gain[closest], "above", EVIDENT,
-            "what it explains is no chance", f"it may be chance, so that {step.left:.3g} of the gap count as unexplained",
+            "beyond_chance", f"log evidence of {closest} over the recalibrated model", features.gain[closest], "above",
+            CONSTANTS.chance_evidence, "what it explains is no chance",
+            f"it may be chance, so that {step.left:.3g} of the gap count as unexplained",
         )  # fmt: skip
         gate(
             "evident_effect", f"log evidence of {step.best}, the best hypothesis", features.gain[step.best], "above", step.needed,
@@ -120,7 +122,7 @@ def _evidence(judgement: Judgement) -> list[Gate]:
         )  # fmt: skip
     gate(
         "nominal_fits", "log evidence of the nominal over the recalibrated model, of which a larger nominal gap asks more", features.exact,
-        "above", constants.evident * (constants.gap_offset + constants.gap_slope * step.nominal_size) - EVIDENT,
+        "above", constants.evident * (constants.gap_offset + constants.gap_slope * step.nominal_size) - CONSTANTS.chance_evidence,
         f"without an effect the nominal values suffice: probability {step.no_gap:.3g}",
         f"without an effect the nominal values are mis-tuned: they suffice with a probability of {step.no_gap:.3g}",
     )  # fmt: skip
@@ -132,7 +134,7 @@ def _verdicts(judgement: Judgement, counts: bool) -> list[Gate]:
     step = steps(judgement.features, judgement.constants)
     unknown, known, none = step.unknown, step.structural - step.unknown, 1 - step.structural
     count, most = len(judgement.likely), max((p for on, p in judgement.probabilities.items() if on), default=0.0)
-    is_unknown, acts, sure = unknown > max(known, none), known > none, AMBIGUOUS * (1 - unknown)
+    is_unknown, acts, sure = unknown > max(known, none), known > none, CONSTANTS.least_named_probability * (1 - unknown)
     chain = [
         Gate(
             "known_is_likelier", "probability of something unknown", unknown, "at most", max(known, none),

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.gap.budget import squares, structural_share
 from evat.gap.compare import Comparison
 from evat.gap.constants import Constants
@@ -20,16 +21,6 @@ from evat.inference.hypothesis import NOMINAL, Hypothesis
 
 NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL = "no_gap", "mistuned", "effect", "ambiguous", "unknown", "cannot_tell"
 VERDICTS = (NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL)
-SURE = 0.9  # of the probability: what the listed sets hold
-EVIDENT, EVIDENCE_SCALE = 5.0, 2.0  # of log evidence: less is chance, and over how much more that becomes certain
-LEAST = 0.2  # of what nobody would look at: a structural rms below that is no smaller
-GLIMPSED = 0.3  # of what nobody would look at: of a structural rms that is larger, what an effect leaves of it says something
-DOUBTFUL = 9.0  # times more evidence is asked of an effect that leaves all of what can be seen
-WORSE = 1.03  # times the gap that recalibration leaves: a model that leaves more makes it worse, whatever its evidence
-FEW = 2.0  # standard deviations of a structural square by noise alone: so much few numbers may leave
-UNSEEN = 0.2  # share that a model with much evidence is held to leave of a gap that is too small to look at
-SUDDEN = 20.0  # log-odds per share of irregularity: noise has next to none
-AMBIGUOUS = 0.55  # of what is not unknown: a set with less is one of several
 
 
 @dataclass(frozen=True)
@@ -81,25 +72,28 @@ class Judgement:
 def _size(structural: Mapping[str, float], features: Features, constants: Constants) -> float:
     """Log of the largest structural rms of a channel over what nobody would look at: little beside the noise, or what few numbers of noise
     may leave."""
-    small = {c: constants.small_noise**2 * features.floor[c] + constants.small_form**2 + FEW * features.unsure[c] for c in structural}
+    small = {
+        c: constants.small_noise**2 * features.floor[c] + constants.small_form**2 + CONSTANTS.chance_structure * features.unsure[c]
+        for c in structural
+    }
     ratios = [square / small[c] for c, square in structural.items()]
-    return 0.5 * math.log(max([*ratios, LEAST**2]))
+    return 0.5 * math.log(max([*ratios, CONSTANTS.least_gap_size**2]))
 
 
 def features(comparison: Comparison) -> Features:
     whitening, reference = comparison.whitening, comparison.recalibrated.predicted
-    base, levels = comparison.recalibrated.found.evidence, whitening.levels
+    base, levels = comparison.recalibrated.likelihood.evidence, whitening.levels
     before, after = squares(whitening, comparison.set_up.predicted), squares(whitening, reference)
     return Features(
         nominal={c: before[c].structural / levels[c] ** 2 for c in levels},
         recalibrated={c: after[c].structural / levels[c] ** 2 for c in levels},
         floor={c: after[c].floor / levels[c] ** 2 for c in levels},
         unsure={c: after[c].unsure / levels[c] ** 2 for c in levels},
-        irregular={c: found.square * found.share / levels[c] ** 2 for c, found in comparison.noise.irregular.items()},
-        irregular_share={c: found.share for c, found in comparison.noise.irregular.items()},
-        exact=comparison.set_up.found.evidence - base,
-        gain={on: found.found.evidence - base for on, found in comparison.models.items()},
-        left={on: structural_share(whitening, found.predicted, reference) for on, found in comparison.models.items()},
+        irregular={c: comes.square * comes.share / levels[c] ** 2 for c, comes in comparison.noise.irregular.items()},
+        irregular_share={c: comes.share for c, comes in comparison.noise.irregular.items()},
+        exact=comparison.set_up.likelihood.evidence - base,
+        gain={on: fit.likelihood.evidence - base for on, fit in comparison.models.items()},
+        left={on: structural_share(whitening, fit.predicted, reference) for on, fit in comparison.models.items()},
     )
 
 
@@ -140,12 +134,15 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     """From features to probabilities. reverse : gates (evat.gap.gates) that are taken as if they had gone the other way."""
     size = _size(features.recalibrated, features, constants)
     seen = 1.0 if "visible_share" in reverse else _seen(size)
-    worse = math.inf if "gap_not_larger" in reverse else WORSE
+    worse = math.inf if "gap_not_larger" in reverse else CONSTANTS.worse_gap
     shares = dict(features.left) if "held_out" in reverse else {on: features.left_at_least(on) for on in features.left}
     lefts = {on: share * seen if share < worse else share for on, share in shares.items()}
     scores = {on: _score(on, gain, lefts[on], constants) for on, gain in features.gain.items()}
     # What may be chance explains nothing.
-    sure = {on: 1.0 if "beyond_chance" in reverse else _sigmoid((gain - EVIDENT) / EVIDENCE_SCALE) for on, gain in features.gain.items()}
+    sure = {
+        on: 1.0 if "beyond_chance" in reverse else _sigmoid((gain - CONSTANTS.chance_evidence) / CONSTANTS.chance_evidence_scale)
+        for on, gain in features.gain.items()
+    }
     unexplained = {on: 1 - max(1 - lefts[on], 0.0) * sure[on] for on in sure}
     closest = min(unexplained, key=lambda on: unexplained[on], default=NOMINAL)
     left = unexplained.get(closest, 1.0)
@@ -156,8 +153,8 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     if scores:
         # A gap that is too small to look at is one where an effect has much evidence; the more, the more it leaves of what can be seen.
         best = max(scores, key=lambda on: scores[on])
-        glimpsed = math.exp(2 * size) / (math.exp(2 * size) + GLIMPSED**2)
-        needed = constants.evident * (1 + DOUBTFUL * glimpsed * shares[best])
+        glimpsed = math.exp(2 * size) / (math.exp(2 * size) + CONSTANTS.glimpsed_gap_size**2)
+        needed = constants.evident * (1 + CONSTANTS.evidence_for_what_is_left * glimpsed * shares[best])
         evident = _sigmoid((features.gain[best] - needed) * 3 / needed)
         if "evident_effect" not in reverse:
             structural = max(structural, evident * max(1 - lefts[best], 0.0))
@@ -170,7 +167,9 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     if "regular" not in reverse:
         unknown, structural = _foreign(features, max(1 - left, 0.0), unknown, structural, constants)
     nominal = _size(features.nominal, features, constants)
-    no_gap = 1 - _sigmoid(constants.gap_offset + constants.gap_slope * nominal - (features.exact + EVIDENT) / constants.evident)
+    no_gap = 1 - _sigmoid(
+        constants.gap_offset + constants.gap_slope * nominal - (features.exact + CONSTANTS.chance_evidence) / constants.evident
+    )
     if "nominal_fits" in reverse:
         no_gap = 1 - no_gap
     return Steps(
@@ -191,7 +190,7 @@ def judge(features: Features, constants: Constants, reverse: Collection[str] = (
     ranked = sorted(probabilities, key=lambda on: -probabilities[on])
     likely, held = list[Hypothesis](), 0.0
     for on in ranked:
-        if held < SURE * (1 - unknown):
+        if held < CONSTANTS.likely_probability * (1 - unknown):
             likely.append(on)
             held += probabilities[on]
 
@@ -203,7 +202,7 @@ def judge(features: Features, constants: Constants, reverse: Collection[str] = (
     if 1 - structural >= structural - unknown:
         return judgement(NO_GAP if step.no_gap > 0.5 else MISTUNED)
     chosen = next(on for on in ranked if on)
-    sure = probabilities[chosen] > AMBIGUOUS * (1 - unknown) or len(likely) == 1
+    sure = probabilities[chosen] > CONSTANTS.least_named_probability * (1 - unknown) or len(likely) == 1
     return judgement(EFFECT if sure and not features.doubts.get(chosen) else AMBIGUOUS_SETS, chosen)
 
 
@@ -211,7 +210,7 @@ def _foreign(features: Features, explained: float, unknown: float, structural: f
     """Probabilities of something unknown and of any gap, where more comes and goes by itself than the effects explain."""
     for channel, share in features.irregular_share.items():
         if features.irregular[channel] > explained * features.recalibrated[channel]:
-            foreign = _sigmoid((share - constants.irregular) * SUDDEN)
+            foreign = _sigmoid((share - constants.irregular) * CONSTANTS.irregularity_slope)
             unknown, structural = max(unknown, foreign), max(structural, foreign)
     return unknown, structural
 
@@ -219,7 +218,7 @@ def _foreign(features: Features, explained: float, unknown: float, structural: f
 def _seen(size: float) -> float:
     """Which part of what a model leaves says anything; where the gap is too small to look at (log size < 0) evidence alone decides."""
     square = math.exp(2 * size)
-    return (square + UNSEEN) / (square + 1)
+    return (square + CONSTANTS.unseen_share) / (square + 1)
 
 
 def _score(on: Hypothesis, gain: float, left: float, constants: Constants) -> float:

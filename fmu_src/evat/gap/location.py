@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.gap.smallest_region import smallest_place
 from evat.inference.cycles import cycle_time
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 
 PHASE = "phase"
-SHOWN = 0.05  # channels with less of the gap are not described
 
 
 @dataclass(frozen=True)
@@ -41,13 +41,13 @@ def samples_of(prediction: Prediction, place: int) -> dict[str, FloatArray]:
     """What a sample of a trial can be told by: its inputs, phase, time, and what its trial was run at."""
     trial = prediction.experiment.trials[place]
     size = trial.times.size
-    found = {name: column for name, column in trial.inputs.items()}
+    coordinates = {name: column for name, column in trial.inputs.items()}
     period = cycle_time(prediction, place)
     if math.isfinite(period):
-        found[PHASE] = np.mod(trial.times / period, 1.0)
-    found["time"] = trial.times
-    found.update({name: np.full(size, value) for name, value in trial.values.items()})
-    return found
+        coordinates[PHASE] = np.mod(trial.times / period, 1.0)
+    coordinates["time"] = trial.times
+    coordinates.update({name: np.full(size, value) for name, value in trial.values.items()})
+    return coordinates
 
 
 def locate(prediction: Prediction, gap: FloatArray) -> Location:
@@ -63,7 +63,7 @@ def locate(prediction: Prediction, gap: FloatArray) -> Location:
             trials[file] = trials.get(file, 0.0) + share
     regions = list[Region]()
     for channel, share in sorted(channels.items(), key=lambda item: -item[1]):
-        if share < SHOWN:
+        if share < CONSTANTS.least_described_share:
             continue
         energy, columns = _gathered(prediction, channel, squares)
         regions += [Region(channel, box, inside * share) for box, inside in smallest_place(energy, columns, PHASE)]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.gap.portion import portion
 from evat.inference.discrepancy import likelihood
@@ -15,8 +16,6 @@ from evat.inference.noise import Noise
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Whitening
 from evat.model import FloatArray
-
-SEARCHED_SAMPLES = 3_000  # that a look at one value set simulates; repeats of a run cost nothing
 
 
 @dataclass(frozen=True)
@@ -40,7 +39,7 @@ class SearchedPart:
         """A fit to the whole as it stands here."""
         predicted, slopes = whole.predicted[self.rows], whole.slopes[self.rows]
         sums = whitening.sums(predicted, slopes)
-        return replace(whole, predicted=predicted, slopes=slopes, sums=sums, found=likelihood(whitening, sums, whole.point))
+        return replace(whole, predicted=predicted, slopes=slopes, sums=sums, likelihood=likelihood(whitening, sums, whole.point))
 
 
 def part_of(prediction: Prediction) -> SearchedPart | None:
@@ -51,7 +50,7 @@ def part_of(prediction: Prediction) -> SearchedPart | None:
         if run_of.setdefault(trial.condition, prediction.alike[place]) == prediction.alike[place]:
             kept.append(place)
     some = replace(experiment, trials=tuple(experiment.trials[place] for place in kept))
-    part, _ = portion(some, prediction.model, SEARCHED_SAMPLES)
+    part, _ = portion(some, prediction.model, CONSTANTS.searched_samples)
     if _simulated(part, prediction) > 0.7 * _simulated(experiment, prediction):
         return None
     smaller = prediction.of(part)

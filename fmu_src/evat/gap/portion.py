@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.inference.prediction import Prediction
 from evat.model import Model
 
-MOST_SAMPLES = 8_000  # that have to be simulated in one run of all trials; repeats of a run count once
 
+def portion(experiment: Experiment, model: Model, samples: int | None = None) -> tuple[Experiment, str]:
+    """The experiment with its trials cut to what can be looked at, and a note of that; "" where nothing was cut.
 
-def portion(experiment: Experiment, model: Model, samples: int = MOST_SAMPLES) -> tuple[Experiment, str]:
-    """The experiment with its trials cut to what can be looked at, and a note of that; "" where nothing was cut."""
+    samples : that are simulated, else as many as the table of constants has.
+    """
+    samples = CONSTANTS.diagnosed_samples if samples is None else samples
     alike = Prediction(model, experiment).alike
     sizes = {key: experiment.trials[place].times.size for place, key in alike.items()}
     total = sum(sizes.values())

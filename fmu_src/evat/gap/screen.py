@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.stats import qmc
 
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.inference.discrepancy import Likelihood, likelihood
 from evat.inference.fit import Fit
@@ -22,18 +23,6 @@ from evat.inference.parameters import Parameter, Scales, amplitude_parameter, am
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Sums, Whitening
 from evat.model import Effect, FloatArray, Variable
-
-PLAUSIBLE = 0.1  # of the rms of a channel: what an effect does, a priori (one standard deviation)
-SMALLEST = 1e-4  # of the first guess of an amplitude: where probing begins
-PROBES, FURTHEST = 6, 100.0  # amplitudes tried, and how much larger one is at most than that before
-NEAR = 3.0  # times more or less than what is plausible is near enough to go by
-PROBED_SAMPLES, PROBED_CONDITIONS, PROBED_MEANS = 700, 3, 8
-LINEAR = 0.3  # of an amplitude's prior standard deviation: where its slope is taken
-TRIAL_AMPLITUDES = (0.3, 1.5, 6.0)  # the same for an effect with one amplitude, which need not be linear: a time, a frequency
-TIMES = 9  # tried of an amplitude that is a time
-OUTERMOST = 1e6  # prior standard deviations from the mean: beyond any bound
-CLOSER = 10  # points of a design that are looked at with a discrepancy of their own: the best with that of the base
-LEAST_CHANGE = 1e-5  # of the rms of a channel: less than this is not looked for
 
 
 @dataclass(frozen=True)
@@ -52,11 +41,13 @@ def small(experiment: Experiment) -> Experiment:
     """A part of an experiment that is quick to run: the head of one trial of a few conditions, a few means."""
     conditions = list(dict.fromkeys(trial.condition for trial in experiment.trials))
     chosen = (
-        [conditions[round(k)] for k in np.linspace(0, len(conditions) - 1, min(PROBED_CONDITIONS, len(conditions)))] if conditions else []
+        [conditions[round(k)] for k in np.linspace(0, len(conditions) - 1, min(CONSTANTS.probed_conditions, len(conditions)))]
+        if conditions
+        else []
     )
     wholes = [next(trial for trial in experiment.trials if trial.condition == condition) for condition in dict.fromkeys(chosen)]
-    means = experiment.means.only(experiment.means.conditions[:PROBED_MEANS]) if experiment.means is not None else None
-    return replace(experiment, trials=tuple(whole.head(PROBED_SAMPLES) for whole in wholes), means=means)
+    means = experiment.means.only(experiment.means.conditions[: CONSTANTS.probed_means]) if experiment.means is not None else None
+    return replace(experiment, trials=tuple(whole.head(CONSTANTS.probed_samples) for whole in wholes), means=means)
 
 
 def _design(unknown: Sequence[Parameter]) -> FloatArray:
@@ -95,7 +86,7 @@ class Screen:
                 low, high = max(variable.min, variable.neutral / 10), min(variable.max, variable.neutral * 10)
                 unknown.append(Parameter(variable.name, variable.unit, variable.neutral, math.log(high / low) / 4, low, high, True))
                 spreads = self._spreads(base, effect, unknown, strengths, neutral)
-        design, found = _design(unknown), list[Start]()
+        design, starts = _design(unknown), list[Start]()
         reach = self._reach(strengths, spreads, design.shape[0])
         design = np.repeat(design, reach.size // design.shape[0], axis=0)
         lanes = self._lanes(base, effect, unknown, design, reach, strengths, neutral, spreads)
@@ -117,25 +108,27 @@ class Screen:
             )
             if not all(math.isfinite(parameter.sd) and parameter.sd > 0 for parameter in parameters):
                 continue
-            evidence, _ = linear(self.whitening, sums, start, parameters[:width], 1, base.found)
+            evidence, _ = linear(self.whitening, sums, start, parameters[:width], 1, base.likelihood)
             rows.append((evidence, shape, sums, start, parameters, own))
-        for _, shape, sums, start, parameters, own in sorted(rows, key=lambda each: -each[0])[:CLOSER]:
+        for _, shape, sums, start, parameters, own in sorted(rows, key=lambda each: -each[0])[: CONSTANTS.refined_points]:
             evidence, point = linear(self.whitening, sums, start, parameters[:width])
-            found.append(
+            starts.append(
                 Start(effect, parameters, np.concatenate([point[fitted:], shape]), evidence, slopes[:, [column - fitted for column in own]])
             )
-        return sorted(found, key=lambda start: -start.evidence)
+        return sorted(starts, key=lambda start: -start.evidence)
 
     def _reach(self, strengths: Sequence[Variable], spreads: Mapping[str, FloatArray], rows: int) -> FloatArray:
         """Where amplitudes are tried, in their prior standard deviations: (G,) or, for one that need not be linear, several for each
         row."""
         if len(strengths) > 1:
-            return np.full(rows, LINEAR)
+            return np.full(rows, CONSTANTS.linear_amplitude)
         (own,) = strengths
         if own.unit != "s":
-            return np.tile(TRIAL_AMPLITUDES, rows)
-        times = np.geomspace(0.5 * self.scales.step, 0.2 * self.scales.duration, TIMES)  # a time may be any that the record can show
-        return np.concatenate([times / spread if np.isfinite(spread) else np.ones(TIMES) for spread in spreads[own.name]])
+            return np.tile(CONSTANTS.trial_amplitudes, rows)
+        times = np.geomspace(
+            0.5 * self.scales.step, 0.2 * self.scales.duration, CONSTANTS.trial_times
+        )  # a time may be any that the record can show
+        return np.concatenate([times / spread if np.isfinite(spread) else np.ones(CONSTANTS.trial_times) for spread in spreads[own.name]])
 
     def _spreads(
         self, base: Fit, effect: Effect, unknown: Sequence[Parameter], strengths: Sequence[Variable], neutral: Mapping[str, float]
@@ -148,7 +141,7 @@ class Screen:
         design, without = _design(unknown), self.probe.one(base.values, base.on)
         shape = {p.name: np.array([p.value(float(u)) for u in design[:, place]]) for place, p in enumerate(unknown)}
         channels = [self.probe.places(channel) for channel in self.probe.channels]
-        found = dict[str, FloatArray]()
+        spreads = dict[str, FloatArray]()
         for variable in strengths:
 
             def sizes(amplitudes: FloatArray, rows: npt.NDArray[np.intp], variable: Variable = variable) -> FloatArray:
@@ -158,10 +151,10 @@ class Screen:
                 rms: FloatArray = np.max([np.sqrt(np.mean(change[:, channel] ** 2, axis=1)) for channel in channels], axis=0)
                 return rms
 
-            least = self.scales.amplitude(variable) * SMALLEST
-            found[variable.name] = _spreads_of(sizes, least, variable.max - variable.neutral, design.shape[0])
-        self._probed[key] = found
-        return found
+            least = self.scales.amplitude(variable) * CONSTANTS.first_probe
+            spreads[variable.name] = _spreads_of(sizes, least, variable.max - variable.neutral, design.shape[0])
+        self._probed[key] = spreads
+        return spreads
 
     def _lanes(
         self,
@@ -193,30 +186,38 @@ def _spreads_of(sizes: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray],
 
     sizes : of responses to amplitudes in some of the rows; from small to large, since what is too large may be slow to simulate.
     """
-    amplitude, found = np.full(rows, min(least, most)), np.full(rows, np.nan)
+    amplitude, spreads = np.full(rows, min(least, most)), np.full(rows, np.nan)
     low, high = np.zeros(rows), np.full(rows, np.inf)  # amplitudes that are known to do less and more than what is plausible
     going = np.arange(rows)
-    for _ in range(PROBES):
+    for _ in range(CONSTANTS.probes):
         tried = amplitude[going]
         size = sizes(tried, going)
-        shows = np.isfinite(size) & (size > LEAST_CHANGE)
-        less = shows & (size <= PLAUSIBLE)
+        shows = np.isfinite(size) & (size > CONSTANTS.least_effect)
+        less = shows & (size <= CONSTANTS.plausible_effect)
         first = shows & ~less & ~(low[going] > 0)  # too large, and nothing smaller is known to show
         with np.errstate(divide="ignore", invalid="ignore"):
-            wanted = tried * PLAUSIBLE / size
-        found[going] = np.where(less | first, np.minimum(wanted, 10 * tried), found[going])
-        below = np.isfinite(size) & (size <= PLAUSIBLE)
+            wanted = tried * CONSTANTS.plausible_effect / size
+        spreads[going] = np.where(less | first, np.minimum(wanted, 10 * tried), spreads[going])
+        below = np.isfinite(size) & (size <= CONSTANTS.plausible_effect)
         low[going] = np.where(below, tried, low[going])
         high[going] = np.where(below, high[going], tried)
-        onward = np.where(shows & below, np.minimum(wanted, FURTHEST * tried), np.where(below, FURTHEST * tried, tried / FURTHEST))
+        onward = np.where(
+            shows & below,
+            np.minimum(wanted, CONSTANTS.largest_probe_ratio * tried),
+            np.where(below, CONSTANTS.largest_probe_ratio * tried, tried / CONSTANTS.largest_probe_ratio),
+        )
         between = np.sqrt(low[going] * high[going])
         onward = np.where((low[going] > 0) & (onward >= high[going]) | ~below & (low[going] > 0), between, onward)
         amplitude[going] = np.minimum(onward, most)
-        near = shows & (size > PLAUSIBLE / NEAR) & (size < PLAUSIBLE * NEAR)
+        near = (
+            shows
+            & (size > CONSTANTS.plausible_effect / CONSTANTS.near_plausible)
+            & (size < CONSTANTS.plausible_effect * CONSTANTS.near_plausible)
+        )
         going = going[~near & (amplitude[going] != tried)]
         if not going.size:
             break
-    return found
+    return spreads
 
 
 def linear(
@@ -230,12 +231,12 @@ def linear(
     """Evidence and best point (p,) of a model that is linear in its parameters; as `sums` stand at `point`. `parameters` are the last of
     them, whose bounds are kept: one that would leave them stays there. like : take its discrepancy instead of finding one."""
     first = point.size - len(parameters)
-    bounds = np.array([[p.within(-OUTERMOST), p.within(OUTERMOST)] for p in parameters]).reshape(-1, 2).T
+    bounds = np.array([[p.within(-math.inf), p.within(math.inf)] for p in parameters]).reshape(-1, 2).T
     free = np.ones(sums.grams.shape[-1])
-    found = like
+    discrepancy = like
     for _ in range(rounds):
-        found = likelihood(whitening, sums, point, like=found)
-        step = np.where(free[: point.size] > 0, found.step, 0.0)
+        discrepancy = likelihood(whitening, sums, point, like=discrepancy)
+        step = np.where(free[: point.size] > 0, discrepancy.step, 0.0)
         wanted = point[first:] + step[first:]
         step[first:] = np.clip(wanted, *bounds) - point[first:]
         point = point + step

@@ -10,14 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from evat.constants import CONSTANTS
 from evat.model import BoolArray, FloatArray
-
-SHARE_HELD = 0.8  # of the square: what a place is to hold
-CONCENTRATION = 0.08  # of all samples: a place has at least so many fewer than what it holds of the square
-PART = 0.15  # of the square: what each of two ranges must hold at least
-SIMPLER = 0.75  # times the samples of one range: two ranges or two quantities take fewer than that, or one range is what is told
-BINS, COARSE = 40, 16  # of a quantity alone, and of each of two
-TINY = 1e-9
 
 Box = dict[str, tuple[float, float]]
 Window = tuple[float, int, int]  # samples in it, first bin, bin after the last; beyond all bins: it runs over the end
@@ -51,7 +45,7 @@ def within(column: FloatArray, bounds: tuple[float, float]) -> BoolArray:
 
 
 def smallest_place(energy: FloatArray, columns: Mapping[str, FloatArray], turning: str = "") -> list[tuple[Box, float]]:
-    """Boxes with the fewest samples that together hold SHARE_HELD of the square, and the share that each holds; one without bounds where
+    """Boxes with the fewest samples that together hold region_share of the square, and the share that each holds; one without bounds where
     the square lies all over.
 
     energy : (n,), squares; columns : (n,) each, what a sample can be told by; turning : the one of them that is a phase, 0 to 1.
@@ -60,11 +54,11 @@ def smallest_place(energy: FloatArray, columns: Mapping[str, FloatArray], turnin
     if total <= 0:
         return [({}, 0.0)]
     energy = energy / total
-    found = sorted(_places(energy, columns, turning), key=lambda place: place[0])
-    if not found or found[0][0] > (SHARE_HELD - CONCENTRATION) * energy.size:
+    regions = sorted(_places(energy, columns, turning), key=lambda place: place[0])
+    if not regions or regions[0][0] > (CONSTANTS.region_share - CONSTANTS.region_concentration) * energy.size:
         return [({}, 1.0)]
     shares = []
-    for box in found[0][1]:
+    for box in regions[0][1]:
         inside = np.ones(energy.size, dtype=bool)
         for name, bounds in box.items():
             inside &= within(columns[name], bounds)
@@ -76,17 +70,17 @@ def _places(energy: FloatArray, columns: Mapping[str, FloatArray], turning: str)
     """Places with what they cost: their samples, more for those of two parts."""
     varying = {name: column for name, column in columns.items() if np.ptp(column) > 0}
     for name, column in varying.items():
-        axis = _axis(name, column, name == turning, BINS)
+        axis = _axis(name, column, name == turning, CONSTANTS.region_bins)
         sums, counts = axis.summed(energy), axis.summed(np.ones(energy.size))
-        if one := _window(sums, counts, SHARE_HELD, axis.turns):
+        if one := _window(sums, counts, CONSTANTS.region_share, axis.turns):
             yield one[0], [{name: axis.bounds(one[1], one[2])}]
         if two := _two_windows(sums, counts, axis.turns):
-            yield two[0] / SIMPLER, [{name: axis.bounds(begin, end)} for begin, end in two[1]]
-    coarse = [_axis(name, column, name == turning, COARSE) for name, column in varying.items()]
+            yield two[0] / CONSTANTS.region_simplicity, [{name: axis.bounds(begin, end)} for begin, end in two[1]]
+    coarse = [_axis(name, column, name == turning, CONSTANTS.region_bins_of_two) for name, column in varying.items()]
     for first, second in combinations(coarse, 2):
         if rectangle := _rectangle(first, second, energy):
             samples, rows, own = rectangle
-            yield samples / SIMPLER, [{first.name: first.bounds(*rows), second.name: second.bounds(*own)}]
+            yield samples / CONSTANTS.region_simplicity, [{first.name: first.bounds(*rows), second.name: second.bounds(*own)}]
 
 
 def _axis(name: str, column: FloatArray, turns: bool, most: int) -> _Axis:
@@ -110,7 +104,7 @@ def _window(sums: FloatArray, counts: FloatArray, wanted: float, turns: bool) ->
     size = sums.size
     held, samples = (_sums(np.tile(row, 2) if turns else row) for row in (sums, counts))
     begins = np.arange(size)
-    ends = np.searchsorted(held, held[begins] + wanted - TINY)
+    ends = np.searchsorted(held, held[begins] + wanted - CONSTANTS.region_rounding)
     good = np.flatnonzero((ends < held.size) & (ends - begins <= size))
     if not good.size:
         return None
@@ -120,15 +114,15 @@ def _window(sums: FloatArray, counts: FloatArray, wanted: float, turns: bool) ->
 
 
 def _two_windows(sums: FloatArray, counts: FloatArray, turns: bool) -> tuple[float, list[tuple[int, int]]] | None:
-    """The two ranges of bins with the fewest samples that together hold SHARE_HELD; of a phase the cycle is cut open between any two."""
+    """The two ranges of bins with the fewest samples that together hold region_share; of a phase the cycle is cut open between any two."""
     size, best = sums.size, (np.inf, list[tuple[int, int]]())
     i, j, k = _apart(size)
     for turn in range(size if turns else 1):
         held, samples = _sums(np.roll(sums, -turn)), _sums(np.roll(counts, -turn))
         first = held[j] - held[i]
-        need = np.maximum(SHARE_HELD - first, PART)
-        end = np.searchsorted(held, held[k] + need - TINY)
-        good = np.flatnonzero((first >= PART) & (end <= size))
+        need = np.maximum(CONSTANTS.region_share - first, CONSTANTS.region_part)
+        end = np.searchsorted(held, held[k] + need - CONSTANTS.region_rounding)
+        good = np.flatnonzero((first >= CONSTANTS.region_part) & (end <= size))
         if not good.size:
             continue
         costs = samples[j[good]] - samples[i[good]] + samples[end[good]] - samples[k[good]]
@@ -147,7 +141,7 @@ def _apart(size: int) -> Sequence[npt.NDArray[np.intp]]:
 
 
 def _rectangle(first: _Axis, second: _Axis, energy: FloatArray) -> tuple[float, tuple[int, int], tuple[int, int]] | None:
-    """The ranges of two quantities with the fewest samples that hold SHARE_HELD where both are met."""
+    """The ranges of two quantities with the fewest samples that hold region_share where both are met."""
     shape = (first.low.size, second.low.size)
     flat: Any = first.bins * shape[1] + second.bins
     tables = [np.bincount(flat, weights, shape[0] * shape[1]).reshape(shape) for weights in (energy, np.ones(energy.size))]
@@ -155,7 +149,7 @@ def _rectangle(first: _Axis, second: _Axis, energy: FloatArray) -> tuple[float, 
     best: tuple[float, tuple[int, int], tuple[int, int]] | None = None
     for begin in range(shape[0]):
         for end in range(begin + 1, (begin + shape[0] if first.turns else shape[0]) + 1):
-            found = _window(rows[0][end] - rows[0][begin], rows[1][end] - rows[1][begin], SHARE_HELD, second.turns)
-            if found is not None and (best is None or found[0] < best[0]):
-                best = found[0], (begin, end), (found[1], found[2])
+            window = _window(rows[0][end] - rows[0][begin], rows[1][end] - rows[1][begin], CONSTANTS.region_share, second.turns)
+            if window is not None and (best is None or window[0] < best[0]):
+                best = window[0], (begin, end), (window[1], window[2])
     return best

@@ -1,4 +1,4 @@
-"""What stands in the guide where a page says `<!-- table: NAME -->`? Tables asked of the kernel. A hook, which mkdocs loads by its path."""
+"""What stands in the guide where a page says `<!-- table: NAME -->`? Tables, asked of what declares it. A hook of mkdocs, by its path."""
 
 from __future__ import annotations
 
@@ -6,12 +6,15 @@ import html
 import itertools
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import evat
 from evat import parameter_sets
+from evat.constants import CONSTANTS, Constant, Value
 from evat.fmu import fmu_facts_of, parts
+from evat.gap import sensitivity
+from evat.gap.constants import in_use
 from evat.model import Effect, Law, Variable
 from evat.native import kernel
 from evat.native.compile import source_root
@@ -138,6 +141,33 @@ def _names(prefix: str, names: Iterable[str]) -> str:
     return "\n".join(f"::: {prefix}.{name}\n" for name in names)
 
 
+def _value(value: Value) -> str:
+    return ", ".join(f"{each:.4g}" for each in (value if isinstance(value, tuple) else (value,)))
+
+
+def _change(row: Mapping[str, Any] | None) -> str:
+    """What one replaced value did to the stored cases."""
+    if row is None:
+        return ""
+    failed = f", {row['failed']} fail" if row["failed"] else ""
+    return f"{row['log_loss']:+.3f} ({row['right']:+d}, {row['changed']}{failed})"
+
+
+def _constants() -> str:
+    rows, values = sensitivity.read().get("constants", {}), in_use()
+
+    def row(name: str, each: Constant[Value]) -> tuple[str, ...]:
+        # A figure that was made with another value says nothing of this one.
+        measured = rows.get(name, {})
+        measured = measured if _value(values[name]) == _value(measured.get("value", math.nan)) else {}
+        origin = f"{each.origin}: {each.source}" if each.source else each.origin
+        changes = (_change(measured.get(word)) for word in ("halved", "doubled"))
+        return (_code(name), _value(values[name]), _text(each.unit), _text(each.meaning), _text(origin), *changes)
+
+    headers = ("constant", "value", "unit", "meaning", "origin", "half", "twice")
+    return _table(headers, (row(name, each) for name, each in CONSTANTS.declared().items()))
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "laws": _laws,
     "effects": _effects,
@@ -146,6 +176,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "parameters": lambda: _variables(_of_the_contact("parameter")),
     "outputs": lambda: _outputs(_of_the_contact("output")),
     "sets": _sets,
+    "constants": _constants,
     "parts": _parts,
     "names": lambda: _names("evat", sorted((name for name in evat.__all__ if name != "parameter_sets"), key=str.lower)),
     "names of parameter_sets": lambda: _names("evat.parameter_sets", OF_SETS),

@@ -8,18 +8,20 @@ import numpy as np
 from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
+from evat.constants import CONSTANTS
 from evat.model import FloatArray
 
-MOST_LAGS = 6
-SHORTEST = 20  # samples for each coefficient; from fewer none is estimated
-CLIP = 4.0  # robust standard deviations, beyond which a sample counts as no more than that
 WHITE: FloatArray = np.array([1.0])
 
 
 def robust_sd(row: FloatArray) -> float:
     """Median absolute deviation as a standard deviation, or that of the clipped row (n,) where it is larger (heavy tails)."""
     middle = 1.4826 * float(np.median(np.abs(row)))
-    return float(np.sqrt(np.mean(np.clip(row, -CLIP * middle, CLIP * middle) ** 2))) if middle > 0 else float(np.std(row))
+    return (
+        float(np.sqrt(np.mean(np.clip(row, -CONSTANTS.clipped_at * middle, CONSTANTS.clipped_at * middle) ** 2)))
+        if middle > 0
+        else float(np.std(row))
+    )
 
 
 def autoregression(rows: Sequence[FloatArray]) -> FloatArray:
@@ -28,12 +30,12 @@ def autoregression(rows: Sequence[FloatArray]) -> FloatArray:
     From pooled autocovariances of clipped rows (Brockwell and Davis 1991, sections 8.1 and 9.3): neither a burst in one row nor the step
     from one row to the next is taken for correlation.
     """
-    rows = [row for row in rows if row.size >= SHORTEST]
+    rows = [row for row in rows if row.size >= CONSTANTS.samples_per_lag]
     count = sum(row.size for row in rows)
-    most = min(MOST_LAGS, count // SHORTEST)
+    most = min(CONSTANTS.most_lags, count // CONSTANTS.samples_per_lag)
     covariance = np.zeros(most + 1)
     for row in rows:
-        limit = CLIP * max(robust_sd(row), 1e-300)
+        limit = CONSTANTS.clipped_at * max(robust_sd(row), 1e-300)
         clipped = np.clip(row, -limit, limit)
         covariance += [float(clipped[lag:] @ clipped[: clipped.size - lag]) / count for lag in range(most + 1)]
     if covariance[0] <= 0:

@@ -12,12 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import binary_dilation, median_filter
 
+from evat.constants import CONSTANTS
 from evat.model import BoolArray, FloatArray
-
-LASTS = 5  # samples: a burst fills most of so many
-OUT = 7.0  # robust standard deviations of medians, beyond which they are a burst; noise reaches 5
-LINE = 40.0  # times the spectrum around: noise reaches 15
-FEWEST = 60  # samples of a recording that is looked at
 
 
 @dataclass(frozen=True)
@@ -37,19 +33,19 @@ class BurstsAndLines:
 
 def bursts(row: FloatArray) -> BoolArray:
     """Which samples of a difference between repeats lie in a burst."""
-    if row.size < FEWEST:
+    if row.size < CONSTANTS.fewest_regular_samples:
         return np.zeros(row.size, dtype=bool)
-    middle = median_filter(row, LASTS)
+    middle = median_filter(row, CONSTANTS.burst_samples)
     away = np.abs(middle - np.median(middle))
     size = 1.4826 * float(np.median(away))
     if size <= 0:
         return np.zeros(row.size, dtype=bool)
-    return np.asarray(binary_dilation(away > OUT * size, iterations=LASTS // 2), dtype=bool)
+    return np.asarray(binary_dilation(away > CONSTANTS.burst_height * size, iterations=CONSTANTS.burst_samples // 2), dtype=bool)
 
 
 def lines(row: FloatArray) -> tuple[float, float, int]:
     """Share of a row's mean square in lines of its spectrum, and the strongest: how far above the spectrum around, and its place."""
-    if row.size < FEWEST:
+    if row.size < CONSTANTS.fewest_regular_samples:
         return 0.0, 0.0, 0
     memory = float(np.clip(row[1:] @ row[:-1] / (row @ row + 1e-300), -0.99, 0.99))
     squares, plain = _spectrum(row[1:] - memory * row[:-1]), _spectrum(row[1:])
@@ -57,7 +53,7 @@ def lines(row: FloatArray) -> tuple[float, float, int]:
     above = squares / (around + 1e-300)
     above[:2] = 0.0
     strongest = int(np.argmax(above))
-    share = float(plain[above > LINE].sum() / plain.sum()) if plain.sum() > 0 else 0.0
+    share = float(plain[above > CONSTANTS.line_height].sum() / plain.sum()) if plain.sum() > 0 else 0.0
     return share, float(above[strongest]), strongest
 
 
@@ -72,8 +68,8 @@ def irregular(rows: Sequence[FloatArray], steps: Sequence[float]) -> BurstsAndLi
     if total <= 0:
         return BurstsAndLines()
     in_bursts = sum(float(np.sum(row[bursts(row)] ** 2)) for row in rows)
-    found = [(*lines(row), row.size, step, float(row @ row)) for row, step in zip(rows, steps, strict=True)]
-    in_lines = sum(share * square for share, *_, square in found)
-    _, above, place, size, step, _ = max(found, key=lambda line: line[1])
-    frequency = place / ((size - 1) * step) if above > LINE else 0.0
+    line_of_row = [(*lines(row), row.size, step, float(row @ row)) for row, step in zip(rows, steps, strict=True)]
+    in_lines = sum(share * square for share, *_, square in line_of_row)
+    _, above, place, size, step, _ = max(line_of_row, key=lambda line: line[1])
+    frequency = place / ((size - 1) * step) if above > CONSTANTS.line_height else 0.0
     return BurstsAndLines(total / sum(row.size for row in rows), in_bursts / total, in_lines / total, frequency)

@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment, ExperimentError
 from evat.model import FloatArray
-
-# Correlation of measured and simulated below which one of them has its sign turned: with the right sign a lag would have to be of more than
-# 120 degrees; with the wrong one noise would have to hold three times the power of the force to hide it.
-OPPOSED = -0.5
-UNIT = 300.0  # rms of measured over simulated, or its inverse, from which a unit is wrong; static friction alone can be off by 80 times
-GAP = 100.0  # median sample steps: a record that goes on after such a gap is two records
 
 
 def check_clocks(experiment: Experiment) -> None:
@@ -21,7 +16,7 @@ def check_clocks(experiment: Experiment) -> None:
         if steps.size < 2:
             raise ExperimentError(f"{trial.file}: {trial.times.size} samples; a recording has at least three.")
         usual, place = float(np.median(steps)), int(np.argmax(steps))
-        if steps[place] > GAP * usual:
+        if steps[place] > CONSTANTS.clock_gap * usual:
             raise ExperimentError(
                 f"{trial.file}: the clock jumps by {steps[place]:.4g} s after sample {place + 1} (t = {trial.times[place]:.6g} s), "
                 f"its usual step is {usual:.4g} s. What moved in between is not known: cut the file there into two trials."
@@ -32,7 +27,7 @@ def opposed(measured: FloatArray, simulated: FloatArray) -> float | None:
     """The correlation (about zero) of a measured channel (n,) with the simulated one where it says that a sign is turned; else None."""
     both = float(np.sqrt(np.sum(measured**2) * np.sum(simulated**2)))
     cosine = float(np.sum(measured * simulated)) / both if both > 0 else 0.0
-    return cosine if cosine < OPPOSED else None
+    return cosine if cosine < CONSTANTS.opposed_correlation else None
 
 
 def unit_ratio(measured: FloatArray, simulated: FloatArray) -> float | None:
@@ -40,7 +35,7 @@ def unit_ratio(measured: FloatArray, simulated: FloatArray) -> float | None:
     simulated one is zero."""
     ours, theirs = rms(measured), rms(simulated)
     ratio = ours / theirs if theirs > 0 else np.inf
-    return None if 1 / UNIT < ratio < UNIT else ratio
+    return None if 1 / CONSTANTS.wrong_unit_ratio < ratio < CONSTANTS.wrong_unit_ratio else ratio
 
 
 def rms(column: FloatArray) -> float:

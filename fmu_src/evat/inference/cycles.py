@@ -6,10 +6,9 @@ import math
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
-
-ALIKE = 1e-3  # of an input's variance: cycles that differ by less are the same cycle
 
 
 def cycle_time(prediction: Prediction, place: int) -> float:
@@ -54,6 +53,6 @@ def _period(column: FloatArray) -> float:
         before, here, after = apart[n - 1 : n + 2]
         bend = before - 2 * here + after
         shift = 0.5 * (before - after) / bend if bend > 0 else 0.0
-        if here - 0.25 * (before - after) * shift < ALIKE * level + 0.02 * bend:
+        if here - 0.25 * (before - after) * shift < CONSTANTS.alike_cycles * level + 0.02 * bend:
             return float(n + shift)
     return 0.0

@@ -10,13 +10,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import median_filter
 
+from evat.constants import CONSTANTS
 from evat.model import FloatArray
-
-SHARPNESS = 0.5  # of a bend: what may be wrong in the samples that make it
-SMALL = 0.2  # of the noise: an error that is less is none
-LARGE = 1e4  # of the noise: an error that is more is no larger; a dead sensor has no noise
-CURVE = 5  # samples whose middle bend is that of a curve
-WIDEST = 24  # innovations of a block
 
 
 class Discontinuities:
@@ -24,8 +19,8 @@ class Discontinuities:
 
     def __init__(self, predicted: FloatArray, filter_: FloatArray, size: float) -> None:
         """predicted : (L,); filter_ : (1, a_1, ...), turns noise into innovations of the sd `size`."""
-        error = np.minimum(SHARPNESS * bends(predicted) / size, LARGE)
-        error[error < SMALL] = 0.0
+        error = np.minimum(CONSTANTS.bend_error * bends(predicted) / size, CONSTANTS.largest_bend_error)
+        error[error < CONSTANTS.least_bend_error] = 0.0
         self.weights: FloatArray = 1 / np.sqrt(1 + error**2)
         self._blocks = _blocks(error, filter_)
         length = predicted.size - filter_.size + 1
@@ -36,19 +31,19 @@ class Discontinuities:
         """Innovations (L - lags, p) of unit variance where the errors beside jumps are counted in."""
         if not self._blocks:
             return innovations
-        found = innovations.copy()
+        white = innovations.copy()
         for at, block in self._blocks:
-            found[at] = block @ innovations[at]
-        return found
+            white[at] = block @ innovations[at]
+        return white
 
 
 def bends(predicted: FloatArray) -> FloatArray:
     """Second differences that stand out from those around them: a curve is no jump."""
-    found = np.zeros(predicted.size)
+    excess = np.zeros(predicted.size)
     if predicted.size > 2:
         second = np.diff(predicted, 2)
-        found[1:-1] = np.abs(second - median_filter(second, CURVE))
-    return found
+        excess[1:-1] = np.abs(second - median_filter(second, CONSTANTS.curve_samples))
+    return excess
 
 
 def _blocks(error: FloatArray, filter_: FloatArray) -> list[tuple[npt.NDArray[np.intp], FloatArray]]:
@@ -58,9 +53,9 @@ def _blocks(error: FloatArray, filter_: FloatArray) -> list[tuple[npt.NDArray[np
     runs = np.split(reached, np.flatnonzero(np.diff(reached) > 1) + 1) if reached.size else []
     by_width: dict[int, list[npt.NDArray[np.intp]]] = {}
     for run in runs:
-        for part in np.array_split(run, -(-run.size // WIDEST)):
+        for part in np.array_split(run, -(-run.size // CONSTANTS.widest_block)):
             by_width.setdefault(part.size, []).append(part)
-    found = []
+    blocks = []
     for parts in by_width.values():
         at = np.array(parts)
         samples = at[:, :1] + np.arange(at.shape[1] + lost)  # what the innovations of a block see
@@ -68,5 +63,5 @@ def _blocks(error: FloatArray, filter_: FloatArray) -> list[tuple[npt.NDArray[np
         response = np.where((lags >= 0) & (lags <= lost), filter_[np.clip(lags, 0, lost)], 0.0)
         columns = response * error[samples][:, None, :]
         values, vectors = np.linalg.eigh(np.eye(at.shape[1]) + columns @ columns.transpose(0, 2, 1))
-        found.append((at, (vectors / np.sqrt(np.maximum(values, 1.0))[:, None, :]) @ vectors.transpose(0, 2, 1)))
-    return found
+        blocks.append((at, (vectors / np.sqrt(np.maximum(values, 1.0))[:, None, :]) @ vectors.transpose(0, 2, 1)))
+    return blocks

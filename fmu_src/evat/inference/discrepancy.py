@@ -7,20 +7,19 @@ one whose form is a little wrong is not punished beyond what it leaves, and one 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.inference.noise import BETWEEN
 from evat.inference.whitening import Sums, Whitening
 from evat.model import BoolArray, FloatArray
 
-SIZES = np.concatenate([[0.0], np.geomspace(5e-4, 1.0, 23)])  # of the rms of a channel
-USUAL = 0.02  # a discrepancy of this size is nothing special
-
 
 @dataclass(frozen=True)
 class Likelihood:
-    """`size` (of the rms) and `length` (place in CORRELATION_SAMPLES) of the discrepancy; `log` the penalised log likelihood, `evidence`
+    """`size` (of the rms) and `length` (place in correlation_samples) of the discrepancy; `log` the penalised log likelihood, `evidence`
     its integral over the parameters (Laplace); `step` (p,) to the best parameters from here; `covariance` (p, p) of the parameters;
     `weights` (groups, bands): what a whitened square counts."""
 
@@ -55,11 +54,11 @@ def likelihood(
     squares = float(point @ point)
     # Size and length from the residual as it stands; slopes do not enter, which keeps the search cheap.
     for place in range(whitening.unexplained.shape[0]) if like is None else (like.length,):
-        sizes = SIZES if like is None else np.array([like.size])
+        sizes = _sizes(*CONSTANTS.discrepancy_range, CONSTANTS.discrepancy_sizes) if like is None else np.array([like.size])
         variance = whitening.least[kept][:, None] + sizes[:, None] ** 2 * whitening.unexplained[place][kept][:, None]  # (g, sizes, bands)
         chi, spread = _between_trials((1 / variance) @ tail)
         logs = -0.5 * ((np.log(variance) @ counts[..., None])[..., 0] + chi + spread).sum(axis=0) - 0.5 * squares
-        logs -= np.log1p((sizes / USUAL) ** 2)
+        logs -= np.log1p((sizes / CONSTANTS.usual_discrepancy) ** 2)
         if logs.max() > log:
             log, size, length = float(logs.max()), float(sizes[int(np.argmax(logs))]), place
     weights = 1 / (whitening.least + size**2 * whitening.unexplained[length])
@@ -69,6 +68,12 @@ def likelihood(
     covariance = np.asarray(np.linalg.inv(normal), dtype=np.float64)
     evidence = log - 0.5 * float(np.linalg.slogdet(normal)[1])
     return Likelihood(size, length, log, evidence, step, covariance, weights)
+
+
+@cache
+def _sizes(low: float, high: float, count: int) -> FloatArray:
+    """Of a discrepancy, in the rms of a channel, as they are tried: (1 + count,)."""
+    return np.concatenate([[0.0], np.geomspace(low, high, count)])
 
 
 def _between_trials(tail: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -89,5 +94,5 @@ def known(grams: FloatArray, weights: FloatArray) -> FloatArray:
     products = np.einsum("sb,sbij->sij", weights, grams, optimize=True)
     first = products.shape[-1] - BETWEEN
     inner, across = np.eye(BETWEEN) + products[:, first:, first:], products[:, first:, :first]
-    found: FloatArray = (products[:, :first, :first] - across.transpose(0, 2, 1) @ np.linalg.solve(inner, across)).sum(axis=0)
-    return found
+    information: FloatArray = (products[:, :first, :first] - across.transpose(0, 2, 1) @ np.linalg.solve(inner, across)).sum(axis=0)
+    return information

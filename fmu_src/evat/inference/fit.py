@@ -9,14 +9,13 @@ from typing import TypeVar
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.inference.discrepancy import Likelihood, likelihood
 from evat.inference.parameters import Parameter
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Sums, Whitening
 from evat.model import BoolArray, FloatArray
 
-MOST_STEPS = 12
-ENOUGH = 0.05  # of log likelihood that a step still gains
 Looked = TypeVar("Looked", bound="Look")
 
 
@@ -26,7 +25,7 @@ class Look:
 
     point: FloatArray
     sums: Sums
-    found: Likelihood
+    likelihood: Likelihood
 
 
 @dataclass(frozen=True)
@@ -48,12 +47,12 @@ class Fit(Look):
     @property
     def sd(self) -> dict[str, float]:
         """Standard deviation of each fitted value."""
-        spread = np.sqrt(np.diag(self.found.covariance))
+        spread = np.sqrt(np.diag(self.likelihood.covariance))
         return {p.name: p.slope(float(u)) * float(s) for p, u, s in zip(self.parameters, self.point, spread, strict=True)}
 
     def again(self, whitening: Whitening) -> Fit:
         """The same point, judged by what is forgiven now."""
-        return replace(self, found=likelihood(whitening, self.sums, self.point))
+        return replace(self, likelihood=likelihood(whitening, self.sums, self.point))
 
 
 def fit(
@@ -65,9 +64,12 @@ def fit(
     *,
     fixed: Mapping[str, float | str] | None = None,
     held_out: BoolArray | None = None,
-    most_steps: int = MOST_STEPS,
+    most_steps: int | None = None,
 ) -> Fit | None:
-    """The best point near `start` (p,), bounds kept; None where the model does not run there."""
+    """The best point near `start` (p,), bounds kept; None where the model does not run there.
+
+    most_steps : else as many as the table of constants has.
+    """
     names = [parameter.name for parameter in parameters]
     fixed = dict(fixed or {})
 
@@ -79,13 +81,13 @@ def fit(
             return None
         slopes = np.nan_to_num(slopes)
         sums = whitening.sums(predicted, slopes)
-        found = likelihood(whitening, sums, point, held_out=held_out)
-        return Fit(point, sums, found, tuple(on), tuple(parameters), predicted, slopes, fixed)
+        here = likelihood(whitening, sums, point, held_out=held_out)
+        return Fit(point, sums, here, tuple(on), tuple(parameters), predicted, slopes, fixed)
 
     def keep(point: FloatArray) -> FloatArray:
         return np.array([p.within(float(u)) for p, u in zip(parameters, point, strict=True)])
 
-    return levenberg_marquardt(look, keep, start, whitening, most_steps, held_out)
+    return levenberg_marquardt(look, keep, start, whitening, CONSTANTS.most_steps if most_steps is None else most_steps, held_out)
 
 
 def levenberg_marquardt(
@@ -105,19 +107,19 @@ def levenberg_marquardt(
         return None
     damping = 0.0
     for _ in range(most_steps):
-        step = likelihood(whitening, best.sums, best.point, damping=damping, held_out=held_out).step if damping else best.found.step
+        step = likelihood(whitening, best.sums, best.point, damping=damping, held_out=held_out).step if damping else best.likelihood.step
         step = step / max(1.0, float(np.max(np.abs(step), initial=0.0)) / 3)  # three prior standard deviations at a time
         point = keep(best.point + step)
         if np.max(np.abs(point - best.point), initial=0.0) < 1e-4:
             break
         tried = look(point)
-        if tried is None or tried.found.log < best.found.log - 1e-9:
+        if tried is None or tried.likelihood.log < best.likelihood.log - 1e-9:
             damping = max(4 * damping, 0.3)
             if damping > 1e3:
                 break
             continue
-        gained = tried.found.log - best.found.log
+        gained = tried.likelihood.log - best.likelihood.log
         best, damping = tried, damping / 4 if damping > 0.1 else 0.0
-        if gained < ENOUGH:
+        if gained < CONSTANTS.enough_gain:
             break
     return best

@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular, toeplitz
 
-from evat.inference.autoregression import SHORTEST, WHITE, autocovariance, innovations
+from evat.constants import CONSTANTS
+from evat.inference.autoregression import WHITE, autocovariance, innovations
 from evat.inference.noise import Noise, differing
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
@@ -53,7 +54,7 @@ class Whitener:
         short that its first samples matter."""
         segment = self.prediction.segments[place]
         filter_ = self.noise.filters[segment.channel] if segment.trial >= 0 else WHITE
-        if filter_.size == 1 or len(columns) >= SHORTEST * filter_.size:
+        if filter_.size == 1 or len(columns) >= CONSTANTS.samples_per_lag * filter_.size:
             inner = innovations(filter_, columns)
         else:
             lower = cholesky(toeplitz(autocovariance(filter_, len(columns))), lower=True)

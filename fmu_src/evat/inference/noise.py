@@ -11,20 +11,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.experiment import Means
 from evat.inference.autoregression import WHITE, autoregression, innovation_sd, innovations, robust_sd
 from evat.inference.bursts_and_lines import BurstsAndLines, bursts, irregular
-from evat.inference.discontinuities import SHARPNESS, bends
-from evat.inference.noise_of_means import USUAL, nugget, replicate_sd
+from evat.inference.discontinuities import bends
+from evat.inference.noise_of_means import nugget, replicate_sd
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import in_step, same_motion
 from evat.model import FloatArray
 
-PRIOR_TRIALS = 2.0  # what the priors below weigh, in repeats
-PRIOR_GAIN, PRIOR_OFFSET, PRIOR_DELAY = 0.003, 0.003, 0.1  # spread: of the gain, of the zero in rms, of the clock in samples
-NO_SIGNAL = 1e-100
-SHORTEST_REPEAT = 8  # samples: of fewer, three are gone with gain, zero and clock
-BETWEEN = 3  # random effects between trials: gain, zero, clock
+RANDOM_EFFECTS = ("gain", "zero", "clock")  # between trials
+BETWEEN = len(RANDOM_EFFECTS)
 
 
 @dataclass(frozen=True)
@@ -61,7 +59,7 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
     Parameters
     ----------
     predicted : (N,), of a model near the truth. Of repeats only its shape is used.
-    prior : whether the random effects have the priors above, which count as PRIOR_TRIALS repeats and are all there is without repeats. A
+    prior : whether the random effects have the priors above, which count as prior_trials repeats and are all there is without repeats. A
         diagnosis needs them, lest a change of the gain pass for an effect; an interval that is to cover the truth as often as it says
         counts what these data show, and nothing else.
     from_residual : a channel without repeats has the noise that the residual of `predicted` shows, whatever the model lacks in it; else
@@ -91,8 +89,8 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
                     coefficients, *_ = np.linalg.lstsq(basis / _scale(basis), row, rcond=None)
                     slopes.append((coefficients / _scale(basis), basis))
                     fewer = np.sqrt(row.size / (row.size - BETWEEN))  # numbers than samples, once these were fitted
-                    shown = predicted[prediction.segments[place].at][at]
-                    left[place] = without_jumps(fewer * (row - basis / _scale(basis) @ coefficients), shown)
+                    own_prediction = predicted[prediction.segments[place].at][at]
+                    left[place] = without_jumps(fewer * (row - basis / _scale(basis) @ coefficients), own_prediction)
         irregulars[channel] = irregular(list(left.values()), [_step(prediction, place) for place in left])
         if left:
             filters[channel] = _of_repeats(left, own.values(), sizes)
@@ -142,7 +140,7 @@ def stated_sd(prediction: Prediction) -> FloatArray:
 def without_jumps(row: FloatArray, predicted: FloatArray) -> FloatArray:
     """What repeats do not share, with lines drawn across the jumps of the prediction: there a clock that differs leaves what is no noise,
     and comes back in every cycle."""
-    unsure = SHARPNESS * bends(predicted) > robust_sd(row)
+    unsure = CONSTANTS.bend_error * bends(predicted) > robust_sd(row)
     unsure[[0, -1]] = False
     places = np.arange(row.size)
     return np.where(unsure, np.interp(places, places[~unsure], row[~unsure]), row)
@@ -176,7 +174,7 @@ def _comparable(prediction: Prediction, places: Sequence[int]) -> list[list[tupl
     """Repeats of a condition that can be compared sample by sample, with the samples in which they can: those that recorded one motion, or
     where there are none, those that are brought in step."""
     trials = [prediction.experiment.trials[prediction.segments[place].trial] for place in places]
-    alike = [group for group in same_motion(trials) if len(group) > 1 and trials[group[0]].times.size >= SHORTEST_REPEAT]
+    alike = [group for group in same_motion(trials) if len(group) > 1 and trials[group[0]].times.size >= CONSTANTS.shortest_repeat]
     if alike:
         return [[(places[each], slice(0, trials[each].times.size)) for each in group] for group in alike]
     step = in_step(trials) if len(trials) > 1 else []
@@ -206,7 +204,9 @@ def _spread(
     own = [place for place, segment in enumerate(prediction.segments) if segment.channel == channel and segment.trial >= 0]
     level = float(np.sqrt(np.mean(np.concatenate([predicted[prediction.segments[place].at] for place in own]) ** 2)))
     steps = [_step(prediction, place) for place in own]
-    usual = np.array([PRIOR_GAIN, PRIOR_OFFSET * level, PRIOR_DELAY * float(np.median(steps))])
+    usual = np.array(
+        [CONSTANTS.prior_trial_gain, CONSTANTS.prior_trial_zero * level, CONSTANTS.prior_trial_clock * float(np.median(steps))]
+    )
     size = float(np.median(sizes[own]))
     share = 0.5  # two repeats share one difference
     excess, weight = np.zeros(BETWEEN), np.zeros(BETWEEN)
@@ -214,13 +214,15 @@ def _spread(
         white = np.column_stack([innovations(filter_, column) for column in basis.T]) / size
         scale = _scale(white)
         normal = (white / scale).T @ (white / scale)
-        errors = np.where(scale > NO_SIGNAL, np.diag(np.linalg.pinv(normal)) / np.maximum(scale, NO_SIGNAL) ** 2, np.inf)
+        errors = np.where(
+            scale > CONSTANTS.no_signal, np.diag(np.linalg.pinv(normal)) / np.maximum(scale, CONSTANTS.no_signal) ** 2, np.inf
+        )
         known = errors < 100 * usual**2 + coefficients**2  # a clock cannot be read off a force that stands still
         beyond = coefficients**2 - errors
         excess += share * np.where(known, np.maximum(beyond, 0.0) if prior else beyond, 0.0)
         weight += share * known
     if prior:
-        excess, weight = excess + PRIOR_TRIALS * usual**2, weight + PRIOR_TRIALS
+        excess, weight = excess + CONSTANTS.prior_trials * usual**2, weight + CONSTANTS.prior_trials
     spread: FloatArray = np.sqrt(np.maximum(excess, 0.0) / np.maximum(weight, 1.0))
     return spread
 
@@ -242,12 +244,17 @@ def _means(prediction: Prediction, residual: FloatArray, sizes: FloatArray, from
 
 
 def _mean_sd(means: Means, channel: str, residual: FloatArray, from_residual: bool) -> float:
-    """Of a channel of means (rows,) that came without: from replicates, counted as PRIOR_TRIALS more of what is usual."""
+    """Of a channel of means (rows,) that came without: from replicates, counted as prior_trials more of what is usual."""
     sd, degrees = replicate_sd(means.conditions, means.outputs[channel])
     level = float(np.sqrt(np.mean(means.outputs[channel] ** 2)))
     if from_residual:
         return sd if degrees else float(np.sqrt(np.mean(residual**2)))
     if degrees:
-        return float(np.sqrt((degrees * sd**2 + PRIOR_TRIALS * (USUAL * level) ** 2) / (degrees + PRIOR_TRIALS)))
+        return float(
+            np.sqrt(
+                (degrees * sd**2 + CONSTANTS.prior_trials * (CONSTANTS.usual_noise_of_means * level) ** 2)
+                / (degrees + CONSTANTS.prior_trials)
+            )
+        )
     values = np.column_stack(list(means.values.values())) if means.values else np.zeros((residual.size, 1))
     return level * nugget(values, residual / level) if level > 0 else 0.0

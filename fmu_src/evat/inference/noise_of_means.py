@@ -10,13 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.model import FloatArray
-
-USUAL, SPREAD = 0.01, 1.0  # of the rms of a channel, and how many e-folds a priori: dynamometer means repeat to 0.3 to 3 %
-SIZES = np.geomspace(1e-3, 1.0, 10)  # of what varies smoothly, in the rms of a channel
-LENGTHS = np.geomspace(0.3, 3.0, 5)  # over which it does, in the range of each condition
-NUGGETS = np.geomspace(2e-4, 0.2, 24)
-WIDE = 10.0  # ratio of the largest to the smallest value of a condition, from which on it counts by its logarithm
 
 
 def replicate_sd(conditions: Sequence[str], column: FloatArray) -> tuple[float, int]:
@@ -34,25 +29,28 @@ def nugget(conditions: FloatArray, residual: FloatArray) -> float:
     """Standard deviation of the noise in `residual` (rows,) [rms of the channel] over `conditions` (rows, d), as its posterior median."""
     apart = _distances(conditions)
     rows = residual.size
-    prior = -0.5 * (np.log(NUGGETS / USUAL) / SPREAD) ** 2
-    logs = np.full((SIZES.size, LENGTHS.size, NUGGETS.size), -np.inf)
-    for place, length in enumerate(LENGTHS):
+    sizes = np.geomspace(*CONSTANTS.smooth_size_range, CONSTANTS.smooth_sizes)
+    lengths = np.geomspace(*CONSTANTS.smooth_length_range, CONSTANTS.smooth_lengths)
+    nuggets = np.geomspace(*CONSTANTS.nugget_range, CONSTANTS.nuggets)
+    prior = -0.5 * (np.log(nuggets / CONSTANTS.usual_noise_of_means) / CONSTANTS.noise_of_means_sd) ** 2
+    logs = np.full((sizes.size, lengths.size, nuggets.size), -np.inf)
+    for place, length in enumerate(lengths):
         smooth = np.exp(-0.5 * apart / length**2)
-        for row, size in enumerate(SIZES):
+        for row, size in enumerate(sizes):
             values, vectors = np.linalg.eigh(size**2 * (smooth + 1.0))  # with a mean of its own
             turned = vectors.T @ residual
-            variance = np.maximum(values, 0.0)[:, None] + NUGGETS**2
+            variance = np.maximum(values, 0.0)[:, None] + nuggets**2
             logs[row, place] = -0.5 * (np.log(variance).sum(axis=0) + (turned[:, None] ** 2 / variance).sum(axis=0)) + prior
     weights = np.exp(logs - logs.max()).sum(axis=(0, 1)) if rows else np.exp(prior)
     below = np.cumsum(weights) / weights.sum()
-    return float(np.exp(np.interp(0.5, below, np.log(NUGGETS))))
+    return float(np.exp(np.interp(0.5, below, np.log(nuggets))))
 
 
 def _distances(conditions: FloatArray) -> FloatArray:
     """Squared distances (rows, rows), each condition in its range."""
     total = np.zeros((len(conditions), len(conditions)))
     for values in conditions.T:
-        column = np.log(values) if values.min() > 0 and values.max() / values.min() > WIDE else values
+        column = np.log(values) if values.min() > 0 and values.max() / values.min() > CONSTANTS.logarithmic_range else values
         reach = float(np.ptp(column))
         if reach > 0:
             total += np.subtract.outer(column, column) ** 2 / reach**2

@@ -13,10 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.model import Effect, FloatArray, Model, Variable
-
-FORM_SD = 0.3  # of the logarithm of a shape of the base law
 
 
 @dataclass(frozen=True)
@@ -32,8 +31,8 @@ class Parameter:
     logarithmic: bool = False
 
     def value(self, u: float) -> float:
-        found = self.mean * math.exp(self.sd * u) if self.logarithmic else self.mean + self.sd * u
-        return min(max(found, self.low), self.high)
+        value = self.mean * math.exp(self.sd * u) if self.logarithmic else self.mean + self.sd * u
+        return min(max(value, self.low), self.high)
 
     def slope(self, u: float) -> float:
         """d value / d u."""
@@ -56,7 +55,7 @@ def nominal_parameters(model: Model, experiment: Experiment) -> tuple[Parameter,
         experiment.means.values if experiment.means is not None else ()
     )
     off = {v.name for effect in model.effects if effect.name not in experiment.nominal.effects for v in effect.variables}
-    found = []
+    parameters = []
     for variable in model.variables:
         value = experiment.nominal.values.get(variable.name)
         share = experiment.nominal.relative_sd.get(variable.name, experiment.nominal.default_relative_sd)
@@ -64,19 +63,19 @@ def nominal_parameters(model: Model, experiment: Experiment) -> tuple[Parameter,
             continue
         if variable.name in set_by_trials or variable.name in off or share == 0 or value == 0:
             continue
-        found.append(
+        parameters.append(
             Parameter(variable.name, variable.unit, float(value), share, variable.min, variable.max, True)
             if value > 0 and variable.min >= 0
             else Parameter(variable.name, variable.unit, float(value), share * abs(value), variable.min, variable.max)
         )
-    return tuple(found)
+    return tuple(parameters)
 
 
 def form_parameters(model: Model, experiment: Experiment) -> tuple[Parameter, ...]:
     """Shapes of the base law that nobody knows exactly: outside of all effects, with a neutral value above 0, and not given by the user."""
     own = {variable.name for effect in model.effects for variable in effect.variables}
     return tuple(
-        Parameter(v.name, v.unit, v.neutral, FORM_SD, v.min, v.max, True)
+        Parameter(v.name, v.unit, v.neutral, CONSTANTS.law_shape_sd, v.min, v.max, True)
         for v in model.variables
         if v.name not in own and v.name not in experiment.nominal.values and v.type == "real" and v.variability == "tunable"
         if math.isfinite(v.neutral) and v.neutral > 0

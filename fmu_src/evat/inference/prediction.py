@@ -15,15 +15,14 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment, ExperimentError, Means, Trial
 from evat.inference.parameters import Parameter
 from evat.inference.setup_errors import Recording, SetupErrors
 from evat.model import FloatArray, Model, Run
 
 Values = Mapping[str, float | str | FloatArray]
-STEP = 1e-3  # of a parameter, in its scale: small against its curvature, large against the noise of runs at TOLERANCE
 TIGHTNESS = "relative_tolerance"
-TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +93,7 @@ class Prediction:
                 rows.setdefault(segment.channel, []).append(column[segment.at])
         return rows
 
-    def shown(self, output: str) -> str:
+    def variable_of(self, output: str) -> str:
         """The model's variable that stands for a measured output."""
         head, tail = ("mean_", output[5:]) if output.startswith("mean_") else ("", output)
         sensor = f"{head}measured_{tail}"
@@ -103,19 +102,19 @@ class Prediction:
     @cached_property
     def nominal(self) -> dict[str, float | str]:
         """The experiment's nominal values, with a tolerance that suits differences between runs unless they have their own."""
-        fine = {TIGHTNESS: TOLERANCE} if TIGHTNESS in self._names else {}
+        fine = {TIGHTNESS: CONSTANTS.solver_tolerance} if TIGHTNESS in self._names else {}
         return {**fine, **self.experiment.nominal.values}
 
     @cached_property
     def alike(self) -> dict[int, bytes]:
         """What each trial runs along: repeats that share inputs, clock and values are run once."""
-        found = {}
+        digests = {}
         for place, trial in enumerate(self.experiment.trials):
             digest = hashlib.sha256(repr((sorted(trial.values.items()), list(trial.inputs), list(trial.outputs))).encode())
             for column in (trial.times, *trial.inputs.values()):
                 digest.update(np.ascontiguousarray(column).tobytes())
-            found[place] = digest.digest()
-        return found
+            digests[place] = digest.digest()
+        return digests
 
     def many(self, values: Values | None = None, on: Sequence[str] = ()) -> FloatArray:
         """Predictions of K value sets: (K, N), nan where a set fails; K = 1 where no value is an array.
@@ -161,7 +160,7 @@ class Prediction:
         count = max([np.size(value) for value in values.values() if np.ndim(value) == 1], default=1)
 
         def of_trial(trial: Trial) -> FloatArray:
-            run = Run(trial.times, trial.inputs, tuple(self.shown(channel) for channel in trial.outputs))
+            run = Run(trial.times, trial.inputs, tuple(self.variable_of(channel) for channel in trial.outputs))
             rows = self.model.simulate_many(run, effects, self._own(values, trial.values))
             return np.concatenate([np.broadcast_to(rows[name], (count, trial.times.size)) for name in run.outputs], axis=1)
 
@@ -171,10 +170,10 @@ class Prediction:
         else:
             with ThreadPoolExecutor(self.threads) as pool:
                 rows = dict(zip(once, pool.map(of_trial, once.values()), strict=True))
-        found = [rows[key] for key in self.alike.values()]
+        blocks = [rows[key] for key in self.alike.values()]
         if self.experiment.means is not None:
-            found.append(self._means(self.experiment.means, effects, values, count))
-        return np.concatenate(found, axis=1)
+            blocks.append(self._means(self.experiment.means, effects, values, count))
+        return np.concatenate(blocks, axis=1)
 
     def one(self, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()) -> FloatArray:
         """Prediction of one value set, (N,)."""
@@ -203,7 +202,9 @@ class Prediction:
         size = np.array([scales[name] for name in own])
         point = np.array([float(values[name]) for name in own])
         upper = np.array([bounds[name].max for name in own])
-        steps = np.where(point + STEP * size > upper, -STEP * size, STEP * size)
+        steps = np.where(
+            point + CONSTANTS.derivative_step * size > upper, -CONSTANTS.derivative_step * size, CONSTANTS.derivative_step * size
+        )
         table = point + np.vstack([np.zeros(len(own)), np.diag(steps)])
         lanes = {name: table[:, place] for place, name in enumerate(own)}
         rows = self._of_model({**self._simulated(values), **lanes}, on)
@@ -225,6 +226,6 @@ class Prediction:
         rows = len(means.conditions)
         sets = {name: np.repeat(value, rows) if np.ndim(value) == 1 else value for name, value in self._own(values, {}).items()}
         sets.update({name: np.tile(column, count) for name, column in means.values.items()})
-        names = {channel: self.shown(channel) for channel in means.outputs}
-        found = self.model.settled(tuple(dict.fromkeys(names.values())), effects, sets)
-        return np.concatenate([found[name].reshape(count, rows) for name in names.values()], axis=1)
+        names = {channel: self.variable_of(channel) for channel in means.outputs}
+        settled = self.model.settled(tuple(dict.fromkeys(names.values())), effects, sets)
+        return np.concatenate([settled[name].reshape(count, rows) for name in names.values()], axis=1)

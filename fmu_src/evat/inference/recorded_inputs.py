@@ -13,15 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.signal import correlate
 
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Trial
-from evat.experiment.smoothing import FEWEST, noise_sd, smoothed
+from evat.experiment.smoothing import noise_sd, smoothed
 from evat.model import FloatArray
-
-ALIKE = 1.5  # times the noise of both: so far apart may two recordings of one motion be, root mean square
-JITTER = 1e-3  # of a sample: clocks that differ by less are one
-FARTHEST_LAG = 0.25  # of a recording: so much out of step may repeats be
-IN_STEP = 0.02  # of the root mean square: repeats that follow a motion differ by no more once they are in step
-SEED = 20240301
 
 
 @dataclass(frozen=True)
@@ -37,7 +32,7 @@ class RecordedInputs:
 def smoothed_inputs(experiment: Experiment) -> RecordedInputs:
     """Inputs without noise are left as they are, to the bit."""
     smooth, other, noise = list(experiment.trials), list(experiment.trials), dict[str, float]()
-    draw = np.random.default_rng(SEED)
+    draw = np.random.default_rng(CONSTANTS.perturbation_seed)
     for places in same_motion(experiment.trials):
         first = experiment.trials[places[0]]
         inputs, perturbed = dict(first.inputs), dict(first.inputs)
@@ -64,7 +59,7 @@ def same_motion(trials: Sequence[Trial]) -> list[list[int]]:
     groups: list[list[int]] = []
     for place, trial in enumerate(trials):
         for group in groups:
-            if _one_run(trials[group[0]], trial) and _agree(trials[group[0]].inputs, trial.inputs, ALIKE, 0.0):
+            if _one_run(trials[group[0]], trial) and _agree(trials[group[0]].inputs, trial.inputs, CONSTANTS.alike_inputs, 0.0):
                 group.append(place)
                 break
         else:
@@ -82,20 +77,20 @@ def in_step(trials: Sequence[Trial]) -> list[tuple[int, slice]]:
             kept.append((place, lag))
     begin = max(-lag for _, lag in kept)
     end = min(trials[place].times.size - lag for place, lag in kept)
-    return [(place, slice(begin + lag, end + lag)) for place, lag in kept] if end - begin >= FEWEST else []
+    return [(place, slice(begin + lag, end + lag)) for place, lag in kept] if end - begin >= CONSTANTS.fewest_input_samples else []
 
 
 def _lag(one: Trial, other: Trial) -> int | None:
     """Samples by which the motion comes later in the other; None where it is another one."""
     moving = {name: float(np.ptp(column)) for name, column in one.inputs.items() if np.ptp(column) > 0}
-    if not moving or one.times.size < FEWEST or other.times.size < FEWEST:
+    if not moving or one.times.size < CONSTANTS.fewest_input_samples or other.times.size < CONSTANTS.fewest_input_samples:
         return None
     steps = [float(np.median(np.diff(trial.times))) for trial in (one, other)]
-    if abs(steps[0] - steps[1]) > JITTER * steps[0]:
+    if abs(steps[0] - steps[1]) > CONSTANTS.clock_jitter * steps[0]:
         return None
     name = max(moving, key=lambda each: moving[each])
     a, b = one.inputs[name], other.inputs[name]
-    farthest = int(FARTHEST_LAG * min(a.size, b.size))
+    farthest = int(CONSTANTS.largest_lag * min(a.size, b.size))
     lags = np.arange(-farthest, farthest + 1)
     begins, ends = np.maximum(0, -lags), np.minimum(a.size, b.size - lags)
     sums_a, sums_b = (np.concatenate([[0.0], np.cumsum(column**2)]) for column in (a, b))
@@ -104,7 +99,7 @@ def _lag(one: Trial, other: Trial) -> int | None:
     begin, end = max(0, -lag), min(a.size, b.size - lag)
     here = {key: column[begin:end] for key, column in one.inputs.items()}
     there = {key: column[begin + lag : end + lag] for key, column in other.inputs.items()}
-    return lag if _agree(here, there, ALIKE, IN_STEP) else None
+    return lag if _agree(here, there, CONSTANTS.alike_inputs, CONSTANTS.in_step) else None
 
 
 def _one_run(one: Trial, other: Trial) -> bool:
@@ -115,7 +110,7 @@ def _one_run(one: Trial, other: Trial) -> bool:
         return False
     step = float(np.median(np.diff(one.times))) if one.times.size > 1 else 0.0
     apart = np.abs((one.times - one.times[0]) - (other.times - other.times[0]))
-    return float(np.max(apart, initial=0.0)) <= JITTER * step
+    return float(np.max(apart, initial=0.0)) <= CONSTANTS.clock_jitter * step
 
 
 def _agree(one: Mapping[str, FloatArray], other: Mapping[str, FloatArray], noises: float, share: float) -> bool:

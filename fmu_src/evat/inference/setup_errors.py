@@ -11,13 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment, SetupSd
 from evat.inference.parameters import Parameter
 from evat.model import FloatArray
 
 GAIN, ZERO, CLOCK = "gain", "zero", "clock"
-SHIFT = 0.5  # samples, over which the derivative to a clock is taken: a jump has none
-WIDEST = 3.0  # standard deviations: what is further off is no tolerance of a set-up any more
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +47,11 @@ class SetupErrors:
             }
             for kind, (sd, unit) in sizes.items():
                 if sd > 0 and (kind != CLOCK or steps):
-                    parameters.append(Parameter(_name(channel, kind), unit, 0.0, sd, -WIDEST * sd, WIDEST * sd))
+                    parameters.append(
+                        Parameter(
+                            _name(channel, kind), unit, 0.0, sd, -CONSTANTS.widest_setup_error * sd, CONSTANTS.widest_setup_error * sd
+                        )
+                    )
         self.parameters = tuple(parameters)
         self.names = frozenset(parameter.name for parameter in parameters)
 
@@ -57,11 +60,11 @@ class SetupErrors:
         if not any(np.any(np.asarray(values.get(name, 0.0)) != 0) for name in self.names):
             return rows
         count = max(rows.shape[0], *(np.size(values.get(name, 0.0)) for name in self.names)) if rows.shape[0] == 1 else rows.shape[0]
-        shown = np.repeat(rows, count // max(rows.shape[0], 1), axis=0) if rows.shape[0] != count else rows.copy()
+        recorded = np.repeat(rows, count // max(rows.shape[0], 1), axis=0) if rows.shape[0] != count else rows.copy()
         for recording in self._recordings:
             gain, zero, clock = (self._value(recording.channel, kind, values) for kind in (GAIN, ZERO, CLOCK))
-            shown[:, recording.at] = (1 + gain) * _shifted(rows[:, recording.at], recording.times, clock) + zero
-        return shown
+            recorded[:, recording.at] = (1 + gain) * _shifted(rows[:, recording.at], recording.times, clock) + zero
+        return recorded
 
     def slopes(self, row: FloatArray, name: str, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
         """Derivative (N,) of the prediction to one of `names`; row : (N,), of the model alone."""
@@ -76,7 +79,7 @@ class SetupErrors:
             elif name == _name(recording.channel, ZERO):
                 slope[recording.at] = 1.0
             elif times is not None and times.size > 1:
-                h = SHIFT * float(np.median(np.diff(times)))
+                h = CONSTANTS.clock_shift * float(np.median(np.diff(times)))
                 late, early = (_shifted(own, times, np.array([[clock + side * h]]))[0] for side in (1, -1))
                 slope[recording.at] = (1 + gain) * (late - early) / (2 * h)
         return slope

@@ -15,19 +15,13 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from evat.constants import CONSTANTS
 from evat.inference.autoregression import WHITE, lag_one_correlation
 from evat.inference.cycles import cycle_samples
 from evat.inference.discontinuities import Discontinuities
 from evat.inference.noise import BETWEEN, Noise, differing
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
-
-BANDS = 20  # of the harmonics, and again as many of all between them; those that no record has are left out
-CORRELATION_SAMPLES = (0.3, 2.0, 8.0, 32.0, 128.0)  # over which a discrepancy may be correlated
-OUTLYING = 5.0  # robust standard deviations of the repeats from each other
-EVER = 0.002  # of the rms, from sample to sample: no model of a contact is better, whatever repeats say
-INDEPENDENT = 2.0  # numbers of a band, as which the discrepancy in it counts: it is wrong in a few ways, not in each sample on its own
-APERIODIC = 0.1  # of the discrepancy of a periodic motion, in variance, may not repeat
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,14 +70,14 @@ class Whitening:
         bands_of = [self._edges(group) for group in self.groups]
         there = sorted(set().union(*bands_of))  # bands of which any group has numbers
         self._bands = [{there.index(band): own for band, own in bands.items()} for bands in bands_of]
-        self._harmonic = np.array([band < BANDS for band in there])
+        self._harmonic = np.array([band < CONSTANTS.bands for band in there])
         self.counts = np.zeros((len(self.groups), len(there)))
         for place, bands in enumerate(self._bands):
             for band, (_, weight) in bands.items():
                 self.counts[place, band] = weight.sum() * self.jumps[place].share
         wrong = np.zeros(predicted.size) if numerical is None else np.nan_to_num(numerical)
         own = np.array([np.mean(wrong[group.at] ** 2) / self.levels[group.channel] ** 2 for group in self.groups])
-        self.least: FloatArray = 1 + (EVER**2 + own[:, None]) * self.unexplained[0]
+        self.least: FloatArray = 1 + (CONSTANTS.least_discrepancy**2 + own[:, None]) * self.unexplained[0]
         if by_inputs is not None:
             self.least = self.least + self._left_by_inputs(np.nan_to_num(by_inputs))
         self.trust: FloatArray = np.ones_like(self.counts)
@@ -96,18 +90,18 @@ class Whitening:
             if not np.any(own):
                 continue
             correlation = float(np.clip(lag_one_correlation([own]), 1e-3, 0.999))
-            lasting = np.abs(np.log(np.array(CORRELATION_SAMPLES) * -np.log(correlation)))
+            lasting = np.abs(np.log(np.array(CONSTANTS.correlation_samples) * -np.log(correlation)))
             variance[place] = np.mean(own**2) / self.levels[group.channel] ** 2 * self.unexplained[int(np.argmin(lasting)), place]
         return variance
 
     def doubt(self, size: float, length: int) -> None:
-        """Count what is known of a band no higher than as if the discrepancy in it were INDEPENDENT numbers, not one for each sample.
+        """Count what is known of a band no higher than as if the discrepancy in it were `discrepancy_numbers`, not one for each sample.
 
-        size and length (a place in CORRELATION_SAMPLES) are those of the discrepancy. The mean square of a band is known as well as its
+        size and length (a place in correlation_samples) are those of the discrepancy. The mean square of a band is known as well as its
         noise, which is independent, and its discrepancy, which is not, allow.
         """
         ratio = size**2 * self.unexplained[length] / self.least
-        known = (1 + ratio) ** 2 / ((1 + 2 * ratio) / np.maximum(self.counts, 1.0) + ratio**2 / INDEPENDENT)
+        known = (1 + ratio) ** 2 / ((1 + 2 * ratio) / np.maximum(self.counts, 1.0) + ratio**2 / CONSTANTS.discrepancy_numbers)
         self.trust = np.minimum(known / np.maximum(self.counts, 1.0), 1.0)
 
     def forgive(self, size: float, length: int) -> None:
@@ -115,12 +109,12 @@ class Whitening:
         self.least = self.least + size**2 * self.unexplained[length]
 
     def _grouped(self) -> tuple[Group, ...]:
-        found: dict[tuple[object, str], list[int]] = {}
+        by_run: dict[tuple[object, str], list[int]] = {}
         for place, segment in enumerate(self.prediction.segments):  # of means, rows of one condition are replicates
             key = self.prediction.alike[segment.trial] if segment.trial >= 0 else segment.condition
-            found.setdefault((key, segment.channel), []).append(place)
+            by_run.setdefault((key, segment.channel), []).append(place)
         groups = []
-        for (_, channel), members in found.items():
+        for (_, channel), members in by_run.items():
             first = self.prediction.segments[members[0]]
             cycles = 1.0
             if first.trial >= 0:
@@ -131,21 +125,21 @@ class Whitening:
 
     def _levels(self) -> dict[str, float]:
         """Root mean square of each channel."""
-        found = {}
+        levels = {}
         for channel in dict.fromkeys(group.channel for group in self.groups):
             whole = np.concatenate([self.prediction.measured[s.at] for s in self.prediction.segments if s.channel == channel])
-            found[channel] = float(np.sqrt(np.mean(whole**2))) + 1e-12  # of a dead channel, too, something can be divided by it
-        return found
+            levels[channel] = float(np.sqrt(np.mean(whole**2))) + 1e-12  # of a dead channel, too, something can be divided by it
+        return levels
 
     def _means(self, predicted: FloatArray) -> list[FloatArray]:
         """Mean of the repeats of each group; a sample that is far off where the others are not counts no more than a far one."""
-        found = []
+        means = []
         for group in self.groups:
             rows = np.array([self.prediction.measured[self.prediction.segments[place].at] for place in group.members])
             if len(rows) > 1 and group.at.stop - group.at.start > 1:
                 rows = _without_outliers(rows, predicted[group.at])
-            found.append(np.asarray(rows.mean(axis=0), dtype=np.float64))
-        return found
+            means.append(np.asarray(rows.mean(axis=0), dtype=np.float64))
+        return means
 
     def _jumps_of(self, group: Group, predicted: FloatArray) -> Discontinuities:
         """The mean of repeats is as wrong beside a jump as each of them."""
@@ -182,27 +176,27 @@ class Whitening:
         weight[0] = 1.0
         if length % 2 == 0 and last > 1:
             weight[-1] = 1.0
-        edges = np.unique(np.concatenate([[0, 1], np.round(np.geomspace(1, max(last, 2), BANDS)).astype(int)]))
+        edges = np.unique(np.concatenate([[0, 1], np.round(np.geomspace(1, max(last, 2), CONSTANTS.bands)).astype(int)]))
         band = np.searchsorted(edges, np.arange(last), side="right") - 1
         if group.cycles > 1.5:
             order = np.arange(last) / group.cycles
             between = np.abs(order - np.round(order)) * group.cycles > 0.75
             between[0] = False
-            band = band + BANDS * between
+            band = band + CONSTANTS.bands * between
         return {int(b): (np.flatnonzero(band == b), weight[band == b]) for b in np.unique(band)}
 
     def residual(self, predicted: FloatArray, place: int) -> FloatArray:
         """Mean measured minus predicted (N,) of a group."""
-        found: FloatArray = self.means[place] - predicted[self.groups[place].at]
-        return found
+        residual: FloatArray = self.means[place] - predicted[self.groups[place].at]
+        return residual
 
     def residuals(self, predicted: FloatArray) -> FloatArray:
         """The same of all groups, (N,), at each of their repeats."""
-        found = np.zeros_like(predicted)
+        residuals = np.zeros_like(predicted)
         for place, group in enumerate(self.groups):
             for member in group.members:
-                found[self.prediction.segments[member].at] = self.residual(predicted, place)
-        return found
+                residuals[self.prediction.segments[member].at] = self.residual(predicted, place)
+        return residuals
 
     def sums(self, predicted: FloatArray, slopes: FloatArray) -> Sums:
         """predicted (N,), slopes (N, p)."""
@@ -220,12 +214,12 @@ class Whitening:
 
     @cached_property
     def unexplained(self) -> FloatArray:
-        found = np.zeros((len(CORRELATION_SAMPLES), *self.counts.shape))
+        variance = np.zeros((len(CONSTANTS.correlation_samples), *self.counts.shape))
         for place, group in enumerate(self.groups):
             ratio = (self.levels[group.channel] / self.noise.sizes[group.members[0]]) ** 2 * len(group.members) * self.jumps[place].share
             length = group.at.stop - group.at.start
             if length == 1:
-                found[:, place, 0] = ratio
+                variance[:, place, 0] = ratio
                 continue
             filter_ = self._filter_of(group)
             length -= filter_.size - 1
@@ -233,20 +227,26 @@ class Whitening:
             gain = np.abs(np.exp(-1j * np.outer(omega, np.arange(filter_.size))) @ filter_) ** 2
             periodic = group.cycles > 1.5
             share = self.counts[place, self._harmonic].sum() / self.counts[place].sum()
-            for row, samples in enumerate(CORRELATION_SAMPLES):
+            for row, samples in enumerate(CONSTANTS.correlation_samples):
                 rho = np.exp(-1 / samples)
                 spectrum = (1 - rho**2) / (1 - 2 * rho * np.cos(omega) + rho**2) * gain * ratio
                 for band, (rows, _) in self._bands[place].items():
-                    factor = 1.0 if not periodic else (1 - APERIODIC) / share if self._harmonic[band] else APERIODIC / (1 - share)
-                    found[row, place, band] = spectrum[rows].mean() * factor
-        return np.asarray(np.cumsum(found, axis=0) / np.arange(1, len(found) + 1)[:, None, None], dtype=np.float64)
+                    factor = (
+                        1.0
+                        if not periodic
+                        else (1 - CONSTANTS.aperiodic_share) / share
+                        if self._harmonic[band]
+                        else CONSTANTS.aperiodic_share / (1 - share)
+                    )
+                    variance[row, place, band] = spectrum[rows].mean() * factor
+        return np.asarray(np.cumsum(variance, axis=0) / np.arange(1, len(variance) + 1)[:, None, None], dtype=np.float64)
 
 
 def _spectrum(white: FloatArray) -> npt.NDArray[np.complex128]:
     """Fourier coefficients of columns (L, p), with the numbers that the negative frequencies repeat counted in."""
-    found = np.fft.rfft(np.ascontiguousarray(white.T), norm="ortho").T
-    found[1 : (white.shape[0] + 1) // 2] *= np.sqrt(2)
-    return np.asarray(found)
+    coefficients = np.fft.rfft(np.ascontiguousarray(white.T), norm="ortho").T
+    coefficients[1 : (white.shape[0] + 1) // 2] *= np.sqrt(2)
+    return np.asarray(coefficients)
 
 
 def _without_outliers(rows: FloatArray, predicted: FloatArray) -> FloatArray:
@@ -256,7 +256,7 @@ def _without_outliers(rows: FloatArray, predicted: FloatArray) -> FloatArray:
     sd = 1.4826 * float(np.median(np.abs(apart - np.median(apart)))) / np.sqrt(2)
     if len(rows) == 2:
         middle = np.where(np.abs(level[0] - predicted) < np.abs(level[1] - predicted), level[0], level[1])
-        far = np.abs(apart) > OUTLYING * np.sqrt(2) * sd
+        far = np.abs(apart) > CONSTANTS.outlying_repeat * np.sqrt(2) * sd
         return np.where(far, middle + (rows - level), rows)
     middle = np.median(level, axis=0)
-    return np.where(np.abs(level - middle) > OUTLYING * sd, middle + (rows - level), rows)
+    return np.where(np.abs(level - middle) > CONSTANTS.outlying_repeat * sd, middle + (rows - level), rows)

@@ -262,13 +262,13 @@ def run_case(number: int) -> str:
 
 
 @functools.cache
-def _library() -> str:
+def kernel_digest() -> str:
     """The kernel through which cases are run: those of another one are other cases."""
     return hashlib.sha256(kernel_library_path().read_bytes()).hexdigest()[:16]
 
 
 def _line(entry: Mapping[str, Any]) -> str:
-    text = json.dumps({**entry, "kernel": _library(), "format": FORMAT}, sort_keys=True)
+    text = json.dumps({**entry, "kernel": kernel_digest(), "format": FORMAT}, sort_keys=True)
     return json.dumps({"digest": hashlib.sha256(text.encode()).hexdigest()[:16], "entry": text})
 
 
@@ -280,7 +280,7 @@ def _entry(line: str) -> Mapping[str, Any] | None:
         entry: dict[str, Any] = json.loads(text)
         return (
             entry
-            if hashlib.sha256(text.encode()).hexdigest()[:16] == digest and (entry["kernel"], entry["format"]) == (_library(), FORMAT)
+            if hashlib.sha256(text.encode()).hexdigest()[:16] == digest and (entry["kernel"], entry["format"]) == (kernel_digest(), FORMAT)
             else None
         )
     except (ValueError, KeyError, TypeError, RecursionError):

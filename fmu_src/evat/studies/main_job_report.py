@@ -13,7 +13,7 @@ from evat.html import render
 from evat.native import kernel
 from evat.paper_conditions import SHEAR_STRESS, conditions, inference, inferred
 from evat.studies.main_job import FORCES, GUESSED, INFERRED, MODELS, MainJobCase
-from evat.studies.paper_domain import DomainShares, condition_caveats
+from evat.studies.paper.domain import DomainShares, condition_caveats
 
 BOTH = (GUESSED, INFERRED)
 

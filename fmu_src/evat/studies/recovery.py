@@ -120,7 +120,7 @@ def recovery(
 def slopes(clean: Experiment, names: Sequence[str], *, noise: float, repeats: int) -> FloatArray:
     """(N, p): by how many sd of the noise each sample moves when a parameter grows by its own size; `clean` holds the truth."""
     values, effects = clean.nominal.values, clean.nominal.effects
-    output = Prediction(ContactModel(), clean).shown(OUTPUT)
+    output = Prediction(ContactModel(), clean).variable_of(OUTPUT)
     measured = np.concatenate([trial.outputs[OUTPUT] for trial in clean.trials])
     sd = noise * float(np.sqrt(np.mean(measured**2))) / np.sqrt(repeats)
     rows = []

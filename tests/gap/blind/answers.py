@@ -77,53 +77,53 @@ class Answer:
 def read_answer(path: Path) -> Answer:
     """The answer in that file; one that failed where there is none, or where it breaks the format."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        return _answer(found)
+        document = json.loads(path.read_text(encoding="utf-8"))
+        return _answer(document)
     except FileNotFoundError:
         return Answer(failed="no diagnosis.json")
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         return Answer(failed=f"diagnosis.json: {type(error).__name__}: {error}")
 
 
-def _answer(found: dict[str, Any]) -> Answer:
-    if found["format"] != 1 or found["verdict"] not in VERDICTS:
-        raise ValueError(f"format {found['format']!r}, verdict {found['verdict']!r}")
-    effects = found.get("effects") or []
+def _answer(document: dict[str, Any]) -> Answer:
+    if document["format"] != 1 or document["verdict"] not in VERDICTS:
+        raise ValueError(f"format {document['format']!r}, verdict {document['verdict']!r}")
+    effects = document.get("effects") or []
     given = frozenset(str(e["name"]) for e in effects)
-    candidates = [(frozenset(map(str, c["set"])), float(c["probability"])) for c in found.get("candidates") or []]
+    candidates = [(frozenset(map(str, c["set"])), float(c["probability"])) for c in document.get("candidates") or []]
     if not candidates and given:
         candidates = [(given, min(float(e.get("probability", 1.0)) for e in effects))]
     candidates.sort(key=lambda one: (-one[1], sorted(one[0])))
     if any(not 0 <= p <= 1.000001 for _, p in candidates):
         raise ValueError("a probability outside 0..1")
     like = {str(e["name"]): [str(n) for n in e.get("not_separable_from") or []] for e in effects}
-    closed = (found.get("gap") or {}).get("closed_share") or {}
-    p_value = (found.get("novelty") or {}).get("p_value")
+    closed = (document.get("gap") or {}).get("closed_share") or {}
+    p_value = (document.get("novelty") or {}).get("p_value")
     return Answer(
-        verdict=found["verdict"], candidates=tuple(candidates), likely=_likely(candidates, given, like),
-        novelty=-float(p_value) if p_value is not None else -0.5, regions=tuple((found.get("where") or {}).get("regions") or ()),
+        verdict=document["verdict"], candidates=tuple(candidates), likely=_likely(candidates, given, like),
+        novelty=-float(p_value) if p_value is not None else -0.5, regions=tuple((document.get("where") or {}).get("regions") or ()),
         closure=float(closed["value"]) if closed.get("value") is not None else None,
-        gap={channel: _numbers(told) for channel, told in ((found.get("gap") or {}).get("channels") or {}).items()},
-        seconds=(found.get("made_by") or {}).get("seconds"), given=given,
+        gap={channel: _numbers(told) for channel, told in ((document.get("gap") or {}).get("channels") or {}).items()},
+        seconds=(document.get("made_by") or {}).get("seconds"), given=given,
     )  # fmt: skip
 
 
 def _likely(candidates: list[tuple[Names, float]], given: Names, like: dict[str, list[str]]) -> tuple[Names, ...]:
-    found: list[Names] = []
+    likely: list[Names] = []
     held = 0.0
     for names, probability in candidates:
         if held >= LIKELY or probability <= 0:
             break
-        found.append(names)
+        likely.append(names)
         held += probability
-    if not found and given:
-        found.append(given)
+    if not likely and given:
+        likely.append(given)
     for name, others in like.items():
         for other in others:
             swapped = given - {name} | {other}
-            if swapped not in found:
-                found.append(swapped)
-    return tuple(found)
+            if swapped not in likely:
+                likely.append(swapped)
+    return tuple(likely)
 
 
 def _numbers(told: dict[str, Any]) -> dict[str, float]:

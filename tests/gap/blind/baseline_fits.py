@@ -133,14 +133,14 @@ class Bench:
             trial = {n: float(np.clip(values[n] + s * scales[n], bounds[n].min, bounds[n].max)) for n, s in zip(free, step, strict=True)}
             r_trial = self.residual(trial, on)
             prior_trial, _ = self._away(trial, free, scales)
-            found = float(np.sum(r_trial[at] ** 2) + prior_trial @ prior_trial)
-            if not found < cost:
+            tried = float(np.sum(r_trial[at] ** 2) + prior_trial @ prior_trial)
+            if not tried < cost:
                 damping *= 10
                 if damping > 1e4:
                     break
                 continue
-            settled = cost - found < 1e-4 * cost
-            values, damping, cost, scales = trial, max(damping / 10, 1e-9), found, self._scales(trial)
+            settled = cost - tried < 1e-4 * cost
+            values, damping, cost, scales = trial, max(damping / 10, 1e-9), tried, self._scales(trial)
             if settled:
                 break
             r, J = self._jacobian(values, free, on)
@@ -169,11 +169,11 @@ def _averaged(experiment: Experiment) -> tuple[Experiment, list[int]]:
 
 def _scatter(experiment: Experiment) -> dict[str, float]:
     """Variance between repeats, per channel."""
-    found: dict[str, list[float]] = {}
+    variances: dict[str, list[float]] = {}
     for group in _repeats(experiment):
         for channel in group[0].outputs if len(group) > 1 else ():
-            found.setdefault(channel, []).append(float(np.mean(np.var([trial.outputs[channel] for trial in group], axis=0, ddof=1))))
-    return {channel: float(np.mean(values)) for channel, values in found.items()}
+            variances.setdefault(channel, []).append(float(np.mean(np.var([trial.outputs[channel] for trial in group], axis=0, ddof=1))))
+    return {channel: float(np.mean(values)) for channel, values in variances.items()}
 
 
 def _noise(experiment: Experiment, prediction: Prediction, scatter: dict[str, float], repeats: list[int]) -> Array:

@@ -39,12 +39,12 @@ def diagnose_all(folder: Path, model: ContactModel) -> dict[str, dict[str, Any]]
     base, learned = bench.base(bench.all), bench.base(train)
     fitted = {name: fit for name in bench.effects if (fit := bench.with_effect(name, learned, train, rng)) is not None}
     shared = time.perf_counter() - began
-    found = {}
+    answers = {}
     for method, answer in (("residual_bins", _residual_bins), ("bic", _bic), ("held_out", _held_out)):
         began = time.perf_counter()
-        found[method] = answer(bench, nominal, base, learned, fitted, rng)
-        found[method]["made_by"] = {"version": "baseline", "model": method, "data": "", "seconds": shared + time.perf_counter() - began}
-    return found
+        answers[method] = answer(bench, nominal, base, learned, fitted, rng)
+        answers[method]["made_by"] = {"version": "baseline", "model": method, "data": "", "seconds": shared + time.perf_counter() - began}
+    return answers
 
 
 def _residual_bins(bench: Bench, nominal: Fit, base: Fit, learned: Fit, fitted: dict[str, Fit], rng: np.random.Generator) -> dict[str, Any]:
@@ -123,12 +123,12 @@ def _axes(bench: Bench, places: list[Any]) -> dict[str, Array]:
         means = bench.experiment.means
         return {name: np.asarray(column) for name, column in means.values.items()} if means is not None else {}
     trials = [bench.experiment.trials[s.trial] for s in places]
-    found = {"time": np.concatenate([trial.times for trial in trials])}
-    found |= {name: np.concatenate([trial.inputs[name] for trial in trials]) for name in trials[0].inputs}
+    axes = {"time": np.concatenate([trial.times for trial in trials])}
+    axes |= {name: np.concatenate([trial.inputs[name] for trial in trials]) for name in trials[0].inputs}
     period = bench.model.cycle_time(bench.prediction.nominal)
     if np.isfinite(period):
-        found["phase"] = np.mod(found["time"] / period, 1.0)
-    return found
+        axes["phase"] = np.mod(axes["time"] / period, 1.0)
+    return axes
 
 
 def _answer(bench: Bench, verdict: str, names: list[str], base: Fit, best: Fit, *, weights: dict[tuple[str, ...], float] | None = None,

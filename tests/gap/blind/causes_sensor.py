@@ -45,11 +45,11 @@ def _coarsest(world: World) -> float:
 def sensor_delay(world: World, rng: Draw) -> Cause:
     unit, smear = _period(world), float(rng.uniform(0.02, 0.1))
 
-    def wait(shown: Channels, scene: Scene, s: float) -> None:
-        for name, force in shown.items():
+    def wait(forces: Channels, scene: Scene, s: float) -> None:
+        for name, force in forces.items():
             tau = s * unit
             blurred = filtered(force, scene.fine, [smear * tau, 1.0]) if smear * tau > 0.02 * scene.fine else force
-            shown[name] = _late(blurred, scene.fine, (1 - smear) * tau)
+            forces[name] = _late(blurred, scene.fine, (1 - smear) * tau)
 
     return Cause("sensor_delay", 0.02, 0.15, {"unit": unit, "smear": smear}, least=0.4 * _coarsest(world) / unit, sensor=wait)
 
@@ -65,26 +65,26 @@ def _weights(world: World, rng: Draw) -> dict[str, float]:
 def sensor_gain(world: World, rng: Draw) -> Cause:
     weights, bend = _weights(world, rng), float(rng.uniform(-0.05, 0.05))
 
-    def scale(shown: Channels, scene: Scene, s: float) -> None:
+    def scale(forces: Channels, scene: Scene, s: float) -> None:
         for name, weight in weights.items():
-            force = shown[name]
+            force = forces[name]
             top = float(np.max(np.abs(force))) or 1.0
-            shown[name] = force * (1 + s * weight * (1 + bend * np.abs(force) / top))
+            forces[name] = force * (1 + s * weight * (1 + bend * np.abs(force) / top))
 
     return Cause("sensor_gain", 0.1, 0.5, {**weights, "bend": bend}, both_ways=True, sensor=scale)
 
 
 def _size(world: World) -> float:
-    shown = world.respond()
-    return max(float(np.sqrt(np.mean(part[name] ** 2))) for part in shown for name in world.channels)
+    forces = world.respond()
+    return max(float(np.sqrt(np.mean(part[name] ** 2))) for part in forces for name in world.channels)
 
 
 def sensor_offset(world: World, rng: Draw) -> Cause:
     weights, size = _weights(world, rng), _size(world)
 
-    def shift(shown: Channels, scene: Scene, s: float) -> None:
+    def shift(forces: Channels, scene: Scene, s: float) -> None:
         for name, weight in weights.items():
-            shown[name] = shown[name] + s * weight * size
+            forces[name] = forces[name] + s * weight * size
 
     return Cause("sensor_offset", 0.1, 0.6, {**weights, "size": size}, both_ways=True, sensor=shift)
 
@@ -94,11 +94,11 @@ def sensor_drift(world: World, rng: Draw) -> Cause:
     span = max(scene.times[-1] for scene in world.scenes)
     bend, kind = float(rng.uniform(0.8, 2.5)), str(rng.choice(["charge", "power"]))
 
-    def wander(shown: Channels, scene: Scene, s: float) -> None:
+    def wander(forces: Channels, scene: Scene, s: float) -> None:
         u = scene.grid / span
         grown = (1 - np.exp(-u / bend)) / (1 - np.exp(-1 / bend)) if kind == "charge" else u ** (0.7 + 0.2 * bend)
         for name, weight in weights.items():
-            shown[name] = shown[name] + s * weight * size * grown
+            forces[name] = forces[name] + s * weight * size * grown
 
     return Cause("sensor_drift", 0.15, 0.8, {**weights, "size": size, "bend": bend, "kind": kind}, both_ways=True, sensor=wander)
 
@@ -106,10 +106,10 @@ def sensor_drift(world: World, rng: Draw) -> Cause:
 def cross_talk(world: World, rng: Draw) -> Cause:
     to_feed, to_principal = float(rng.uniform(0.3, 1.0)), float(rng.uniform(-0.3, 1.0))
 
-    def mix(shown: Channels, scene: Scene, s: float) -> None:
-        principal, feed = shown["principal_force"], shown["feed_force"]
-        shown["principal_force"] = principal + s * to_principal * feed
-        shown["feed_force"] = feed + s * to_feed * principal
+    def mix(forces: Channels, scene: Scene, s: float) -> None:
+        principal, feed = forces["principal_force"], forces["feed_force"]
+        forces["principal_force"] = principal + s * to_principal * feed
+        forces["feed_force"] = feed + s * to_feed * principal
 
     return Cause("cross_talk", 0.05, 0.4, {"to_feed": to_feed, "to_principal": to_principal}, both_ways=True, sensor=mix)
 
@@ -117,10 +117,10 @@ def cross_talk(world: World, rng: Draw) -> Cause:
 def sensor_lowpass(world: World, rng: Draw) -> Cause:
     unit, second = _period(world), float(rng.uniform(0.05, 0.35))
 
-    def smooth(shown: Channels, scene: Scene, s: float) -> None:
+    def smooth(forces: Channels, scene: Scene, s: float) -> None:
         T_1, T_2 = s * unit, second * s * unit
-        for name, force in shown.items():
-            shown[name] = filtered(force, scene.fine, [T_1 * T_2, T_1 + T_2, 1.0])
+        for name, force in forces.items():
+            forces[name] = filtered(force, scene.fine, [T_1 * T_2, T_1 + T_2, 1.0])
 
     return Cause("sensor_lowpass", 0.03, 0.3, {"unit": unit, "second": second}, least=0.4 * _coarsest(world) / unit, sensor=smooth)
 
@@ -129,13 +129,13 @@ def dynamometer_resonance(world: World, rng: Draw) -> Cause:
     unit, damping = _period(world), float(rng.uniform(0.02, 0.12))
     stiff, share = float(rng.uniform(2.2, 4.0)), float(rng.uniform(0.0, 0.12))
 
-    def ring(shown: Channels, scene: Scene, s: float) -> None:
+    def ring(forces: Channels, scene: Scene, s: float) -> None:
         T = s * unit / (2 * np.pi)
-        for name, force in shown.items():
+        for name, force in forces.items():
             first = filtered(force, scene.fine, [T * T, 2 * damping * T, 1.0])
             T_2 = T / stiff
             second = filtered(force, scene.fine, [T_2 * T_2, 2 * damping * T_2, 1.0])
-            shown[name] = (1 - share) * first + share * second
+            forces[name] = (1 - share) * first + share * second
 
     shape = {"unit": unit, "damping": damping, "stiff": stiff, "share": share}
     return Cause("dynamometer_resonance", 0.15, 0.6, shape, least=4 * _coarsest(world) / unit, sensor=ring)

@@ -77,9 +77,9 @@ class Bench:
     J: Any
     noise: float  # rms aimed at, of the forces
 
-    def left(self, shown: list[Channels], beside: list[Channels] | None = None) -> float:
+    def left(self, forces: list[Channels], beside: list[Channels] | None = None) -> float:
         cling = np.array([self.hold[name] for name in self.hold if self.world.values[name] > 0])
-        return left_by(self.world, shown, beside or self.plain, self.weight, self.J, cling)
+        return left_by(self.world, forces, beside or self.plain, self.weight, self.J, cling)
 
 
 def bench(setup: Setup, noise: float, form: Form | None = None) -> Bench:
@@ -134,11 +134,11 @@ def fit_form(setup: Setup, noise: float, rng: Draw) -> Setup:
     wanted = noise * float(np.exp(rng.uniform(*np.log(FORM_GAP))))
     right, form = bench(setup, noise, Form()), setup.world.form
     for _ in range(3):
-        found = right.left(replace(setup.world, form=form).respond())
-        if found <= 1e-3 * wanted:
+        left = right.left(replace(setup.world, form=form).respond())
+        if left <= 1e-3 * wanted:
             raise NotDrawn("this form shows nothing")
         most = min(1.3 / form.blend, 0.4 / max(form.soft_reversal, 1e-9))
-        form = form.scaled(float(np.clip(wanted / found, 0.05, min(most, 5.0))))
+        form = form.scaled(float(np.clip(wanted / left, 0.05, min(most, 5.0))))
     return replace(setup, world=replace(setup.world, form=form))
 
 
@@ -146,18 +146,18 @@ def sized(on: Bench, cause: Cause, target: float, rng: Draw, others: Acting = ()
     """The strength at which the cause leaves a relative gap of the target, beside others that act already."""
     base = on.world.respond(causes=others) if others else on.plain
     sign = float(rng.choice([-1, 1])) if cause.both_ways else 1.0
-    s, found = cause.typical, 0.0
+    s, leaves = cause.typical, 0.0
     for _ in range(5):
-        found = on.left(on.world.respond(causes=[*others, (cause, sign * s)]), base)
-        if not np.isfinite(found) or found < 1e-7:
+        leaves = on.left(on.world.respond(causes=[*others, (cause, sign * s)]), base)
+        if not np.isfinite(leaves) or leaves < 1e-7:
             raise NotDrawn(f"{cause.name} has no say")
-        if 0.8 < found / target < 1.25 or (s >= cause.most and found < target):
+        if 0.8 < leaves / target < 1.25 or (s >= cause.most and leaves < target):
             break
-        s = float(np.clip(s * np.clip(target / found, 0.1, 6.0), max(1e-3 * cause.most, cause.least), cause.most))
+        s = float(np.clip(s * np.clip(target / leaves, 0.1, 6.0), max(1e-3 * cause.most, cause.least), cause.most))
     if s < 0.99 * cause.least:
         raise NotDrawn(f"{cause.name} would be too fine for the clock")
-    if found < 0.3 * target or found > 3 * target:
-        raise NotDrawn(f"{cause.name} leaves {found:.2g}, not {target:.2g}")
+    if leaves < 0.3 * target or leaves > 3 * target:
+        raise NotDrawn(f"{cause.name} leaves {leaves:.2g}, not {target:.2g}")
     return sign * s
 
 
@@ -245,27 +245,27 @@ def noise_for(on: Bench, truth: str, ratio: float, target: float, full: list[Cha
 def record(world: World, full: list[Channels], noise: Noise, repeats: int, stranger: Stranger | None, strange: float,
            rng: Draw) -> list[tuple[str, int, Channels]]:  # fmt: skip
     """What the owner has: every condition `repeats` times; of averages the mean of the repeats and its standard deviation."""
-    found = []
+    recordings = []
     for place, (scene, clean) in enumerate(zip(world.scenes, full, strict=True)):
         repeated = []
         for _ in range(repeats):
-            shown = dict(clean)
+            forces = dict(clean)
             if stranger is not None:
                 more = stranger(rng, scene, clean)
-                shown = {name: force + strange * more[name] for name, force in shown.items()}
-            repeated.append(noise.spoil(rng, scene.times, shown))
+                forces = {name: force + strange * more[name] for name, force in forces.items()}
+            repeated.append(noise.spoil(rng, scene.times, forces))
         name = f"c{place + 1}"
         if world.means:
-            found.append((name, place, averaged(world.channels, clean, repeated, noise)))
+            recordings.append((name, place, averaged(world.channels, clean, repeated, noise)))
         else:
-            found += [(name, place, one) for one in repeated]
-    return found
+            recordings += [(name, place, one) for one in repeated]
+    return recordings
 
 
 def oracle_rms(world: World, full: list[Channels], recorded: list[tuple[str, int, Channels]]) -> dict[str, float]:
     """What one who knows the truth to the last digit, but no trial's noise, would leave."""
     return {
-        name: float(np.sqrt(np.mean(np.concatenate([shown[name] - full[place][name] for _, place, shown in recorded]) ** 2)))
+        name: float(np.sqrt(np.mean(np.concatenate([forces[name] - full[place][name] for _, place, forces in recorded]) ** 2)))
         for name in world.channels
     }
 

@@ -102,9 +102,9 @@ def oracle(case: Case) -> dict[str, Array]:
     for place in range(len(world.scenes)):
         length = case.clean["with"][place][world.channels[0]].size
         rows["condition"].append(np.full(length, place + 1.0))
-        for which, shown in case.clean.items():
+        for which, forces in case.clean.items():
             for name in world.channels:
-                rows.setdefault(f"{name} {which}", []).append(shown[place][name])
+                rows.setdefault(f"{name} {which}", []).append(forces[place][name])
     return {name: np.concatenate(parts) for name, parts in rows.items()}
 
 
@@ -128,10 +128,10 @@ def begun(out: Path, made_by: dict[str, Any]) -> dict[str, Any]:
         if out.exists() and any(out.iterdir()):
             raise SystemExit(f"{out} is there and holds something else; name a new folder.")
         return {}
-    found = dict(json.loads(sealed.read_text(encoding="utf-8")))
-    if found.pop("cases_to_come") == 0 or {k: v for k, v in found.items() if k != "cases"} != made_by:
+    sealed_already = dict(json.loads(sealed.read_text(encoding="utf-8")))
+    if sealed_already.pop("cases_to_come") == 0 or {k: v for k, v in sealed_already.items() if k != "cases"} != made_by:
         raise SystemExit(f"{out} is finished, or was begun with other arguments; name a new folder.")
-    return dict(found["cases"])
+    return dict(sealed_already["cases"])
 
 
 def generate(out: Path, seed: int, count: int, only: dict[str, list[str]]) -> Counter[str]:
@@ -164,8 +164,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--count", type=int, default=60)
     for key, every in CHOSEN.items():
         parser.add_argument(f"--{key}", choices=list(every), action="append", help="only this (repeatable)")
-    found = parser.parse_args(arguments)
-    numbers = generate(found.out, found.seed, found.count, {key: getattr(found, key) for key in CHOSEN})
+    options = parser.parse_args(arguments)
+    numbers = generate(options.out, options.seed, options.count, {key: getattr(options, key) for key in CHOSEN})
     sys.stdout.write(", ".join(f"{name}: {number}" for name, number in sorted(numbers.items())) + "\n")
     return 0
 

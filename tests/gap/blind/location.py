@@ -22,27 +22,27 @@ def _samples(path: Path) -> dict[str, npt.NDArray[np.float64]]:
 
 def inside(box: dict[str, Any], samples: dict[str, npt.NDArray[np.float64]]) -> Flags:
     """Samples in a box. A phase may run over its end: [0.9, 0.1]. A bound on what is not known of the samples is no bound."""
-    found = np.ones(next(iter(samples.values())).size, dtype=bool)
+    within = np.ones(next(iter(samples.values())).size, dtype=bool)
     for name, (low, high) in box.items():
         values = samples.get(f"at {name}")
         if values is None:
             continue
         if name == "phase" and low > high:
-            found &= (values >= low) | (values <= high)
+            within &= (values >= low) | (values <= high)
         else:
             slack = 1e-9 * (abs(low) + abs(high))
-            found &= (values >= low - slack) & (values <= high + slack)
-    return found
+            within &= (values >= low - slack) & (values <= high + slack)
+    return within
 
 
 def mask(regions: Any, channels: list[str], samples: dict[str, npt.NDArray[np.float64]]) -> Flags:
     """All samples of all channels that lie in any region of their channel."""
     count = next(iter(samples.values())).size
-    found = np.zeros((len(channels), count), dtype=bool)
+    covered = np.zeros((len(channels), count), dtype=bool)
     for region in regions:
         if region.get("channel") in channels:
-            found[channels.index(region["channel"])] |= inside(region.get("box") or {}, samples)
-    return found
+            covered[channels.index(region["channel"])] |= inside(region.get("box") or {}, samples)
+    return covered
 
 
 def _iou(one: Flags, other: Flags) -> float:

@@ -31,8 +31,8 @@ class Noise:
     def _correlation(self, count: int) -> Array:
         impulse = signal.lfilter([1.0], self.polynomial, np.r_[1.0, np.zeros(2000)])
         full = np.correlate(impulse, impulse, "full")[impulse.size - 1 :]
-        found: Array = full[:count] / full[0]
-        return found
+        correlation: Array = full[:count] / full[0]
+        return correlation
 
     @property
     def polynomial(self) -> list[float]:
@@ -48,33 +48,33 @@ class Noise:
             else rng.standard_normal(count + lead)
         )
         impulse = signal.lfilter([1.0], self.polynomial, np.r_[1.0, np.zeros(2000)])
-        found: Array = signal.lfilter([1.0], self.polynomial, white)[lead:] / np.sqrt(np.sum(impulse**2))
+        coloured: Array = signal.lfilter([1.0], self.polynomial, white)[lead:] / np.sqrt(np.sum(impulse**2))
         if self.outliers:
             hit = rng.random(count) < self.outliers
-            found = found + hit * rng.choice([-1, 1], count) * rng.uniform(5, 12, count)
-        return found
+            coloured = coloured + hit * rng.choice([-1, 1], count) * rng.uniform(5, 12, count)
+        return coloured
 
     def spoil(self, rng: Draw, times: Array, clean: Channels) -> Channels:
         """One trial as it is recorded."""
         late = float(rng.normal(0, self.jitter["delay"]))
-        found = {}
+        recorded = {}
         for name, force in clean.items():
             gain, zero = 1 + float(rng.normal(0, self.jitter["gain"])), float(rng.normal(0, self.jitter[f"zero {name}"]))
             moved = np.interp(times - late, times, force) if times.size == force.size and times.size > 1 else force
-            found[name] = gain * moved + zero + self.rms[name] * self.draw(rng, force.size)
-        return found
+            recorded[name] = gain * moved + zero + self.rms[name] * self.draw(rng, force.size)
+        return recorded
 
 
-def usual(rng: Draw, world: World, shown: list[Channels], rms: dict[str, float]) -> Noise:
+def usual(rng: Draw, world: World, forces: list[Channels], rms: dict[str, float]) -> Noise:
     """Colour, and scatter between trials that is a share of the noise."""
     jitter = {}
-    force = {name: np.concatenate([part[name] for part in shown]) for name in world.channels}
+    force = {name: np.concatenate([part[name] for part in forces]) for name in world.channels}
     ratio = min(rms[name] / max(float(np.sqrt(np.mean(force[name] ** 2))), 1e-12) for name in world.channels)
     jitter["gain"] = float(ratio * rng.uniform(0.05, 0.4))
     for name in world.channels:
         jitter[f"zero {name}"] = float(rms[name] * rng.uniform(0.03, 0.3))
     delays = []
-    for scene, part in zip(world.scenes, shown, strict=True):
+    for scene, part in zip(world.scenes, forces, strict=True):
         for name in world.channels:
             if part[name].size > 2:
                 slope = float(np.sqrt(np.mean(np.gradient(part[name], scene.times) ** 2)))

@@ -68,7 +68,7 @@ def marched(
 
     most[k] bounds |d rate/dz| in step k; steps are cut so that the method is stable and accurate there.
     """
-    z, found = 0.0, np.zeros(len(width))
+    z, states = 0.0, np.zeros(len(width))
     for k, h in enumerate(width):
         if fresh[k]:
             z = 0.0
@@ -84,8 +84,8 @@ def marched(
             k_3 = rate(k, s + 0.5 * share, z + 0.5 * d * k_2)
             k_4 = rate(k, s + share, z + d * k_3)
             z += d / 6 * (k_1 + 2 * k_2 + 2 * k_3 + k_4)
-        found[k] = z
-    return found
+        states[k] = z
+    return states
 
 
 def settle(width: Array, rate: Array, drive: Array, first: float) -> Array:

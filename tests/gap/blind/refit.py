@@ -24,8 +24,8 @@ class Refit:
     size: dict[str, float]
 
 
-def flatten(world: World, shown: Sequence[Channels], weight: dict[str, float]) -> Array:
-    return np.concatenate([part[name] / weight[name] for part in shown for name in world.channels])
+def flatten(world: World, forces: Sequence[Channels], weight: dict[str, float]) -> Array:
+    return np.concatenate([part[name] / weight[name] for part in forces for name in world.channels])
 
 
 def jacobian(world: World, values: dict[str, float], free: Sequence[str], weight: dict[str, float], form: Form) -> tuple[Array, Array]:
@@ -44,8 +44,8 @@ def solve(J: Array, r: Array, damping: float = 1e-9) -> Array:
     """Least squares by scaled normal equations, lightly damped: some values have next to no say."""
     scale = np.sqrt(np.sum(J * J, axis=0)) + 1e-30
     S = J / scale
-    found: Array = np.linalg.solve(S.T @ S + damping * np.eye(S.shape[1]), S.T @ r) / scale
-    return found
+    solution: Array = np.linalg.solve(S.T @ S + damping * np.eye(S.shape[1]), S.T @ r) / scale
+    return solution
 
 
 def refit(world: World, target: Sequence[Channels], hold: dict[str, float], weight: dict[str, float], *, form: Form | None = None,
@@ -86,17 +86,17 @@ def size(world: World, gap: Sequence[Channels]) -> dict[str, float]:
     return {name: float(np.sqrt(np.mean(np.concatenate([part[name] for part in gap]) ** 2))) for name in world.channels}
 
 
-def random_effects(world: World, shown: Sequence[Channels], jitter: dict[str, float]) -> list[Channels]:
+def random_effects(world: World, forces: Sequence[Channels], jitter: dict[str, float]) -> list[Channels]:
     """How a trial's gain, zero and delay move each channel, one standard deviation each: three rows per channel."""
-    found = []
-    for scene, part in zip(world.scenes, shown, strict=True):
+    effects = []
+    for scene, part in zip(world.scenes, forces, strict=True):
         rows: Channels = {}
         for name in world.channels:
             force = part[name]
             slope = np.gradient(force, scene.times) if force.size > 2 else np.zeros(force.size)
             rows[name] = np.stack([jitter["gain"] * force, np.full(force.size, jitter[f"zero {name}"]), jitter["delay"] * slope])
-        found.append(rows)
-    return found
+        effects.append(rows)
+    return effects
 
 
 class Whitener:
@@ -104,26 +104,26 @@ class Whitener:
     left has one standard deviation per number. All repeats of a condition count."""
 
     def __init__(
-        self, world: World, shown: Sequence[Channels], noise: dict[str, float], jitter: dict[str, float], memory: float, repeats: int
+        self, world: World, forces: Sequence[Channels], noise: dict[str, float], jitter: dict[str, float], memory: float, repeats: int
     ):
         self.world, self.noise, self.repeats = world, noise, repeats
         self.inflation = np.sqrt(1 + 2 * memory)
         self.factors: list[dict[str, tuple[Array, Array]]] = []
-        for part in random_effects(world, shown, jitter):
+        for part in random_effects(world, forces, jitter):
             own = {}
             for name, rows in part.items():
                 U, s, _ = np.linalg.svd((rows / (noise[name] * self.inflation)).T, full_matrices=False)
                 own[name] = (U, 1 - 1 / np.sqrt(1 + s * s))
             self.factors.append(own)
 
-    def __call__(self, shown: Sequence[Channels]) -> Array:
-        found = []
-        for part, own in zip(shown, self.factors, strict=True):
+    def __call__(self, forces: Sequence[Channels]) -> Array:
+        white = []
+        for part, own in zip(forces, self.factors, strict=True):
             for name in self.world.channels:
                 r = part[name] / (self.noise[name] * self.inflation)
                 U, shrink = own[name]
-                found.append((r - U @ (shrink * (U.T @ r))) * np.sqrt(self.repeats))
-        return np.concatenate(found)
+                white.append((r - U @ (shrink * (U.T @ r))) * np.sqrt(self.repeats))
+        return np.concatenate(white)
 
 
 def difference(a: Sequence[Channels], b: Sequence[Channels]) -> list[Channels]:
@@ -136,8 +136,8 @@ def projected(r: Array, columns: Array, hold: Array | None = None) -> Array:
         return r
     if hold is None:
         return np.asarray(r - columns @ solve(columns, r))
-    found = solve(np.concatenate([columns, np.diag(hold)]), np.concatenate([r, np.zeros(hold.size)]))
-    return np.concatenate([r - columns @ found, -hold * found])
+    solution = solve(np.concatenate([columns, np.diag(hold)]), np.concatenate([r, np.zeros(hold.size)]))
+    return np.concatenate([r - columns @ solution, -hold * solution])
 
 
 def sensitivity(world: World, free: Sequence[str], whiten: Whitener, values: dict[str, float] | None = None) -> Array:
@@ -151,9 +151,9 @@ def sensitivity(world: World, free: Sequence[str], whiten: Whitener, values: dic
     return np.stack(columns, axis=1) if columns else np.zeros((0, 0))
 
 
-def left_by(world: World, shown: Sequence[Channels], plain: Sequence[Channels], weight: dict[str, float], J: Array, hold: Array) -> float:
+def left_by(world: World, forces: Sequence[Channels], plain: Sequence[Channels], weight: dict[str, float], J: Array, hold: Array) -> float:
     """Linear estimate of the gap between two responses after a refit, in units of the weight: the channel where it is largest."""
-    r = flatten(world, difference(shown, plain), weight)
+    r = flatten(world, difference(forces, plain), weight)
     left = projected(r, J, hold)
     sizes, at = dict.fromkeys(world.channels, 0.0), 0
     count = dict.fromkeys(world.channels, 0)

@@ -60,7 +60,7 @@ def figures(cases: Cases, out: Path) -> dict[str, Figure]:
     sure = [(a.confidence, a.top == _names(c)) for c, a in cases if a.confidence is not None and c["truth"] != "unknown"]
     gaps = [ratio for c, a in known if (ratio := a.gap_ratio(c)) is not None]
     seconds = [a.seconds for _, a in cases if a.seconds is not None]
-    found = {
+    rows = {
         "top-1, detectable single effect": share_of([a.names and a.top == _names(c) for c, a in single]),
         "  of those without a look-alike": share_of([a.names and a.top == _names(c) for c, a in single if not c["twins"]]),
         "  top candidate, whatever the verdict": share_of([a.first_effects == _names(c) for c, a in single]),
@@ -84,7 +84,7 @@ def figures(cases: Cases, out: Path) -> dict[str, Figure]:
         "seconds, 95th percentile": mean_of(seconds, quantile=0.95),
         "answered": share_of([not a.failed for _, a in cases]),
     }
-    return found
+    return rows
 
 
 def _names(label: dict[str, Any]) -> frozenset[str]:
@@ -113,14 +113,14 @@ def score(out: Path, diagnoses: Path) -> dict[str, Any]:
     }
 
 
-def table(found: dict[str, Any], groups: tuple[str, ...] = ("right", "wrong", "all")) -> str:
+def table(scores: dict[str, Any], groups: tuple[str, ...] = ("right", "wrong", "all")) -> str:
     """The figures as text: value [interval] (count), beside the targets for right | wrong."""
-    own = [group for group in groups if group in found["figures"]]
+    own = [group for group in groups if group in scores["figures"]]
     lines = [f"{'score':40s} " + " ".join(f"{group:>27s}" for group in own) + "   target right | wrong"]
     for name, (right, wrong) in TARGETS.items():
-        cells = [Figure.text(found["figures"][group][name]) for group in own]
+        cells = [Figure.text(scores["figures"][group][name]) for group in own]
         lines.append(f"{name:40s} " + " ".join(f"{cell:>27s}" for cell in cells) + (f"   {right} | {wrong}" if right else ""))
-    lines += [f"{found['cases']} cases", *(f"{name}: {why}" for name, why in found["failed"].items())]
+    lines += [f"{scores['cases']} cases", *(f"{name}: {why}" for name, why in scores["failed"].items())]
     return "\n".join(lines)
 
 
@@ -130,10 +130,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("diagnoses", type=Path)
     parser.add_argument("--json", type=Path, help="write all figures to this file")
     given = parser.parse_args(arguments)
-    found = score(given.out, given.diagnoses)
-    sys.stdout.write(table(found) + "\n")
+    scores = score(given.out, given.diagnoses)
+    sys.stdout.write(table(scores) + "\n")
     if given.json:
-        given.json.write_text(json.dumps(found, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+        given.json.write_text(json.dumps(scores, indent=1, sort_keys=True) + "\n", encoding="utf-8")
     return 0
 
 

@@ -26,10 +26,10 @@ class Figure:
         return {"value": self.value, "low": self.low, "high": self.high, "count": self.count}
 
     @staticmethod
-    def text(found: dict[str, Any]) -> str:
-        if found["value"] is None:
-            return f"- ({found['count']})"
-        return f"{found['value']:.3g} [{found['low']:.2f}, {found['high']:.2f}] ({found['count']})"
+    def text(figure: dict[str, Any]) -> str:
+        if figure["value"] is None:
+            return f"- ({figure['count']})"
+        return f"{figure['value']:.3g} [{figure['low']:.2f}, {figure['high']:.2f}] ({figure['count']})"
 
 
 NOTHING = Figure(None, None, None, 0)
@@ -49,8 +49,8 @@ def _bootstrap(count: int, of: Callable[[Any], float], strata: Sequence[int] | N
     """Interval of a statistic of `count` cases, given as places; with strata each is drawn by itself."""
     rng = np.random.default_rng(0)
     groups = [np.flatnonzero(np.asarray(strata) == s) for s in sorted(set(strata))] if strata is not None else [np.arange(count)]
-    found = [of(np.concatenate([rng.choice(group, group.size) for group in groups])) for _ in range(DRAWS)]
-    low, high = np.quantile(found, [0.5 - LEVEL / 2, 0.5 + LEVEL / 2])
+    resampled = [of(np.concatenate([rng.choice(group, group.size) for group in groups])) for _ in range(DRAWS)]
+    low, high = np.quantile(resampled, [0.5 - LEVEL / 2, 0.5 + LEVEL / 2])
     return float(low), float(high)
 
 

@@ -19,9 +19,9 @@ def _pulse(t: Array, at: Array, rise: float, decay: float, height: Array) -> Arr
 
 
 def _spread(rng: Draw, world: World) -> dict[str, float]:
-    found = {name: float(rng.uniform(0.3, 1.0)) for name in world.channels}
-    found[str(rng.choice(world.channels))] = 1.0
-    return found
+    shares = {name: float(rng.uniform(0.3, 1.0)) for name in world.channels}
+    shares[str(rng.choice(world.channels))] = 1.0
+    return shares
 
 
 def _rate(world: World, rng: Draw) -> float:
@@ -34,7 +34,7 @@ def _rate(world: World, rng: Draw) -> float:
 def chatter(world: World, rng: Draw) -> Stranger:
     frequency, share, growth = _rate(world, rng), _spread(rng, world), float(rng.uniform(0.0, 1.5))
 
-    def add(own: Draw, scene: Scene, shown: Channels) -> Channels:
+    def add(own: Draw, scene: Scene, forces: Channels) -> Channels:
         t, span = scene.times, scene.times[-1]
         wave = np.sin(2 * np.pi * frequency * t + own.uniform(0, 2 * np.pi)) * np.exp(growth * (t / span - 0.5))
         wave = wave * scene.sampled(scene.on[:, 1].astype(float))
@@ -46,14 +46,14 @@ def chatter(world: World, rng: Draw) -> Stranger:
 def built_up_edge(world: World, rng: Draw) -> Stranger:
     share, count = _spread(rng, world), float(rng.uniform(4, 9))
 
-    def add(own: Draw, scene: Scene, shown: Channels) -> Channels:
+    def add(own: Draw, scene: Scene, forces: Channels) -> Channels:
         t, span = scene.times, scene.times[-1]
         breaks = np.cumsum(own.uniform(0.4, 1.6, 40)) * span / count
         start = np.concatenate([[0.0], breaks])
         place = np.searchsorted(start, t, side="right") - 1
         height = own.uniform(0.6, 1.4, start.size)[place]
         saw = height * (t - start[place]) / (span / count)
-        return {name: share[name] * saw * np.tanh(3 * shown[name] / (np.std(shown[name]) + 1e-12)) for name in world.channels}
+        return {name: share[name] * saw * np.tanh(3 * forces[name] / (np.std(forces[name]) + 1e-12)) for name in world.channels}
 
     return add
 
@@ -61,12 +61,12 @@ def built_up_edge(world: World, rng: Draw) -> Stranger:
 def adhesion(world: World, rng: Draw) -> Stranger:
     share, count = _spread(rng, world), float(rng.uniform(6, 20))
 
-    def add(own: Draw, scene: Scene, shown: Channels) -> Channels:
+    def add(own: Draw, scene: Scene, forces: Channels) -> Channels:
         t, span = scene.times, scene.times[-1]
         at = np.sort(own.uniform(0, span, own.poisson(count) + 1))
         step = t[1] - t[0]
         spikes = _pulse(t, at, 2 * step, float(rng_decay) * step, own.exponential(1.0, at.size))
-        return {name: share[name] * spikes * np.sign(shown[name]) for name in world.channels}
+        return {name: share[name] * spikes * np.sign(forces[name]) for name in world.channels}
 
     rng_decay = rng.uniform(6, 25)
     return add
@@ -75,7 +75,7 @@ def adhesion(world: World, rng: Draw) -> Stranger:
 def hum(world: World, rng: Draw) -> Stranger:
     frequency, third, share = _rate(world, rng), float(rng.uniform(0.0, 0.5)), _spread(rng, world)
 
-    def add(own: Draw, scene: Scene, shown: Channels) -> Channels:
+    def add(own: Draw, scene: Scene, forces: Channels) -> Channels:
         turn = 2 * np.pi * frequency * scene.times + own.uniform(0, 2 * np.pi)
         return {name: share[name] * (np.sin(turn) + third * np.sin(3 * turn + 1.0)) for name in world.channels}
 
@@ -85,12 +85,12 @@ def hum(world: World, rng: Draw) -> Stranger:
 def stick_pulses(world: World, rng: Draw) -> Stranger:
     share, count, wide = _spread(rng, world), float(rng.uniform(5, 14)), float(rng.uniform(0.01, 0.04))
 
-    def add(own: Draw, scene: Scene, shown: Channels) -> Channels:
+    def add(own: Draw, scene: Scene, forces: Channels) -> Channels:
         t, span = scene.times, scene.times[-1]
         at = np.cumsum(own.uniform(0.5, 1.5, 60)) * span / count
         u = (t[:, None] - at[None, :]) / (wide * span)
         burst = np.where((u > 0) & (u < 1), u, 0.0).sum(axis=1)
-        return {name: share[name] * burst * np.tanh(3 * shown[name] / (np.std(shown[name]) + 1e-12)) for name in world.channels}
+        return {name: share[name] * burst * np.tanh(3 * forces[name] / (np.std(forces[name]) + 1e-12)) for name in world.channels}
 
     return add
 
@@ -98,7 +98,7 @@ def stick_pulses(world: World, rng: Draw) -> Stranger:
 def chipping(world: World, rng: Draw) -> Stranger:
     share, back = _spread(rng, world), float(rng.uniform(0.0, 0.4))
 
-    def add(own: Draw, scene: Scene, shown: Channels) -> Channels:
+    def add(own: Draw, scene: Scene, forces: Channels) -> Channels:
         t, span = scene.times, scene.times[-1]
         first, second = np.sort(own.uniform(0.15, 0.85, 2)) * span
         level = (t > first) * 1.0 - (t > second) * (1 + back)
@@ -111,9 +111,9 @@ def beating(world: World, rng: Draw) -> Stranger:
     """The force itself swells and fades at a rate of its own."""
     frequency, share = _rate(world, rng) * 0.21, _spread(rng, world)
 
-    def add(own: Draw, scene: Scene, shown: Channels) -> Channels:
+    def add(own: Draw, scene: Scene, forces: Channels) -> Channels:
         swell = np.sin(2 * np.pi * frequency * scene.times + own.uniform(0, 2 * np.pi))
-        return {name: share[name] * swell * shown[name] / (np.std(shown[name]) + 1e-12) for name in world.channels}
+        return {name: share[name] * swell * forces[name] / (np.std(forces[name]) + 1e-12) for name in world.channels}
 
     return add
 
@@ -125,9 +125,9 @@ def odd_condition(world: World, rng: Draw) -> Stranger:
     middle, width = float(rng.choice(every)), 0.25 * float(np.ptp(every)) + 1e-30
     share = _spread(rng, world)
 
-    def add(own: Draw, scene: Scene, shown: Channels) -> Channels:
+    def add(own: Draw, scene: Scene, forces: Channels) -> Channels:
         bump = float(np.exp(-(((scene.values[axis] - middle) / width) ** 2)))
-        return {name: share[name] * bump * np.abs(shown[name]) for name in world.channels}
+        return {name: share[name] * bump * np.abs(forces[name]) for name in world.channels}
 
     return add
 

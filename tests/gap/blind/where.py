@@ -17,28 +17,28 @@ SLIGHT = (0.03, 0.2)  # of the squared gap: channels below it have no place, abo
 
 def coordinates(world: World) -> dict[str, list[Array]]:
     """Every quantity that a box may bound, at the samples of each condition."""
-    found: dict[str, list[Array]] = {}
+    columns: dict[str, list[Array]] = {}
     if world.means:
         names = sorted({name for scene in world.scenes for name in scene.values})
         return {name: [np.array([scene.values[name]]) for scene in world.scenes] for name in names}
     for name in world.scenes[0].signals:
-        found[name] = [scene.signals[name](scene.times) for scene in world.scenes]
-    found["time"] = [scene.times for scene in world.scenes]
+        columns[name] = [scene.signals[name](scene.times) for scene in world.scenes]
+    columns["time"] = [scene.times for scene in world.scenes]
     if world.excitation and all(f > 0 for f in world.excitation):
-        found["phase"] = [np.mod(f * scene.times, 1.0) for f, scene in zip(world.excitation, world.scenes, strict=True)]
+        columns["phase"] = [np.mod(f * scene.times, 1.0) for f, scene in zip(world.excitation, world.scenes, strict=True)]
     names = sorted({name for scene in world.scenes for name in scene.values})
-    return found | {name: [np.full(scene.times.size, scene.values[name]) for scene in world.scenes] for name in names}
+    return columns | {name: [np.full(scene.times.size, scene.values[name]) for scene in world.scenes] for name in names}
 
 
 def everything(world: World) -> dict[str, list[Array]]:
     """These, and what a diagnosis that computes the motion itself may bound besides."""
-    found = coordinates(world)
+    columns = coordinates(world)
     if world.means:
-        return found
+        return columns
     for name, what in (("slip_velocity", "v"), ("uncut_thickness", "h"), ("proxy_speed", "theta"), ("normal_load", "load")):
-        found.setdefault(name, [scene.sampled(getattr(scene, what)[:, 1] * scene.on[:, 1]) for scene in world.scenes])
-    found.setdefault("sliding_distance", [scene.sampled(scene.distance[:, 1]) for scene in world.scenes])
-    return found
+        columns.setdefault(name, [scene.sampled(getattr(scene, what)[:, 1] * scene.on[:, 1]) for scene in world.scenes])
+    columns.setdefault("sliding_distance", [scene.sampled(scene.distance[:, 1]) for scene in world.scenes])
+    return columns
 
 
 Box = dict[str, list[float]]
@@ -57,17 +57,17 @@ def places_of(channels: tuple[str, ...], coordinates: dict[str, list[Array]],
     weight = {name: sum(float(part[name] @ part[name]) for part in gap) for name in channels}
     total = sum(weight.values()) or 1.0
     axes = {name: np.concatenate(parts) for name, parts in coordinates.items()}
-    found = {}
+    places = {}
     for name in channels:
         if weight[name] / total >= SLIGHT[0]:
             energy = np.concatenate([part[name] for part in gap]) ** 2
-            found[name] = [
+            places[name] = [
                 [{"channel": name, "box": box, "share": share * weight[name] / total} for box, share in place]
                 for place in _ranked(_candidates(axes, energy))
             ]
             if weight[name] / total < SLIGHT[1]:
-                found[name].append([])
-    return found
+                places[name].append([])
+    return places
 
 
 def _binned(values: Array, count: int) -> tuple[Array, Any]:
@@ -82,7 +82,7 @@ def _binned(values: Array, count: int) -> tuple[Array, Any]:
 def _candidates(axes: dict[str, Array], energy: Array) -> list[tuple[float, Place, bool]]:
     """Places that hold the share: number of samples in them, boxes, and whether it takes more than one window of one axis."""
     whole = float(np.sum(energy)) or 1.0
-    found: list[tuple[float, Place, bool]] = [(float(energy.size), [({}, 1.0)], False)]
+    candidates: list[tuple[float, Place, bool]] = [(float(energy.size), [({}, 1.0)], False)]
     for axis, values in axes.items():
         edges, place = _binned(values, BINS)
         if edges.size < 3:
@@ -90,22 +90,22 @@ def _candidates(axes: dict[str, Array], energy: Array) -> list[tuple[float, Plac
         e, n = (np.bincount(place, weights, minlength=edges.size - 1) for weights in (energy / whole, np.ones(energy.size)))
         for windows, cost in _windows(e, n):
             boxes: Place = [({axis: [float(edges[i]), float(edges[j])]}, float(np.sum(e[i:j]))) for i, j in windows]
-            found.append((cost, boxes, len(windows) > 1))
+            candidates.append((cost, boxes, len(windows) > 1))
     names = [axis for axis, values in axes.items() if np.unique(values).size > 2]
     for first, second in combinations(names, 2):
         pair = _rectangle(axes[first], axes[second], energy / whole)
         if pair:
             (low_1, high_1, low_2, high_2), cost, share = pair
-            found.append((cost, [({first: [low_1, high_1], second: [low_2, high_2]}, share)], True))
-    return found
+            candidates.append((cost, [({first: [low_1, high_1], second: [low_2, high_2]}, share)], True))
+    return candidates
 
 
-def _ranked(found: list[tuple[float, Place, bool]]) -> list[Place]:
+def _ranked(candidates: list[tuple[float, Place, bool]]) -> list[Place]:
     """The smallest first; what takes two windows or two axes has to be a quarter smaller than what does not. Then those within reach."""
-    cost = np.array([size / (DEARER if two else 1.0) for size, _, two in found])
+    cost = np.array([size / (DEARER if two else 1.0) for size, _, two in candidates])
     order = np.argsort(cost, kind="stable")
     least = cost[order[0]]
-    return [found[k][1] for k in order.tolist() if cost[k] <= least / DEARER or k == order[0]]
+    return [candidates[k][1] for k in order.tolist() if cost[k] <= least / DEARER or k == order[0]]
 
 
 def _windows(e: Any, n: Any) -> list[tuple[list[tuple[int, int]], float]]:
@@ -113,11 +113,11 @@ def _windows(e: Any, n: Any) -> list[tuple[list[tuple[int, int]], float]]:
     E, N = np.concatenate([[0.0], np.cumsum(e)]), np.concatenate([[0.0], np.cumsum(n)])
     i, j = np.triu_indices(E.size, 1)
     inside, cost = E[j] - E[i], N[j] - N[i]
-    found = []
+    windows = []
     good = np.flatnonzero(inside >= SHARE)
     if good.size:
         k = good[np.argmin(cost[good])]
-        found.append(([(int(i[k]), int(j[k]))], float(cost[k])))
+        windows.append(([(int(i[k]), int(j[k]))], float(cost[k])))
     order = np.argsort(-inside / np.maximum(cost, 1))[:400]
     a, b = np.meshgrid(order, order, indexing="ij")
     fits = (j[a] < i[b]) & (inside[a] + inside[b] >= SHARE) & (inside[a] > 0.15) & (inside[b] > 0.15)
@@ -125,8 +125,8 @@ def _windows(e: Any, n: Any) -> list[tuple[list[tuple[int, int]], float]]:
         both = np.where(fits, cost[a] + cost[b], np.inf)
         k_1, k_2 = np.unravel_index(int(np.argmin(both)), both.shape)
         p, q = order[k_1], order[k_2]
-        found.append(([(int(i[p]), int(j[p])), (int(i[q]), int(j[q]))], float(both[k_1, k_2])))
-    return found
+        windows.append(([(int(i[p]), int(j[p])), (int(i[q]), int(j[q]))], float(both[k_1, k_2])))
+    return windows
 
 
 def _rectangle(x: Array, y: Array, energy: Array) -> tuple[tuple[float, float, float, float], float, float] | None:

@@ -59,13 +59,13 @@ class World:
         for cause, strength in causes:
             if cause.path:
                 scene = cause.path(replace(self, values=values, form=form), scene, strength)
-        shown = self.forces(scene, values, causes, form)
+        forces = self.forces(scene, values, causes, form)
         for cause, strength in causes:
             if cause.sensor:
-                cause.sensor(shown, scene, strength)
+                cause.sensor(forces, scene, strength)
         if self.means:
-            return {name: np.array([self.mean(scene, shown[name.removeprefix("mean_")])]) for name in self.channels}
-        return {name: scene.sampled(shown[name]) for name in self.channels}
+            return {name: np.array([self.mean(scene, forces[name.removeprefix("mean_")])]) for name in self.channels}
+        return {name: scene.sampled(forces[name]) for name in self.channels}
 
     def forces(self, scene: Scene, values: Values, causes: Acting, form: Form) -> Channels:
         """The contact's own forces on the fine grid."""

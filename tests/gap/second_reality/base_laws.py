@@ -99,10 +99,10 @@ def _gated(c: Contact, area: Array, moved: Array, rate: Array, g: Array, gate: G
     held = np.ones_like(rate) if c.drive.held is None else c.drive.held
 
     def yielding(r: Array) -> Array:
-        found = both[0](r)
+        stiffness = both[0](r)
         for more in both[1:]:
-            found = found * more(r)
-        return np.minimum(np.maximum(found, 0.0), 20.0)
+            stiffness = stiffness * more(r)
+        return np.minimum(np.maximum(stiffness, 0.0), 20.0)
 
     per_z = way / most
 
@@ -190,8 +190,8 @@ def leuven(c: Contact, form: Mapping[str, float]) -> Array:
             f = f * (d.held[k] > 0)
         force[k], rate[k] = f.sum(axis=0), dz / d.h
     damping = np.minimum(c.sigma1, DAMPING * s * c.soft / np.maximum(np.abs(d.v), 1e-300))
-    found = force * c.soft + damping * rate
-    return (found if d.held is None else found * (d.held > 0)) + _viscous(c, {})
+    friction = force * c.soft + damping * rate
+    return (friction if d.held is None else friction * (d.held > 0)) + _viscous(c, {})
 
 
 def lagged_coulomb(c: Contact, form: Mapping[str, float]) -> Array:

@@ -121,8 +121,8 @@ def walked(drive: Drive, **changed: float | Array) -> Drive:
         replace(p, **{name: float(np.broadcast_to(value, drive.lanes)[lane]) for name, value in changed.items()})
         for lane, p in enumerate(drive.path)
     ]
-    found = drive_of(paths, drive.every, tuple(dict(v) for v in drive.values))
-    return replace(found, theta=drive.theta, load=drive.load)
+    drive_along = drive_of(paths, drive.every, tuple(dict(v) for v in drive.values))
+    return replace(drive_along, theta=drive.theta, load=drive.load)
 
 
 def chip_stress(d: Drive, tau: Array, cut: Law) -> Array:

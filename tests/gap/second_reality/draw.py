@@ -172,8 +172,10 @@ def draw_case(plan: Plan, split: str, seed: list[int]) -> Case:
     trials = _trials(world, drive, places, fine, strange, shared, seed)
     top_unit = bench.unit[top] * noise
     outputs_off = np.concatenate([t.ideal[top] - t.true[top] for t in trials])
-    shown = world.respond(recording.as_recorded(drive, trials), [world.params], acting)[0]
-    inputs_off = np.concatenate([drive.sampled(shown[top] - fine[top], k) for k in range(drive.lanes)]) if world.inputs else np.zeros(1)
+    recorded_as = world.respond(recording.as_recorded(drive, trials), [world.params], acting)[0]
+    inputs_off = (
+        np.concatenate([drive.sampled(recorded_as[top] - fine[top], k) for k in range(drive.lanes)]) if world.inputs else np.zeros(1)
+    )
     label = _label(plan, bench, acting, full, gap, shared, trials, places)
     if plan.truth == "mistuned":
         size = _off(bench, near, nominal)
@@ -241,22 +243,22 @@ def _believed(plan: Plan, bench: Bench, near: Mapping[str, float], ratio: float,
         if 0.95 < size / (ratio * noise) < 1.05:
             break
         scale = float(np.clip(scale * ratio * noise / max(size, 1e-9), 0.02, 6.0))
-    found = at(scale)
-    return {name: float(f"{value:.4g}") if name in world.free else value for name, value in found.items()}
+    params = at(scale)
+    return {name: float(f"{value:.4g}") if name in world.free else value for name, value in params.items()}
 
 
 def _off(bench: Bench, near: Mapping[str, float], nominal: Mapping[str, float]) -> float:
     """How far the forces of the nominal values are from those of the nearest LuGre."""
     world, d = bench.world, bench.world.conditions
-    one, two = (world.samples(shown, d) for shown in world.respond(d, [near, nominal], (), refit.LUGRE, refit.SHARP))
+    one, two = (world.samples(forces, d) for forces in world.respond(d, [near, nominal], (), refit.LUGRE, refit.SHARP))
     return max(refit.per_channel(world, one, bench.row(two) - bench.row(one)).values())
 
 
-def _seen(world: World, bench: Bench, drive: Drive, lane: int, place: int, shown: Channels) -> unknowns.Seen:
+def _seen(world: World, bench: Bench, drive: Drive, lane: int, place: int, forces: Channels) -> unknowns.Seen:
     unit = {n: bench.unit[n] for n in world.channels}
     d, m = drive, world.means
     return unknowns.Seen(
-        d.sampled(d.t, lane), d.sampled(d.v, lane), d.sampled(d.x, lane), shown, place, world.conditions.lanes,
+        d.sampled(d.t, lane), d.sampled(d.v, lane), d.sampled(d.x, lane), forces, place, world.conditions.lanes,
         dict(d.values[lane]), unit, float(np.max(np.ptp(world.conditions.x, axis=0))),
         float(max(v["cutting_speed"] for v in world.conditions.values)) if m else float(world.notes["fast"]), world.frequency[place],
     )  # fmt: skip
@@ -269,8 +271,8 @@ def _strange(plan: Plan, bench: Bench, drive: Drive, places: list[int], fine: Ch
     act = unknowns.KINDS[plan.effects[0]][2](np.random.default_rng([*seed, 2]))
     conditions, d = bench.plain, world.conditions
 
-    def beside(s: float, drive: Drive, lane: int, place: int, shown: Channels, repeat: int) -> Channels:
-        return act(np.random.default_rng([*seed, 3, repeat]), _seen(world, bench, drive, lane, place, shown), s)
+    def beside(s: float, drive: Drive, lane: int, place: int, forces: Channels, repeat: int) -> Channels:
+        return act(np.random.default_rng([*seed, 3, repeat]), _seen(world, bench, drive, lane, place, forces), s)
 
     s, size = 0.1, 0.0
     for _ in range(9):
@@ -283,15 +285,15 @@ def _strange(plan: Plan, bench: Bench, drive: Drive, places: list[int], fine: Ch
             s *= 4
             continue
         s *= float(np.clip(target / size, 0.1, 8.0))
-    shown = world.samples(fine, drive)
-    return [beside(s, drive, k, place, shown[k], 100 + k) for k, place in enumerate(places)], s, size
+    forces = world.samples(fine, drive)
+    return [beside(s, drive, k, place, forces[k], 100 + k) for k, place in enumerate(places)], s, size
 
 
 def _trials(world: World, drive: Drive, places: list[int], fine: Channels, strange: list[Channels] | None, shared: Shared,
             seed: list[int]) -> list[Trial]:  # fmt: skip
     if not world.means:
         return recording.recorded(world, drive, places, fine, strange, shared, [*seed, 4])
-    found = []
+    trials = []
     clean = world.samples(fine, drive)
     units = refit.sizes(world, clean)
     for lane, place in enumerate(places):
@@ -302,8 +304,8 @@ def _trials(world: World, drive: Drive, places: list[int], fine: Channels, stran
             gain = (1 + shared.gain[n]) * (1 + shared.trial_gain * rng.standard_normal())
             ideal[n] = gain * true[n] + units[n] * shared.zero[n]
             out[n] = ideal[n] + units[n] * shared.noise[n] * recording.noise_of(rng, 1, shared)
-        found.append(Trial(place, np.zeros(1), {}, out, true, ideal, {}))
-    return found
+        trials.append(Trial(place, np.zeros(1), {}, out, true, ideal, {}))
+    return trials
 
 
 def _coordinates(world: World) -> dict[str, list[Array]]:
@@ -311,32 +313,32 @@ def _coordinates(world: World) -> dict[str, list[Array]]:
     d, n = world.conditions, world.conditions.lanes
     if world.means:
         return {name: [np.array([d.values[k][name]]) for k in range(n)] for name in world.per_trial}
-    found = {"time": [d.sampled(d.t, k) for k in range(n)]}
+    columns = {"time": [d.sampled(d.t, k) for k in range(n)]}
     if "slip_velocity" in world.inputs:
-        found["slip_velocity"] = [d.sampled(d.v, k) for k in range(n)]
+        columns["slip_velocity"] = [d.sampled(d.v, k) for k in range(n)]
     if d.load is not None:
-        found["normal_load"] = [d.sampled(d.load, k) for k in range(n)]
+        columns["normal_load"] = [d.sampled(d.load, k) for k in range(n)]
     if d.theta is not None and world.inputs:
         theta = [d.sampled(d.theta, k) for k in range(n)]
-        found["contact_temperature" if "contact_temperature" in world.inputs else "proxy_speed"] = (
+        columns["contact_temperature" if "contact_temperature" in world.inputs else "proxy_speed"] = (
             [recording.temperature_of(world, q) for q in theta] if "contact_temperature" in world.inputs else theta
         )
     if all(f > 0 for f in world.frequency):
-        found["phase"] = [np.mod(f * d.sampled(d.t, k), 1.0) for k, f in enumerate(world.frequency)]
-    return found | {name: [np.full(d.count[k], d.values[k][name]) for k in range(n)] for name in world.per_trial}
+        columns["phase"] = [np.mod(f * d.sampled(d.t, k), 1.0) for k, f in enumerate(world.frequency)]
+    return columns | {name: [np.full(d.count[k], d.values[k][name]) for k in range(n)] for name in world.per_trial}
 
 
 def _everything(world: World) -> dict[str, list[Array]]:
     """These, and what a diagnosis that computes the motion itself may bound besides."""
-    found, d = _coordinates(world), world.conditions
+    columns, d = _coordinates(world), world.conditions
     if world.means:
-        return found
+        return columns
     on = np.ones_like(d.v) if d.held is None else (d.held > 0).astype(float)
     more = {"slip_velocity": d.v * on, "uncut_thickness": d.thickness, "proxy_speed": d.theta, "sliding_distance": d.distance}
     for name, fine in more.items():
         if fine is not None:
-            found.setdefault(name, [d.sampled(fine, k) for k in range(d.lanes)])
-    return found
+            columns.setdefault(name, [d.sampled(fine, k) for k in range(d.lanes)])
+    return columns
 
 
 def _split(world: World, parts: list[Channels], row: Array, unit: Mapping[str, float]) -> list[Channels]:

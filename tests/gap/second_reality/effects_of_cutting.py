@@ -164,9 +164,9 @@ def _(world: World, rng: Draw) -> Effect:
 
 def _felt(world: World, d: Drive) -> Array:
     """Mean principal force of each lane."""
-    shown = world.respond(d, [world.params])[0]
-    name = next(n for n in shown if n.endswith("principal_force"))
-    return np.asarray(np.mean(shown[name][d.first :], axis=0))
+    forces = world.respond(d, [world.params])[0]
+    name = next(n for n in forces if n.endswith("principal_force"))
+    return np.asarray(np.mean(forces[name][d.first :], axis=0))
 
 
 def _loaded(d: Drive, world: World, s: float, law: str, less: float) -> Drive:

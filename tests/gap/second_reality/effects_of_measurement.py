@@ -26,9 +26,9 @@ def filtered(fine: Array, h: float, transfer: Filter) -> Array:
 
 
 def _each(change: Callable[[Array, Drive, float], Array]) -> Callable[[Channels, Drive, float], None]:
-    def act(shown: Channels, d: Drive, s: float) -> None:
-        for name in shown:
-            shown[name] = change(shown[name], d, s)
+    def act(forces: Channels, d: Drive, s: float) -> None:
+        for name in forces:
+            forces[name] = change(forces[name], d, s)
 
     return act
 
@@ -121,11 +121,11 @@ def _(world: World, rng: Draw) -> Effect:
     parts, settle = rng.uniform(-1, 1, 3), float(rng.uniform(0.05, 0.15))
     parts[int(rng.integers(0, max(1, len(world.channels))))] = 1.0
 
-    def act(shown: Channels, d: Drive, s: float) -> None:
+    def act(forces: Channels, d: Drive, s: float) -> None:
         late = 1 - settle * np.exp(-3 * d.since / float(np.max(d.since)))
-        unit = {name: _size(fine) for name, fine in shown.items()}
+        unit = {name: _size(fine) for name, fine in forces.items()}
         for part, name in zip(parts, world.channels, strict=False):
-            shown[name] = shown[name] + s * part * unit[name] * late
+            forces[name] = forces[name] + s * part * unit[name] * late
 
     return Effect("sensor_offset", "settling", 0.1, 1.5, least=0.025, both_ways=True, sensor=act)
 
@@ -136,10 +136,10 @@ def _(world: World, rng: Draw) -> Effect:
     parts, spread, seed = rng.uniform(-1, 1, 3), float(rng.uniform(0.05, 0.15)), int(rng.integers(1 << 30))
     parts[int(rng.integers(0, max(1, len(world.channels))))] = 1.0
 
-    def act(shown: Channels, d: Drive, s: float) -> None:
+    def act(forces: Channels, d: Drive, s: float) -> None:
         own = 1 + spread * np.random.default_rng(seed).standard_normal(d.lanes)
         for part, name in zip(parts, world.channels, strict=False):
-            shown[name] = shown[name] + s * part * _size(shown[name]) * own
+            forces[name] = forces[name] + s * part * _size(forces[name]) * own
 
     return Effect("sensor_offset", "differs_by_condition", 0.1, 1.5, least=0.025, both_ways=True, sensor=act)
 
@@ -171,9 +171,9 @@ def _(world: World, rng: Draw) -> Effect:
     """One channel's scale, and a little more of it at large forces."""
     which, bend = world.channels[int(rng.integers(len(world.channels)))], float(rng.uniform(-0.2, 0.2))
 
-    def act(shown: Channels, d: Drive, s: float) -> None:
-        fine = shown[which]
-        shown[which] = fine * (1 + s * (1 + bend * np.abs(fine) / (float(np.max(np.abs(fine))) + 1e-300)))
+    def act(forces: Channels, d: Drive, s: float) -> None:
+        fine = forces[which]
+        forces[which] = fine * (1 + s * (1 + bend * np.abs(fine) / (float(np.max(np.abs(fine))) + 1e-300)))
 
     return Effect("sensor_gain", "bent", 0.1, 0.8, least=0.03, both_ways=True, sensor=act)
 
@@ -188,14 +188,16 @@ def _(world: World, rng: Draw) -> Effect:
         0.8,
         least=0.03,
         both_ways=True,
-        sensor=lambda shown, d, s: shown.update({which: shown[which] * (1 + s)}),
+        sensor=lambda forces, d, s: forces.update({which: forces[which] * (1 + s)}),
     )
 
 
 @form("cross_talk", "one_way")
 def _(world: World, rng: Draw) -> Effect:
     a, b = [world.channels[k] for k in rng.permutation(2)]
-    return Effect("cross_talk", "one_way", 0.05, 0.5, both_ways=True, sensor=lambda shown, d, s: shown.update({a: shown[a] + s * shown[b]}))
+    return Effect(
+        "cross_talk", "one_way", 0.05, 0.5, both_ways=True, sensor=lambda forces, d, s: forces.update({a: forces[a] + s * forces[b]})
+    )
 
 
 @form("cross_talk", "turned")
@@ -203,9 +205,9 @@ def _(world: World, rng: Draw) -> Effect:
     """A dynamometer that stands a little askew, and not quite rigidly."""
     a, b = world.channels[0], world.channels[1]
 
-    def act(shown: Channels, d: Drive, s: float) -> None:
-        one, two = shown[a], shown[b]
-        shown[a], shown[b] = one + s * two, two - 0.8 * s * one
+    def act(forces: Channels, d: Drive, s: float) -> None:
+        one, two = forces[a], forces[b]
+        forces[a], forces[b] = one + s * two, two - 0.8 * s * one
 
     return Effect("cross_talk", "turned", 0.05, 0.5, both_ways=True, sensor=act)
 

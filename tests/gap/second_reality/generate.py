@@ -125,10 +125,10 @@ def begun(cases: Path, labels: Path, made_by: dict[str, Any]) -> dict[str, Any]:
         if any(place.exists() and any(place.iterdir()) for place in (cases, labels)):
             raise SystemExit(f"{cases} or {labels} is there and holds something else; name new folders.")
         return {}
-    found = dict(json.loads(sealed.read_text(encoding="utf-8")))
-    if {k: v for k, v in found.items() if k not in ("cases", "cases_to_come")} != made_by:
+    sealed_already = dict(json.loads(sealed.read_text(encoding="utf-8")))
+    if {k: v for k, v in sealed_already.items() if k not in ("cases", "cases_to_come")} != made_by:
         raise SystemExit(f"{labels} was begun with other arguments; name a new folder.")
-    return dict(found["cases"])
+    return dict(sealed_already["cases"])
 
 
 def seed_of(split: str, seed: int, place: int) -> list[int]:

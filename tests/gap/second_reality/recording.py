@@ -146,7 +146,7 @@ def recorded(world: World, drive: Drive, places: list[int], fine: Channels, unkn
     drift = {"drift": shared.clock_drift, "first": drive.first}  # of the forces' clock against that of the motion
     moved = {name: shifted(fine[name], late[name] * drive.every, **drift) for name in world.channels}
     units = {name: float(np.sqrt(np.mean(fine[name][drive.first :] ** 2))) for name in world.channels}
-    found = []
+    trials = []
     for lane, place in enumerate(places):
         rng = np.random.default_rng([*seed, 1, lane])
         keep = np.ones(drive.count[lane], dtype=bool)
@@ -178,8 +178,8 @@ def recorded(world: World, drive: Drive, places: list[int], fine: Channels, unkn
                 position = np.round(drive.sampled(drive.x, lane) / step) * step
                 beside = {"current [A]": (outputs[name] + inertia[keep]) / FORCE_PER_CURRENT, "position [m]": position[keep]}
         inputs = {name: _input(world, drive, lane, name, float(late[name][lane]), shared, rng)[keep] for name in world.inputs}
-        found.append(Trial(place, drive.sampled(drive.t, lane)[keep], inputs, outputs, true, ideal, beside))
-    return found
+        trials.append(Trial(place, drive.sampled(drive.t, lane)[keep], inputs, outputs, true, ideal, beside))
+    return trials
 
 
 def _of_motor(world: World, drive: Drive, lane: int, force: Array, shared: Shared) -> tuple[Array, Array]:

@@ -26,12 +26,12 @@ def flat(world: World, parts: list[Channels], unit: Mapping[str, float]) -> Arra
 
 def per_channel(world: World, parts: list[Channels], r: Array) -> dict[str, float]:
     """Root mean square of each channel of such a row of samples."""
-    found, at = {}, 0
+    rms, at = {}, 0
     for name in world.channels:
         n = sum(part[name].size for part in parts)
-        found[name] = float(np.sqrt(np.mean(r[at : at + n] ** 2)))
+        rms[name] = float(np.sqrt(np.mean(r[at : at + n] ** 2)))
         at += n
-    return found
+    return rms
 
 
 def sensitivity(world: World, params: Mapping[str, float], unit: Mapping[str, float], law: Law | None = None,
@@ -39,7 +39,7 @@ def sensitivity(world: World, params: Mapping[str, float], unit: Mapping[str, fl
     """Response, its derivatives by the relative change of each free parameter, and the response by lanes: one run of all lanes."""
     sets = [dict(params)] + [{**params, name: params[name] * (1 + STEP)} for name in world.free]
     d = world.conditions
-    all_ = [world.samples(shown, d) for shown in world.respond(d, sets, (), law, cut)]
+    all_ = [world.samples(forces, d) for forces in world.respond(d, sets, (), law, cut)]
     y = flat(world, all_[0], unit)
     return y, np.stack([(flat(world, one, unit) - y) / STEP for one in all_[1:]], axis=1), all_[0]
 
@@ -55,9 +55,9 @@ def nearest_lugre(world: World, target: list[Channels], unit: Mapping[str, float
     """The parameters with which the nominal model's form comes nearest to these records, and what it leaves: Levenberg and Marquardt."""
     params, names = dict(world.params), world.free
     y = flat(world, target, unit)
-    found, J, _ = sensitivity(world, params, unit, LUGRE, SHARP)
+    reached, J, _ = sensitivity(world, params, unit, LUGRE, SHARP)
     start, damp = np.zeros(len(names)), 1e-3
-    best, best_cost, u = y - found, np.inf, start
+    best, best_cost, u = y - reached, np.inf, start
     best_cost = float(best @ best)
     for _ in range(8):
         A = np.concatenate([J, np.sqrt(damp * y.size) * np.eye(len(names)), 1e-2 * np.sqrt(y.size) / loose * np.eye(len(names))])

@@ -30,15 +30,15 @@ def diagnose(case: Path, answer: Path, limit: float) -> str:
     one_core = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
     command = [sys.executable, "-m", "evat", "diagnose", str(case), "--out", str(answer), "--no-fmu"]
     try:
-        found = subprocess.run(
+        finished = subprocess.run(
             command, capture_output=True, text=True, timeout=limit, env={**os.environ, **one_core}, check=False, stdin=subprocess.DEVNULL
         )
     except subprocess.TimeoutExpired:
         answer.with_suffix(".log").write_text(f"given up after {limit:g} s\n", encoding="utf-8")
         return f"given up after {limit:g} s"
-    answer.with_suffix(".log").write_text(found.stdout + found.stderr, encoding="utf-8")
-    if found.returncode or not (answer / "diagnosis.json").is_file():
-        return (found.stderr.strip() or found.stdout.strip() or "no output").splitlines()[-1]
+    answer.with_suffix(".log").write_text(finished.stdout + finished.stderr, encoding="utf-8")
+    if finished.returncode or not (answer / "diagnosis.json").is_file():
+        return (finished.stderr.strip() or finished.stdout.strip() or "no output").splitlines()[-1]
     return "done"
 
 

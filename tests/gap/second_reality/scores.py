@@ -130,19 +130,19 @@ def _groups(cases: Cases) -> dict[str, Cases]:
         return [(c, a) for c, a in cases if of(c)]
 
     counted = only(large_enough)
-    found = {form: [(c, a) for c, a in counted if c["form"] == form] for form in ("right", "other")} | {"all": counted}
+    groups = {form: [(c, a) for c, a in counted if c["form"] == form] for form in ("right", "other")} | {"all": counted}
     for stratum in (*catalogue.STRATA, "-"):
         for form in ("right", "other"):
-            found[f"stratum {stratum} {form}"] = only(lambda c, s=stratum, f=form: (c["stratum"], c["form"]) == (s, f))  # type: ignore[misc]
+            groups[f"stratum {stratum} {form}"] = only(lambda c, s=stratum, f=form: (c["stratum"], c["form"]) == (s, f))  # type: ignore[misc]
     for world in catalogue.WORLDS:
-        found[f"world {world}"] = [(c, a) for c, a in counted if c["kinematics"].split("/")[0] == world]
+        groups[f"world {world}"] = [(c, a) for c, a in counted if c["kinematics"].split("/")[0] == world]
     for base in sorted({f"{c['law']} + {c['cut']}" for c, _ in counted}):
-        found[f"base {base}"] = [(c, a) for c, a in counted if f"{c['law']} + {c['cut']}" == base]
+        groups[f"base {base}"] = [(c, a) for c, a in counted if f"{c['law']} + {c['cut']}" == base]
     for family in sorted({f for c, _ in counted for f in c["families"]}):
-        found[f"family {family}"] = [(c, a) for c, a in counted if c["families"] == [family]]
+        groups[f"family {family}"] = [(c, a) for c, a in counted if c["families"] == [family]]
     for grade in ("good", "ordinary", "bad"):
-        found[f"rig {grade}"] = [(c, a) for c, a in counted if c["set_up"]["grade"] == grade]
-    return {name: own for name, own in found.items() if own}
+        groups[f"rig {grade}"] = [(c, a) for c, a in counted if c["set_up"]["grade"] == grade]
+    return {name: own for name, own in groups.items() if own}
 
 
 def score(labels: Path, answers: Path, *, answered_only: bool = False) -> dict[str, Any]:
@@ -172,36 +172,36 @@ def score(labels: Path, answers: Path, *, answered_only: bool = False) -> dict[s
     }  # fmt: skip
 
 
-def _columns(found: dict[str, Any], groups: list[str], rows: Iterable[tuple[str, str, str, str]], targets: bool) -> list[str]:
-    own = [group for group in groups if group in found["figures"]]
+def _columns(scores: dict[str, Any], groups: list[str], rows: Iterable[tuple[str, str, str, str]], targets: bool) -> list[str]:
+    own = [group for group in groups if group in scores["figures"]]
     heads = [group.removeprefix("stratum ") for group in own]
     lines = [f"{'':40s} " + " ".join(f"{head[:25]:>25s}" for head in heads) + ("   target right | other" if targets else "")]
     for key, name, right, other in rows:
-        cells = [Figure.text(found["figures"][group][key]) for group in own]
+        cells = [Figure.text(scores["figures"][group][key]) for group in own]
         lines.append(f"{name:40s} " + " ".join(f"{cell:>25s}" for cell in cells) + (f"   {right} | {other}" if targets and right else ""))
     return lines
 
 
-def table(found: dict[str, Any]) -> str:
+def table(scores: dict[str, Any]) -> str:
     """The figures as text: value [90 % interval] (count), beside the targets; then by stratum, world, base law and family."""
     few = [
         row for row in ROWS if row[0] in ("singles_exact", "family_exact", "truth_in_set", "pairs_exact", "false_alarms", "unknown_named")
     ]
-    lines = [f"{found['cases']} cases of the split {found['split']}; gaps of {LEAST:g} x the noise of one recording and more:", ""]
-    lines += _columns(found, ["right", "other", "all"], ROWS, targets=True)
+    lines = [f"{scores['cases']} cases of the split {scores['split']}; gaps of {LEAST:g} x the noise of one recording and more:", ""]
+    lines += _columns(scores, ["right", "other", "all"], ROWS, targets=True)
     for title, start in (
         ("By stratum (rms over the noise of one recording) and base form", "stratum "), ("By world", "world "), ("By base law", "base "),
         ("By family of the effect", "family "), ("By quality of the rig", "rig "),
     ):  # fmt: skip
-        groups = [group for group in found["figures"] if group.startswith(start)]
+        groups = [group for group in scores["figures"] if group.startswith(start)]
         for k in range(0, len(groups), 6):
-            lines += ["", title if k == 0 else "", *_columns(found, groups[k : k + 6], few, targets=False)]
+            lines += ["", title if k == 0 else "", *_columns(scores, groups[k : k + 6], few, targets=False)]
     lines += [
         "",
         "Verdicts by truth",
-        *(f"{t:10s} {', '.join(f'{v}: {n}' for v, n in sorted(c.items()))}" for t, c in found["verdicts"].items()),
+        *(f"{t:10s} {', '.join(f'{v}: {n}' for v, n in sorted(c.items()))}" for t, c in scores["verdicts"].items()),
     ]
-    return "\n".join([*lines, *(f"{name}: {why}" for name, why in found["failed"].items())])
+    return "\n".join([*lines, *(f"{name}: {why}" for name, why in scores["failed"].items())])
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -213,8 +213,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(given: argparse.Namespace) -> int:
     with np.errstate(all="ignore"):
-        found = score(given.labels, given.answers, answered_only=given.answered)
-    sys.stdout.write(table(found) + "\n")
+        scores = score(given.labels, given.answers, answered_only=given.answered)
+    sys.stdout.write(table(scores) + "\n")
     if given.json:
-        given.json.write_text(json.dumps(found, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+        given.json.write_text(json.dumps(scores, indent=1, sort_keys=True) + "\n", encoding="utf-8")
     return 0

@@ -19,7 +19,7 @@ class Seen:
     t: Array
     v: Array
     x: Array
-    shown: Channels
+    forces: Channels
     place: int
     places: int
     values: dict[str, float]
@@ -129,8 +129,8 @@ def serration(rng: Draw) -> Unknown:
     per_cycle = float(rng.uniform(6, 14))
 
     def act(rng: Draw, seen: Seen, s: float) -> Channels:
-        name = next(iter(seen.shown))
-        cutting = np.abs(seen.shown[name]) > 0.05 * np.max(np.abs(seen.shown[name]))
+        name = next(iter(seen.forces))
+        cutting = np.abs(seen.forces[name]) > 0.05 * np.max(np.abs(seen.forces[name]))
         begins = np.cumsum(np.diff(cutting.astype(int), prepend=0) == 1)
         phases = rng.uniform(0, 2 * np.pi, int(begins.max()) + 1)
         rate = per_cycle * seen.frequency * (0.6 + 0.4 * seen.values.get("cutting_speed", 1.0) / seen.fast)
@@ -158,7 +158,7 @@ def batch_difference(rng: Draw) -> Unknown:
     which = rng.random(100) < 0.4
 
     def act(rng: Draw, seen: Seen, s: float) -> Channels:
-        return {name: s * 1.5 * float(which[seen.place]) * force for name, force in seen.shown.items()}
+        return {name: s * 1.5 * float(which[seen.place]) * force for name, force in seen.forces.items()}
 
     return act
 
@@ -211,7 +211,7 @@ def clipped_amplifier(rng: Draw) -> Unknown:
 
     def act(rng: Draw, seen: Seen, s: float) -> Channels:
         out = {}
-        for name, force in seen.shown.items():
+        for name, force in seen.forces.items():
             side = way * force
             if not np.any(side > 0):
                 side = -side
@@ -256,7 +256,7 @@ def period_doubling(rng: Draw) -> Unknown:
     def act(rng: Draw, seen: Seen, s: float) -> Channels:
         cycle = np.floor(seen.frequency * seen.t + 0.5).astype(int)
         way = np.where((cycle + int(rng.integers(2))) % 2 == 0, 1.0, -1.0)
-        return {name: s * way * force for name, force in seen.shown.items()}
+        return {name: s * way * force for name, force in seen.forces.items()}
 
     return act
 
@@ -294,6 +294,6 @@ def day_drift(rng: Draw) -> Unknown:
 
     def act(rng: Draw, seen: Seen, s: float) -> Channels:
         u = float(np.sin(2 * np.pi * turns * seen.place / seen.places + phase))
-        return {name: s * u * force for name, force in seen.shown.items()}
+        return {name: s * u * force for name, force in seen.forces.items()}
 
     return act

@@ -72,12 +72,12 @@ class World:
         for effect, s in acting:
             if effect.contact:
                 effect.contact(c, s)
-        shown = self.shown(c, friction(c, law), cut)
+        forces = self.forces(c, friction(c, law), cut)
         for effect, s in acting:
             if effect.sensor:
-                effect.sensor(shown, wide, s)
+                effect.sensor(forces, wide, s)
         n = drive.lanes
-        return [{name: fine[:, k * n : (k + 1) * n] for name, fine in shown.items()} for k in range(len(params))]
+        return [{name: fine[:, k * n : (k + 1) * n] for name, fine in forces.items()} for k in range(len(params))]
 
     def opened(self, d: Drive, lanes: Sequence[Mapping[str, float]], cut: Law) -> Contact:
         """The law's fields before any effect."""
@@ -96,24 +96,24 @@ class World:
             c.tau, c.edge_p, c.edge_f = chip_stress(d, full("shear_stress"), cut), 0.0 * one, 0.0 * one
         return c
 
-    def shown(self, c: Contact, F: Array, cut: Law) -> Channels:
+    def forces(self, c: Contact, F: Array, cut: Law) -> Channels:
         d = c.drive
         if d.thickness is None:
             return {"friction_force": F}
         F, width = plough(c, F, cut, float(self.exact["width"])), float(self.exact["width"])
         assert c.tau is not None
         k = c.tau * width * np.maximum(d.thickness, 0.0) * (d.held > 0)
-        found = chip_forces(F, k, c, float(self.exact["rake_angle"]), str(self.exact["shear_angle_principle"]))
-        return {("mean_" if self.means else "") + name: fine for name, fine in found.items()}
+        by_channel = chip_forces(F, k, c, float(self.exact["rake_angle"]), str(self.exact["shear_angle_principle"]))
+        return {("mean_" if self.means else "") + name: fine for name, fine in by_channel.items()}
 
-    def samples(self, shown: Channels, drive: Drive) -> list[Channels]:
+    def samples(self, forces: Channels, drive: Drive) -> list[Channels]:
         """Of each lane what is recorded: samples, or the mean over the record."""
         if self.means:
             rows = slice(drive.first, -1)
             weights = cycle_weights(drive)[rows]
-            means = {n: np.sum(shown[n][rows] * weights, axis=0) / weights.shape[0] for n in self.channels}
+            means = {n: np.sum(forces[n][rows] * weights, axis=0) / weights.shape[0] for n in self.channels}
             return [{n: means[n][i : i + 1] for n in self.channels} for i in range(drive.lanes)]
-        return [{n: drive.sampled(shown[n], i) for n in self.channels} for i in range(drive.lanes)]
+        return [{n: drive.sampled(forces[n], i) for n in self.channels} for i in range(drive.lanes)]
 
     def clean(self, params: Mapping[str, float] | None = None, acting: Acting = (), law: Law | None = None, cut: Law | None = None,
               drive: Drive | None = None) -> list[Channels]:  # fmt: skip

@@ -16,18 +16,18 @@ SSV = "corrected.ssv"
 
 def content(answer: Diagnosis, comparison: Comparison) -> ssv.Content:
     """The corrected model; where no effect was chosen, the recalibrated one."""
-    prediction, found = comparison.prediction, fitted(comparison, answer.judgement.chosen)
+    prediction, chosen = comparison.prediction, fitted(comparison, answer.judgement.chosen)
     experiment, known = prediction.experiment, {variable.name: variable for variable in prediction.model.variables}
-    switches = dict.fromkeys((*experiment.nominal.effects, *found.on), 1.0)
-    own = {v.name for effect in prediction.model.effects if effect.name in found.on for v in effect.variables}
-    every: dict[str, float | str] = {**prediction.nominal, **found.values, **switches}
-    sources, sd = dict[str, str](), found.sd
+    switches = dict.fromkeys((*experiment.nominal.effects, *chosen.on), 1.0)
+    own = {v.name for effect in prediction.model.effects if effect.name in chosen.on for v in effect.variables}
+    every: dict[str, float | str] = {**prediction.nominal, **chosen.values, **switches}
+    sources, sd = dict[str, str](), chosen.sd
     nominal = experiment.nominal
     for name, value in every.items():
         if name not in known:
             continue
         unit = known[name].unit
-        if name in found.on or name in found.fixed:
+        if name in chosen.on or name in chosen.fixed:
             sources[name] = "found by the diagnosis"
         elif name in own:
             sources[name] = f"of the effect, found by the diagnosis{_spread(sd.get(name), unit)}"

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
 from evat.gap.budget import structural_share
 from evat.gap.compare import Comparison
@@ -17,8 +18,6 @@ from evat.inference.hypothesis import NOMINAL
 from evat.inference.parameters import Scales, amplitudes, shape_parameter, shapes
 from evat.model import Effect, ParameterError
 from evat.required_inputs import KINEMATICS
-
-DETECTED = 3.0  # standard deviations
 
 
 def explain(comparison: Comparison, answer: Diagnosis, effect: str) -> str:
@@ -81,9 +80,9 @@ def _standing(answer: Diagnosis, effect: str) -> str:
 
 def _rank(comparison: Comparison, effect: str) -> list[str]:
     """Among effects alone, by the evidence as far as each was fitted."""
-    base = comparison.recalibrated.found.evidence
+    base = comparison.recalibrated.likelihood.evidence
     alone = {str(on): evidence for on, evidence in comparison.rough.items() if len(on) == 1}
-    alone.update({str(on): fit.found.evidence for on, fit in comparison.models.items() if len(on) == 1})
+    alone.update({str(on): fit.likelihood.evidence for on, fit in comparison.models.items() if len(on) == 1})
     if effect not in alone:
         return ["It was tried, and no fit with it came to an end."]
     ranked = sorted(alone, key=lambda name: (-alone[name], name))
@@ -100,11 +99,11 @@ def _rank(comparison: Comparison, effect: str) -> list[str]:
 
 def _fits(comparison: Comparison, answer: Diagnosis, effect: str) -> list[str]:
     """Its fits, alone and in pairs, the best first."""
-    reference, base = comparison.recalibrated.predicted, comparison.recalibrated.found.evidence
+    reference, base = comparison.recalibrated.predicted, comparison.recalibrated.likelihood.evidence
     effects = {each.name: {variable.name for variable in each.variables} for each in comparison.prediction.model.effects}
     units = {variable.name: variable.unit for variable in comparison.prediction.model.variables}
-    found = []
-    for on, fit in sorted(comparison.models.items(), key=lambda item: -item[1].found.evidence):
+    lines = []
+    for on, fit in sorted(comparison.models.items(), key=lambda item: -item[1].likelihood.evidence):
         if effect not in on:
             continue
         left, sd = structural_share(comparison.whitening, fit.predicted, reference), fit.sd
@@ -113,16 +112,16 @@ def _fits(comparison: Comparison, answer: Diagnosis, effect: str) -> list[str]:
             for name in sd
             if name in effects.get(effect, sd)
         )
-        found.append(
-            f"{on}: leaves {percent(left)} of the structural gap, gains {number(fit.found.evidence - base)}, "
+        lines.append(
+            f"{on}: leaves {percent(left)} of the structural gap, gains {number(fit.likelihood.evidence - base)}, "
             f"probability {percent(answer.judgement.probabilities.get(on, 0.0))}; {sizes}"
         )
     chosen = answer.judgement.chosen
     if chosen and effect not in chosen:
         left = structural_share(comparison.whitening, comparison.models[chosen].predicted, reference)
-        gain = comparison.models[chosen].found.evidence - base
-        found.append(f"to compare, {chosen}: leaves {percent(left)}, gains {number(gain)}")
-    return found
+        gain = comparison.models[chosen].likelihood.evidence - base
+        lines.append(f"to compare, {chosen}: leaves {percent(left)}, gains {number(gain)}")
+    return lines
 
 
 def _detectable(comparison: Comparison, answer: Diagnosis, effect: Effect) -> list[str]:
@@ -141,7 +140,7 @@ def _detectable(comparison: Comparison, answer: Diagnosis, effect: Effect) -> li
         size, name = smallest[variable.name], variable.name.removeprefix(f"{effect.name}.")
         away = "" if variable.neutral == 0 else f" away from {number(variable.neutral)}"
         lines.append(
-            f"Smallest {name} that would show here ({DETECTED:g} sd{f', beside {beside}' if beside else ''}): "
+            f"Smallest {name} that would show here ({CONSTANTS.detected_amplitude:g} sd{f', beside {beside}' if beside else ''}): "
             f"{with_unit(size, variable.unit, 2)}{away}{f', at {assumed}' if assumed else ''}."
             if math.isfinite(size)
             else f"Smallest {name} that would show: none can be given, alone it changes nothing to first order."
@@ -152,13 +151,13 @@ def _detectable(comparison: Comparison, answer: Diagnosis, effect: Effect) -> li
 def _shape_values(comparison: Comparison, effect: Effect) -> dict[str, float]:
     """As the best fit with the effect has them; else the middle of what the record can show."""
     fits = [fit for on, fit in comparison.models.items() if effect.name in on]
-    best = max(fits, key=lambda fit: fit.found.evidence) if fits else None
+    best = max(fits, key=lambda fit: fit.likelihood.evidence) if fits else None
     scales = Scales(comparison.prediction.model, comparison.prediction.experiment)
     return {v.name: float(best.values[v.name]) if best else shape_parameter(v, scales).mean for v in shapes(effect)}
 
 
 def smallest_amplitudes(comparison: Comparison, base: Fit, effect: Effect) -> dict[str, float]:
-    """DETECTED standard deviations of each amplitude at its neutral value, beside the parameters of `base`; inf where it says nothing."""
+    """Of each amplitude what would show at its neutral value, beside the parameters of `base`; inf where it says nothing."""
     prediction, whitening = comparison.prediction, comparison.whitening
     scales = Scales(prediction.model, prediction.experiment)
     strengths = amplitudes(effect)
@@ -169,13 +168,15 @@ def smallest_amplitudes(comparison: Comparison, base: Fit, effect: Effect) -> di
         return dict.fromkeys(units, math.inf)
     width = base.point.size
     grams = whitening.sums(base.predicted, np.column_stack([base.slopes, np.nan_to_num(slopes)])).grams
-    information = known(grams * whitening.trust[..., None, None], base.found.weights)[:-1, :-1]
+    information = known(grams * whitening.trust[..., None, None], base.likelihood.weights)[:-1, :-1]
     nominal = information[:width, :width] + np.eye(width)
-    found = {}
+    smallest = {}
     for place, variable in enumerate(strengths, width):
         across = information[:width, place]
         own = float(information[place, place] - across @ np.linalg.solve(nominal, across)) if width else float(information[place, place])
-        found[variable.name] = (
-            DETECTED * units[variable.name] / math.sqrt(own) if own > 1e-9 * float(information[place, place]) else math.inf
+        smallest[variable.name] = (
+            CONSTANTS.detected_amplitude * units[variable.name] / math.sqrt(own)
+            if own > 1e-9 * float(information[place, place])
+            else math.inf
         )
-    return found
+    return smallest

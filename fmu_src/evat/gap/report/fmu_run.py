@@ -12,6 +12,7 @@ import numpy as np
 from platformdirs import user_cache_path
 
 from evat import fmu, parameter_sets
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.fmu.sources import source_files
 from evat.gap.budget import squares
@@ -22,8 +23,6 @@ from evat.model import FloatArray
 from evat.models.fmu import FmuModel
 from evat.native import kernel
 from evat.native.compile import PACKAGE, host_target, is_whole, seal
-
-MOST_SAMPLES = 60_000  # communication steps, some 2 s of them
 
 
 @dataclass(frozen=True)
@@ -63,16 +62,16 @@ def host_fmu() -> Path:
 
 
 def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditions: tuple[str, ...]) -> FmuRun:
-    """Run what was measured at `conditions` (all where there are none), as far as MOST_SAMPLES reach.
+    """Run what was measured at `conditions` (all where there are none), as far as fmu_samples reach.
 
     Raises what drive does where the FMU does not run.
     """
     whole = comparison.prediction
     part, left_out, runs, samples = _some(whole, conditions or whole.experiment.conditions)
-    found = parameter_sets.load(ssv)
+    stored = parameter_sets.load(ssv)
     through = Prediction(FmuModel(path), part)
     set_up = {name: value for name, value in chosen.values.items() if name in whole.setup.names}
-    rows = through.one({**kernel.by_choice(found.values), **set_up}, found.effects)
+    rows = through.one({**kernel.by_choice(stored.values), **set_up}, stored.effects)
     exact = Prediction(whole.model, part).one(chosen.values, chosen.on)  # shapes of the law simulated, as the FMU has them
     predicted, by_library, wanted, worst = chosen.predicted.copy(), chosen.predicted.copy(), set(part.conditions), 0.0
     for segment, own in zip((s for s in whole.segments if s.condition in wanted), through.segments, strict=True):
@@ -101,10 +100,12 @@ def _some(whole: Prediction, conditions: tuple[str, ...]) -> tuple[Experiment, t
     kept, seen, samples = list[str](), set[bytes](), 0
     for condition in conditions:
         own = {
-            whole.alike[n]: min(trial.times.size, MOST_SAMPLES) for n, trial in enumerate(experiment.trials) if trial.condition == condition
+            whole.alike[n]: min(trial.times.size, CONSTANTS.fmu_samples)
+            for n, trial in enumerate(experiment.trials)
+            if trial.condition == condition
         }
         more = sum(size for key, size in own.items() if key not in seen)
-        if kept and samples + more > MOST_SAMPLES:
+        if kept and samples + more > CONSTANTS.fmu_samples:
             continue
         kept.append(condition)
         seen.update(own)
@@ -112,4 +113,4 @@ def _some(whole: Prediction, conditions: tuple[str, ...]) -> tuple[Experiment, t
     part = experiment.only(kept)
     means = len(part.means.conditions) if part.means is not None else 0
     left_out = tuple(condition for condition in conditions if condition not in kept)
-    return replace(part, trials=tuple(trial.head(MOST_SAMPLES) for trial in part.trials)), left_out, len(seen) + means, samples
+    return replace(part, trials=tuple(trial.head(CONSTANTS.fmu_samples) for trial in part.trials)), left_out, len(seen) + means, samples

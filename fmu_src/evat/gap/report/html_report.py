@@ -9,6 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from evat import html as pages
+from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
 from evat.gap.budget import structural_share
 from evat.gap.compare import Comparison
@@ -22,7 +23,6 @@ from evat.gap.report.series import Series, unlike
 from evat.gap.report.words import number, percent, sentence, with_unit
 from evat.inference.autoregression import impulse_response
 from evat.inference.fit import Fit
-from evat.inference.whitening import CORRELATION_SAMPLES
 from evat.plots.cycles import clock_unit
 from evat.units import display
 
@@ -76,7 +76,7 @@ def _picture(chart: Chart) -> dict[str, Any]:
 
 def _candidates(answer: Diagnosis, comparison: Comparison) -> list[dict[str, Any]]:
     """The sets of diagnosis.json with what speaks for them; where they are few, the nearest of the others."""
-    found, base = [], comparison.recalibrated
+    candidates, base = [], comparison.recalibrated
     entries: list[dict[str, Any]] = [{"hypothesis": on, "probability": probability, "said": True} for on, probability in answer.candidates]
     named = [on for on, _ in answer.candidates]
     others = sorted((on for on in comparison.models if on not in named), key=lambda on: -answer.judgement.probabilities.get(on, 0.0))
@@ -86,24 +86,24 @@ def _candidates(answer: Diagnosis, comparison: Comparison) -> list[dict[str, Any
     ]
     for entry in entries:
         fit = fitted(comparison, entry["hypothesis"])
-        found.append(
+        candidates.append(
             {
                 **entry,
-                "gain": fit.found.evidence - base.found.evidence,
+                "gain": fit.likelihood.evidence - base.likelihood.evidence,
                 "left": structural_share(comparison.whitening, fit.predicted, base.predicted),
                 "parameters": len(fit.parameters),
             }
         )
-    return found
+    return candidates
 
 
 def _by_reason(lines: Sequence[str]) -> dict[str, list[str]]:
     """Reason -> what could not be told for it."""
-    found: dict[str, list[str]] = {}
+    names: dict[str, list[str]] = {}
     for line in lines:
         name, colon, reason = line.partition(": ")
-        found.setdefault(reason if colon else line, []).append(name if colon else "")
-    return found
+        names.setdefault(reason if colon else line, []).append(name if colon else "")
+    return names
 
 
 def _place(comparison: Comparison, name: str, x: float) -> str:
@@ -151,4 +151,4 @@ def _noise(comparison: Comparison) -> list[dict[str, Any]]:
 
 
 def _discrepancy(fit: Fit) -> dict[str, float]:
-    return {"size": fit.found.size, "samples": CORRELATION_SAMPLES[fit.found.length]}
+    return {"size": fit.likelihood.size, "samples": CONSTANTS.correlation_samples[fit.likelihood.length]}

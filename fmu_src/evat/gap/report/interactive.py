@@ -42,8 +42,8 @@ def drawn(chart: Chart) -> Markup:
     for r, row in enumerate(chart.panels, 1):
         for c, panel in enumerate(row, 1):
             for line in panel.lines:
-                shown = line.choice == "" or line.choice == chart.choices[0]
-                figure.add_trace(_trace(line, shown, (line.name, line.choice) not in named), r, c)
+                visible = line.choice == "" or line.choice == chart.choices[0]
+                figure.add_trace(_trace(line, visible, (line.name, line.choice) not in named), r, c)
                 named.add((line.name, line.choice))
                 choices.append(line.choice)
             _axes(figure, panel, r, c)
@@ -75,8 +75,8 @@ def _text(text: str) -> str:
     return html.escape(text, quote=False)
 
 
-def _trace(line: Line, shown: bool, first: bool) -> go.Scatter | go.Bar:
-    about = {"name": _text(line.name), "legendgroup": _text(line.name), "showlegend": first, "visible": shown}
+def _trace(line: Line, visible: bool, first: bool) -> go.Scatter | go.Bar:
+    about = {"name": _text(line.name), "legendgroup": _text(line.name), "showlegend": first, "visible": visible}
     x, y = _short(line.x), _short(line.y)
     if line.style == "bars":
         width = float(np.min(np.diff(x))) if x.size > 1 else None

@@ -58,16 +58,16 @@ def _check_free(out: Path) -> None:
     if not there or (_is_diagnosis(out / JSON) and set(there) <= set(FILES)):
         return
     foreign = [name for name in there if name not in FILES] or there
-    shown = ", ".join(foreign[:3]) + (f" and {len(foreign) - 3} more" if len(foreign) > 3 else "")
-    raise OutputError(f"{out}: this folder is no diagnosis and would be replaced as a whole; it holds {shown}. Name a new folder.")
+    listed = ", ".join(foreign[:3]) + (f" and {len(foreign) - 3} more" if len(foreign) > 3 else "")
+    raise OutputError(f"{out}: this folder is no diagnosis and would be replaced as a whole; it holds {listed}. Name a new folder.")
 
 
 def _is_diagnosis(path: Path) -> bool:
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        document = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return False
-    return isinstance(found, dict) and found.get("format") == FORMAT and "verdict" in found
+    return isinstance(document, dict) and document.get("format") == FORMAT and "verdict" in document
 
 
 def _fill(answer: Diagnosis, comparison: Comparison, folder: Path, fmu: Path | None, without: str) -> None:

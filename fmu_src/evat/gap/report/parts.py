@@ -49,7 +49,7 @@ def parts(comparison: Comparison, chosen: Fit) -> dict[str, Parts]:
     whitening = comparison.whitening
     nominal, recalibrated, corrected = (squares(whitening, fit.predicted) for fit in (comparison.nominal, comparison.recalibrated, chosen))
     wrong = numerical_error(comparison, chosen)
-    found = {}
+    by_channel = {}
     for channel, start in nominal.items():
         left = corrected[channel].structural
         numerical = min(left, wrong.get(channel, 0.0))
@@ -62,8 +62,8 @@ def parts(comparison: Comparison, chosen: Fit) -> dict[str, Parts]:
         # Structure is measured away from jumps; here it is brought to all samples.
         size, rest = sum(structure.values()), max(start.left - start.floor, 0.0)
         scale = rest / size if size > 0 else 0.0
-        found[channel] = Parts(start.noise, start.repeatability, **{name: scale * part for name, part in structure.items()})
-    return found
+        by_channel[channel] = Parts(start.noise, start.repeatability, **{name: scale * part for name, part in structure.items()})
+    return by_channel
 
 
 def numerical_error(comparison: Comparison, chosen: Fit) -> dict[str, float]:

@@ -22,18 +22,18 @@ LONGEST = 1024  # samples of a piece of it
 def charts(series: Series, regions: Sequence[Region], unlike: FloatArray, held_out: Sequence[str]) -> dict[str, list[Chart]]:
     """By where they stand in the report."""
     prediction = series.comparison.prediction
-    found: dict[str, list[Chart]] = {"where": [], "models": [], "left": []}
+    by_section: dict[str, list[Chart]] = {"where": [], "models": [], "left": []}
     for number, channel in enumerate(dict.fromkeys(region.channel for region in regions)):
-        found["where"] += where_charts(series, [region for region in regions if region.channel == channel], unlike, number)
+        by_section["where"] += where_charts(series, [region for region in regions if region.channel == channel], unlike, number)
     for number, channel in enumerate(dict.fromkeys(segment.channel for segment in prediction.segments if segment.trial >= 0)):
         records = [series.record(place) for place in series.recorded(channel)]
         box = next((region.box for region in regions if region.channel == channel), {})
         choices = [_choice(record, held_out) for record in records]
-        found["models"].append(_models(series, records, choices, box, number))
-        found["left"].append(_left(series, records, choices, number))
+        by_section["models"].append(_models(series, records, choices, box, number))
+        by_section["left"].append(_left(series, records, choices, number))
     if prediction.experiment.means is not None:
-        found["models"] += _means(series)
-    return found
+        by_section["models"] += _means(series)
+    return by_section
 
 
 def _choice(record: Record, held_out: Sequence[str]) -> str:

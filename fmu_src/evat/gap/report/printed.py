@@ -37,8 +37,8 @@ def drawn(chart: Chart) -> str:
                 _panel(axis, panel, chart.choices[0] if chart.choices else "")
             for axis in row[len(panels) :]:
                 axis.set_visible(False)
-        found = [axis.get_legend_handles_labels() for axis in axes.ravel()]
-        handles = {label: handle for own, labels in found for handle, label in zip(own, labels, strict=True)}
+        legends = [axis.get_legend_handles_labels() for axis in axes.ravel()]
+        handles = {label: handle for own, labels in legends for handle, label in zip(own, labels, strict=True)}
         figure.legend(handles.values(), handles.keys(), loc="lower center", ncols=4)
         data = io.BytesIO()
         figure.savefig(data, format="svg", metadata={"Date": None, "Creator": None})

@@ -137,8 +137,8 @@ def telling(record: Record, box: Mapping[str, object], inputs: Sequence[str]) ->
 def lines_of(
     record: Record, names: Sequence[str], x: FloatArray, at: slice | npt.NDArray[np.intp], choice: str, dots: bool = False
 ) -> tuple[Line, ...]:
-    found = []
+    lines = []
     for name in names:
         colour, style = LOOKS[name]
-        found.append(Line(name, x, record.lines[name][at], colour, "dots" if dots else style, None, choice))
-    return tuple(found)
+        lines.append(Line(name, x, record.lines[name][at], colour, "dots" if dots else style, None, choice))
+    return tuple(lines)

@@ -14,10 +14,10 @@ from evat.files.writing import put
 from evat.native import kernel
 from evat.paper_conditions import SHEAR_STRESS, ProcessCondition, conditions, inference, shear_stresses
 from evat.studies.main_job import FORCES, MODELS
-from evat.studies.paper import ACCEPTED, DETERMINED, Best, PaperStudy, paper_threshold
-from evat.studies.paper_domain import DomainShares
-from evat.studies.paper_friction import COEFFICIENTS, PLACES, BorneFriction
-from evat.studies.paper_means import mean_error, measured
+from evat.studies.paper.domain import DomainShares
+from evat.studies.paper.friction import COEFFICIENTS, PLACES, BorneFriction
+from evat.studies.paper.means import mean_error, measured
+from evat.studies.paper.study import ACCEPTED, DETERMINED, Best, PaperStudy, paper_threshold
 from evat.units import SPEED_UNITS
 
 JSON = "study.json"

@@ -24,7 +24,7 @@ from evat.model import FloatArray, ParameterError
 from evat.native import kernel
 from evat.paper_conditions import ProcessCondition, conditions, inference, shear_stresses
 from evat.studies.main_job import FORCES, MODELS
-from evat.studies.paper_means import (
+from evat.studies.paper.means import (
     FREQUENCY,
     Calculation,
     cycle_means,

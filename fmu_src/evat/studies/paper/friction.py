@@ -19,9 +19,9 @@ from evat.model import FloatArray
 from evat.native import kernel
 from evat.paper_conditions import inference
 from evat.studies.main_job import MODELS
-from evat.studies.paper import chosen, inferred_forces
-from evat.studies.paper_domain import DomainShares, domain_shares
-from evat.studies.paper_means import Calculation, cycle_means, inferred_point, mean_error, measured, solved_shear_stress
+from evat.studies.paper.domain import DomainShares, domain_shares
+from evat.studies.paper.means import Calculation, cycle_means, inferred_point, mean_error, measured, solved_shear_stress
+from evat.studies.paper.study import chosen, inferred_forces
 
 LIMIT, AMONTONS = "sticking_limit", "amontons"
 MU, CONTACT_LENGTH, OWN_MU = f"{LIMIT}.mu", f"{LIMIT}.contact_length", f"{AMONTONS}.mu"

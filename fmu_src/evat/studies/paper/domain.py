@@ -14,8 +14,8 @@ from evat.native import kernel
 from evat.paper_conditions import conditions, inference, inferred
 from evat.parameter_sets import softening_limit
 from evat.studies.main_job import MODELS
-from evat.studies.paper import ACCEPTED, FEED, PaperStudy, chosen, inferred_forces, ranked
-from evat.studies.paper_means import mean_error, measured
+from evat.studies.paper.means import mean_error, measured
+from evat.studies.paper.study import ACCEPTED, FEED, PaperStudy, chosen, inferred_forces, ranked
 from evat.units import SPEED_UNITS
 
 SAMPLES = 2000  # of the cycle: shares are then right to 0.001

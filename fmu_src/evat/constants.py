@@ -1,0 +1,336 @@
+"""Which numbers does a diagnosis go by that no record tells? All of them: value, unit, meaning, and where each comes from.
+
+Smoothing of records, inference and diagnosis take their numbers from here by name, when they use them, so that a campaign replaces one at a
+time (`CONSTANTS.replaced`). What half and twice each does to a stored set of cases stands in evat/gap/sensitivity.json.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from types import MappingProxyType
+from typing import Generic, Literal, TypeVar, overload
+
+from evat.model import ParameterError
+
+Number = int | float
+Value = Number | tuple[int, ...] | tuple[float, ...]
+Held = TypeVar("Held", bound=Value)
+Origin = Literal["derived", "calibrated", "guess"]
+
+
+class Constant(Generic[Held]):
+    """One number, or several that go together.
+
+    origin : derived (it follows from something, which `source` names), calibrated (fitted to simulated cases: `value` is where the fit
+    began), or guess (reasoned, and tried on a few cases); low, high : the values between which it makes sense.
+    """
+
+    def __init__(
+        self,
+        value: Held,
+        unit: str,
+        meaning: str,
+        *,
+        origin: Origin = "guess",
+        source: str = "",
+        low: float = float("-inf"),
+        high: float = float("inf"),
+    ) -> None:
+        self.name = ""
+        self.value, self.unit, self.meaning, self.origin, self.source, self.low, self.high = value, unit, meaning, origin, source, low, high
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    @overload
+    def __get__(self, table: None, owner: type) -> Constant[Held]: ...
+
+    @overload
+    def __get__(self, table: ConstantTable, owner: type) -> Held: ...
+
+    def __get__(self, table: ConstantTable | None, owner: type) -> Constant[Held] | Held:
+        if table is None:
+            return self
+        return table.now(self.name, self.value)
+
+    def times(self, factor: float, value: Value | None = None) -> Value:
+        """So many times its value (or `value` in place of it), within its bounds; a count stays one, and is at least 1."""
+
+        def one(number: Number) -> Number:
+            wanted = min(max(number * factor, self.low), self.high)
+            return max(int(wanted), 1) if isinstance(number, int) else wanted
+
+        value = self.value if value is None else value
+        return tuple(map(one, value)) if isinstance(value, tuple) else one(value)
+
+
+class ConstantTable:
+    """Every number as an attribute: `CONSTANTS.plausible_effect`. `replacements` are those that do not have their declared value now."""
+
+    def __init__(self) -> None:
+        self.replacements: Mapping[str, Value] = MappingProxyType({})
+        self.readers: tuple[set[str], ...] = ()
+
+    def declared(self) -> dict[str, Constant[Value]]:
+        """By name, as they are declared."""
+        return {name: each for name, each in vars(type(self)).items() if isinstance(each, Constant)}
+
+    def now(self, name: str, value: Held) -> Held:
+        """What a constant of this value is now: what it was replaced by, else that."""
+        for names in self.readers:
+            names.add(name)
+        return self.replacements.get(name, value)  # type: ignore[return-value]
+
+    @contextmanager
+    def replaced(self, **values: Value) -> Iterator[None]:
+        """With other values, for all threads of this process, until the block ends."""
+        declared = self.declared()
+        for name, value in values.items():
+            if name not in declared:
+                raise ParameterError(f"constant {name!r}: there is none of that name; evat.constants lists them.")
+            if isinstance(value, tuple) != isinstance(declared[name].value, tuple):
+                raise ParameterError(f"constant {name} = {value!r}: it is of the form {declared[name].value!r}.")
+        before, self.replacements = self.replacements, MappingProxyType({**self.replacements, **values})
+        try:
+            yield
+        finally:
+            self.replacements = before
+
+    @contextmanager
+    def reading(self) -> Iterator[set[str]]:
+        """The names of the constants that are read until the block ends: no other can have had a say in what was done there."""
+        names = set[str]()
+        before, self.readers = self.readers, (*self.readers, names)
+        try:
+            yield names
+        finally:
+            self.readers = before
+
+
+class _Constants(ConstantTable):
+    """In the order of a diagnosis: recorded inputs, predictions, noise, whitening, fits, search, judgement, what is told."""
+
+    # Whether the records can be compared at all
+    fewest_samples = Constant(30, "samples", "below which, and below fewest_means, nothing is claimed")
+    fewest_means = Constant(4, "means", "below which, and below fewest_samples, nothing is claimed")
+    samples_per_cycle = Constant(6, "samples", "of a vibration cycle, below which its phase is not seen")
+    least_variation = Constant(0.02, "of its size", "an input that changes by less does not vary")
+    visible_change = Constant(5.0, "sd", "of all samples together, below which a change by an effect cannot be seen")
+    saturated_share = Constant(0.001, "of the samples", "at the end of a sensor's range, above which it is saturated", high=1.0)
+    saturation_level = Constant(0.999, "of full scale", "from which on a sensor is at the end of its range", high=1.0)
+    solver_error_limit = Constant(0.5, "of the noise", "numerical error above which nothing is claimed")
+    opposed_correlation = Constant(
+        -0.5, "1", "correlation of measured and simulated below which a sign is turned", origin="derived", low=-1.0,
+        source="the right sign would take a lag of more than 120 degrees, the wrong one noise of three times the power of the force",
+    )  # fmt: skip
+    wrong_unit_ratio = Constant(
+        300.0, "1", "rms of measured over simulated, or its inverse, from which a unit is wrong", low=1.0,
+        source="static friction alone can be off by 80 times",
+    )  # fmt: skip
+    clock_gap = Constant(100.0, "median sample steps", "a record that goes on after such a gap is two records", low=1.0)
+    diagnosed_samples = Constant(8_000, "samples", "that are simulated at most in one run of all trials; repeats of a run count once")
+
+    # Recorded inputs
+    white_third_differences = Constant(
+        -0.5, "1", "correlation of neighbouring third differences below which they are noise", origin="derived", low=-1.0,
+        source="white noise has -0.75, a motion about 1",
+    )  # fmt: skip
+    fewest_input_samples = Constant(16, "samples", "of a recorded column whose noise or quantum is looked at")
+    least_input_noise = Constant(1e-6, "of the largest value", "noise of a recorded column that is less is rounding")
+    quantised_share = Constant(0.99, "of the differences", "whole multiples of the smallest, where a column is quantised", high=1.0)
+    quantum_error = Constant(0.05, "quanta", "so far may a difference be from a whole multiple", high=0.5)
+    largest_quantised_difference = Constant(1e3, "quanta", "above which, for the median, the smallest difference is no quantum")
+    least_quantum = Constant(1e-9, "of the largest value", "a difference that is less is rounding")
+    smoothing_windows = Constant((1, 2, 4, 8, 16, 32, 64, 128), "samples", "to each side of the middle one, of local parabolas")
+    smoothing_confidence = Constant(2.5, "sd", "of the intervals that have to meet")
+    alike_inputs = Constant(1.5, "of the noise of both", "how far apart two recordings of one motion may be, root mean square", low=1.0)
+    clock_jitter = Constant(1e-3, "samples", "clocks that differ by less are one")
+    largest_lag = Constant(0.25, "of a recording", "by which repeats may be out of step", high=0.5)
+    in_step = Constant(0.02, "of the rms", "by which repeats that follow one motion differ at most once they are in step")
+    perturbation_seed = Constant(20240301, "1", "of the noise by which inputs are perturbed")
+    alike_cycles = Constant(1e-3, "of an input's variance", "cycles that differ by less are the same cycle")
+
+    # Predictions and parameters
+    derivative_step = Constant(
+        1e-3, "of a parameter, in its scale", "small against its curvature, large against the noise of runs at solver_tolerance"
+    )
+    solver_tolerance = Constant(1e-5, "1", "relative tolerance of runs whose differences are taken", low=1e-9)
+    law_shape_sd = Constant(0.3, "of the logarithm", "prior standard deviation of a shape of the base law")
+    clock_shift = Constant(0.5, "samples", "over which the derivative to a clock is taken: a jump has none")
+    widest_setup_error = Constant(3.0, "sd", "what is further off is no tolerance of a set-up any more")
+
+    # Noise
+    most_lags = Constant(6, "samples", "of an autoregression")
+    samples_per_lag = Constant(20, "samples", "for each coefficient of an autoregression; from fewer none is estimated")
+    clipped_at = Constant(4.0, "robust sd", "beyond which a sample counts as no more than that")
+    burst_samples = Constant(5, "samples", "a burst fills most of so many")
+    burst_height = Constant(7.0, "robust sd of medians", "beyond which they are a burst; noise reaches 5")
+    line_height = Constant(40.0, "of the spectrum around", "beyond which it is a line; noise reaches 15")
+    fewest_regular_samples = Constant(60, "samples", "of a recording that is searched for bursts and lines")
+    prior_trials = Constant(2.0, "repeats", "what the priors of the random effects between trials weigh")
+    prior_trial_gain = Constant(0.003, "1", "gain between trials, a priori (sd)")
+    prior_trial_zero = Constant(0.003, "of the rms", "zero between trials, a priori (sd)")
+    prior_trial_clock = Constant(0.1, "samples", "clock between trials, a priori (sd)")
+    no_signal = Constant(1e-100, "1", "a column that is smaller is none", origin="derived", source="its square is still a number")
+    shortest_repeat = Constant(8, "samples", "of fewer, three are gone with gain, zero and clock", low=4)
+    usual_noise_of_means = Constant(
+        0.01, "of the rms", "noise of a mean for which nobody stated it", source="dynamometer means repeat to 0.3 to 3 %"
+    )
+    noise_of_means_sd = Constant(1.0, "e-folds", "prior standard deviation of that noise")
+    smooth_size_range = Constant((1e-3, 1.0), "of the rms", "of what varies smoothly from mean to mean")
+    smooth_sizes = Constant(10, "1", "sizes that are tried in that range")
+    smooth_length_range = Constant((0.3, 3.0), "of the range of each condition", "over which that varies")
+    smooth_lengths = Constant(5, "1", "lengths that are tried in that range")
+    nugget_range = Constant((2e-4, 0.2), "of the rms", "of the noise of means")
+    nuggets = Constant(24, "1", "noises of means that are tried in that range")
+    logarithmic_range = Constant(10.0, "1", "largest over smallest value of a condition, from which on it counts by its logarithm", low=1.0)
+
+    # Jumps
+    bend_error = Constant(0.5, "of a bend", "what may be wrong in the samples that make it", high=1.0)
+    least_bend_error = Constant(0.2, "of the noise", "an error beside a jump that is less is none")
+    largest_bend_error = Constant(1e4, "of the noise", "an error beside a jump that is more is no larger; a dead sensor has no noise")
+    curve_samples = Constant(5, "samples", "whose middle bend is that of a curve")
+    widest_block = Constant(24, "innovations", "of a block whose errors go together")
+
+    # Whitening and the model discrepancy
+    bands = Constant(20, "1", "of the harmonics, and again as many of all between them; those that no record has are left out")
+    correlation_samples = Constant((0.3, 2.0, 8.0, 32.0, 128.0), "samples", "over which a discrepancy may be correlated")
+    outlying_repeat = Constant(5.0, "robust sd", "of the repeats from each other, beyond which a sample is taken from the others")
+    least_discrepancy = Constant(0.002, "of the rms", "from sample to sample: no model of a contact is better, whatever repeats say")
+    discrepancy_numbers = Constant(
+        2.0, "numbers of a band", "as which the discrepancy in it counts: it is wrong in a few ways, not in each sample"
+    )
+    aperiodic_share = Constant(0.1, "of the variance", "of the discrepancy of a periodic motion, that may not repeat", high=1.0)
+    discrepancy_range = Constant((5e-4, 1.0), "of the rms", "sizes of a discrepancy that are tried, beside 0")
+    discrepancy_sizes = Constant(23, "1", "sizes that are tried in that range", low=2)
+    usual_discrepancy = Constant(0.02, "of the rms", "a discrepancy of this size is nothing special")
+
+    # Fits
+    most_steps = Constant(12, "steps", "of Levenberg and Marquardt")
+    enough_gain = Constant(0.05, "log likelihood", "a step that gains less is the last one")
+    linearisations = Constant(3, "1", "of the shapes of the base law, at most")
+    linearisation_step = Constant(0.3, "prior sd", "of the difference by which shapes of the base law are linearised")
+    linearisation_range = Constant(1.0, "prior sd", "how far such a linearisation counts")
+    frozen_steps = Constant(5, "steps", "of a first fit of an effect alone, slopes of the nominal parameters held")
+    finishing_steps = Constant(4, "steps", "of a fit that begins where that to a part ended")
+    form_error = Constant(
+        0.07, "of the gap", "that recalibration leaves: what no effect explains any closer, since its form in the world is another"
+    )
+
+    # Search
+    searched_samples = Constant(3_000, "samples", "that a look at one value set simulates; repeats of a run cost nothing")
+    plausible_effect = Constant(0.1, "of the rms", "what an effect does, a priori (sd)")
+    first_probe = Constant(1e-4, "of the first guess of an amplitude", "where probing begins")
+    probes = Constant(6, "1", "amplitudes that are tried until one does what is plausible")
+    largest_probe_ratio = Constant(100.0, "1", "of one amplitude that is tried to that before", low=1.01)
+    near_plausible = Constant(3.0, "1", "so many times more or less than what is plausible is near enough to go by", low=1.01)
+    probed_samples = Constant(700, "samples", "of each trial that is probed")
+    probed_conditions = Constant(3, "1", "conditions that are probed")
+    probed_means = Constant(8, "means", "that are probed")
+    linear_amplitude = Constant(0.3, "prior sd", "of an amplitude, where its slope is taken")
+    trial_amplitudes = Constant((0.3, 1.5, 6.0), "prior sd", "the same for an effect with one amplitude, which need not be linear")
+    trial_times = Constant(9, "1", "amplitudes that are tried where one is a time")
+    refined_points = Constant(
+        10, "1", "points of a design that are looked at with a discrepancy of their own: the best with that of the base"
+    )
+    least_effect = Constant(1e-5, "of the rms", "a response that is less is not looked for")
+    least_share_of_gain = Constant(
+        0.2, "of the best gain", "an effect that gains less where it is taken as linear is not looked at closer", high=1.0
+    )
+    cost_of_no_effect = Constant(-1.0, "log evidence", "what an effect costs that is not there")
+    hopeless_deficit = Constant(12.0, "log evidence", "a model that is this far behind is not looked at closer")
+    error_of_linear_gain = Constant(0.3, "of what the best model gains", "as far may a gain by linear sums be off", high=1.0)
+    full_fits = Constant(6, "1", "singles that are fitted with all parameters")
+    laws_from = Constant(0.005, "of the rms", "where recalibration leaves less, other base laws are not tried")
+    law_starts = Constant(32, "1", "points from which another base law may start")
+    law_steps = Constant(40, "steps", "of the fit of another base law")
+    paired_singles = Constant(4, "1", "singles beside which a second effect is tried")
+    pair_fits = Constant(3, "1", "pairs that are fitted")
+    gain_of_a_pair = Constant(2.0, "log evidence", "over the best single; less may be chance")
+    swaps = Constant(8, "1", "effects that are tried in place of one of the best pair")
+    swap_fits = Constant(3, "1", "of those, how many are fitted")
+    singles_fitted_to_all = Constant(5, "1", "of those that were fitted to a part")
+    pairs_fitted_to_all = Constant(3, "1", "of those that were fitted to a part")
+
+    # How large the gap is, and whether a fit is to be believed
+    noise_floor_error = Constant(0.02, "of the noise floor", "no structural square is known better")
+    noise_floor_rounding = Constant(0.03, "of the noise floor", "a gap on held-out conditions that is less is none")
+    fewest_conditions = Constant(3, "conditions", "below which none can be held out", low=2)
+    bootstrap_draws = Constant(1000, "1", "of the interval of the closed share")
+    bootstrap_seed = Constant(20240229, "1", "of these draws")
+    worse_condition = Constant(1.1, "of the rms without the effect", "from which a held-out condition is made worse", low=1.0)
+    held_out_models = Constant(2, "1", "of the likeliest, that are tried on held-out conditions")
+    held_out_rounds = Constant(3, "1", "how often others follow")
+    visible_structure = Constant(3.0, "sd", "of a structural square by noise alone: a gap on held-out conditions that is less is none")
+    clear_evidence = Constant(
+        10.0, "log evidence", "an effect that gains more is there, however its amplitude and other parameters stand for each other"
+    )
+    significant_amplitude = Constant(2.0, "sd", "an amplitude that is less from nothing is no better known than its size")
+    distance_to_bound = Constant(1e-3, "prior sd", "a parameter that is nearer lies at its bound")
+    absurd_effect = Constant(3.0, "of the rms", "no effect does so much, unless something else takes it back")
+    credible_shift = Constant(4.0, "prior sd", "a nominal value that moves further was not credible")
+
+    # Judgement: the weights that `evat calibrate` fits
+    temperature = Constant(20.0, "log evidence", "of the evidence", origin="calibrated")
+    sharpness = Constant(6.0, "log-odds", "per factor e^-2 in the share of the gap that is left", origin="calibrated")
+    form = Constant(0.05, "of the gap", "that may be left by an effect of a slightly other form", origin="calibrated")
+    effect_cost = Constant(4.0, "log-odds", "of each further effect", origin="calibrated")
+    gap_offset = Constant(0.0, "log-odds", "of a nominal gap that is as large as what nobody would look at", origin="calibrated")
+    gap_slope = Constant(2.0, "log-odds", "per e-fold of the nominal gap over what nobody would look at", origin="calibrated")
+    structure_offset = Constant(0.0, "log-odds", "gap_offset, of what recalibration leaves", origin="calibrated")
+    structure_slope = Constant(2.0, "log-odds", "gap_slope, of what recalibration leaves", origin="calibrated")
+    unknown_offset = Constant(-0.5, "log-odds", "of unknown where the best model leaves half", origin="calibrated")
+    unknown_slope = Constant(3.0, "log-odds", "per log-odds of the share that the best model leaves", origin="calibrated")
+    evident = Constant(
+        15.0, "log evidence", "that makes an effect as likely as not where the gap itself is too small to look at", origin="calibrated"
+    )
+    small_noise = Constant(0.5, "of the noise's rms", "a structural gap of this size is nothing to look at", origin="calibrated")
+    small_form = Constant(0.01, "of the rms", "a structural gap of this size is nothing to look at", origin="calibrated")
+    irregular = Constant(
+        0.3, "of what repeats do not share", "bursts and lines that make something foreign as likely as not", origin="calibrated"
+    )
+
+    # Judgement: the others
+    likely_probability = Constant(0.9, "1", "what the listed sets hold", high=0.999)
+    chance_evidence = Constant(5.0, "log evidence", "less is chance")
+    chance_evidence_scale = Constant(2.0, "log evidence", "over how much more that becomes certain")
+    least_gap_size = Constant(0.2, "of what nobody would look at", "a structural rms below that is no smaller")
+    glimpsed_gap_size = Constant(
+        0.3, "of what nobody would look at", "of a larger structural rms, what an effect leaves of it says something"
+    )
+    evidence_for_what_is_left = Constant(9.0, "1", "times more evidence is asked of an effect that leaves all of what can be seen")
+    worse_gap = Constant(
+        1.03, "of the gap that recalibration leaves", "a model that leaves more makes it worse, whatever its evidence", low=1.0
+    )
+    chance_structure = Constant(2.0, "sd", "of a structural square by noise alone: so much few numbers may leave")
+    unseen_share = Constant(0.2, "1", "that a model with much evidence is held to leave of a gap that is too small to look at", high=1.0)
+    irregularity_slope = Constant(20.0, "log-odds", "per share of irregularity: noise has next to none")
+    least_named_probability = Constant(0.55, "of what is not unknown", "a set with less is one of several", high=0.999)
+    calibration_prior_sd = Constant(
+        0.14, "1, or of the logarithm", "of each fitted weight about its start: simulated cases are not real ones"
+    )
+    least_calibrated_probability = Constant(1e-3, "1", "below which a case counts no worse in the calibration", high=1.0)
+
+    # What is told
+    least_candidate = Constant(1e-4, "1", "probability below which a set is no candidate", high=1.0)
+    notable_irregularity = Constant(0.1, "of what repeats do not share", "bursts and lines that are told of")
+    least_described_share = Constant(0.05, "of the gap", "channels with less are not described")
+    region_share = Constant(0.8, "of the square", "what a region is to hold", high=0.999)
+    region_concentration = Constant(0.08, "of all samples", "a region has at least so many fewer than what it holds of the square")
+    region_part = Constant(0.15, "of the square", "what each of two ranges must hold at least", high=0.5)
+    region_simplicity = Constant(
+        0.75, "of the samples of one range", "two ranges or two quantities take fewer, or one range is told", high=1.0
+    )
+    region_bins = Constant(40, "1", "of a quantity alone")
+    region_bins_of_two = Constant(16, "1", "of each of two quantities")
+    region_rounding = Constant(
+        1e-9, "of the square", "a share that is as much less is as much", origin="derived", source="rounding of sums"
+    )
+    next_experiment_factors = Constant((0.25, 0.5, 2.0, 4.0), "of what has been measured", "inputs as a whole, or a value of the condition")
+    next_experiment_samples = Constant(1500, "samples", "of a trial that an advised experiment is simulated for")
+    detected_amplitude = Constant(3.0, "sd", "an amplitude that would show")
+    fmu_samples = Constant(60_000, "samples", "that the corrected FMU is run for at most, some 2 s of them")
+
+
+CONSTANTS = _Constants()

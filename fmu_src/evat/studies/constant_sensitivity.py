@@ -1,0 +1,199 @@
+"""What do half and twice each constant of the diagnosis do to what it says of a stored set of cases?
+
+The cases are a dozen of the calibration's, each given by its number alone. Every constant is replaced on its own. What was compared is kept
+while only constants are replaced that are read after that; one that a case never reads cannot have a say in it, and is not tried there.
+Case after case, constant after constant is appended to a file, so that a campaign goes on where it was stopped.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+from evat.constants import CONSTANTS
+from evat.experiment import Experiment
+from evat.files.writing import as_output_error, put, usable
+from evat.gap import conclude
+from evat.gap.answer import Diagnosis
+from evat.gap.calibrate import CalibrationCase, probability
+from evat.gap.compare import Comparison, compare
+from evat.gap.constants import in_use, stored
+from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN
+from evat.gap.portion import portion
+from evat.gap.sensitivity import STORED, read
+from evat.inference.hypothesis import Hypothesis
+from evat.inference.prediction import Prediction
+from evat.inference.recorded_inputs import smoothed_inputs
+from evat.model import EvatError, Model, ParameterError
+from evat.models.contact import ContactModel
+from evat.studies.campaign import draw_case, kernel_digest
+
+CASES = (0, 1, 2, 3, 5, 6, 9, 11, 13, 15, 16, 19)  # numbers of the calibration's cases: every kind and every size of gap
+FACTORS = (0.5, 2.0)
+LEAST_PROBABILITY = 1e-3  # of the truth: a case counts no worse
+FORMAT = 1  # of a line of the campaign's file
+Key = tuple[int, str, float]  # number of a case, constant, factor; ("", 1.0) is the case as it is
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Of one case: `log_loss`, minus the log of what the truth was given; `right`, whether the verdict says it; `answer`, a digest of all
+    that was said; `reads`, which constants were read, where nothing was replaced."""
+
+    log_loss: float
+    right: bool
+    answer: str
+    reads: tuple[str, ...] = ()
+
+
+def table_digest() -> str:
+    """Of the values that all constants have: with others every outcome is another."""
+    return hashlib.sha256(json.dumps(in_use(), sort_keys=True).encode()).hexdigest()[:16]
+
+
+class KnownCase:
+    """An experiment whose truth is known, diagnosed with this and that constant replaced."""
+
+    def __init__(self, experiment: Experiment, truth: str, model: Callable[[], Model]) -> None:
+        self.experiment, self.truth, self.model = experiment, truth, model
+        with CONSTANTS.reading() as compared:
+            self._comparison = self._compared()
+        self.compared = frozenset(compared)
+        with CONSTANTS.reading() as concluded:
+            answer = conclude(self._comparison, stored()[0])
+        self.reads = self.compared | concluded
+        self.as_it_is = self._outcome(answer, tuple(sorted(self.reads)))
+
+    def with_replaced(self, name: str, factor: float) -> Outcome:
+        """EvatError where the diagnosis does not run."""
+        if name not in self.reads:
+            return self.as_it_is
+        value = CONSTANTS.declared()[name].times(factor, in_use()[name])
+        with CONSTANTS.replaced(**{name: value}), threadpool_limits(1):
+            comparison = self._compared() if name in self.compared else self._comparison
+            return self._outcome(conclude(comparison, stored()[0]))
+
+    def _compared(self) -> Comparison:
+        model, recorded = self.model(), smoothed_inputs(self.experiment)
+        perturbed = None if recorded.perturbed is None else Prediction(model, portion(recorded.perturbed, model)[0])
+        with threadpool_limits(1):
+            return compare(Prediction(model, portion(recorded.experiment, model)[0]), None, perturbed)
+
+    def _outcome(self, answer: Diagnosis, reads: tuple[str, ...] = ()) -> Outcome:
+        judgement = answer.judgement
+        given = probability(CalibrationCase(judgement.features, self.truth), judgement.constants)
+        named = self.truth in (NO_GAP, MISTUNED, UNKNOWN)
+        right = answer.verdict == self.truth if named else judgement.chosen == Hypothesis(tuple(self.truth.split("+")))
+        digest = hashlib.sha256(answer.json().encode()).hexdigest()[:16]
+        return Outcome(-math.log(max(given, LEAST_PROBABILITY)), right, digest, reads)
+
+
+def _run(number: int, wanted: Sequence[tuple[str, float]]) -> Iterator[tuple[Key, Outcome | str]]:
+    """The outcome of each, or why there is none."""
+    drawn = draw_case(number)
+    if drawn is None:
+        raise ParameterError(f"case {number}: its effect does nothing there; choose another number.")
+    case = KnownCase(*drawn, lambda: ContactModel(1))
+    yield (number, "", 1.0), case.as_it_is
+    for name, factor in wanted:
+        try:
+            yield (number, name, factor), case.with_replaced(name, factor)
+        except EvatError as error:
+            yield (number, name, factor), str(error)[:200]
+
+
+def _lines(number: int, wanted: Sequence[tuple[str, float]], path: Path) -> int:
+    """Run in a process of its own: each outcome is a line of the file as soon as it is there."""
+    count = 0
+    for key, outcome in _run(number, wanted):
+        said = {"error": outcome} if isinstance(outcome, str) else vars(outcome)
+        entry = {"key": key, "kernel": kernel_digest(), "table": table_digest(), "format": FORMAT, **said}
+        with as_output_error(path, "the outcome"), path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(entry, sort_keys=True) + "\n")
+        count += 1
+    return count
+
+
+def outcomes(path: Path) -> dict[Key, Outcome | str]:
+    """What a campaign's file has of this kernel and these constants; a line that is cut off or damaged is none."""
+    held: dict[Key, Outcome | str] = {}
+    made = {"kernel": kernel_digest(), "table": table_digest(), "format": FORMAT}
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else ():
+        try:
+            entry = json.loads(line)
+            if {name: entry.pop(name) for name in made} == made:
+                number, name, factor = entry.pop("key")
+                held[number, name, factor] = entry["error"] if "error" in entry else Outcome(**{**entry, "reads": tuple(entry["reads"])})
+        except (ValueError, KeyError, TypeError, AttributeError):
+            continue
+    return held
+
+
+def campaign(
+    path: Path, names: Iterable[str], workers: int, cases: Sequence[int] = CASES, tell: Callable[[int], None] | None = None
+) -> dict[Key, Outcome | str]:
+    """Half and twice each constant over the cases; what the file has already is not run again."""
+    names = list(names)
+    if unknown := [name for name in names if name not in CONSTANTS.declared()]:
+        raise ParameterError(f"constant {', '.join(unknown)}: there is none of that name; evat.constants lists them.")
+    usable(path.parent)
+    held = outcomes(path)
+    missing = {number: [(name, factor) for name in names for factor in FACTORS if (number, name, factor) not in held] for number in cases}
+    missing = {number: wanted for number, wanted in missing.items() if wanted or (number, "", 1.0) not in held}
+    with ProcessPoolExecutor(workers) as pool:
+        for place, _ in enumerate(pool.map(_lines, missing, missing.values(), [path] * len(missing)), 1):
+            if tell:
+                tell(len(cases) - len(missing) + place)
+    return outcomes(path)
+
+
+def column(held: Mapping[Key, Outcome | str], names: Iterable[str], cases: Sequence[int] = CASES) -> dict[str, Any]:
+    """What the campaign says of each constant: the change of the mean log loss over the cases, that of the number of right verdicts,
+    how many answers change in any figure, and how many cases no longer run (they count as if the truth had been given nothing)."""
+    before = {number: held[number, "", 1.0] for number in cases}
+    nothing = -math.log(LEAST_PROBABILITY)
+    rows = {}
+    for name in names:
+        row: dict[str, Any] = {"value": in_use()[name], "read_in": sum(name in _of(before[n]).reads for n in cases)}
+        for word, factor in zip(("halved", "doubled"), FACTORS, strict=True):
+            after = [held[number, name, factor] for number in cases]
+            loss = sum((nothing if isinstance(o, str) else o.log_loss) - _of(before[n]).log_loss for n, o in zip(cases, after, strict=True))
+            right = sum((not isinstance(o, str) and o.right) - _of(before[n]).right for n, o in zip(cases, after, strict=True))
+            row[word] = {
+                "value": CONSTANTS.declared()[name].times(factor, in_use()[name]),
+                "log_loss": round(loss / len(cases), 4),
+                "right": right,
+                "changed": sum(isinstance(o, str) or o.answer != _of(before[n]).answer for n, o in zip(cases, after, strict=True)),
+                "failed": sum(isinstance(o, str) for o in after),
+            }
+        rows[name] = row
+    return rows
+
+
+def store(held: Mapping[Key, Outcome | str], names: Iterable[str], cases: Sequence[int] = CASES, path: Path = STORED) -> None:
+    """Keep the column in the package; of constants that were not tried, what was kept before, where all values are the same."""
+    before = [_of(held[number, "", 1.0]) for number in cases]
+    made = {
+        "cases": list(cases),
+        "kernel": kernel_digest(),
+        "table": table_digest(),
+        "log_loss": round(sum(outcome.log_loss for outcome in before) / len(cases), 4),
+        "right": sum(outcome.right for outcome in before),
+    }
+    kept = read(path)
+    rows = {**(kept["constants"] if kept.get("made") == made else {}), **column(held, names, cases)}
+    put(path, json.dumps({"made": made, "constants": rows}, indent=1, sort_keys=True) + "\n", "the sensitivity")
+
+
+def _of(outcome: Outcome | str) -> Outcome:
+    if isinstance(outcome, str):
+        raise EvatError(f"a case does not run as it is: {outcome}")
+    return outcome
