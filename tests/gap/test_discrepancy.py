@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from evat.gap.screen import _moved
 from evat.inference.discrepancy import known, likelihood
 from evat.inference.noise import BETWEEN, estimate_noise
 from evat.inference.prediction import Prediction
@@ -74,3 +75,12 @@ def test_where_the_discrepancy_dominates_a_band_counts_a_few_numbers() -> None:
     counted = (whitening.trust * whitening.counts)[whitening.counts > 5]
     assert np.all(counted < 2.2)
     assert np.all(counted > 1.8)
+
+
+def test_sums_after_a_step_are_those_taken_there() -> None:
+    whitening, prediction = _whitened()
+    slopes = np.random.default_rng(1).normal(size=(prediction.measured.size, 3))
+    step = np.array([0.3, -0.1, 0.2])
+    moved = _moved(whitening.sums(prediction.one(), slopes).grams, step)
+    there = whitening.sums(prediction.one() + slopes @ step, slopes).grams
+    assert np.allclose(moved, there, rtol=1e-9, atol=1e-9 * np.max(np.abs(there)))

@@ -240,9 +240,15 @@ def linear(
         wanted = point[first:] + step[first:]
         step[first:] = np.clip(wanted, *bounds) - point[first:]
         point = point + step
-        turn = np.diag(free)
-        turn[: point.size, point.size] = -step
+        sums = Sums(_moved(sums.grams, step) * np.outer(free, free))
         free[first : point.size] *= (wanted >= bounds[0]) & (wanted <= bounds[1])
-        sums = Sums(np.einsum("ki,sbkl,lj->sbij", turn, sums.grams, turn, optimize=True))
     sums = Sums(sums.grams * np.outer(free, free))
     return likelihood(whitening, sums, point, like=like).evidence, point
+
+
+def _moved(grams: FloatArray, step: FloatArray) -> FloatArray:
+    """Sums (..., w, w) where the residual is what is left after a step (p,) along the slopes: only its row and its column change."""
+    moved, residual = grams.copy(), step.size
+    moved[..., residual] -= moved[..., : step.size] @ step
+    moved[..., residual, :] -= np.einsum("...kj,k->...j", moved[..., : step.size, :], step)
+    return moved
