@@ -10,6 +10,7 @@ from typing import ClassVar, Literal
 from evat.model import EvatError, FloatArray
 
 Role = Literal["input", "output"]
+InitialBristle = Literal["relaxed", "slid_in", "free"]
 
 
 class ExperimentError(EvatError):
@@ -58,6 +59,7 @@ class Nominal:
 
     `values` are complete (the parameter set with what overrides it; friction_law and kinematics are names of choices), `relative_sd` holds
     only what was given; for the rest `default_relative_sd` counts. `parameters` names the set or its file, "" where there is none.
+    `initial_bristle` says how bristles are bent when a trial begins: not at all, as in steady slip, or anyhow.
     """
 
     values: Mapping[str, float | str]
@@ -65,6 +67,7 @@ class Nominal:
     relative_sd: Mapping[str, float]
     default_relative_sd: float = 0.1
     parameters: str = ""
+    initial_bristle: InitialBristle = "free"
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from evat import parameter_sets
-from evat.experiment import Nominal
+from evat.experiment import InitialBristle, Nominal
 from evat.experiment.checks import Checks, is_number, near
 from evat.model import EvatError
 
 CHOICES = {"friction": "friction_law", "kinematics": "kinematics"}  # key of [nominal] -> the component's variable
-KEYS = (*CHOICES, "parameters", "effects", "values", "relative_sd")
+INITIAL_BRISTLE = "initial_bristle"
+KEYS = (*CHOICES, "parameters", "effects", "values", "relative_sd", INITIAL_BRISTLE)
 
 
 def read_nominal(checks: Checks, table: Mapping[str, Any]) -> tuple[Nominal, list[Path]]:
@@ -53,7 +54,10 @@ def read_nominal(checks: Checks, table: Mapping[str, Any]) -> tuple[Nominal, lis
     relative_sd = {
         key: _relative_sd(checks, key, number) for key, number in checks.numbers("nominal.relative_sd", table.get("relative_sd", {}))
     }
-    return Nominal(values, effects, relative_sd, parameters=name), files
+    begins = table.get(INITIAL_BRISTLE, "free")
+    if begins not in get_args(InitialBristle):
+        raise checks.error(f"nominal.{INITIAL_BRISTLE}", f"{begins!r}; allowed are {', '.join(get_args(InitialBristle))}.")
+    return Nominal(values, effects, relative_sd, parameters=name, initial_bristle=begins), files
 
 
 def _effects(checks: Checks, names: Any) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from evat import parameter_sets
 from evat.experiment import Experiment, ExperimentError, Means, Nominal, SetupSd, Signal
 from evat.experiment.document import CLOCK, FILE, FORMAT
 from evat.experiment.means import CONDITION, SD
-from evat.experiment.nominal import CHOICES
+from evat.experiment.nominal import CHOICES, INITIAL_BRISTLE
 from evat.files.table import write_columns
 from evat.files.writing import as_output_error, scratch
 from evat.model import FloatArray
@@ -24,7 +24,7 @@ from evat.native import kernel
 from evat.units import affine
 
 SUFFIXES = (".csv", ".parquet")
-USUAL_SD = Nominal({}, (), {}).default_relative_sd  # what a value has that the document gives none
+BELIEVED = Nominal({}, (), {})  # what a document says that says nothing of it
 
 
 def write_experiment(experiment: Experiment, folder: str | PathLike[str], *, suffix: str = ".csv") -> Path:
@@ -119,9 +119,11 @@ def _nominal(nominal: Nominal) -> dict[str, Any]:
         table["parameters"] = nominal.parameters
     values = {name: value for name, value in nominal.values.items() if name not in keys}
     relative_sd = dict(nominal.relative_sd)
-    if nominal.default_relative_sd != USUAL_SD:
+    if nominal.default_relative_sd != BELIEVED.default_relative_sd:
         relative_sd = {name: nominal.default_relative_sd for name, value in values.items() if not isinstance(value, str)} | relative_sd
     table["effects"] = list(nominal.effects)
+    if nominal.initial_bristle != BELIEVED.initial_bristle:
+        table[INITIAL_BRISTLE] = nominal.initial_bristle
     table |= {"values": _numbers(values)} if values else {}
     return table | ({"relative_sd": _numbers(relative_sd)} if relative_sd else {})
 

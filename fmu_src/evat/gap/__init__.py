@@ -25,6 +25,7 @@ from evat.gap.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement
 from evat.gap.location import Location, locate
 from evat.gap.portion import portion
 from evat.inference.fit import Fit
+from evat.inference.initial_state import beginnings
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import smoothed_inputs
 from evat.inference.setup_errors import by_channel
@@ -217,7 +218,7 @@ def _where(comparison: Comparison, judgement: Judgement) -> Location:
 
 def _missing(comparison: Comparison) -> tuple[str, ...]:
     """What these data cannot say anything about."""
-    notes = [*comparison.audit.refused, *comparison.audit.notes]
+    notes = [*comparison.audit.refused, *comparison.audit.notes, *beginnings(comparison.prediction)]
     notes += [f"{name}: not identifiable, {', '.join(still)} does not vary" for name, still in comparison.audit.idle.items()]
     notes += [f"{name}: it changes nothing that was measured here" for name in comparison.silent if name not in comparison.unfed]
     notes += [f"{name}: {', '.join(inputs)} was not recorded" for name, inputs in comparison.unfed.items()]

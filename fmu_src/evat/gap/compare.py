@@ -15,6 +15,7 @@ from evat.gap.screen import Screen, Start, linear
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, Look, fit, levenberg_marquardt
 from evat.inference.hypothesis import NOMINAL, Hypothesis
+from evat.inference.initial_state import begun, with_initial_state
 from evat.inference.noise import Noise, estimate_noise
 from evat.inference.parameters import Parameter, Scales, form_parameters, law_parameters, nominal_parameters
 from evat.inference.prediction import Linearised, Prediction
@@ -85,6 +86,9 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     predicted = prediction.one()
     if not np.all(np.isfinite(predicted)):
         raise SimulationError(NO_RUN)
+    prediction = with_initial_state(prediction)
+    if prediction.starts:  # as the owner of the experiment says
+        predicted = prediction.one()
     numerical = prediction.numerical_error()
     by_inputs = None if perturbed is None else perturbed.one() - predicted
     noise = estimate_noise(prediction, predicted)
@@ -173,8 +177,9 @@ def _recalibrate(
     first = _trusted(prediction, whitening, parameters, np.zeros(len(parameters)))
     acts = np.any(first.slopes, axis=0) | np.array([p.name in experiment.nominal.values for p in parameters])
     own = tuple(parameter for parameter, does in zip(parameters, acts, strict=True) if does)  # of the law that is there
-    noise = estimate_noise(prediction, first.predicted)
-    whitening = Whitening(prediction, noise, first.predicted, numerical, by_inputs)
+    prediction, predicted = _begun(prediction, first, whitening.noise)
+    noise = estimate_noise(prediction, predicted)
+    whitening = Whitening(prediction, noise, predicted, numerical, by_inputs)
     recalibrated = _trusted(prediction, whitening, own, first.point[acts])
     forms, at = form_parameters(model, experiment), np.zeros(len(form_parameters(model, experiment)))
     for _ in range(CONSTANTS.linearisations if forms else 0):
@@ -191,6 +196,13 @@ def _recalibrate(
             break
     whitening.forgive(CONSTANTS.form_error * recalibrated.likelihood.size, recalibrated.likelihood.length)
     return prediction, noise, whitening, recalibrated.again(whitening)
+
+
+def _begun(prediction: Prediction, found: Fit, noise: Noise) -> tuple[Prediction, FloatArray]:
+    """How trials begin by a fit that left it open, and what the fit then predicts, (N,)."""
+    before = prediction.starts
+    prediction = begun(with_initial_state(prediction, found.values, found.on), noise, found.predicted)
+    return prediction, found.predicted if prediction.starts == before else prediction.one(found.values, found.on)
 
 
 def _linearised(prediction: Prediction, base: Fit, forms: Sequence[Parameter], at: FloatArray) -> Prediction:

@@ -60,7 +60,8 @@ def part_of(prediction: Prediction) -> SearchedPart | None:
     rows.append(np.array([at for s in prediction.segments if s.trial < 0 for at in range(s.at.start, s.at.stop)], dtype=np.intp))
     index = np.concatenate(rows).astype(np.intp)
     linearised = [replace(each, column=each.column[index]) for each in prediction.linearised]
-    return SearchedPart(smaller.linearise(linearised), index)
+    bent = smaller.starting(prediction.starts, prediction.bent[index], prediction.steady)
+    return SearchedPart(bent.linearise(linearised), index)
 
 
 def _simulated(experiment: Experiment, prediction: Prediction) -> int:

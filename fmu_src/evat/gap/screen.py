@@ -18,7 +18,7 @@ from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.inference.discrepancy import Likelihood, likelihood
 from evat.inference.fit import Fit
-from evat.inference.noise import BETWEEN
+from evat.inference.initial_state import RANDOM
 from evat.inference.parameters import Parameter, Scales, amplitude_parameter, amplitudes, shape_parameter, shapes
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Sums, Whitening
@@ -99,7 +99,7 @@ class Screen:
             own = [fitted + row * width + place for place in range(width)]
             if not np.any(slopes[:, [column - fitted for column in own]]):
                 continue
-            kept = [*range(fitted), *own, *range(everything.shape[-1] - 1 - BETWEEN, everything.shape[-1])]
+            kept = [*range(fitted), *own, *range(everything.shape[-1] - 1 - RANDOM, everything.shape[-1])]
             sums = Sums(everything[:, :, kept][:, :, :, kept])
             start = np.concatenate([base.point, np.zeros(width)])
             parameters = (

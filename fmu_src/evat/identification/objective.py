@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from evat.experiment import ExperimentError
 from evat.identification.space import Space
+from evat.inference.initial_state import with_initial_state
 from evat.inference.noise import repeatability, stated_sd
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, ParameterError
@@ -69,6 +70,10 @@ class Objective:
     def has_sd(self, channel: str) -> bool:
         """Whether an sd came with every number of a channel."""
         return bool(self._stated[self.places(channel)].all())
+
+    def at(self, point: FloatArray) -> Prediction:
+        """The prediction with what an unknown start of its trials changes at a point (p,) of the cube."""
+        return with_initial_state(self.prediction, {**self.values, **self.space.at(point)}, self.on)
 
     def predicted(self, points: FloatArray) -> FloatArray:
         """(K, p) -> (K, N), nan where a set fails."""

@@ -127,7 +127,7 @@ def _loss(objective: Objective, point: FloatArray, whiten: bool) -> Loss:
     noise = estimate_noise(objective.prediction, predicted, prior=False, from_residual=True)
     sd = _usual_sd(objective, noise)
     if objective.kind == "least_squares" and whiten:
-        return Loss(Whitener(objective.prediction, noise, predicted), sd)
+        return Loss(Whitener(objective.at(point), noise, predicted), sd)
     weights = _weights(objective, predicted - objective.prediction.measured)
     if objective.kind == "huber":
         return Loss(Weights(weights), sd, HUBER)

@@ -22,6 +22,8 @@ from evat.identification.settings import Execution, Settings
 from evat.identification.space import space
 from evat.identification.verdicts.verdict import correlation, estimates
 from evat.inference.checks import check_clocks
+from evat.inference.initial_state import beginnings, begun, with_initial_state
+from evat.inference.noise import estimate_noise
 from evat.inference.prediction import Prediction
 from evat.model import Model, ParameterError
 
@@ -114,7 +116,7 @@ def identify(
         evaluations=(best.history[-1].evaluations if best.history else 0) + calls,
         seconds=time.perf_counter() - begin,
         stopped=best.stopped or execution.stopped(),
-        doubts=(*suspicious_scales(objective), *fit_doubts(objective, fits, settings.whiten)),
+        doubts=(*suspicious_scales(objective), *fit_doubts(objective, fits, settings.whiten), *_begun(objective, optimum)),
         made_by={
             "evat": importlib.metadata.version("evat"),
             "model": model.digest,
@@ -138,7 +140,16 @@ def _objective(model: Model, fitted: Experiment, free: Sequence[str], settings: 
     stated = {name for trial in fitted.trials for name in trial.values} | set(means.values if means is not None else ())
     if both := [name for name in free if name in stated]:
         raise ParameterError(f"{', '.join(both)}: the experiment states this for its trials, so it cannot be free.")
-    return Objective(Prediction(model, fitted), chosen, settings.on, settings.objective, dict(values))
+    prediction = with_initial_state(Prediction(model, fitted), values, settings.on)
+    return Objective(prediction, chosen, settings.on, settings.objective, dict(values))
+
+
+def _begun(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
+    """Which trials did not begin relaxed."""
+    prediction = objective.at(optimum.point)
+    predicted = prediction.measured + optimum.residual
+    noise = estimate_noise(prediction, predicted, prior=False, from_residual=True)
+    return beginnings(begun(prediction, noise, predicted))
 
 
 def _split(experiment: Experiment, hold_out: Sequence[str]) -> tuple[Experiment, Experiment | None]:

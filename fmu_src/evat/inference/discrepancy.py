@@ -12,7 +12,7 @@ from functools import cache
 import numpy as np
 
 from evat.constants import CONSTANTS
-from evat.inference.noise import BETWEEN
+from evat.inference.initial_state import RANDOM
 from evat.inference.whitening import Sums, Whitening
 from evat.model import BoolArray, FloatArray
 
@@ -77,11 +77,11 @@ def _sizes(low: float, high: float, count: int) -> FloatArray:
 
 
 def _between_trials(tail: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Of weighted products (..., (1 + BETWEEN)^2): the residual's square where what differs between trials is integrated out, and the log
+    """Of weighted products (..., (1 + RANDOM)^2): the residual's square where what differs between trials is integrated out, and the log
     determinant of that (Woodbury). By elimination, all matrices at once; they are positive definite."""
-    products = tail.reshape(*tail.shape[:-1], 1 + BETWEEN, 1 + BETWEEN).copy()
+    products = tail.reshape(*tail.shape[:-1], 1 + RANDOM, 1 + RANDOM).copy()
     log_determinant = np.zeros(tail.shape[:-1])
-    for way in range(BETWEEN, 0, -1):
+    for way in range(RANDOM, 0, -1):
         pivot = 1 + products[..., way, way]
         row = products[..., way, :way]
         products[..., :way, :way] -= row[..., :, None] * (row / pivot[..., None])[..., None, :]
@@ -92,7 +92,7 @@ def _between_trials(tail: FloatArray) -> tuple[FloatArray, FloatArray]:
 def known(grams: FloatArray, weights: FloatArray) -> FloatArray:
     """Information on [slopes, residual] (p + 1, p + 1), from grams (groups, bands, w, w) and what their squares count (groups, bands)."""
     products = np.einsum("sb,sbij->sij", weights, grams, optimize=True)
-    first = products.shape[-1] - BETWEEN
-    inner, across = np.eye(BETWEEN) + products[:, first:, first:], products[:, first:, :first]
+    first = products.shape[-1] - RANDOM
+    inner, across = np.eye(RANDOM) + products[:, first:, first:], products[:, first:, :first]
     information: FloatArray = (products[:, :first, :first] - across.transpose(0, 2, 1) @ np.linalg.solve(inner, across)).sum(axis=0)
     return information

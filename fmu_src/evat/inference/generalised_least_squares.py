@@ -1,7 +1,7 @@
 """How are residuals weighed that go together? By the covariance of the noise: autoregressive within a trial, random effects between trials.
 
 Generalised least squares (Aitken 1936) with the random effects of a linear mixed model (Laird and Ware 1982): with the covariance
-S = size^2 (A' A)^-1 + B D B' of a trial, A the autoregressive filter, B what gain, zero and clock change in it and D their variances,
+S = size^2 (A' A)^-1 + B D B' of a trial, A the autoregressive filter, B what gain, zero, clock and start change in it, D their variances,
 S^-1/2 is the filter, followed by shrinking what lies in the span of B.
 """
 
@@ -40,14 +40,14 @@ class Whitener:
         return white
 
     def within(self) -> Whitener:
-        """The same without random effects between trials."""
+        """The same without random effects that are known from repeats alone; how bristles were bent at the start is not."""
         none = {channel: np.zeros_like(spread) for channel, spread in self.noise.spread.items()}
         return Whitener(self.prediction, replace(self.noise, spread=none), self.predicted)
 
     @property
     def mixed(self) -> bool:
-        """Whether there are random effects between trials."""
-        return any(between is not None for between in self._between)
+        """Whether there are random effects between trials that repeats tell of."""
+        return any(np.any(spread) for spread in self.noise.spread.values())
 
     def _within(self, place: int, columns: FloatArray) -> FloatArray:
         """Columns of a segment without the noise's correlation: through the filter, or by the whole covariance where the recording is so
@@ -65,9 +65,10 @@ class Whitener:
     def _random_effects(self, place: int, predicted: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         """Orthonormal axes (n, k) of what differs between trials, and the share (k,) by which whitening shrinks each."""
         segment = self.prediction.segments[place]
-        if segment.trial < 0 or not np.any(self.noise.spread[segment.channel]):
+        bent = self.prediction.bent[segment.at]
+        if segment.trial < 0 or not (np.any(self.noise.spread[segment.channel]) or np.any(bent)):
             return None
         times = self.prediction.experiment.trials[segment.trial].times
-        columns = differing(predicted[segment.at], times) * self.noise.spread[segment.channel]
+        columns = np.column_stack([differing(predicted[segment.at], times) * self.noise.spread[segment.channel], bent])
         axes, sizes, _ = np.linalg.svd(self._within(place, columns), full_matrices=False)
         return axes, 1 - 1 / np.sqrt(1 + sizes**2)

@@ -23,6 +23,7 @@ from evat.model import FloatArray, Model, Run
 
 Values = Mapping[str, float | str | FloatArray]
 TIGHTNESS = "relative_tolerance"
+BRISTLE = "bristle_deflection"  # a state of the model, whose start differs from trial to trial
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +58,8 @@ class Prediction:
         self.model, self.experiment, self.threads = model, experiment, threads
         self._names = {variable.name for variable in model.variables}
         self.linearised: tuple[Linearised, ...] = ()
+        self.starts: Mapping[str, float] = {}
+        self.steady: Mapping[str, float] = {}
         segments, measured, at = list[Segment](), list[FloatArray](), 0
         for place, trial in enumerate(experiment.trials):
             for channel, column in trial.outputs.items():
@@ -74,6 +77,7 @@ class Prediction:
         self.segments: tuple[Segment, ...] = tuple(segments)
         self.measured: FloatArray = np.concatenate(measured)
         recordings = tuple(Recording(s.channel, s.at, experiment.trials[s.trial].times if s.trial >= 0 else None) for s in segments)
+        self.bent: FloatArray = np.zeros(self.measured.size)
         self.setup = SetupErrors(experiment, recordings, self.measured, {v.name: v.unit for v in model.variables})
 
     @property
@@ -134,9 +138,21 @@ class Prediction:
         other.linearised = tuple(parameters)
         return other
 
+    def starting(self, starts: Mapping[str, float], bent: FloatArray | None, steady: Mapping[str, float] | None = None) -> Prediction:
+        """The same with bristles that are bent at the start. By the files of trials, `starts` is how far [m], and `steady` how far steady
+        slip bends them; `bent` (N,) is what as much more at the start of each trial changes in the prediction."""
+        other = copy.copy(self)
+        other.starts, other.steady = dict(starts), dict(steady or {})
+        other.bent = np.zeros(self.measured.size) if bent is None else bent
+        return other
+
+    def of_model_alone(self, values: Values) -> Values:
+        """Values without those of the set-up errors."""
+        return {name: value for name, value in values.items() if name not in self.setup.names}
+
     def of(self, experiment: Experiment) -> Prediction:
-        """Another experiment by the same model, its linearised parameters held."""
-        other = Prediction(self.model, experiment, self.threads)
+        """Another experiment by the same model, its linearised parameters held; trials of the same files start alike."""
+        other = Prediction(self.model, experiment, self.threads).starting(self.starts, None, self.steady)
         other.linearised = tuple(replace(each, column=np.zeros(other.measured.size)) for each in self.linearised)
         return other
 
@@ -146,7 +162,7 @@ class Prediction:
     def _simulated(self, values: Values) -> Values:
         """What the model gets to see: no set-up errors, and where they count, linearised parameters where they are held."""
         held = {e.parameter.name: e.parameter.value(e.at) for e in self.linearised} if self._has_nominal_law(values) else {}
-        return {**{name: value for name, value in values.items() if name not in self.setup.names}, **held}
+        return {**self.of_model_alone(values), **held}
 
     def _away(self, each: Linearised, values: Values) -> FloatArray:
         """Prior standard deviations (K, 1) or (1, 1) from where a linearised parameter is held."""
@@ -161,7 +177,8 @@ class Prediction:
 
         def of_trial(trial: Trial) -> FloatArray:
             run = Run(trial.times, trial.inputs, tuple(self.variable_of(channel) for channel in trial.outputs))
-            rows = self.model.simulate_many(run, effects, self._own(values, trial.values))
+            start = {BRISTLE: self.starts[trial.file]} if trial.file in self.starts else {}
+            rows = self.model.simulate_many(run, effects, {**start, **self._own(values, trial.values)})
             return np.concatenate([np.broadcast_to(rows[name], (count, trial.times.size)) for name in run.outputs], axis=1)
 
         once = dict(zip(self.alike.values(), self.experiment.trials, strict=True))

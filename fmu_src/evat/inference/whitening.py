@@ -19,7 +19,8 @@ from evat.constants import CONSTANTS
 from evat.inference.autoregression import WHITE, lag_one_correlation
 from evat.inference.cycles import cycle_samples
 from evat.inference.discontinuities import Discontinuities
-from evat.inference.noise import BETWEEN, Noise, differing
+from evat.inference.initial_state import RANDOM
+from evat.inference.noise import Noise, differing
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 
@@ -37,7 +38,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Sums:
-    """`grams` (groups, bands, w, w): inner products of the whitened [slopes (p), residual, what differs between trials (BETWEEN)]."""
+    """`grams` (groups, bands, w, w): inner products of the whitened [slopes (p), residual, what differs between trials (RANDOM)]."""
 
     grams: FloatArray
 
@@ -150,12 +151,14 @@ class Whitening:
         return self.noise.filters[group.channel] if group.at.stop - group.at.start > 1 else WHITE
 
     def _between(self, place: int, predicted: FloatArray) -> FloatArray:
-        """What differs from trial to trial, by its standard deviation, white where the noise is: (numbers, BETWEEN)."""
+        """What differs from trial to trial, by its standard deviation, white where the noise is: (numbers, RANDOM)."""
         group = self.groups[place]
         if group.at.stop - group.at.start == 1:
-            return np.zeros((1, BETWEEN))
+            return np.zeros((1, RANDOM))
         times = self.prediction.experiment.trials[self.prediction.segments[group.members[0]].trial].times
-        return self._filter(differing(predicted[group.at], times) * self.noise.spread[group.channel], place)
+        changed = differing(predicted[group.at], times) * self.noise.spread[group.channel]
+        bent = self.prediction.bent[group.at] * math.sqrt(len(group.members))  # repeats of one motion begin alike
+        return self._filter(np.column_stack([changed, bent]), place)
 
     def _filter(self, columns: FloatArray, place: int) -> FloatArray:
         """Innovations of the columns of one segment, by their sd."""
@@ -200,7 +203,7 @@ class Whitening:
 
     def sums(self, predicted: FloatArray, slopes: FloatArray) -> Sums:
         """predicted (N,), slopes (N, p)."""
-        width = slopes.shape[1] + 1 + BETWEEN
+        width = slopes.shape[1] + 1 + RANDOM
         grams = np.zeros((*self.counts.shape, width, width))
         for place, group in enumerate(self.groups):
             columns = np.column_stack([slopes[group.at], self.residual(predicted, place)])

@@ -69,10 +69,11 @@ def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditio
     whole = comparison.prediction
     part, left_out, runs, samples = _some(whole, conditions or whole.experiment.conditions)
     stored = parameter_sets.load(ssv)
-    through = Prediction(FmuModel(path), part)
+    through = Prediction(FmuModel(path), part).starting(whole.starts, None)
     set_up = {name: value for name, value in chosen.values.items() if name in whole.setup.names}
     rows = through.one({**kernel.by_choice(stored.values), **set_up}, stored.effects)
-    exact = Prediction(whole.model, part).one(chosen.values, chosen.on)  # shapes of the law simulated, as the FMU has them
+    # Shapes of the law are simulated, as the FMU has them.
+    exact = Prediction(whole.model, part).starting(whole.starts, None).one(chosen.values, chosen.on)
     predicted, by_library, wanted, worst = chosen.predicted.copy(), chosen.predicted.copy(), set(part.conditions), 0.0
     for segment, own in zip((s for s in whole.segments if s.condition in wanted), through.segments, strict=True):
         here = slice(segment.at.start, segment.at.start + own.at.stop - own.at.start)

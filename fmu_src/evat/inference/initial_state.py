@@ -1,0 +1,95 @@
+"""How were the bristles bent when a recording began? A nuisance of each trial, integrated out in every fit.
+
+A model starts relaxed; a rig that has moved before does not, and until the contact has slid a few deflections the force shows it. In the
+deflection at its start a law of bristles is linear, so one more run with another one tells how it shows. A priori it is anything between
+the steady deflections of either direction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from evat.inference.generalised_least_squares import Whitener
+from evat.inference.noise import BETWEEN, Noise
+from evat.inference.prediction import BRISTLE, Prediction
+from evat.model import FloatArray
+from evat.required_inputs import MOTION
+
+RANDOM = BETWEEN + 1  # what differs from trial to trial: gain, zero, clock, and how its bristles were bent
+SPEEDS = np.geomspace(0.01, 1.0, 5)  # of the largest slip velocity: slowly enough for static friction, fast enough to settle
+SURE = 4.0  # standard deviations from relaxed: less may be chance
+LEAST = 0.02  # of the break-away deflection: less shows nowhere
+MOST = 1.5  # of the break-away deflection: no bristle is bent further, whatever a mis-tuned model asks for
+
+
+def with_initial_state(prediction: Prediction, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()) -> Prediction:
+    """The same with what an unknown start changes in it, by the model with these values; as it is where bristles start as the owner says,
+    there are none, or the motion is not given from outside."""
+    believed = prediction.experiment.nominal.initial_bristle
+    if believed == "relaxed" or not any(variable.name == BRISTLE for variable in prediction.model.variables):
+        return prediction
+    values = values or {}
+    steady = _steady(prediction, values, on)
+    if not any(steady.values()):
+        return prediction
+    if believed == "slid_in" and not prediction.starts:
+        ways = {trial.file: float(np.sign(trial.inputs[MOTION][0])) for trial in prediction.experiment.trials if MOTION in trial.inputs}
+        prediction = prediction.starting({file: way * steady[file] for file, way in ways.items() if way}, None)
+    elsewhere = {file: prediction.starts.get(file, 0.0) + deflection for file, deflection in steady.items()}
+    change = prediction.starting(elsewhere, None).one(values, on) - prediction.one(values, on)
+    return prediction.starting(prediction.starts, np.nan_to_num(change), steady)
+
+
+def begun(prediction: Prediction, noise: Noise, predicted: FloatArray) -> Prediction:
+    """The same from the deflections that what `predicted` (N,) leaves tells of, where these are not relaxed."""
+    if not np.any(prediction.bent):
+        return prediction
+    whitener = Whitener(prediction.starting(prediction.starts, None), noise, predicted)
+    white = whitener(np.column_stack([prediction.bent, prediction.measured - predicted]))
+    runs: dict[bytes, list[int]] = {}
+    for place, segment in enumerate(prediction.segments):
+        if segment.trial >= 0:
+            runs.setdefault(prediction.alike[segment.trial], []).append(place)
+    starts = dict(prediction.starts)
+    for places in runs.values():
+        column, left = np.concatenate([white[prediction.segments[place].at] for place in places]).T
+        files = {prediction.experiment.trials[prediction.segments[place].trial].file for place in places}
+        steady = max(prediction.steady.get(file, 0.0) for file in files)
+        information = 1 + float(column @ column)
+        away = float(column @ left) / information
+        if abs(away) > max(SURE / np.sqrt(information), LEAST):
+            for file in files:
+                starts[file] = float(np.clip(prediction.starts.get(file, 0.0) + away * steady, -MOST * steady, MOST * steady))
+    return prediction.starting(starts, prediction.bent, prediction.steady)
+
+
+def beginnings(prediction: Prediction) -> tuple[str, ...]:
+    """Which trials began with bent bristles, in a sentence."""
+    bent = {file: z for file, z in prediction.starts.items() if abs(z) > LEAST * prediction.steady.get(file, np.inf)}
+    if not bent:
+        return ()
+    file = max(bent, key=lambda each: abs(bent[each]))
+    others = f" and {len(bent) - 1} more" if len(bent) > 1 else ""
+    return (
+        f"{file}{others} began with bent bristles, up to {bent[file]:.3g} m of the {prediction.steady[file]:.3g} m of steady slip: "
+        "taken in as a nuisance of each trial",
+    )
+
+
+def _steady(prediction: Prediction, values: Mapping[str, float | str], on: Sequence[str]) -> dict[str, float]:
+    """By the trial's file: the largest deflection [m] of bristles in steady slip; 0 where it moves otherwise."""
+    effects = tuple(dict.fromkeys((*prediction.experiment.nominal.effects, *on)))
+    own = prediction.of_model_alone(values)
+    of_run, steady = dict[bytes, float](), dict[str, float]()
+    for place, trial in enumerate(prediction.experiment.trials):
+        key = prediction.alike[place]
+        if key not in of_run:
+            fastest = float(np.max(np.abs(trial.inputs[MOTION]))) if MOTION in trial.inputs else 0.0
+            held = {name: float(column[0]) for name, column in trial.inputs.items()}
+            sets = {**prediction.nominal, **own, **trial.values, **held, MOTION: fastest * SPEEDS}
+            settled = prediction.model.settled((BRISTLE,), effects, sets)[BRISTLE] if fastest > 0 else np.zeros(1)
+            of_run[key] = float(np.max(np.abs(np.nan_to_num(settled))))
+        steady[trial.file] = of_run[key]
+    return steady

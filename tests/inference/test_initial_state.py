@@ -1,0 +1,135 @@
+"""Does it matter how bristles were bent before a recording began? Judged by an independent LuGre of a few lines, whose trials slid in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from evat.experiment import Experiment, InitialBristle, Nominal, Signal, Trial
+from evat.experiment.read import read_experiment, write_experiment
+from evat.gap import diagnose_with
+from evat.identification import Settings, identify
+from evat.inference.initial_state import begun, with_initial_state
+from evat.inference.noise import estimate_noise
+from evat.inference.prediction import BRISTLE, Prediction
+from evat.model import FloatArray
+from evat.models.contact import ContactModel
+from toy import Toy
+from toy import measured as toy_measured
+
+VALUES = {"F_C": 9.0, "F_S": 11.0, "sigma0": 1e5, "sigma1": 100.0, "sigma2": 5.0, "v_s": 0.01}
+TIMES = np.arange(500) * 1e-3
+STEADY = 11.0 / 1e5  # m: F_S / sigma0
+SLID = (0.8 * STEADY, -0.7 * STEADY, 0.75 * STEADY)
+NOISE = 0.1
+
+
+def lugre(v: FloatArray, z: float) -> FloatArray:
+    """Exact for a velocity that stands still between samples: the bristle goes to its target as an exponential (100 parts a sample)."""
+    force, parts = np.empty(v.size), 100
+    for place, speed in enumerate(v):
+        limit = VALUES["F_C"] + (VALUES["F_S"] - VALUES["F_C"]) * np.exp(-((speed / VALUES["v_s"]) ** 2))
+        rate = speed - VALUES["sigma0"] * abs(speed) / limit * z
+        force[place] = VALUES["sigma0"] * z + VALUES["sigma1"] * rate + VALUES["sigma2"] * speed
+        if place + 1 < v.size:
+            for part in range(parts):
+                now = speed + (v[place + 1] - speed) * (part + 0.5) / parts
+                limit = VALUES["F_C"] + (VALUES["F_S"] - VALUES["F_C"]) * np.exp(-((now / VALUES["v_s"]) ** 2))
+                decay = np.exp(-VALUES["sigma0"] * abs(now) / limit * 1e-3 / parts)
+                z = z * decay + np.sign(now) * limit / VALUES["sigma0"] * (1 - decay)
+    return force
+
+
+def world(starts: Sequence[float], believed: InitialBristle, wait: float = 0.08) -> Experiment:
+    """Trials that stand for a while, then go to and fro; two of each."""
+    draw, trials = np.random.default_rng(5), list[Trial]()
+    for place, z in enumerate(starts):
+        v = 0.004 * (1 + place) * np.sin(2 * np.pi * 5 * np.maximum(TIMES - wait, 0))
+        force = lugre(v, z)
+        for repeat in range(2):
+            shown = force * (1 + 0.003 * draw.normal()) + NOISE * draw.normal(size=TIMES.size)
+            trials.append(Trial(f"{place}{repeat}.csv", f"c{place}", {}, TIMES, {"slip_velocity": v}, {"friction_force": shown}))
+    nominal = Nominal({"kinematics": "external", "friction_law": "lugre", **VALUES}, (), {}, initial_bristle=believed)
+    signals = {
+        "time": Signal("time", "t", "s", None),
+        "slip_velocity": Signal("slip_velocity", "v", "m/s", "input"),
+        "friction_force": Signal("friction_force", "F", "N", "output"),
+    }
+    return Experiment(Path(), "rig", "", nominal, signals, tuple(trials), None, "")
+
+
+def model() -> ContactModel:
+    contact = ContactModel(threads=1)
+    contact.effects = tuple(effect for effect in contact.effects if effect.name in ("direction_asymmetry", "sensor_offset"))
+    return contact
+
+
+def test_another_start_shows_as_the_model_says() -> None:
+    """Linear in the deflection, to the last percent, though only one other was run."""
+    prediction = with_initial_state(Prediction(model(), world(SLID, "free")))
+    assert pytest.approx(STEADY, rel=0.01) == prediction.steady["00.csv"]
+    away = {trial.file: 0.3 * STEADY for trial in prediction.experiment.trials}
+    change = prediction.starting(away, None).one() - prediction.one()
+    assert pytest.approx(change, abs=0.01 * np.abs(change).max()) == 0.3 * STEADY / prediction.steady["00.csv"] * prediction.bent
+
+
+def test_what_slid_in_is_no_gap() -> None:
+    """Taken for relaxed, it is a gap of 3 N that no effect closes; left open, it is none, and its size is told."""
+    wrong, _ = diagnose_with(world(SLID, "relaxed"), model())
+    assert wrong.verdict not in ("no_gap", "mistuned")
+    assert wrong.closure.rms["friction_force"]["recalibrated"] > 10 * NOISE
+    answer, comparison = diagnose_with(world(SLID, "free"), model())
+    assert answer.verdict == "no_gap"
+    assert answer.closure.rms["friction_force"]["nominal"] < 1.1 * answer.closure.rms["friction_force"]["noise_floor"]
+    for place, z in enumerate(SLID):
+        assert pytest.approx(z, abs=0.03 * STEADY) == comparison.prediction.starts[f"{place}0.csv"]
+    assert any("began with bent bristles" in said for said in answer.cannot_tell)
+
+
+def test_what_starts_relaxed_is_as_before() -> None:
+    before, _ = diagnose_with(world((0.0, 0.0, 0.0), "relaxed"), model())
+    answer, comparison = diagnose_with(world((0.0, 0.0, 0.0), "free"), model())
+    assert (before.verdict, answer.verdict) == ("no_gap", "no_gap")
+    assert not comparison.prediction.starts
+    for name in ("F_C", "sigma0"):
+        _, was, sd = before.recalibration.parameters[name]
+        assert abs(answer.recalibration.parameters[name][1] - was) < sd, name
+
+
+@pytest.mark.parametrize("believed", ["free", "relaxed"])
+def test_identified_is_what_is_there(believed: InitialBristle) -> None:
+    """Taken for relaxed, trials that slid in have another static friction, by 5 %."""
+    made = world(SLID, believed)
+    result = identify(made, model(), ["sigma0", "F_S"], Settings(search="none", profiles=False))
+    off = abs(result["F_S"].value - VALUES["F_S"]) / VALUES["F_S"]
+    assert (off < 0.01) == (believed == "free")
+    assert any("began with bent bristles" in doubt for doubt in result.doubts) == (believed == "free")
+
+
+def test_steady_slip_from_the_first_sample() -> None:
+    """slid_in: bent as the first velocity bends them, though nothing was fitted."""
+    made = world((0.0,), "slid_in")
+    trials = tuple(replace(trial, inputs={"slip_velocity": np.full(TIMES.size, -0.03)}) for trial in made.trials)
+    prediction = with_initial_state(Prediction(model(), replace(made, trials=trials)))
+    force = prediction.one()[: TIMES.size]
+    assert pytest.approx(force[-1], abs=0.25 * abs(force[-1])) == force[0]
+    assert prediction.starts["00.csv"] < -0.8 * STEADY
+
+
+def test_a_model_without_bristles_is_left_alone() -> None:
+    prediction = Prediction(Toy(), toy_measured())
+    assert with_initial_state(prediction) is prediction
+    rigid = world((0.0,), "free")
+    rigid = replace(rigid, nominal=replace(rigid.nominal, values={"kinematics": "external", "friction_law": "coulomb", "F_C": 9.0}))
+    prediction = Prediction(model(), rigid)
+    assert with_initial_state(prediction) is prediction
+    assert begun(prediction, estimate_noise(prediction, prediction.one()), prediction.one()) is prediction
+    assert BRISTLE in {variable.name for variable in model().variables}
+
+
+def test_a_belief_is_written_and_read(tmp_path: Path) -> None:
+    write_experiment(world((0.0,), "slid_in"), tmp_path / "rig")
+    assert read_experiment(tmp_path / "rig", model()).nominal.initial_bristle == "slid_in"
