@@ -17,7 +17,7 @@ from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Features, judge
 from evat.inference.hypothesis import Hypothesis
 from evat.model import EvatError
 from evat.studies import campaign as campaigns
-from evat.studies.campaign import KINDS, REPEATS, campaign, draw_case, numbers
+from evat.studies.campaign import KINDS, campaign, draw_case, numbers
 from typer.testing import CliRunner
 
 
@@ -80,7 +80,6 @@ def test_a_case_depends_on_its_number_alone() -> None:
         assert one.file == other.file
         for name, column in one.outputs.items():
             assert np.array_equal(column, other.outputs[name])
-    assert len(first[0].trials) == REPEATS * len(first[0].conditions)
 
 
 @pytest.mark.parametrize("number", range(len(KINDS)))
@@ -152,6 +151,39 @@ def test_a_case_that_is_damaged_or_of_another_kernel_is_run_again(tmp_path: Path
     asked.clear()
     assert len(list(campaign(path, 5, 1))) == 5
     assert asked == []
+
+
+def _kept(path: Path, count: int) -> None:
+    """A campaign of so many cases that were done before."""
+    gains = {"a": (300.0, 0.01), "b": (20.0, 0.9)}
+    lines = [CalibrationCase(_features(30, gains), "a" if n % 2 else UNKNOWN).line() for n in range(count)]
+    path.write_text("".join(campaigns._line({"number": n, "case": line}) + "\n" for n, line in enumerate(lines)))
+
+
+def test_calibrate_writes_its_constants_where_it_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    package = tmp_path / "package.json"
+    monkeypatch.setattr(kept_constants, "STORED", package)
+    _kept(tmp_path / "state.jsonl", 6)
+    asked = ["calibrate", "--cases", "6", "--workers", "1", "--state", str(tmp_path / "state.jsonl")]
+    result = CliRunner().invoke(app, [*asked, "--out", str(tmp_path / "constants.json")])
+    assert result.exit_code == 0, result.output
+    monkeypatch.setattr(kept_constants, "STORED", tmp_path / "constants.json")
+    constants, origin = stored()
+    assert constants != Constants()
+    assert "6" in origin
+    assert not package.exists()
+
+
+def test_constants_of_a_few_cases_are_not_kept_in_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    package = tmp_path / "package.json"
+    monkeypatch.setattr(kept_constants, "STORED", package)
+    _kept(tmp_path / "state.jsonl", 20)
+    asked = ["calibrate", "--store", "--workers", "1", "--state", str(tmp_path / "state.jsonl")]
+    result = CliRunner().invoke(app, [*asked, "--cases", "6"])
+    assert result.exit_code != 0
+    assert not package.exists()
+    assert CliRunner().invoke(app, [*asked, "--cases", "20"]).exit_code == 0
+    assert package.exists()
 
 
 def test_constants_of_a_campaign_are_truer_than_those_before_it() -> None:

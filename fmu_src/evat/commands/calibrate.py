@@ -20,11 +20,12 @@ from evat.files.writing import put, usable
 from evat.model import EvatError, ParameterError
 
 PROCESSORS = os.cpu_count() or 1
+FEWEST = 20  # usable cases, from which constants are kept in the package
 Workers = Annotated[int, typer.Option(help="Processes that run at a time; the answer does not depend on it.", min=1)]
 
 
 def calibrate(
-    cases: Annotated[int, typer.Option(help="Simulated cases; two cores do about 500 in an hour.", min=20)] = 420,
+    cases: Annotated[int, typer.Option(help="Simulated cases; two cores do about 200 in an hour.", min=1)] = 200,
     state: Annotated[Path, typer.Option(help="Where cases are kept as they are done; a campaign goes on from there.")] = Path(
         "calibration.jsonl"
     ),
@@ -33,38 +34,46 @@ def calibrate(
         bool, typer.Option("--sensitivity", help="Instead: what half and twice each constant of the diagnosis do to a dozen cases.")
     ] = False,
     constant: Annotated[list[str] | None, typer.Option(help="With --sensitivity, only this one; several times for several.")] = None,
+    to: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Write the constants to this file, too, as the package keeps them.")
+    ] = None,
     workers: Workers = PROCESSORS,
 ) -> None:
     """Fit the constants of the diagnosis's judgement to simulated cases whose truth is known.
 
-    Run it again when an effect has been added. Half of the cases are of a slightly other form than what is fitted; each case of one effect
-    counts once more as an unknown, with that effect taken out of the library.
+    Run it again when an effect has been added. Two of three cases are of another form than what is fitted, and every record has what rigs
+    have: set-up errors, noisy inputs, repeats out of step. Each case of one effect counts once more as an unknown, with that effect taken
+    out of the library. After a change of the diagnosis itself begin with a new --state: cases in it are as the diagnosis was that saw them.
 
     With --sensitivity, constants are not fitted, but replaced one at a time, which takes hours for all of them; the guide's page on
     constants shows what is stored.
 
-    Example: evat calibrate --cases 420 --store
+    Example: evat calibrate --cases 200 --store
     """
     if sensitivity:
         return _sensitivity(state.with_stem("sensitivity") if state == Path("calibration.jsonl") else state, constant, store, workers)
     if constant:
         raise ParameterError(f"--constant {constant[0]}: it goes with --sensitivity; the calibration fits all its constants at once.")
     from evat.gap.calibrate import fit_constants, with_unknown
+    from evat.gap.constants import STORED
     from evat.gap.constants import store as keep
     from evat.studies.campaign import campaign, numbers
 
     done = list(track(campaign(state, cases, workers), description="cases", total=cases, console=err, transient=True))
-    if len(done) < 20:
-        raise ParameterError(f"{state}: {len(done)} usable cases; at least 20 are needed, ask for more.")
+    if not done or (store and len(done) < FEWEST):
+        raise ParameterError(f"{state}: {len(done)} usable cases; at least {FEWEST if store else 1} are needed, ask for more with --cases.")
     constants, loss = fit_constants(with_unknown(done))
     table = Table("constant", "value")
     for name, value in vars(constants).items():
         table.add_row(name, f"{value:.4g}")
     out.print(table)
     out.print(f"mean log loss {loss:.3f} over {len(done)} cases: {numbers(done)}", highlight=False)
+    made = {"by": "evat calibrate", "version": importlib.metadata.version("evat"), "cases": numbers(done), "log_loss": round(loss, 4)}
+    if to:
+        keep(constants, made, to)
+        out.print(f"written to {to}", highlight=False)
     if store:
-        made = {"by": "evat calibrate", "version": importlib.metadata.version("evat"), "cases": numbers(done), "log_loss": round(loss, 4)}
-        keep(constants, made)
+        keep(constants, made, STORED)
         out.print("kept in the package")
 
 

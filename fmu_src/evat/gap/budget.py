@@ -47,7 +47,8 @@ def squares(whitening: Whitening, predicted: FloatArray, conditions: set[str] | 
             times = prediction.experiment.trials[prediction.segments[group.members[0]].trial].times
             between = np.sum((differing(predicted[group.at], times) * noise.spread[group.channel]) ** 2, axis=1)
         alone = sum(
-            float(np.sum((prediction.measured[prediction.segments[member].at] - predicted[group.at]) ** 2)) for member in group.members
+            float(np.sum((prediction.measured[at] - predicted[at]) ** 2))
+            for at in (prediction.segments[member].at for member in group.members)
         )
         # Beside a jump the clock's spread alone makes large squares: there a structural gap cannot be seen.
         counted = whitening.jumps[place].weights ** 2

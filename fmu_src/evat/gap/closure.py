@@ -129,12 +129,13 @@ def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: S
         floor = squares(whitening, after, {group.condition})[group.channel].floor
         level = whitening.levels[group.channel] ** 2
         for member in group.members:
-            measured = prediction.measured[prediction.segments[member].at]
+            at = prediction.segments[member].at
+            measured = prediction.measured[at]
             size = measured.size
             recordings.append(
                 [
-                    float(np.sum((measured - before[group.at]) ** 2)) / level,
-                    float(np.sum((measured - after[group.at]) ** 2)) / level,
+                    float(np.sum((measured - before[at]) ** 2)) / level,
+                    float(np.sum((measured - after[at]) ** 2)) / level,
                     size * floor / level,
                     size,
                 ]

@@ -48,20 +48,15 @@ def begun(prediction: Prediction, noise: Noise, predicted: FloatArray) -> Predic
         return prediction
     whitener = Whitener(prediction.starting(prediction.starts, None), noise, predicted)
     white = whitener(np.column_stack([prediction.bent, prediction.measured - predicted]))
-    runs: dict[bytes, list[int]] = {}
-    for place, segment in enumerate(prediction.segments):
-        if segment.trial >= 0:
-            runs.setdefault(prediction.alike[segment.trial], []).append(place)
     starts = dict(prediction.starts)
-    for places in runs.values():
-        column, left = np.concatenate([white[prediction.segments[place].at] for place in places]).T
-        files = {prediction.experiment.trials[prediction.segments[place].trial].file for place in places}
-        steady = max(prediction.steady.get(file, 0.0) for file in files)
+    for number, trial in enumerate(prediction.experiment.trials):
+        places = [segment.at for segment in prediction.segments if segment.trial == number]
+        column, left = np.concatenate([white[at] for at in places]).T
+        steady = prediction.steady.get(trial.file, 0.0)
         information = 1 + float(column @ column)
         away = float(column @ left) / information
         if abs(away) > max(SURE / np.sqrt(information), LEAST):
-            for file in files:
-                starts[file] = float(np.clip(prediction.starts.get(file, 0.0) + away * steady, -MOST * steady, MOST * steady))
+            starts[trial.file] = float(np.clip(prediction.starts.get(trial.file, 0.0) + away * steady, -MOST * steady, MOST * steady))
     return prediction.starting(starts, prediction.bent, prediction.steady)
 
 

@@ -111,7 +111,8 @@ def repeat_deviations(prediction: Prediction) -> dict[str, list[FloatArray]]:
     groups: dict[tuple[str, int], list[FloatArray]] = {}
     for segment in prediction.segments:
         if segment.trial >= 0:
-            groups.setdefault((segment.channel, motions[segment.trial]), []).append(prediction.measured[segment.at])
+            comparable = prediction.measured[segment.at] - prediction.own_start[segment.at]
+            groups.setdefault((segment.channel, motions[segment.trial]), []).append(comparable)
     for (channel, _), columns in groups.items():
         if len(columns) > 1:
             table = np.array(columns)

@@ -78,6 +78,7 @@ class Prediction:
         self.measured: FloatArray = np.concatenate(measured)
         recordings = tuple(Recording(s.channel, s.at, experiment.trials[s.trial].times if s.trial >= 0 else None) for s in segments)
         self.bent: FloatArray = np.zeros(self.measured.size)
+        self.own_start: FloatArray = np.zeros(self.measured.size)
         self.setup = SetupErrors(experiment, recordings, self.measured, {v.name: v.unit for v in model.variables})
 
     @property
@@ -144,7 +145,21 @@ class Prediction:
         other = copy.copy(self)
         other.starts, other.steady = dict(starts), dict(steady or {})
         other.bent = np.zeros(self.measured.size) if bent is None else bent
+        other.own_start = other._own_start()
         return other
+
+    def _own_start(self) -> FloatArray:
+        """What the start of each trial changes beside that of the first with its motion, (N,): these are simulated once."""
+        own, first = np.zeros(self.measured.size), dict[bytes, str]()
+        for segment in self.segments:
+            if segment.trial < 0:
+                continue
+            file = self.experiment.trials[segment.trial].file
+            shared = first.setdefault(self.alike[segment.trial], file)
+            further = self.starts.get(file, 0.0) - self.starts.get(shared, 0.0)
+            if further and self.steady.get(file, 0.0) > 0:
+                own[segment.at] = further / self.steady[file] * self.bent[segment.at]
+        return own
 
     def of_model_alone(self, values: Values) -> Values:
         """Values without those of the set-up errors."""
@@ -181,7 +196,9 @@ class Prediction:
             rows = self.model.simulate_many(run, effects, {**start, **self._own(values, trial.values)})
             return np.concatenate([np.broadcast_to(rows[name], (count, trial.times.size)) for name in run.outputs], axis=1)
 
-        once = dict(zip(self.alike.values(), self.experiment.trials, strict=True))
+        once = dict[bytes, Trial]()
+        for key, trial in zip(self.alike.values(), self.experiment.trials, strict=True):
+            once.setdefault(key, trial)
         if self.threads == 1:
             rows = {key: of_trial(trial) for key, trial in once.items()}
         else:
@@ -190,7 +207,7 @@ class Prediction:
         blocks = [rows[key] for key in self.alike.values()]
         if self.experiment.means is not None:
             blocks.append(self._means(self.experiment.means, effects, values, count))
-        return np.concatenate(blocks, axis=1)
+        return np.concatenate(blocks, axis=1) + self.own_start
 
     def one(self, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()) -> FloatArray:
         """Prediction of one value set, (N,)."""

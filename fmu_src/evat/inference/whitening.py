@@ -136,7 +136,8 @@ class Whitening:
         """Mean of the repeats of each group; a sample that is far off where the others are not counts no more than a far one."""
         means = []
         for group in self.groups:
-            rows = np.array([self.prediction.measured[self.prediction.segments[place].at] for place in group.members])
+            comparable = self.prediction.measured - self.prediction.own_start
+            rows = np.array([comparable[self.prediction.segments[place].at] for place in group.members])
             if len(rows) > 1 and group.at.stop - group.at.start > 1:
                 rows = _without_outliers(rows, predicted[group.at])
             means.append(np.asarray(rows.mean(axis=0), dtype=np.float64))
@@ -157,8 +158,7 @@ class Whitening:
             return np.zeros((1, RANDOM))
         times = self.prediction.experiment.trials[self.prediction.segments[group.members[0]].trial].times
         changed = differing(predicted[group.at], times) * self.noise.spread[group.channel]
-        bent = self.prediction.bent[group.at] * math.sqrt(len(group.members))  # repeats of one motion begin alike
-        return self._filter(np.column_stack([changed, bent]), place)
+        return self._filter(np.column_stack([changed, self.prediction.bent[group.at]]), place)
 
     def _filter(self, columns: FloatArray, place: int) -> FloatArray:
         """Innovations of the columns of one segment, by their sd."""
