@@ -160,6 +160,14 @@ class _Constants(ConstantTable):
     clock_shift = Constant(0.5, "samples", "over which the derivative to a clock is taken: a jump has none")
     widest_setup_error = Constant(3.0, "sd", "what is further off is no tolerance of a set-up any more")
 
+    # How bristles were bent at the start
+    settling_speeds = Constant(
+        (0.01, 0.032, 0.1, 0.32, 1.0), "of the largest slip velocity", "slowly enough for static friction, fast enough to settle"
+    )
+    sure_start = Constant(4.0, "sd", "from relaxed: less may be chance")
+    least_start = Constant(0.02, "of the steady deflection", "less shows nowhere")
+    widest_start = Constant(1.5, "of the steady deflection", "no bristle is bent further, whatever a mis-tuned model asks for")
+
     # Noise
     most_lags = Constant(6, "samples", "of an autoregression")
     samples_per_lag = Constant(20, "samples", "for each coefficient of an autoregression; from fewer none is estimated")

@@ -86,11 +86,11 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     predicted = prediction.one()
     if not np.all(np.isfinite(predicted)):
         raise SimulationError(NO_RUN)
-    prediction = with_initial_state(prediction)
-    if prediction.starts:  # as the owner of the experiment says
+    by_inputs = None if perturbed is None else perturbed.one() - predicted
+    prediction = begun(with_initial_state(prediction), predicted)
+    if prediction.starts:
         predicted = prediction.one()
     numerical = prediction.numerical_error()
-    by_inputs = None if perturbed is None else perturbed.one() - predicted
     noise = estimate_noise(prediction, predicted)
     floors = {s.channel: float(noise.sizes[place]) for place, s in enumerate(prediction.segments)}
     audited = audit(prediction, predicted, floors, numerical)
@@ -177,7 +177,7 @@ def _recalibrate(
     first = _trusted(prediction, whitening, parameters, np.zeros(len(parameters)))
     acts = np.any(first.slopes, axis=0) | np.array([p.name in experiment.nominal.values for p in parameters])
     own = tuple(parameter for parameter, does in zip(parameters, acts, strict=True) if does)  # of the law that is there
-    prediction, predicted = _begun(prediction, first, whitening.noise)
+    prediction, predicted = _begun(prediction, first)
     noise = estimate_noise(prediction, predicted)
     whitening = Whitening(prediction, noise, predicted, numerical, by_inputs)
     recalibrated = _trusted(prediction, whitening, own, first.point[acts])
@@ -198,11 +198,11 @@ def _recalibrate(
     return prediction, noise, whitening, recalibrated.again(whitening)
 
 
-def _begun(prediction: Prediction, found: Fit, noise: Noise) -> tuple[Prediction, FloatArray]:
+def _begun(prediction: Prediction, first: Fit) -> tuple[Prediction, FloatArray]:
     """How trials begin by a fit that left it open, and what the fit then predicts, (N,)."""
     before = prediction.starts
-    prediction = begun(with_initial_state(prediction, found.values, found.on), noise, found.predicted)
-    return prediction, found.predicted if prediction.starts == before else prediction.one(found.values, found.on)
+    prediction = begun(with_initial_state(prediction, first.values, first.on), first.predicted)
+    return prediction, first.predicted if prediction.starts == before else prediction.one(first.values, first.on)
 
 
 def _linearised(prediction: Prediction, base: Fit, forms: Sequence[Parameter], at: FloatArray) -> Prediction:

@@ -23,7 +23,6 @@ from evat.identification.space import space
 from evat.identification.verdicts.verdict import correlation, estimates
 from evat.inference.checks import check_clocks
 from evat.inference.initial_state import beginnings, begun, with_initial_state
-from evat.inference.noise import estimate_noise
 from evat.inference.prediction import Prediction
 from evat.model import Model, ParameterError
 
@@ -148,8 +147,7 @@ def _begun(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
     """Which trials did not begin relaxed."""
     prediction = objective.at(optimum.point)
     predicted = prediction.measured + optimum.residual
-    noise = estimate_noise(prediction, predicted, prior=False, from_residual=True)
-    return beginnings(begun(prediction, noise, predicted))
+    return beginnings(begun(prediction, predicted))
 
 
 def _split(experiment: Experiment, hold_out: Sequence[str]) -> tuple[Experiment, Experiment | None]:

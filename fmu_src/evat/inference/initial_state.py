@@ -11,17 +11,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from evat.inference.generalised_least_squares import Whitener
-from evat.inference.noise import BETWEEN, Noise
+from evat.constants import CONSTANTS
+from evat.inference.autoregression import robust_sd
+from evat.inference.noise import BETWEEN
 from evat.inference.prediction import BRISTLE, Prediction
 from evat.model import FloatArray
 from evat.required_inputs import MOTION
 
 RANDOM = BETWEEN + 1  # what differs from trial to trial: gain, zero, clock, and how its bristles were bent
-SPEEDS = np.geomspace(0.01, 1.0, 5)  # of the largest slip velocity: slowly enough for static friction, fast enough to settle
-SURE = 4.0  # standard deviations from relaxed: less may be chance
-LEAST = 0.02  # of the break-away deflection: less shows nowhere
-MOST = 1.5  # of the break-away deflection: no bristle is bent further, whatever a mis-tuned model asks for
 
 
 def with_initial_state(prediction: Prediction, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()) -> Prediction:
@@ -38,31 +35,35 @@ def with_initial_state(prediction: Prediction, values: Mapping[str, float | str]
         ways = {trial.file: float(np.sign(trial.inputs[MOTION][0])) for trial in prediction.experiment.trials if MOTION in trial.inputs}
         prediction = prediction.starting({file: way * steady[file] for file, way in ways.items() if way}, None)
     elsewhere = {file: prediction.starts.get(file, 0.0) + deflection for file, deflection in steady.items()}
-    change = prediction.starting(elsewhere, None).one(values, on) - prediction.one(values, on)
+    change = prediction.starting(elsewhere, None).one(values, on) - prediction.starting(prediction.starts, None).one(values, on)
     return prediction.starting(prediction.starts, np.nan_to_num(change), steady)
 
 
-def begun(prediction: Prediction, noise: Noise, predicted: FloatArray) -> Prediction:
-    """The same from the deflections that what `predicted` (N,) leaves tells of, where these are not relaxed."""
-    if not np.any(prediction.bent):
-        return prediction
-    whitener = Whitener(prediction.starting(prediction.starts, None), noise, predicted)
-    white = whitener(np.column_stack([prediction.bent, prediction.measured - predicted]))
-    starts = dict(prediction.starts)
+def begun(prediction: Prediction, predicted: FloatArray) -> Prediction:
+    """The same from the deflections that what `predicted` (N,) leaves tells of, where these are not relaxed.
+
+    Noise is taken from second differences, not from repeats: these begin each in its own way.
+    """
+    starts, left = dict(prediction.starts), prediction.measured - predicted
     for number, trial in enumerate(prediction.experiment.trials):
-        places = [segment.at for segment in prediction.segments if segment.trial == number]
-        column, left = np.concatenate([white[at] for at in places]).T
-        steady = prediction.steady.get(trial.file, 0.0)
+        places = [s.at for s in prediction.segments if s.trial == number and np.any(prediction.bent[s.at]) and s.at.stop - s.at.start > 4]
+        if not places:
+            continue
+        sds = [robust_sd(np.diff(left[at], 2)) / np.sqrt(6) + 1e-12 * float(np.max(np.abs(prediction.bent[at]))) for at in places]
+        column = np.concatenate([prediction.bent[at] / sd for at, sd in zip(places, sds, strict=True)])
+        residual = np.concatenate([left[at] / sd for at, sd in zip(places, sds, strict=True)])
+        steady = prediction.steady[trial.file]
         information = 1 + float(column @ column)
-        away = float(column @ left) / information
-        if abs(away) > max(SURE / np.sqrt(information), LEAST):
-            starts[trial.file] = float(np.clip(prediction.starts.get(trial.file, 0.0) + away * steady, -MOST * steady, MOST * steady))
+        away = float(column @ residual) / information
+        if abs(away) > max(CONSTANTS.sure_start / np.sqrt(information), CONSTANTS.least_start):
+            widest = CONSTANTS.widest_start * steady
+            starts[trial.file] = float(np.clip(prediction.starts.get(trial.file, 0.0) + away * steady, -widest, widest))
     return prediction.starting(starts, prediction.bent, prediction.steady)
 
 
 def beginnings(prediction: Prediction) -> tuple[str, ...]:
     """Which trials began with bent bristles, in a sentence."""
-    bent = {file: z for file, z in prediction.starts.items() if abs(z) > LEAST * prediction.steady.get(file, np.inf)}
+    bent = {file: z for file, z in prediction.starts.items() if abs(z) > CONSTANTS.least_start * prediction.steady.get(file, np.inf)}
     if not bent:
         return ()
     file = max(bent, key=lambda each: abs(bent[each]))
@@ -83,7 +84,7 @@ def _steady(prediction: Prediction, values: Mapping[str, float | str], on: Seque
         if key not in of_run:
             fastest = float(np.max(np.abs(trial.inputs[MOTION]))) if MOTION in trial.inputs else 0.0
             held = {name: float(column[0]) for name, column in trial.inputs.items()}
-            sets = {**prediction.nominal, **own, **trial.values, **held, MOTION: fastest * SPEEDS}
+            sets = {**prediction.nominal, **own, **trial.values, **held, MOTION: fastest * np.array(CONSTANTS.settling_speeds)}
             settled = prediction.model.settled((BRISTLE,), effects, sets)[BRISTLE] if fastest > 0 else np.zeros(1)
             of_run[key] = float(np.max(np.abs(np.nan_to_num(settled))))
         steady[trial.file] = of_run[key]

@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import lfilter
 
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Nominal, SetupSd, Trial
 from evat.inference.parameters import Scales, amplitudes, shape_parameter, shapes
 from evat.inference.prediction import Prediction
-from evat.inference.setup_errors import WIDEST
 from evat.model import Effect, FloatArray
 from evat.models.contact import ContactModel
 from evat.required_inputs import KINEMATICS
@@ -190,7 +190,7 @@ class World:
 
         def left(change: FloatArray, noise: float) -> FloatArray:
             point = _ridge(slopes, change, noise)
-            change = change - np.clip(point[:, own:], -WIDEST, WIDEST) @ slopes[:, own:].T
+            change = change - np.clip(point[:, own:], -CONSTANTS.widest_setup_error, CONSTANTS.widest_setup_error) @ slopes[:, own:].T
             rest: FloatArray = change - _ridge(slopes[:, :own], change, noise) @ slopes[:, :own].T
             return rest
 
