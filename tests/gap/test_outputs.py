@@ -79,6 +79,12 @@ def found() -> tuple[Diagnosis, Comparison]:
     return replace(answer, made_by={**answer.made_by, "seconds": 1.5}), comparison
 
 
+@pytest.fixture
+def plain_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The page without its pictures, where the folder is looked at and not what stands in it."""
+    monkeypatch.setattr(output, "page", lambda answer, *_: f"<html>{answer.verdict}</html>")
+
+
 def test_the_json_is_as_the_format_says(found: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
     """And says what was simulated: the asymmetry within four of its standard deviations and a tenth, closing nearly all."""
     paths = write_diagnosis(*found, tmp_path / "out")
@@ -105,6 +111,7 @@ def test_the_same_answer_gives_the_same_bytes(found: tuple[Diagnosis, Comparison
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
 
 
+@pytest.mark.usefixtures("plain_page")
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError, RuntimeError])
 @pytest.mark.parametrize("before", [False, True])
 def test_an_interrupted_diagnosis_leaves_what_was_there(
@@ -125,6 +132,7 @@ def test_an_interrupted_diagnosis_leaves_what_was_there(
     assert [path.name for path in tmp_path.iterdir()] == (["out"] if before else [])
 
 
+@pytest.mark.usefixtures("plain_page")
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
 def test_interrupted_between_the_two_renames(
     found: tuple[Diagnosis, Comparison], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: type[BaseException]
@@ -147,6 +155,7 @@ def test_interrupted_between_the_two_renames(
     assert {path.name for path in tmp_path.iterdir()} == {"out"}
 
 
+@pytest.mark.usefixtures("plain_page")
 def test_an_earlier_diagnosis_is_replaced_whole(found: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
     write_diagnosis(*found, tmp_path / "out")
     write_diagnosis(replace(found[0], verdict="unknown"), found[1], tmp_path / "out")
@@ -154,6 +163,7 @@ def test_an_earlier_diagnosis_is_replaced_whole(found: tuple[Diagnosis, Comparis
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
+@pytest.mark.usefixtures("plain_page")
 def test_what_is_no_diagnosis_is_left_alone(found: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
     """A folder of somebody else's, a diagnosis that somebody has added to, a file, a link; an empty folder is free."""
     (tmp_path / "theirs").mkdir()
@@ -171,6 +181,7 @@ def test_what_is_no_diagnosis_is_left_alone(found: tuple[Diagnosis, Comparison],
     write_diagnosis(*found, tmp_path / "empty")
 
 
+@pytest.mark.usefixtures("plain_page")
 def test_a_link_is_not_followed(found: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
     (tmp_path / "real").mkdir()
     try:
