@@ -12,12 +12,13 @@ from pathlib import Path
 
 from evat.native.compile import PACKAGE, source_root
 
-# The two libraries that this machine loads, and no other.
+# The two libraries that this machine loads, one contact at a time and many, or the first alone; and no other.
 COMPILE = """
+import sys
 from evat.native import compile as compiling
 from evat.native.processor import instructions
 wide = next(fit for fit in compiling._processors(compiling.MANY_LANES) if fit.needs <= set(instructions()))
-for lanes, processor in ((1, compiling.BASELINE), (compiling.MANY_LANES, wide)):
+for lanes, processor in ((1, compiling.BASELINE), (compiling.MANY_LANES, wide))[:int(sys.argv[1])]:
     print(compiling.build_kernel_library(compiling.PACKAGE / "_lib", lanes, processor))
 """
 
@@ -42,8 +43,9 @@ def page(folder: str) -> Page:
     return Page(text, code, change, place, name)
 
 
-def copied(folder: Path, added: Page, code: str) -> dict[str, str]:
-    """A copy of package and kernel with `code` in the page's place, compiled; the environment in which Python finds it first."""
+def copied(folder: Path, added: Page, code: str, *, batches: bool = True) -> dict[str, str]:
+    """A copy of package and kernel with `code` in the page's place, compiled; the environment in which Python finds it first. Without
+    `batches` it runs one contact at a time only, and is compiled in half of the time."""
     shutil.copytree(PACKAGE, folder / "evat", ignore=shutil.ignore_patterns("_lib", "_source", "__pycache__"))
     for part in ("kernel", "fmi", "fmus"):
         shutil.copytree(source_root() / part, folder / part)
@@ -55,7 +57,7 @@ def copied(folder: Path, added: Page, code: str) -> dict[str, str]:
     assert text.count(before) == 1, f"registry.h has no place for the page's line:\n{before}"
     registry.write_text(text.replace(before, after), encoding="utf-8")
     there = {**os.environ, "PYTHONPATH": str(folder)}
-    done = python(there, "-c", COMPILE)
+    done = python(there, "-c", COMPILE, "2" if batches else "1")
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith(str(folder))
     return there

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from evat import signature as signed_effects
 from evat import units
 from evat.model import Effect, ParameterError
 from evat.native import kernel
 from evat.native.compile import PACKAGE
 from evat.plots.signature import plot_signature
 from evat.signature import Signature, SignaturePanel, effect_named, signature
+from evat.signature.runs import Case
 
 EFFECTS = {effect.name: effect for effect in kernel.effects()}
 FILES = (
@@ -25,6 +29,31 @@ FILES = (
     "commands/effects.py",
     "required_inputs.py",
 )
+
+
+@pytest.fixture(autouse=True, scope="module")
+def runs_without_are_kept() -> Iterator[None]:
+    """Runs without any effect are the same for all of them: what an effect owns does not act where it is off (test_catalogue.py)."""
+    own = {variable.name for effect in EFFECTS.values() for variable in effect.variables}
+
+    def kept(answers: Callable[[Case], Any]) -> Callable[[Case], Any]:
+        known: dict[tuple[tuple[str, float], ...], Any] = {}
+
+        def answer(case: Case) -> Any:
+            if any(case.values.get(name) for name in EFFECTS):
+                return answers(case)
+            key = tuple(sorted((name, value) for name, value in case.values.items() if name not in own and name not in EFFECTS))
+            if key not in known:
+                known[key] = answers(case)
+            return known[key]
+
+        return answer
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(signed_effects, "CONDITIONS", [replace(each, answers=kept(each.answers)) for each in signed_effects.CONDITIONS])
+        for name in ("one_cycle", "to_and_fro"):
+            patch.setattr(signed_effects, name, kept(getattr(signed_effects, name)))
+        yield
 
 
 def over(signed: Signature, across: str, title: str = "") -> SignaturePanel:

@@ -80,6 +80,12 @@ def outcome() -> tuple[Diagnosis, Comparison]:
     return replace(answer, made_by={**answer.made_by, "seconds": 1.5}), comparison
 
 
+@pytest.fixture
+def plain_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The page without its pictures, where the folder is looked at and not what stands in it."""
+    monkeypatch.setattr(output, "page", lambda answer, *_: f"<html>{answer.verdict}</html>")
+
+
 def test_the_json_is_as_the_format_says(outcome: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
     """And says what was simulated: the asymmetry within four of its standard deviations and a tenth, closing nearly all."""
     paths = write_diagnosis(*outcome, tmp_path / "out")
@@ -106,6 +112,7 @@ def test_the_same_answer_gives_the_same_bytes(outcome: tuple[Diagnosis, Comparis
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
 
 
+@pytest.mark.usefixtures("plain_page")
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError, RuntimeError])
 @pytest.mark.parametrize("before", [False, True])
 def test_an_interrupted_diagnosis_leaves_what_was_there(
@@ -126,6 +133,7 @@ def test_an_interrupted_diagnosis_leaves_what_was_there(
     assert [path.name for path in tmp_path.iterdir()] == (["out"] if before else [])
 
 
+@pytest.mark.usefixtures("plain_page")
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
 def test_interrupted_between_the_two_renames(
     outcome: tuple[Diagnosis, Comparison], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: type[BaseException]
@@ -148,6 +156,7 @@ def test_interrupted_between_the_two_renames(
     assert {path.name for path in tmp_path.iterdir()} == {"out"}
 
 
+@pytest.mark.usefixtures("plain_page")
 def test_an_earlier_diagnosis_is_replaced_whole(outcome: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
     write_diagnosis(*outcome, tmp_path / "out")
     write_diagnosis(replace(outcome[0], verdict="unknown"), outcome[1], tmp_path / "out")
@@ -155,6 +164,7 @@ def test_an_earlier_diagnosis_is_replaced_whole(outcome: tuple[Diagnosis, Compar
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
+@pytest.mark.usefixtures("plain_page")
 def test_what_is_no_diagnosis_is_left_alone(outcome: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
     """A folder of somebody else's, a diagnosis that somebody has added to, a file, a link; an empty folder is free."""
     (tmp_path / "theirs").mkdir()
@@ -172,6 +182,7 @@ def test_what_is_no_diagnosis_is_left_alone(outcome: tuple[Diagnosis, Comparison
     write_diagnosis(*outcome, tmp_path / "empty")
 
 
+@pytest.mark.usefixtures("plain_page")
 def test_a_link_is_not_followed(outcome: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
     (tmp_path / "real").mkdir()
     try:

@@ -9,7 +9,7 @@ import pytest
 from evat.gap import diagnose_with
 from evat.inference.parameters import form_parameters
 from evat.inference.prediction import Linearised, Prediction
-from rig import MODEL, VALUES, measured
+from rig import MODEL, STILL, VALUES, measured
 
 EXPONENT = "lugre.stribeck_exponent"
 
@@ -56,7 +56,7 @@ def test_a_law_of_another_form_is_no_effect() -> None:
     shapes: dict[str, float | str] = {EXPONENT: 1.2}
     made = measured(truth=shapes)
     nominal = {name: value for name, value in made.nominal.values.items() if name not in shapes}
-    answer, comparison = diagnose_with(replace(made, nominal=replace(made.nominal, values=nominal)), MODEL)
+    answer, comparison = diagnose_with(replace(made, nominal=replace(made.nominal, values=nominal)), STILL)
     assert not answer.effects
     assert answer.verdict in ("no_gap", "mistuned")
     assert float(comparison.recalibrated.values[EXPONENT]) < 1.7
