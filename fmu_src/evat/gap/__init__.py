@@ -29,6 +29,7 @@ from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import smoothed_inputs
 from evat.inference.setup_errors import by_channel
 from evat.model import Model
+from evat.required_inputs import unread_inputs
 
 HELD_OUT_MODELS, HELD_OUT_ROUNDS = 2, 3  # of the likeliest, how many are tried on held-out conditions, and how often others follow
 WORTH_TELLING = 0.1  # of what repeats do not share: bursts and lines
@@ -221,6 +222,7 @@ def _where(comparison: Comparison, judgement: Judgement) -> Location:
 def _missing(comparison: Comparison) -> tuple[str, ...]:
     """What these data cannot say anything about."""
     found = [*comparison.audit.refused, *comparison.audit.notes, *beginnings(comparison.prediction)]
+    found += unread_inputs(comparison.prediction.model, comparison.prediction.nominal, comparison.prediction.experiment.given)
     found += [f"{name}: not identifiable, {', '.join(still)} does not vary" for name, still in comparison.audit.idle.items()]
     found += [f"{name}: it changes nothing that was measured here" for name in comparison.silent if name not in comparison.unfed]
     found += [f"{name}: {', '.join(inputs)} was not recorded" for name, inputs in comparison.unfed.items()]
