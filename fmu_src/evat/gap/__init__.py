@@ -23,6 +23,7 @@ from evat.gap.gates import gates
 from evat.gap.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, judge
 from evat.gap.location import Location, locate
 from evat.gap.portion import portion
+from evat.gap.small import small_effect
 from evat.inference.fit import Fit
 from evat.inference.initial_state import beginnings
 from evat.inference.prediction import Prediction
@@ -128,6 +129,7 @@ def _diagnosed(
         },
         families=_families(prediction.model, judgement),
         members=_members(prediction.model),
+        small=None if comparison.audit.refused else small_effect(comparison, judgement),
     )
     return answer, comparison
 
