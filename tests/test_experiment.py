@@ -311,7 +311,7 @@ def test_the_hash_knows_every_byte_of_every_file(tmp_path: Path) -> None:
         ("intended_use", "intended_usage", r"key 'intended_usage' is not known; did you mean intended_use\?"),
         ("[nominal.values]", "[nominal.value]", r"nominal: key 'value' is not known; did you mean values"),
         ("role =", "rôle =", r"no readable TOML|not known"),
-        ("full_scale = 50.0", "fullscale = 50.0", r"signals.friction_force: key 'fullscale' is not known; did you mean full_scale\?"),
+        ("full_scale = 50.0", "fullscale = 50.0", r"signals.friction_force: key 'fullscale' is not known; did you mean full_scale"),
         ("full_scale = 50.0", "full_scale = -1", r"signals.friction_force.full_scale: -1; a number above 0 in N"),
         ("full_scale = 50.0", "full_scale = nan", r"full_scale: nan"),
         ('friction = "lugre"', 'friction = "lugr"', r"nominal.friction: friction_law = 'lugr': allowed is one of .*lugre"),

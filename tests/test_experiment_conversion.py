@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from evat.experiment import ExperimentError
+from evat.experiment import ExperimentError, Nominal
 from evat.experiment.read import read_experiment, write_experiment
 from evat.experiment.smoothing import derivative
+from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 from evat.models.contact import ContactModel
 
@@ -121,3 +123,89 @@ def test_an_uneven_clock_cannot_be_differentiated(tmp_path: Path) -> None:
     np.savetxt(at / "a.csv", np.column_stack([uneven, POSITION, TIMES]), delimiter=",", header="t,x,F", comments="")
     with pytest.raises(ExperimentError, match=r"a.csv: the clock is uneven"):
         columns(at)
+
+
+@pytest.mark.parametrize(
+    ("slip", "column"),
+    [
+        ('unit = "rad/s"\nradius = 0.05', VELOCITY / 0.05),
+        ('unit = "deg/s"\nradius = 0.05', np.degrees(VELOCITY / 0.05)),
+        ('unit = "rpm"\nradius = 0.05', VELOCITY / 0.05 / (2 * np.pi) * 60),
+        ('unit = "deg"\nradius = 0.05\nfrom = "position"', np.degrees(POSITION / 0.05)),
+    ],
+)
+def test_a_lever_arm_turns_angles_into_ways(tmp_path: Path, slip: str, column: FloatArray) -> None:
+    """And a torque into a force: 3 N at 50 mm are 0.15 N m."""
+    got, force = columns(folder(tmp_path, column, np.full(2000, 150.0), slip=slip, shown='unit = "mN.m"\nradius = 0.05'))
+    assert pytest.approx(VELOCITY[2:-2], abs=1e-5) == got[2:-2]
+    assert pytest.approx(3.0) == force
+
+
+@pytest.mark.parametrize(
+    ("slip", "what"),
+    [
+        ('unit = "m/s"\nradius = 0.05', "'m/s' does not measure what 'rad/s' measures"),
+        ('unit = "rad/s"\nradius = 0.0', "signals.slip_velocity.radius: 0.0; a lever arm above 0 in m"),
+        ('unit = "rad/s"\nradius = 0.1\nscale = 2.0', "signals.slip_velocity.radius: there is a scale, too"),
+    ],
+)
+def test_a_lever_arm_that_fits_nothing_is_refused(tmp_path: Path, slip: str, what: str) -> None:
+    with pytest.raises(ExperimentError) as caught:
+        columns(folder(tmp_path, VELOCITY, TIMES, slip=slip))
+    assert what in str(caught.value)
+
+
+def marked(at: Path, on: FloatArray, force: FloatArray) -> Path:
+    """The folder with a trigger column."""
+    toml = TOML.format(slip='unit = "m/s"', force='unit = "N"', nominal="").replace(
+        "[signals.slip_velocity]", '[signals.trigger]\ncolumn = "cut"\nunit = "V"\n[signals.slip_velocity]'
+    )
+    (at / "experiment.toml").write_text(toml, encoding="utf-8")
+    np.savetxt(at / "a.csv", np.column_stack([TIMES, VELOCITY, force, on]), delimiter=",", header="t,x,F,cut", comments="")
+    return at
+
+
+def test_a_trigger_marks_what_counts(tmp_path: Path) -> None:
+    """Two cuts in one file, by a logic level with noise; between them the force is that of something else."""
+    place = np.arange(2000)
+    cut = ((place > 200) & (place < 700)) | (place > 1400)
+    level = 5.0 * cut + 0.2 * np.sin(1e3 * TIMES)
+    (tmp_path / "rig").mkdir()
+    experiment = read_experiment(marked(tmp_path / "rig", level, np.where(cut, 9.0 * np.sign(VELOCITY), 1e3)), MODEL)
+    assert [trial.file for trial in experiment.trials] == ["a-part1.csv", "a-part2.csv"]
+    first, second = experiment.trials
+    assert (first.times[0], first.times[-1], second.times[0]) == (TIMES[201], TIMES[699], TIMES[1401])
+    assert first.lead_in is not None
+    assert second.lead_in is not None
+    assert (first.lead_in.times.size, second.lead_in.times[0]) == (201, TIMES[700])
+    assert all(np.max(np.abs(trial.outputs["friction_force"])) < 10 for trial in experiment.trials)
+    again = read_experiment(write_experiment(experiment, tmp_path / "copy"), MODEL)
+    for one, other in zip(experiment.trials, again.trials, strict=True):
+        assert np.array_equal(one.outputs["friction_force"], other.outputs["friction_force"])
+        assert other.lead_in is not None
+        assert np.array_equal(one.lead_in.inputs["slip_velocity"], other.lead_in.inputs["slip_velocity"])
+
+
+def test_a_lead_in_is_simulated_and_does_not_count(tmp_path: Path) -> None:
+    """A part of a record is predicted as the whole record is there; from its own first row the bristles would begin relaxed."""
+    values = {"kinematics": "external", "friction_law": "lugre", "F_C": 9.0, "F_S": 11.0, "sigma0": 1e4, "v_s": 0.01}
+    whole = read_experiment(marked(tmp_path, np.ones(2000), TIMES), MODEL)
+    part = read_experiment(marked(tmp_path, 1.0 * (TIMES >= 0.1), TIMES), MODEL)
+    run = {"experiment": whole, "part": part}
+    rows = {name: Prediction(MODEL, replace(made, nominal=Nominal(values, (), {}))).one() for name, made in run.items()}
+    assert rows["part"].size == 1900
+    assert pytest.approx(rows["experiment"][100:], abs=1e-3) == rows["part"]
+    alone = replace(part, nominal=Nominal(values, (), {}), trials=tuple(replace(trial, lead_in=None) for trial in part.trials))
+    assert np.max(np.abs(Prediction(MODEL, alone).one() - rows["part"])) > 1.0
+
+
+@pytest.mark.parametrize(
+    ("on", "what"),
+    [
+        (np.zeros(2000), "a.csv, column 'cut': the trigger is never on"),
+        (np.where(np.arange(2000) == 40, 1.0, 0.0), "a.csv, column 'cut', data row 41: the trigger is on for 1 rows only"),
+    ],
+)
+def test_a_trigger_that_marks_nothing_is_refused(tmp_path: Path, on: FloatArray, what: str) -> None:
+    with pytest.raises(ExperimentError, match=what):
+        read_experiment(marked(tmp_path, on, TIMES), MODEL)

@@ -40,6 +40,20 @@ def missing_inputs(
     return missing
 
 
+def unread_inputs(model: Tables, values: Mapping[str, float | str], given: Collection[str]) -> tuple[str, ...]:
+    """Recorded inputs that could be the temperature proxy, which `values` take from something else: a sentence each, with what to set."""
+    by_name = {variable.name: variable for variable in model.variables}
+    if (source := by_name.get(SOURCE)) is None:
+        return ()
+    chosen = source.choices[int(source.check(values.get(SOURCE, source.start)))]
+    return tuple(
+        f"{name} is recorded and the model does not read it: its temperature proxy is taken from {chosen}. "
+        f'Set {SOURCE} = "{name}" in [nominal] to use it, or leave the signal out.'
+        for name in source.choices
+        if name in given and name not in (chosen, MOTION) and name in by_name and by_name[name].causality == "input"
+    )
+
+
 def lacks_motion(model: Tables, values: Mapping[str, float | str], given: Collection[str]) -> bool:
     """Whether the kinematics in `values` take the motion from an input that is in neither `values` nor the columns `given`."""
     required = any(variable.name == MOTION and values.get(KINEMATICS) in variable.required_with for variable in model.variables)

@@ -28,10 +28,6 @@ NO_CHOICE = {  # the version of a file, the filter that changes nothing, and how
     ("autoregression.py", "WHITE"),
     ("initial_state.py", "RANDOM"),
 }
-    ("initial_state.py", "RANDOM"),
-    ("answer.py", "FORMAT"),
-    ("autoregression.py", "WHITE"),
-}  # the version of a file, and the filter that changes nothing
 MODULES = sorted([Path(smoothing.__file__), *(path for room in ROOMS for path in room.rglob("*.py") if path.name not in PICTURES)])
 
 

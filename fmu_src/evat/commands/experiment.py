@@ -13,10 +13,11 @@ from rich.table import Table
 from evat import parameter_sets
 from evat.commands.recovery import recovery
 from evat.commands.shared import SpeedUnit, Values, share_done, typed_values
-from evat.console import out
+from evat.console import err, marked, out
 from evat.model import ParameterError
 from evat.motions import KINDS
 from evat.native import kernel
+from evat.required_inputs import unread_inputs
 from evat.units import display, to_si
 
 if TYPE_CHECKING:
@@ -61,6 +62,9 @@ def check(folder: Folder) -> None:
     averages = f", {len(means.conditions)} rows of averages" if means is not None else ""
     out.print(f"{len(scan.trials)} trials of {rows} rows in all{averages}; {len(conditions)} conditions")
     out.print(_nominal(document.nominal))
+    recorded = {name for name, signal in document.signals.items() if signal.role == "input"}
+    for unread in unread_inputs(ContactModel(), document.nominal.values, recorded):
+        err.print(marked("warning:", "bold yellow", unread))
     out.print(f"data {scan.data_hash}", highlight=False, soft_wrap=True)
 
 

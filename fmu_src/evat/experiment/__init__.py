@@ -34,7 +34,7 @@ class Signal:
 
     `unit` is the one typed in the file; `full_scale` (the sensor's range) is in SI. A clock has no role. The variable is
     sign (scale value + offset), value in the SI unit of the column; without a `scale` the unit measures what the variable does.
-    `of` = "position": the variable is the derivative of that.
+    `of` = "position": the variable is the derivative of that. With a `radius` [m] the column is an angle, its speed, or a torque.
     """
 
     name: str
@@ -46,11 +46,12 @@ class Signal:
     scale: float | None = None
     offset: float = 0.0
     of: Literal["", "position"] = ""
+    radius: float | None = None
 
     @property
     def converted(self) -> bool:
         """Whether more than its unit is changed where it is read."""
-        return self.sign != 1 or self.scale is not None or self.offset != 0 or bool(self.of)
+        return self.sign != 1 or self.scale is not None or self.offset != 0 or bool(self.of) or self.radius is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +85,8 @@ class SetupSd:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trial:
-    """One recording: every column has shape (n,), in SI; `values` are what the component's parameters were in it."""
+    """One recording: every column has shape (n,), in SI; `values` are what the component's parameters were in it. `lead_in` is what was
+    recorded just before and does not count: a model runs through it to where the recording begins."""
 
     file: str
     condition: str
@@ -92,6 +94,7 @@ class Trial:
     times: FloatArray
     inputs: Mapping[str, FloatArray]
     outputs: Mapping[str, FloatArray]
+    lead_in: Trial | None = None
 
     def head(self, count: int) -> Trial:
         """Its first samples."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.experiment import ExperimentError, Signal
-from evat.experiment.document import CLOCK, Document, TrialEntry, to_variable
+from evat.experiment.document import BESIDE, CLOCK, Document, TrialEntry, to_variable
 from evat.files.stream import Bytes, headers, open_batches
 from evat.files.table import RecordError, unit_in
 from evat.model import FloatArray, Model, ParameterError, Variable
@@ -34,7 +34,8 @@ class Column:
     @classmethod
     def of_signal(cls, signal: Signal, known: Variable | None) -> Column:
         """The column of a signal; a position has no bounds."""
-        si, low, high = (known.unit, known.min, known.max) if known else ("s", -np.inf, np.inf)
+        plain = "s" if signal.name == CLOCK else signal.unit
+        si, low, high = (known.unit, known.min, known.max) if known else (plain, -np.inf, np.inf)
         own = (low, high)
         if signal.of:
             low, high = -np.inf, np.inf
@@ -81,7 +82,7 @@ def trial_columns(document: Document, entry: TrialEntry, model: Model) -> list[C
         if signal.name in entry.values:
             raise ExperimentError(f"{entry.file}: {signal.name} is a signal and among the trial's values too; keep one.")
         check_header(signal, entry.file)
-        columns.append(Column.of_signal(signal, None if signal.name == CLOCK else by_name[signal.name]))
+        columns.append(Column.of_signal(signal, None if signal.name in BESIDE else by_name[signal.name]))
     return columns
 
 

@@ -20,12 +20,15 @@ from evat.units import affine, base_unit
 FILE = "experiment.toml"
 FORMAT = 1
 CLOCK = "time"
+TRIGGER = "trigger"  # a signal that is on in the rows that count
+BESIDE = (CLOCK, TRIGGER)  # signals that are no variables of the component
 FRICTION = "friction_force"
 MEAN = "mean_"  # how the names of averages begin
 
 KEYS = ("format", "title", "intended_use", "nominal", "signals", "setup_sd", "trials", "means")
-SIGNAL_KEYS = ("column", "unit", "role", "full_scale", "sign", "scale", "offset", "from")
+SIGNAL_KEYS = ("column", "unit", "role", "full_scale", "sign", "scale", "offset", "from", "radius")
 POSITION = "position"
+ANGULAR = {"m/s": "rad/s", "N": "N.m"}  # what a column with a lever arm measures in place of the variable
 TRIAL_KEYS = ("file", "condition", "values")
 SETUP_KEYS = ("gain", "zero", "clock")
 
@@ -157,7 +160,7 @@ class _Reader(Checks):
         if trials and CLOCK not in signals:
             raise self.error("signals", f"the clock is missing; add [signals.{CLOCK}] with column and unit.")
         for name in signals:
-            if trials and name != CLOCK and self.variables[name].causality == "parameter":
+            if trials and name not in BESIDE and self.variables[name].causality == "parameter":
                 raise self.error(f"signals.{name}", "a parameter does not vary within a recording; give it among the values of each trial.")
         outputs = [name for name, signal in signals.items() if signal.role == "output" and (means is None or not name.startswith(MEAN))]
         if trials and not outputs:
@@ -183,13 +186,13 @@ class _Reader(Checks):
     def signal(self, name: str, table: Mapping[str, Any]) -> Signal:
         where = f"signals.{name}"
         self.keys(where, table, SIGNAL_KEYS, ("unit",))
-        known = self.variable(where, name) if name != CLOCK else None
+        known = self.variable(where, name) if name not in BESIDE else None
         unit, role = self.text(f"{where}.unit", table["unit"]), table.get("role")
         self.check_role(where, known, role)
         converted = self.conversion(where, known, table)
         signal = Signal(name, self.text(f"{where}.column", table.get("column", name)), unit, role, **converted)
         try:
-            factor, offset = to_variable(signal, known.unit if known else "s")
+            factor, offset = to_variable(signal, known.unit if known else "s" if name == CLOCK else unit)
         except ParameterError as error:
             raise self.error(f"{where}.unit", str(error)) from error
         full_scale = table.get("full_scale")
@@ -201,9 +204,9 @@ class _Reader(Checks):
 
     def conversion(self, where: str, known: Variable | None, table: Mapping[str, Any]) -> dict[str, Any]:
         """How a column becomes the variable, beside its unit."""
-        keys = [key for key in ("sign", "scale", "offset", "from") if key in table]
+        keys = [key for key in ("sign", "scale", "offset", "from", "radius") if key in table]
         if known is None and keys:
-            raise self.error(f"{where}.{keys[0]}", "the clock is read as it is; remove it.")
+            raise self.error(f"{where}.{keys[0]}", "the clock and the trigger are read as they are; remove it.")
         if table.get("sign", 1) not in (1, -1) or isinstance(table.get("sign"), bool):
             raise self.error(f"{where}.sign", f"{table['sign']!r}; allowed are 1 and -1.")
         for key in ("scale", "offset"):
@@ -221,12 +224,27 @@ class _Reader(Checks):
             "scale": None if scale is None else float(scale),
             "offset": float(table.get("offset", 0.0)),
             "of": of,
+            "radius": self.radius(where, known, table),
         }
+
+    def radius(self, where: str, known: Variable | None, table: Mapping[str, Any]) -> float | None:
+        """The lever arm [m] of a column that is an angle, an angular velocity or a torque."""
+        number = table.get("radius")
+        if number is None:
+            return None
+        if not is_number(number) or not 0 < number < math.inf:
+            raise self.error(f"{where}.radius", f"{number!r}; a lever arm above 0 in m is needed.")
+        if known is None or known.unit not in ANGULAR:
+            raise self.error(f"{where}.radius", "only a velocity has an angular one, and a force a torque; remove it.")
+        if "scale" in table:
+            raise self.error(f"{where}.radius", "there is a scale, too; keep one of them.")
+        return float(number)
 
     def check_role(self, where: str, known: Variable | None, role: Role | None) -> None:
         if known is None:
             if role is not None:
-                raise self.error(f"{where}.role", f"{role!r}; the clock has no role, remove it.")
+                name = "clock" if where.endswith(CLOCK) else TRIGGER
+                raise self.error(f"{where}.role", f"{role!r}; the {name} has no role, remove it.")
             return
         if known.causality not in (*SETTABLE, "output") or known.type != "real":
             raise self.error(
@@ -253,6 +271,10 @@ class _Reader(Checks):
 def to_variable(signal: Signal, wanted: str) -> tuple[float, float]:
     """factor and offset with variable = factor value + offset, value as it stands in the file; ParameterError where the unit does not fit.
     Of a velocity that is taken from a position, those of the position."""
+    if signal.radius is not None:
+        factor, offset = affine(signal.unit, "rad" if signal.of else ANGULAR[wanted])
+        scale = signal.radius if signal.of or wanted == "m/s" else 1 / signal.radius
+        return signal.sign * scale * factor, signal.sign * (scale * offset + signal.offset)
     if signal.scale is None:
         factor, offset = affine(signal.unit, "m" if signal.of else wanted)
         scale = 1.0

@@ -11,10 +11,11 @@ from evat import parameter_sets
 from evat.experiment import InitialBristle, Nominal
 from evat.experiment.checks import Checks, is_number, near
 from evat.model import EvatError
+from evat.required_inputs import SOURCE
 
 CHOICES = {"friction": "friction_law", "kinematics": "kinematics"}  # key of [nominal] -> the component's variable
 INITIAL_BRISTLE = "initial_bristle"
-KEYS = (*CHOICES, "parameters", "effects", "values", "relative_sd", INITIAL_BRISTLE)
+KEYS = (*CHOICES, SOURCE, "parameters", "effects", "values", "relative_sd", INITIAL_BRISTLE)
 
 
 def read_nominal(checks: Checks, table: Mapping[str, Any]) -> tuple[Nominal, list[Path]]:
@@ -49,6 +50,8 @@ def read_nominal(checks: Checks, table: Mapping[str, Any]) -> tuple[Nominal, lis
             values[variable] = checks.value(f"nominal.{key}", variable, table[key])
         elif variable not in values:
             raise checks.error("nominal", f"{key} is missing; allowed are {', '.join(checks.variables[variable].choices)}.")
+    if SOURCE in table:
+        values[SOURCE] = checks.value(f"nominal.{SOURCE}", SOURCE, table[SOURCE])
     if "effects" in table:
         effects = _effects(checks, table["effects"])
     relative_sd = {

@@ -16,9 +16,10 @@ import numpy as np
 
 from evat.experiment import Experiment, ExperimentError, Means, Trial
 from evat.experiment.columns import Column, trial_batches, trial_columns
-from evat.experiment.document import FRICTION, Document, TrialEntry, read_document
+from evat.experiment.document import FRICTION, TRIGGER, Document, TrialEntry, read_document
 from evat.experiment.means import read_means
 from evat.experiment.smoothing import derivative
+from evat.experiment.trigger import triggered
 from evat.experiment.write import write_experiment
 from evat.model import FloatArray, Model
 from evat.required_inputs import MOTION
@@ -97,7 +98,9 @@ def read_experiment(
     document = read_document(Path(folder_or_toml), model)
     done = _ShareDone(document, progress)
     data_hash = _hash(document, done)
-    trials = tuple(_read_trial(entry, trial_columns(document, entry, model), document, done, most) for entry in document.trials)
+    trials = tuple(
+        trial for entry in document.trials for trial in _read_trials(entry, trial_columns(document, entry, model), document, done, most)
+    )
     means = None if document.means is None else read_means(document, *document.means, model)
     return Experiment(
         document.folder,
@@ -146,6 +149,18 @@ def _hash(document: Document, done: Callable[[int], None]) -> str:
     return digest.hexdigest()
 
 
+def _read_trials(
+    entry: TrialEntry, columns: list[Column], document: Document, done: Callable[[int], None], most: int | None
+) -> list[Trial]:
+    """The recording, or where a trigger marks several parts of it, one for each."""
+    trigger = next((place for place, column in enumerate(columns) if column.name == TRIGGER), None)
+    if trigger is None:
+        return [_read_trial(entry, columns, document, done, most)]
+    whole = _read_trial(entry, columns, document, done, None)
+    trials = triggered(whole, columns[trigger].header)
+    return trials if most is None else [trial.head(most) for trial in trials]
+
+
 def _read_trial(entry: TrialEntry, columns: list[Column], document: Document, done: Callable[[int], None], most: int | None) -> Trial:
     held = [np.empty(0) for _ in columns]
     at = 0
@@ -168,7 +183,8 @@ def _read_trial(entry: TrialEntry, columns: list[Column], document: Document, do
     by_role: dict[str | None, dict[str, FloatArray]] = {None: {}, "input": {}, "output": {}}
     for known, column in zip(columns, held, strict=True):
         by_role[document.signals[known.name].role][known.name] = column
-    return Trial(entry.file, entry.condition, entry.values, held[0], by_role["input"], by_role["output"])
+    marked = {TRIGGER: by_role[None][TRIGGER]} if TRIGGER in by_role[None] else {}
+    return Trial(entry.file, entry.condition, entry.values, held[0], by_role["input"], {**by_role["output"], **marked})
 
 
 def _derived(entry: TrialEntry, columns: Sequence[Column], held: list[FloatArray], document: Document) -> list[FloatArray]:

@@ -13,8 +13,8 @@ import numpy as np
 import tomlkit
 
 from evat import parameter_sets
-from evat.experiment import Experiment, ExperimentError, Means, Nominal, SetupSd, Signal
-from evat.experiment.document import CLOCK, FILE, FORMAT
+from evat.experiment import Experiment, ExperimentError, Means, Nominal, SetupSd, Signal, Trial
+from evat.experiment.document import CLOCK, FILE, FORMAT, TRIGGER
 from evat.experiment.means import CONDITION, SD
 from evat.experiment.nominal import CHOICES, INITIAL_BRISTLE
 from evat.files.table import write_columns
@@ -62,7 +62,10 @@ def write_experiment(experiment: Experiment, folder: str | PathLike[str], *, suf
     if suffix not in SUFFIXES:
         raise ExperimentError(f"suffix {suffix!r}: data files are written as {' or '.join(SUFFIXES)}.")
     recorded = {key for trial in experiment.trials for key in (CLOCK, *trial.inputs, *trial.outputs)}
-    experiment = replace(experiment, signals={name: _as_it_is(signal) for name, signal in experiment.signals.items()})
+    signals = {name: _as_it_is(signal) for name, signal in experiment.signals.items() if name != TRIGGER}
+    if any(trial.lead_in is not None for trial in experiment.trials):
+        signals[TRIGGER] = Signal(TRIGGER, TRIGGER, "1", None)
+    experiment = replace(experiment, signals=signals)
     if unsigned := sorted(recorded - set(experiment.signals)):
         raise ExperimentError(f"{', '.join(unsigned)}: recorded, but no signal gives its column and unit; add a Signal for each.")
     with as_output_error(folder):
@@ -91,11 +94,12 @@ def _write(experiment: Experiment, folder: Path, suffix: str) -> None:
     if experiment.setup_sd:
         document["setup_sd"] = {name: _setup_sd(stated, name, experiment.signals) for name, stated in experiment.setup_sd.items()}
     document.add(tomlkit.nl())
+    with_lead_in = any(trial.lead_in is not None for trial in experiment.trials)
     if experiment.trials:
         document["trials"] = trials = tomlkit.aot()
     for trial in experiment.trials:
         name = _file(trial.file, suffix, names)
-        columns = {CLOCK: trial.times, **trial.inputs, **trial.outputs}
+        columns = _columns(trial, with_lead_in)
         write_columns(
             {experiment.signals[key].column: _typed(experiment.signals[key], column) for key, column in columns.items()}, folder / name
         )
@@ -110,6 +114,18 @@ def _write(experiment: Experiment, folder: Path, suffix: str) -> None:
         write_columns(_means(experiment.means, experiment.signals), folder / name)
         document["means"] = {"file": name}
     (folder / FILE).write_text(tomlkit.dumps(document), encoding="utf-8", newline="\n")
+
+
+def _columns(trial: Trial, with_lead_in: bool) -> dict[str, FloatArray]:
+    """Of all rows, those before the trial too, where any trial has such: then the trigger says which count."""
+    own = {CLOCK: trial.times, **trial.inputs, **trial.outputs}
+    if not with_lead_in:
+        return own
+    own[TRIGGER] = np.ones(trial.times.size)
+    if (lead := trial.lead_in) is None:
+        return own
+    before = {CLOCK: lead.times, **lead.inputs, **lead.outputs, TRIGGER: np.zeros(lead.times.size)}
+    return {name: np.concatenate([before[name], column]) for name, column in own.items()}
 
 
 def _nominal(nominal: Nominal) -> dict[str, Any]:
@@ -155,6 +171,8 @@ def _signal(signal: Signal) -> dict[str, Any]:
 
 def _typed(signal: Signal, column: FloatArray) -> FloatArray:
     """The column in the unit that its document states."""
+    if signal.name == TRIGGER:
+        return column
     factor, offset = affine("s" if signal.name == CLOCK else kernel.variable(signal.name).unit, signal.unit)
     return column if (factor, offset) == (1, 0) else column * factor + offset
 

@@ -24,12 +24,14 @@ from evat.gap.gates import gates
 from evat.gap.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, judge
 from evat.gap.location import Location, locate
 from evat.gap.portion import portion
+from evat.gap.small import small_effect
 from evat.inference.fit import Fit
 from evat.inference.initial_state import beginnings
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import smoothed_inputs
 from evat.inference.setup_errors import by_channel
 from evat.model import Model
+from evat.required_inputs import unread_inputs
 
 Report = Callable[[str, float], None]
 
@@ -124,6 +126,7 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
         },
         families=_families(prediction.model, judgement),
         members=_members(prediction.model),
+        small=None if comparison.audit.refused else small_effect(comparison, judgement),
     )
 
 
@@ -219,6 +222,7 @@ def _where(comparison: Comparison, judgement: Judgement) -> Location:
 def _missing(comparison: Comparison) -> tuple[str, ...]:
     """What these data cannot say anything about."""
     notes = [*comparison.audit.refused, *comparison.audit.notes, *beginnings(comparison.prediction)]
+    notes += unread_inputs(comparison.prediction.model, comparison.prediction.nominal, comparison.prediction.experiment.given)
     notes += [f"{name}: not identifiable, {', '.join(still)} does not vary" for name, still in comparison.audit.idle.items()]
     notes += [f"{name}: it changes nothing that was measured here" for name in comparison.silent if name not in comparison.unfed]
     notes += [f"{name}: {', '.join(inputs)} was not recorded" for name, inputs in comparison.unfed.items()]

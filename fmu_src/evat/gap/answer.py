@@ -14,6 +14,7 @@ from evat.gap.closure import Closure
 from evat.gap.gates import Gate
 from evat.gap.judgement import Judgement
 from evat.gap.location import Location
+from evat.gap.small import SmallEffect
 from evat.inference.hypothesis import Hypothesis
 
 FORMAT = 1
@@ -44,7 +45,7 @@ class Recalibrated:
 @dataclass(frozen=True)
 class Diagnosis:
     """The answer; see the format for what each part means. `families` are the probabilities that an effect of each acts, the likeliest
-    first; `members` the effects of each."""
+    first; `members` the effects of each; `small` is what is certain and yet small."""
 
     verdict: str
     effects: tuple[Named, ...]
@@ -59,6 +60,7 @@ class Diagnosis:
     made_by: Mapping[str, str | float]
     families: Mapping[str, float] = field(default_factory=dict)
     members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    small: SmallEffect | None = None
 
     @property
     def candidates(self) -> tuple[tuple[Hypothesis, float | None], ...]:
@@ -86,6 +88,14 @@ class Diagnosis:
             ],
             "candidates": [{"set": list(on), "probability": probability} for on, probability in self.candidates],
             "families": [{"name": name, "probability": _number(p)} for name, p in self.families.items() if p > CONSTANTS.least_candidate],
+            "small_effect": None
+            if self.small is None
+            else {
+                "either": [list(on) for on in self.small.either],
+                "channel": self.small.channel,
+                "share_of_rms": _number(self.small.share),
+                "log_evidence": _number(self.small.gain),
+            },
             "gates": [gate.document() for gate in self.gates],
             "novelty": {"p_value": _number(self.novelty[0]), "unexplained_share": _number(self.novelty[1])},
             "recalibration": {

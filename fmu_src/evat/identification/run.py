@@ -25,6 +25,7 @@ from evat.inference.checks import check_clocks
 from evat.inference.initial_state import beginnings, begun, with_initial_state
 from evat.inference.prediction import Prediction
 from evat.model import Model, ParameterError
+from evat.required_inputs import unread_inputs
 
 RESTARTS = 4  # of the polish, from better points that profiles came across
 DEFAULT, HERE = Settings(), Execution()
@@ -115,7 +116,12 @@ def identify(
         evaluations=(best.history[-1].evaluations if best.history else 0) + calls,
         seconds=time.perf_counter() - begin,
         stopped=best.stopped or execution.stopped(),
-        doubts=(*suspicious_scales(objective), *fit_doubts(objective, fits, settings.whiten), *_begun(objective, optimum)),
+        doubts=(
+            *unread_inputs(model, {**objective.prediction.nominal, **settings.values}, fitted.given),
+            *suspicious_scales(objective),
+            *fit_doubts(objective, fits, settings.whiten),
+            *_begun(objective, optimum),
+        ),
         made_by={
             "evat": importlib.metadata.version("evat"),
             "model": model.digest,

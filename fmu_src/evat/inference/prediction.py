@@ -116,7 +116,8 @@ class Prediction:
         digests = {}
         for place, trial in enumerate(self.experiment.trials):
             digest = hashlib.sha256(repr((sorted(trial.values.items()), list(trial.inputs), list(trial.outputs))).encode())
-            for column in (trial.times, *trial.inputs.values()):
+            times, inputs, _ = _with_lead_in(trial)
+            for column in (times, *inputs.values()):
                 digest.update(np.ascontiguousarray(column).tobytes())
             digests[place] = digest.digest()
         return digests
@@ -191,10 +192,11 @@ class Prediction:
         count = max([np.size(value) for value in values.values() if np.ndim(value) == 1], default=1)
 
         def of_trial(trial: Trial) -> FloatArray:
-            run = Run(trial.times, trial.inputs, tuple(self.variable_of(channel) for channel in trial.outputs))
+            times, inputs, before = _with_lead_in(trial)
+            run = Run(times, inputs, tuple(self.variable_of(channel) for channel in trial.outputs))
             start = {BRISTLE: self.starts[trial.file]} if trial.file in self.starts else {}
             rows = self.model.simulate_many(run, effects, {**start, **self._own(values, trial.values)})
-            return np.concatenate([np.broadcast_to(rows[name], (count, trial.times.size)) for name in run.outputs], axis=1)
+            return np.concatenate([np.broadcast_to(rows[name], (count, times.size))[:, before:] for name in run.outputs], axis=1)
 
         once = dict[bytes, Trial]()
         for key, trial in zip(self.alike.values(), self.experiment.trials, strict=True):
@@ -263,3 +265,12 @@ class Prediction:
         names = {channel: self.variable_of(channel) for channel in means.outputs}
         settled = self.model.settled(tuple(dict.fromkeys(names.values())), effects, sets)
         return np.concatenate([settled[name].reshape(count, rows) for name in names.values()], axis=1)
+
+
+def _with_lead_in(trial: Trial) -> tuple[FloatArray, Mapping[str, FloatArray], int]:
+    """Times and inputs of all that is run, and how many samples of it come before the trial."""
+    lead = trial.lead_in
+    if lead is None:
+        return trial.times, trial.inputs, 0
+    inputs = {name: np.concatenate([lead.inputs[name], column]) for name, column in trial.inputs.items()}
+    return np.concatenate([lead.times, trial.times]), inputs, lead.times.size

@@ -46,12 +46,17 @@ def smoothed_inputs(experiment: Experiment) -> RecordedInputs:
             inputs[name] = smoothed(rows.mean(axis=0), left)
             perturbed[name] = smoothed(inputs[name] + left * draw.normal(size=rows.shape[1]) * (inputs[name] != 0), left)
         if noise:
+            lead = None if first.lead_in is None else _smoothed_lead_in(first.lead_in)
             for place in places:
-                smooth[place] = replace(experiment.trials[place], inputs=inputs, times=first.times)
-                other[place] = replace(experiment.trials[place], inputs=perturbed, times=first.times)
+                smooth[place] = replace(experiment.trials[place], inputs=inputs, times=first.times, lead_in=lead)
+                other[place] = replace(experiment.trials[place], inputs=perturbed, times=first.times, lead_in=lead)
     if not noise:
         return RecordedInputs(experiment, None, {})
     return RecordedInputs(replace(experiment, trials=tuple(smooth)), replace(experiment, trials=tuple(other)), noise)
+
+
+def _smoothed_lead_in(lead: Trial) -> Trial:
+    return replace(lead, inputs={name: smoothed(c, sd) if (sd := noise_sd(c)) > 0 else c for name, c in lead.inputs.items()})
 
 
 def same_motion(trials: Sequence[Trial]) -> list[list[int]]:

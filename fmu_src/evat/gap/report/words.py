@@ -19,14 +19,29 @@ SENTENCES = {
 def sentence(answer: Diagnosis) -> str:
     """The verdict in one sentence."""
     if answer.verdict in SENTENCES:
-        return SENTENCES[answer.verdict]
+        return SENTENCES[answer.verdict] + (f" Beside that, {_small(answer)}." if answer.small else "")
     if answer.verdict == "ambiguous":
         likely, reasons = answer.judgement.likely, answer.judgement.features.doubts.get(answer.judgement.chosen, ())
         if len(likely) == 1:
             return f"The gap may be caused by {likely[0]}, but {'; '.join(reasons)}."
         return _of_one_family(answer, likely) or _ambiguous(likely)
     names = " and ".join(f"another base law ({e.name})" if e.is_law else e.name for e in answer.effects)
-    return f"The gap is caused by {names} (probability {_sure(answer.judgement.probabilities[answer.judgement.chosen])}){_far(answer)}."
+    how = _sure(answer.judgement.probabilities[answer.judgement.chosen])
+    return f"The gap is caused by {names} (probability {how}){_far(answer)}{_certain(answer)}."
+
+
+def _certain(answer: Diagnosis) -> str:
+    if answer.small is None:
+        return ""
+    return f"; it is certain, and {percent(answer.small.share)} of the {answer.small.channel.replace('_', ' ')}"
+
+
+def _small(answer: Diagnosis) -> str:
+    """An effect that is certain and small, where the verdict names none."""
+    if answer.small is None:
+        return ""
+    which, share = " or ".join(map(str, answer.small.either)), percent(answer.small.share)
+    return f"{which} is certain, and {share} of the {answer.small.channel.replace('_', ' ')}: too small to be called a gap"
 
 
 def _of_one_family(answer: Diagnosis, likely: Sequence[Hypothesis]) -> str:
