@@ -299,6 +299,11 @@ class _Constants(ConstantTable):
         0.3, "of what repeats do not share", "bursts and lines that make something foreign as likely as not", origin="calibrated"
     )
 
+    # What is certain and small
+    certain_evidence = Constant(20.0, "log evidence", "over none: beyond what the form of a law, or a set-up, has been seen to feign")
+    rival_deficit = Constant(5.0, "log evidence", "a rival that is less behind may be it as well")
+    small_share = Constant(0.01, "of the rms of a channel", "more is no small effect")
+
     # Judgement: the others
     likely_probability = Constant(0.9, "1", "what the listed sets hold", high=0.999)
     chance_evidence = Constant(5.0, "log evidence", "less is chance")

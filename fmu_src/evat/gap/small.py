@@ -10,13 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.gap.compare import Comparison
 from evat.gap.judgement import EFFECT, MISTUNED, NO_GAP, Judgement
 from evat.inference.hypothesis import Hypothesis
-
-CERTAIN = 20.0  # of log evidence over none: beyond what the form of a law, or a set-up, has been seen to feign
-RIVAL = 5.0  # of log evidence: a rival that is less behind may be it as well
-SMALL = 0.01  # of the rms of a channel: more is no small effect
 
 
 @dataclass(frozen=True)
@@ -38,18 +35,18 @@ def small_effect(comparison: Comparison, judgement: Judgement) -> SmallEffect | 
     elif judgement.verdict in (NO_GAP, MISTUNED):
         singles = {on: gain for on, gain in features.gain.items() if len(on) == 1 and on.effects}
         best = max(singles.values(), default=0.0)
-        either = tuple(sorted((on for on, gain in singles.items() if gain > best - RIVAL), key=lambda on: -singles[on]))
+        either = tuple(sorted((on for on, gain in singles.items() if gain > best - CONSTANTS.rival_deficit), key=lambda on: -singles[on]))
         # Doubts are known of what was tried on held-out conditions.
-        if best < CERTAIN or any(features.doubts.get(on, ("not tried",)) for on in either):
+        if best < CONSTANTS.certain_evidence or any(features.doubts.get(on, ("not tried",)) for on in either):
             return None
     else:
         return None
-    base, found = comparison.recalibrated.predicted, comparison.models[either[0]].predicted
+    base, predicted = comparison.recalibrated.predicted, comparison.models[either[0]].predicted
     shares = {}
     for channel, level in comparison.whitening.levels.items():
         at = comparison.prediction.places(channel)
-        shares[channel] = float(np.sqrt(np.mean((found[at] - base[at]) ** 2))) / level
+        shares[channel] = float(np.sqrt(np.mean((predicted[at] - base[at]) ** 2))) / level
     channel = max(shares, key=lambda each: shares[each])
-    if shares[channel] > SMALL:
+    if shares[channel] > CONSTANTS.small_share:
         return None
     return SmallEffect(either, channel, shares[channel], features.gain[either[0]])
