@@ -1,4 +1,4 @@
-"""Does a name stand for one thing? No two public classes of the package are called alike."""
+"""Does a name stand for one thing? No two public classes of the package are called alike, and no result is just found."""
 
 from __future__ import annotations
 
@@ -17,3 +17,14 @@ def test_no_two_classes_have_one_name() -> None:
                 by_class.setdefault(node.name, []).append(f"{path.relative_to(folder)}:{node.lineno}")
     assert len(by_class) > 100
     assert {name: places for name, places in by_class.items() if len(places) > 1} == {}
+
+
+def test_no_result_is_called_found() -> None:
+    """A result is named by what it is: a fit, a row of forces, a place."""
+    root = Path(__file__).parents[1]
+    called = []
+    for path in (*(root / "fmu_src").rglob("*.py"), *(root / "tests").rglob("*.py"), *(root / "build").glob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            name = getattr(node, "id", None) or getattr(node, "arg", None) or getattr(node, "attr", None) or getattr(node, "name", None)
+            called += [f"{path.relative_to(root)}:{getattr(node, 'lineno', 0)}"] if name == "found" else []
+    assert called == []

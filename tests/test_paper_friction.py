@@ -33,10 +33,10 @@ def test_no_more_friction_than_normal_force_is_left(borne: BorneFriction) -> Non
 
 
 def test_principal_forces_are_met_and_feed_forces_are_those_of_a_run_of_its_own(borne: BorneFriction) -> None:
-    for model, found in borne.at_start.items():
-        assert found[:, 0] == pytest.approx(measured()[:, 0], rel=5e-3), model
+    for model, means in borne.at_start.items():
+        assert means[:, 0] == pytest.approx(measured()[:, 0], rel=5e-3), model
     place = MATERIALS.index("inconel-718")
-    found = borne.at_start["lugre"][place]
+    expected = borne.at_start["lugre"][place]
     values = {**kernel.by_choice(parameter_sets.load(f"regularised/{MATERIALS[place]}").values), **inferred(MATERIALS[place])}
     low, high = 1e7, 1e10
     for _ in range(14):
@@ -45,7 +45,7 @@ def test_principal_forces_are_met_and_feed_forces_are_those_of_a_run_of_its_own(
         trace = simulate({**values, "friction_law": "lugre", "shear_stress": stress}, ("sticking_limit",), cycles=2, outputs=names)
         mean = np.array([trace[name][-1] for name in names])
         low, high = (stress, high) if mean[0] < measured()[place, 0] else (low, stress)
-    assert mean == pytest.approx(found, rel=1e-2)
+    assert mean == pytest.approx(expected, rel=1e-2)
 
 
 def test_the_gain_of_the_modified_law_is_gone_where_friction_is_bounded(borne: BorneFriction) -> None:

@@ -46,10 +46,10 @@ def how(model: str, principle: str = ENERGY, speed_unit: str = "m/min") -> Calcu
 
 def directly(material: str, model: str, values: dict[str, float | str]) -> FloatArray:
     """Mean forces of the third cycle of a run of its own, from the bottom of the path."""
-    found = parameter_sets.load(f"regularised/{material}")
-    chosen = {**kernel.by_choice(found.values), "relative_tolerance": 1e-7, **values, "friction_law": MODELS[model].law}
+    loaded = parameter_sets.load(f"regularised/{material}")
+    chosen = {**kernel.by_choice(loaded.values), "relative_tolerance": 1e-7, **values, "friction_law": MODELS[model].law}
     names = [f"mean_{force}" for force in FORCES]
-    trace = simulate(chosen, found.effects if MODELS[model].with_effects else (), cycles=3, outputs=names)
+    trace = simulate(chosen, loaded.effects if MODELS[model].with_effects else (), cycles=3, outputs=names)
     return np.array([trace[name][-1] for name in names])
 
 
@@ -61,11 +61,11 @@ def test_the_inferred_conditions_give_the_ranking_of_the_paper(model: str, perce
 @pytest.mark.parametrize(("model", "frozen_percent"), [("coulomb", 35.5), ("lugre", 22.8), ("lugre_thermal", 18.7)])
 def test_the_ranking_outlives_the_other_closure(model: str, frozen_percent: float) -> None:
     """The chip flows by the shear angle of the moment; forces against those of runs of their own."""
-    found = study.inferred_forces("current_shear_angle")[model]
-    assert 100 * mean_error(found / measured() - 1) == pytest.approx(frozen_percent, abs=0.06)
+    forces = study.inferred_forces("current_shear_angle")[model]
+    assert 100 * mean_error(forces / measured() - 1) == pytest.approx(frozen_percent, abs=0.06)
     for place, material in enumerate(MATERIALS):
         expected = directly(material, model, {**inferred(material), "chip_flow_angle": "current_shear_angle", "relative_tolerance": 1e-4})
-        assert np.abs(found[place] - expected).max() < 1e-3 * measured()[place].max()
+        assert np.abs(forces[place] - expected).max() < 1e-3 * measured()[place].max()
 
 
 @pytest.mark.parametrize("material", MATERIALS)
@@ -84,17 +84,17 @@ def test_forces_at_another_frequency_are_those_of_the_slower_vibration() -> None
     point[names.index("vibration_frequency")] = 33e3
     for place, material in enumerate(MATERIALS):
         expected = directly(material, "lugre_thermal", {**inferred(material), "vibration_frequency": 33e3})
-        found = forces_at(point, STRESS, how("lugre_thermal"))[place]
-        assert np.abs(found - expected).max() < 1e-4 * measured()[place].max()
+        forces = forces_at(point, STRESS, how("lugre_thermal"))[place]
+        assert np.abs(forces - expected).max() < 1e-4 * measured()[place].max()
 
 
 @pytest.mark.parametrize("principle", [ENERGY, SHEAR])
 def test_shear_stress_moves_the_principal_force_alone_and_upward(principle: str) -> None:
     """What lets the search leave it out. The integrator's steps see it, so the feed force moves by its tolerance."""
     stress = np.repeat(np.geomspace(3e7, 2e9, 9)[None, None], len(MATERIALS), axis=1)
-    found = cycle_means(inferred_point()[None], stress, how("lugre_thermal", principle), FINE)[0]
-    assert np.all(np.diff(found[:, :, 0], axis=1) > 0)
-    assert np.ptp(found[:, :, 1], axis=1).max() < 1e-4 * measured().max()
+    forces = cycle_means(inferred_point()[None], stress, how("lugre_thermal", principle), FINE)[0]
+    assert np.all(np.diff(forces[:, :, 0], axis=1) > 0)
+    assert np.ptp(forces[:, :, 1], axis=1).max() < 1e-4 * measured().max()
 
 
 def test_width_and_shear_stress_are_known_by_their_product_alone() -> None:
@@ -135,8 +135,8 @@ FROZEN_BEST = [
 
 @pytest.mark.parametrize(("model", "principle", "speed_unit", "frozen_point", "frozen_percent"), FROZEN_BEST)
 def test_each_law_at_its_own_best(model: str, principle: str, speed_unit: str, frozen_point: list[float], frozen_percent: float) -> None:
-    found = deviations(np.array([frozen_point]), how(model, principle, speed_unit), FINE)
-    assert 100 * mean_error(found)[0] == pytest.approx(frozen_percent, abs=0.05)
+    deviation = deviations(np.array([frozen_point]), how(model, principle, speed_unit), FINE)
+    assert 100 * mean_error(deviation)[0] == pytest.approx(frozen_percent, abs=0.05)
 
 
 def test_the_fit_leaves_the_domain_of_the_model() -> None:
@@ -170,8 +170,8 @@ def test_the_main_job_shows_the_study_s_means_through_the_fmu(cases: list[main_j
                 for one in cases
                 if (one.material, one.model, one.principle, one.conditions) == (material, model, ENERGY, main_job.INFERRED)
             ]
-            found = np.array([case.means[force] for force in FORCES])
-            assert np.abs(found - expected[place]).max() < 1e-3 * measured()[place].max(), (model, material)
+            means = np.array([case.means[force] for force in FORCES])
+            assert np.abs(means - expected[place]).max() < 1e-3 * measured()[place].max(), (model, material)
 
 
 @pytest.mark.slow
@@ -270,13 +270,13 @@ def test_the_command_shows_all_of_it(tmp_path: Path) -> None:
     assert answer.exit_code == 0
     for text in ("ranking kept in", "not known", "Al 6061", "left out", "N = 0", "m/s"):
         assert text in answer.output
-    found = json.loads((tmp_path / "out/study.json").read_text(encoding="utf-8"))
-    assert found["inferred"]["models"]["lugre_thermal"]["mean_error"] == pytest.approx(0.110, abs=1e-3)
-    assert found["measured"]["copper"]["feed_force"] == 8
-    assert found["borne_friction"]["domain"]["copper"]["friction_beyond_normal_force"] < 1e-3
-    assert found["domain"]["copper"]["friction_beyond_normal_force"] > 0.6
+    written = json.loads((tmp_path / "out/study.json").read_text(encoding="utf-8"))
+    assert written["inferred"]["models"]["lugre_thermal"]["mean_error"] == pytest.approx(0.110, abs=1e-3)
+    assert written["measured"]["copper"]["feed_force"] == 8
+    assert written["borne_friction"]["domain"]["copper"]["friction_beyond_normal_force"] < 1e-3
+    assert written["domain"]["copper"]["friction_beyond_normal_force"] > 0.6
     assert "sticking_limit" in answer.output
-    assert len(found["best"]) == len(study.calculations())
+    assert len(written["best"]) == len(study.calculations())
     assert {path.name for path in (tmp_path / "out").glob("*.png")} == {"table-2.png", "profiles.png", "draws.png", "cycles.png"}
 
 
@@ -289,16 +289,16 @@ def test_draws_are_a_power_of_two(draws: int) -> None:
 @pytest.mark.campaign
 def test_the_whole_study() -> None:
     """Errors to half a point: the search ends in other valleys where draws, libraries or machine are others, as near as this."""
-    found = study.study_paper()
+    whole = study.study_paper()
     for principle, percents in ((ENERGY, (28.4, 14.6, 10.1)), (SHEAR, (28.4, 15.8, 11.2))):
-        ranking = found.ranking(principle, "m/min")
+        ranking = whole.ranking(principle, "m/min")
         assert [100 * error for error in ranking.values()] == pytest.approx(percents, abs=0.5)
-        _, met, kept = found.accepted(principle, "m/min")
+        _, met, kept = whole.accepted(principle, "m/min")
         assert met > 30
         assert 0.7 < kept / met < 1
-        assert found.accepted(principle, "m/s")[1] == 0
-        assert min(found.ranking(principle, "m/s").values()) > 0.23
-    verdicts = {one.condition.variable: one.verdict for one in found.profiles}
+        assert whole.accepted(principle, "m/s")[1] == 0
+        assert min(whole.ranking(principle, "m/s").values()) > 0.23
+    verdicts = {one.condition.variable: one.verdict for one in whole.profiles}
     assert "determined" not in verdicts.values()
     assert [name for name, verdict in verdicts.items() if verdict == "not determined"] == [
         "vibration_frequency",
@@ -306,11 +306,11 @@ def test_the_whole_study() -> None:
         "width",
         "chip_flow_shear_angle",
     ]
-    for one in found.profiles:
+    for one in whole.profiles:
         low, high = one.interval
         assert low <= one.condition.inferred <= high
-        assert one.errors.min() >= found.best[study.chosen()].error - 0.003
-    left_out = {(one.material, one.model): one for one in found.left_out}
+        assert one.errors.min() >= whole.best[study.chosen()].error - 0.003
+    left_out = {(one.material, one.model): one for one in whole.left_out}
     for material in MATERIALS:
         assert left_out[material, "coulomb"].predicted.size == 0
         plain, modified = (

@@ -71,5 +71,5 @@ def inference() -> Inference:
 
 def inferred(material: str) -> dict[str, float | str]:
     """The inferred conditions of one material's test, as values of the component."""
-    found: dict[str, float | str] = {one.variable: one.inferred for one in (*conditions(), shear_stresses()[material])}
-    return found | {"shear_angle_principle": inference().principle}
+    values: dict[str, float | str] = {one.variable: one.inferred for one in (*conditions(), shear_stresses()[material])}
+    return values | {"shear_angle_principle": inference().principle}

@@ -5,8 +5,8 @@ Examples
 >>> import evat
 >>> evat.parameter_sets.names()[0]
 'lugre-1995'
->>> found = evat.parameter_sets.load("published/copper")
->>> print(f"F_C = {found.values['F_C']:g} N: {found.sources['F_C']}")  # doctest: +ELLIPSIS
+>>> copper = evat.parameter_sets.load("published/copper")
+>>> print(f"F_C = {copper.values['F_C']:g} N: {copper.sources['F_C']}")  # doctest: +ELLIPSIS
 F_C = 0.1127 N: ...table 1, F_C of copper
 """
 

@@ -50,7 +50,7 @@ def test_an_uneven_motion_is_that_of_the_equation() -> None:
     corners, speeds = np.array([0, 0.01, 0.02, 0.03, 0.035, 0.06]), np.array([1e-3, 2e-2, -1e-2, -3e-3, 6e-3, 1e-2])
     times = np.linspace(0, 0.06, 121)
     names = ("friction_force", "backlash.place", "sliding_distance")
-    found = follow(times, {"slip_velocity": np.interp(times, corners, speeds)}, values, ON, *names)
+    computed = follow(times, {"slip_velocity": np.interp(times, corners, speeds)}, values, ON, *names)
 
     def passed(v: float, y: float) -> float:
         return 1 - (1 - 1e-6) * min(1.0, (1 - np.sign(v) * y) / ROUNDED)
@@ -69,5 +69,5 @@ def test_an_uneven_motion_is_that_of_the_equation() -> None:
             v = float(np.interp(high, corners, speeds))
             rows.append([2e6 * y[0] + 4.0 * v * passed(v, y[1]), y[1], y[2]])
     right = np.array(rows).T
-    for got, wanted, size in zip(found, right, (F_C, 1.0, GAP), strict=True):
+    for got, wanted, size in zip(computed, right, (F_C, 1.0, GAP), strict=True):
         np.testing.assert_allclose(got, wanted, atol=1e-5 * size)

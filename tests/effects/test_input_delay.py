@@ -28,8 +28,8 @@ def shifted(tau: float) -> np.ndarray:
     """The same of a record whose slip has been shifted before: straight between its own corners, held before and after."""
     times = np.unique(np.concatenate([TIMES, np.clip(TIMES + tau, TIMES[0], TIMES[-1])]))
     slip = np.interp(times - tau, TIMES, SLIP)
-    found = follow(times, {"slip_velocity": slip, "uncut_thickness": np.interp(times, TIMES, THICK)}, LEVEL, (), *NAMES, "principal_force")
-    return found[:, np.searchsorted(times, TIMES)]
+    rows = follow(times, {"slip_velocity": slip, "uncut_thickness": np.interp(times, TIMES, THICK)}, LEVEL, (), *NAMES, "principal_force")
+    return rows[:, np.searchsorted(times, TIMES)]
 
 
 # Parts of a sample, samples, and so late or early that most of the record is gone.
@@ -59,17 +59,17 @@ def test_a_host_that_holds_its_inputs_finds_each_jump_late() -> None:
     tau, held = 2.5e-3, np.array([0.02, 0.02, -0.01, 0.0, 0.0, 0.03, -0.02, 0.01, 0.01, 0.01])
     one = begun({**LEVEL, "input_delay.time": tau, "slip_velocity": held[0]}, ON)
     other = begun({**LEVEL, "slip_velocity": held[0]})
-    found, right = [], []
+    computed, right = [], []
     for n in range(len(held)):
         one.set("slip_velocity", held[n])
         one.advance(1e-3)
-        found.append(read(one, *NAMES[:3], "dissipated_energy"))
+        computed.append(read(one, *NAMES[:3], "dissipated_energy"))
         for half in range(2):  # 2.5 steps before: the second half of one step, and the first of the next
             other.set("slip_velocity", held[max(n - 3 + half, 0)])
             other.advance(0.5e-3)
         right.append(read(other, *NAMES[:3], "dissipated_energy"))
     scale = np.array([F_C, F_C / SIGMA0, 0.02, F_C * 1e-4])
-    np.testing.assert_allclose(found / scale, right / scale, atol=2e-6)
+    np.testing.assert_allclose(computed / scale, right / scale, atol=2e-6)
 
 
 def test_a_host_of_model_exchange_is_shown_the_late_slip() -> None:
@@ -96,8 +96,8 @@ def test_a_record_has_all_its_corners_and_a_host_the_last_256() -> None:
     times = np.arange(600) * 1e-4
     slip = 1e-2 * np.cos(1e3 * times) ** 3
     for tau in (4e-2, -4e-2):
-        found = follow(times, {"slip_velocity": slip}, {**LEVEL, "input_delay.time": tau}, ON, NAMES[2])[0]
-        np.testing.assert_allclose(found, np.interp(times - tau, times, slip), atol=1e-12)
+        delayed = follow(times, {"slip_velocity": slip}, {**LEVEL, "input_delay.time": tau}, ON, NAMES[2])[0]
+        np.testing.assert_allclose(delayed, np.interp(times - tau, times, slip), atol=1e-12)
     contact = begun({**LEVEL, "input_delay.time": 4e-2, "relative_tolerance": 1e-4}, ON)
 
     def driven() -> None:

@@ -196,10 +196,10 @@ def test_a_line_stands_in_the_spectrum_whatever_touches(thickness: float) -> Non
     own = {f"line_disturbance.{name}": float(size) for name, size in zip(FORCES, sizes, strict=True)}
     values: Values = {**OUTSIDE, **CONSTANT, "slip_velocity": 0.1, "uncut_thickness": thickness}
     times = np.arange(400) / 2000
-    found = course(begun({**values, **own, "line_disturbance.phase": psi}, ["line_disturbance"]), times, *FORCES, *MEASURED)
+    disturbed = course(begun({**values, **own, "line_disturbance.phase": psi}, ["line_disturbance"]), times, *FORCES, *MEASURED)
     plain = course(begun(values), times, *FORCES, *MEASURED)
-    np.testing.assert_array_equal(found[:3], plain[:3])
-    added = found[3:] - plain[3:]
+    np.testing.assert_array_equal(disturbed[:3], plain[:3])
+    added = disturbed[3:] - plain[3:]
     assert line(50, times, added) == pytest.approx(sizes * np.exp(1j * (psi - pi / 2)), rel=1e-12)
     assert np.abs([line(f, times, added) for f in (45, 55, 100)]).max() < 1e-12
 

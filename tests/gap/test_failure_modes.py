@@ -82,9 +82,9 @@ def test_a_clock_that_is_late_is_a_delay() -> None:
 
 @pytest.mark.parametrize("late", [2e-3, -2e-3])
 def test_a_clock_that_is_late_or_early_by_two_samples_is_the_set_up(late: float) -> None:
-    found = diagnose(measured(late=late), STILL)
-    assert names(found) == []
-    assert found.recalibration.setup["friction_force"]["clock"][0] == pytest.approx(late, abs=5e-4)
+    answer = diagnose(measured(late=late), STILL)
+    assert names(answer) == []
+    assert answer.recalibration.setup["friction_force"]["clock"][0] == pytest.approx(late, abs=5e-4)
 
 
 def test_one_recording_says_nothing_of_repeatability() -> None:

@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from evat.commands.main import app
 from evat.constants import CONSTANTS
 from evat.gap import sensitivity
 from evat.model import EvatError, ParameterError
 from evat.studies import constant_sensitivity as study
 from toy import Toy, measured
+from typer.testing import CliRunner
 
 TRIED = ("most_lags", "least_named_probability", "fmu_samples")  # read before the comparison is done, after it, and never
 NUMBERS = (1, 2)
@@ -102,6 +104,30 @@ def test_the_column_is_kept_and_damage_is_told(ran: list[study.Key], tmp_path: P
     with pytest.raises(EvatError, match="damaged"):
         sensitivity.read(path)
     assert sensitivity.read(tmp_path / "none.json") == {}
+
+
+def test_fewer_cases_do_not_replace_more(ran: list[study.Key], tmp_path: Path) -> None:
+    held, path = study.campaign(tmp_path / "s.jsonl", TRIED, 1, NUMBERS), tmp_path / "sensitivity.json"
+    study.store(held, TRIED[:2], NUMBERS, path)
+    study.store(held, TRIED[1:], NUMBERS[:1], path)
+    rows = sensitivity.read(path)["constants"]
+    assert {name: row["cases"] for name, row in rows.items()} == dict(zip(TRIED, ([1, 2], [1, 2], [1]), strict=True))
+
+
+def test_some_constants_on_some_cases(ran: list[study.Key], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What `evat calibrate --sensitivity` runs where it is asked for a part, and that it stores that part alone."""
+    monkeypatch.setattr(study.store, "__defaults__", (study.CASES, tmp_path / "sensitivity.json"))
+    how = ["calibrate", "--sensitivity", "--constants", "least_b*", "--cases", "2", "--state", str(tmp_path / "s.jsonl"), "--store"]
+    answer = CliRunner().invoke(app, how, catch_exceptions=False)
+    assert answer.exit_code == 0, answer.output
+    names = [name for name in CONSTANTS.declared() if name.startswith("least_b")]
+    assert {key[0] for key in ran} == set(study.CASES[:2])
+    assert {key[1] for key in ran} == {"", *names}
+    assert {name: row["cases"] for name, row in sensitivity.read(tmp_path / "sensitivity.json")["constants"].items()} == {
+        name: list(study.CASES[:2]) for name in names
+    }
+    with pytest.raises(ParameterError, match="warp"):
+        study.named(["least_b*", "warp*"])
 
 
 def test_a_name_that_is_no_constant_is_refused(tmp_path: Path) -> None:

@@ -26,8 +26,8 @@ UNKNOWN = [0.1, 0.0]  # a test that came later
 
 
 def _promise(test: str) -> float:
-    seconds, found = KNOWN.get(test, UNKNOWN)
-    return (found + 0.1) / (seconds + 0.05)
+    seconds, kills = KNOWN.get(test, UNKNOWN)
+    return (kills + 0.1) / (seconds + 0.05)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -59,5 +59,5 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
 
 def pytest_sessionfinish() -> None:
     if MEASURES:
-        told = {test: [seconds + SETUP[test.partition("::")[0]], found] for test, (seconds, found) in FOUND.items()}
+        told = {test: [seconds + SETUP[test.partition("::")[0]], kills] for test, (seconds, kills) in FOUND.items()}
         ORDER.write_text(json.dumps(told, indent=0), encoding="utf-8")

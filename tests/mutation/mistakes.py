@@ -79,7 +79,7 @@ class Mistake:
 
 def _visible(text: str) -> str:
     """The text with comments, strings and preprocessor lines blank, at the same places."""
-    return HIDDEN.sub(lambda found: re.sub(r"[^\n]", " ", found.group()), text)
+    return HIDDEN.sub(lambda match: re.sub(r"[^\n]", " ", match.group()), text)
 
 
 def _number(text: str) -> tuple[str, ...]:
@@ -114,15 +114,15 @@ def _changes(line: str) -> Iterator[tuple[int, int, str]]:
 def in_c(file: Path, root: Path) -> list[Mistake]:
     """All mistakes of a C file, but in comments, preprocessor lines and the rows of its tables."""
     text = file.read_text(encoding="utf-8")
-    lines, found = text.split("\n"), []
+    lines, mistakes = text.split("\n"), []
     for n, line in enumerate(_visible(text).split("\n")):
         if DATA.search(line):
             continue
         for begin, end, instead in _changes(line):
             changed = lines[n][:begin] + instead + lines[n][end:]
             whole = "\n".join([*lines[:n], changed, *lines[n + 1 :]])
-            found.append(Mistake(file.relative_to(root).as_posix(), n + 1, lines[n].strip(), changed.strip(), whole))
-    return found
+            mistakes.append(Mistake(file.relative_to(root).as_posix(), n + 1, lines[n].strip(), changed.strip(), whole))
+    return mistakes
 
 
 def _difference(ours: list[str], theirs: list[str]) -> tuple[int, str, str]:
@@ -140,14 +140,14 @@ def places_in_python(file: Path) -> list[tuple[str, int]]:
     from cosmic_ray.ast import ast_nodes
     from cosmic_ray.plugins import get_operator, operator_names
 
-    tree, found = parso.parse(file.read_text(encoding="utf-8")), []
+    tree, places = parso.parse(file.read_text(encoding="utf-8")), []
     for name in sorted(operator_names()):
         if "BinaryOperator_BitOr" in name or "RemoveDecorator" in name or "/Variable" in name or "/variable" in name:
             continue  # `X | None` is a type; a decorator that is gone is a TypeError; those of variables want to be told which
         operator = get_operator(name)()
         count = sum(len(list(operator.mutation_positions(node))) for node in ast_nodes(tree))
-        found += [(name, occurrence) for occurrence in range(count)]
-    return found
+        places += [(name, occurrence) for occurrence in range(count)]
+    return places
 
 
 def in_python(file: Path, root: Path, operator: str, occurrence: int) -> Mistake:

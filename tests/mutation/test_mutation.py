@@ -25,7 +25,7 @@ double f(double *x, int n)
 
 def test_mistakes_in_c_are_made_in_code_alone(tmp_path: Path) -> None:
     (tmp_path / "f.c").write_text(C, encoding="utf-8")
-    found = {(mistake.line, mistake.becomes) for mistake in in_c(tmp_path / "f.c", tmp_path)}
+    mistakes = {(mistake.line, mistake.becomes) for mistake in in_c(tmp_path / "f.c", tmp_path)}
     loop, sum_ = "for (int i = 0; i {} n; ++i) /* i < n */", "x[i] += -2.5 * larger(x[i], 10);"
     expected = {(8, loop.format("<=")), (8, loop.format(">")), (8, "for (int i = 1; i < n; ++i) /* i < n */")}
     changes = (("+=", "-="), ("-2.5", "2.5"), ("*", "/"), ("larger", "smaller"), ("10", "20"))
@@ -37,15 +37,15 @@ def test_mistakes_in_c_are_made_in_code_alone(tmp_path: Path) -> None:
         (10, "return x[0] || !n;"),
         (10, "return x[0] && n;"),
     }
-    assert found == expected
+    assert mistakes == expected
 
 
 def test_mistakes_in_python_are_those_of_cosmic_ray(tmp_path: Path) -> None:
     pytest.importorskip("cosmic_ray")
     (tmp_path / "f.py").write_text("def f(x: int | None) -> int:\n    return 2 * x if x > 0 else -x\n", encoding="utf-8")
-    found = {in_python(tmp_path / "f.py", tmp_path, *place).becomes for place in places_in_python(tmp_path / "f.py")}
-    assert {"return 2 / x if x > 0 else -x", "return 2 * x if x >= 0 else -x", "return 2 * x if x > 0 else +x"} <= found
-    assert not any("def" in line for line in found)
+    mistakes = {in_python(tmp_path / "f.py", tmp_path, *place).becomes for place in places_in_python(tmp_path / "f.py")}
+    assert {"return 2 / x if x > 0 else -x", "return 2 * x if x >= 0 else -x", "return 2 * x if x > 0 else +x"} <= mistakes
+    assert not any("def" in line for line in mistakes)
 
 
 @pytest.mark.parametrize("kind", ["equivalent", "found"])

@@ -36,7 +36,7 @@ int course_rates(void *what, double t, const double *y, double *f, double *g)
 {
     struct Course *c = what;
     course_put(c, t, y);
-    c->found->evaluations += 1;
+    c->outcome->evaluations += 1;
     if (kernel_evaluate(c->contact) != STATUS_OK)
         return 1;
     for (int i = 0; i < c->radau.states; ++i)

@@ -17,7 +17,7 @@ struct Course {
     struct Contact *contact;
     const struct Motion *motion;
     const struct Care *care;
-    struct Found *found;
+    struct Outcome *outcome;
     struct Radau radau;
     int segment;
     int state[MOST_STATES], rate[MOST_STATES], of_sensor[MOST_STATES];

@@ -216,8 +216,8 @@ def reference(case: Case, care: Care | None = None) -> Reference:
     """The right answer."""
     if "input_delay" in case.on:
         shifted, places = _late(case)
-        found = reference(shifted, care)
-        return replace(found, rows=found.rows[places])
+        run = reference(shifted, care)
+        return replace(run, rows=run.rows[places])
     ffi, loaded = library()
     care = care or Care()
     names = outputs(case)
@@ -235,7 +235,7 @@ def reference(case: Case, care: Care | None = None) -> Reference:
     prepared.motion.late, prepared.motion.lags = late, lags
     room = 4000
     jumps, sides = ffi.new("struct Jump[]", room), np.empty((2 * room, len(names)))
-    yielded, how = ffi.new("struct Found *"), ffi.new("struct Care *")
+    yielded, how = ffi.new("struct Outcome *"), ffi.new("struct Care *")
     yielded.rows, yielded.jumps = ffi.from_buffer("double[]", prepared.rows), jumps
     yielded.sides, yielded.jump_room = ffi.from_buffer("double[]", sides), room
     how.tolerance, how.span, how.most_steps, how.most_events = care.tolerance, care.span, care.most_steps, care.most_events

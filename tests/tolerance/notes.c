@@ -39,15 +39,15 @@ static double patience(const struct Course *c)
 
 static void note_jump(struct Course *c, double in_time)
 {
-    struct Jump *const jump = &c->found->jumps[c->found->jump_count];
+    struct Jump *const jump = &c->outcome->jumps[c->outcome->jump_count];
     jump->time = c->t;
-    jump->first = c->found->jump_count++ * 2;
+    jump->first = c->outcome->jump_count++ * 2;
     jump->patience = in_time;
 }
 
 static double *sides(const struct Course *c, int after)
 {
-    return c->found->sides + ((int64_t)c->found->jump_count * 2 + after) * c->motion->outputs;
+    return c->outcome->sides + ((int64_t)c->outcome->jump_count * 2 + after) * c->motion->outputs;
 }
 
 /* A host that ramps slip or thickness to 0 by its slope lands a rounding error beside it, on either side. */
@@ -57,7 +57,7 @@ void notes_both_sides(struct Course *c)
     for (int j = 0; j < m->inputs && m->rounds; ++j) {
         const double u_0 = m->begin[c->segment * m->inputs + j], u_1 = m->end[c->segment * m->inputs + j];
         const int index = m->input_index[j], matters = index == VAR_SLIP_VELOCITY || index == VAR_UNCUT_THICKNESS;
-        if (!matters || u_1 != 0 || u_0 == 0 || c->found->jump_count == c->found->jump_room)
+        if (!matters || u_1 != 0 || u_0 == 0 || c->outcome->jump_count == c->outcome->jump_room)
             continue;
         for (int after = 0; after < 2; ++after) {
             c->contact->value[index][0] = (after ? 1e-15 : -1e-15) * u_0;
@@ -103,7 +103,7 @@ static void show_before(struct Course *c, int rounded)
 int notes_event(struct Course *c, int hangs_on_state)
 {
     const int rounded = !hangs_on_state && ends_a_step(c);
-    const int noted = (hangs_on_state || rounded) && c->found->jump_count < c->found->jump_room;
+    const int noted = (hangs_on_state || rounded) && c->outcome->jump_count < c->outcome->jump_room;
     if (!course_look(c))
         return 0;
     if (noted)
@@ -120,7 +120,7 @@ int notes_event(struct Course *c, int hangs_on_state)
         if (fabs(sides(c, 1)[j] - sides(c, 0)[j]) > 1e-9 * (fabs(sides(c, 1)[j]) + fabs(sides(c, 0)[j]))) {
             note_jump(c, rounded ? 1e-12 * c->motion->times[c->motion->segments] : patience(c));
             if (rounded)
-                c->found->jumps[c->found->jump_count - 1].time = c->motion->times[c->segment + 1];
+                c->outcome->jumps[c->outcome->jump_count - 1].time = c->motion->times[c->segment + 1];
             break;
         }
     return 1;
@@ -132,7 +132,7 @@ void notes_row(struct Course *c, int row, int late)
     const struct Motion *m = c->motion;
     for (int j = 0; j < m->outputs; ++j)
         if (!(m->late > 0) || late == m->lags[j])
-            c->found->rows[(int64_t)row * m->outputs + j] = shown(c, m->output_index[j]);
+            c->outcome->rows[(int64_t)row * m->outputs + j] = shown(c, m->output_index[j]);
 }
 
 double notes_next_late(const struct Course *c)

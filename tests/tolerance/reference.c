@@ -48,12 +48,12 @@ static enum Verdict run_segment(struct Course *c)
 }
 
 enum Verdict reference_run(struct Contact *contact, const struct Motion *motion, const struct Care *care,
-                           struct Found *found)
+                           struct Outcome *outcome)
 {
-    struct Course c = {.contact = contact, .motion = motion, .care = care, .found = found};
+    struct Course c = {.contact = contact, .motion = motion, .care = care, .outcome = outcome};
     enum Verdict verdict = DONE;
-    found->steps = found->events = found->evaluations = 0;
-    found->jump_count = 0;
+    outcome->steps = outcome->events = outcome->evaluations = 0;
+    outcome->jump_count = 0;
     c.t = c.counted_at = motion->times[0];
     c.next = motion->times[1] - c.t;
     c.turn = course_named(&c, "regenerative") != 0 ? course_named(&c, "regenerative.revolution_time") : 0;
@@ -86,7 +86,7 @@ enum Verdict reference_run(struct Contact *contact, const struct Motion *motion,
         verdict = walk_sensors(&c);
     for (c.segment = 0; c.segment < motion->segments && verdict == DONE; c.segment += verdict == DONE)
         verdict = run_segment(&c);
-    found->failed_at = c.t;
+    outcome->failed_at = c.t;
     free(c.left);
     return verdict;
 }

@@ -30,10 +30,10 @@ struct Care {
 /* A jump of the outputs. */
 struct Jump {
     double time, patience; /* patience: the time in which the motion changes a force by about itself */
-    int first;             /* of its outputs in Found.sides: before, then after */
+    int first;             /* of its outputs in Outcome.sides: before, then after */
 };
 
-struct Found {
+struct Outcome {
     double *rows;  /* [(segments + 1) * outputs], at the ends of the segments */
     struct Jump *jumps;
     double *sides; /* two rows of outputs for each jump */
@@ -45,7 +45,7 @@ struct Found {
 /* The contact has its values and is not started; it is led through the motion from times[0] by the model-exchange side
  * alone. */
 enum Verdict reference_run(struct Contact *contact, const struct Motion *motion, const struct Care *care,
-                           struct Found *found);
+                           struct Outcome *outcome);
 
 /* The kernel's answer as a host steps it: inputs and their slopes set at each communication point, kernel_advance,
  * kernel_evaluate. */

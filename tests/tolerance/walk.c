@@ -102,7 +102,7 @@ static void take(struct Course *c, double t, const struct Step *step)
     memcpy(c->y, step->node[STAGES_OF_RADAU - 1], sizeof c->y);
     for (int q = 0; q < c->radau.integrals; ++q)
         c->sums[q] += step->gain[q];
-    c->found->steps += 1;
+    c->outcome->steps += 1;
 }
 
 /* A step too short for anything but its start to matter. */
@@ -154,7 +154,7 @@ static enum Verdict advance(struct Course *c, double stop, int *blind)
         c->next = h * longer;
         take(c, h == left ? stop : c->t + h, &step);
         const int acted = *blind;
-        c->found->events += acted;
+        c->outcome->events += acted;
         *blind = 0;
         return (acted ? notes_event(c, c->moved) : course_look(c)) ? DONE : NO_RATES;
     }
@@ -173,7 +173,7 @@ static enum Verdict advance(struct Course *c, double stop, int *blind)
     for (int k = 0; k < INDICATORS; ++k)
         turned |= sign[k] != c->contact->sign[k][0];
     *blind = !turned && b.low <= 0; /* nothing has happened: across it */
-    c->found->events += 1;
+    c->outcome->events += 1;
     c->next = fmax(1e-3 * h, 100 * ahead(c));
     return DONE;
 }
@@ -182,10 +182,10 @@ static enum Verdict advance(struct Course *c, double stop, int *blind)
 static int chatters(struct Course *c)
 {
     const double whole = c->motion->times[c->motion->segments] - c->motion->times[0];
-    if (c->found->events < c->counted_events + 300)
+    if (c->outcome->events < c->counted_events + 300)
         return 0;
     const int stands = c->t - c->counted_at < 1e-3 * whole;
-    c->counted_events = c->found->events;
+    c->counted_events = c->outcome->events;
     c->counted_at = c->t;
     return stands;
 }
@@ -197,9 +197,9 @@ enum Verdict walk_to(struct Course *c, double stop)
         const enum Verdict verdict = advance(c, stop, &blind);
         if (verdict != DONE)
             return verdict;
-        if (c->found->steps > c->care->most_steps)
+        if (c->outcome->steps > c->care->most_steps)
             return TOO_MANY_STEPS;
-        if (c->found->events > c->care->most_events || chatters(c))
+        if (c->outcome->events > c->care->most_events || chatters(c))
             return TOO_MANY_EVENTS;
     }
     return DONE;

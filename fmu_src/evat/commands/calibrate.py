@@ -25,7 +25,14 @@ Workers = Annotated[int, typer.Option(help="Processes that run at a time; the an
 
 
 def calibrate(
-    cases: Annotated[int, typer.Option(help="Simulated cases; two cores do about 200 in an hour.", min=1)] = 200,
+    cases: Annotated[
+        int | None,
+        typer.Option(
+            help="Simulated cases; two cores do about 200 in an hour. With --sensitivity the first so many of its dozen.",
+            min=1,
+            show_default="200; with --sensitivity all 12",
+        ),
+    ] = None,
     state: Annotated[Path, typer.Option(help="Where cases are kept as they are done; a campaign goes on from there.")] = Path(
         "calibration.jsonl"
     ),
@@ -33,7 +40,10 @@ def calibrate(
     sensitivity: Annotated[
         bool, typer.Option("--sensitivity", help="Instead: what half and twice each constant of the diagnosis do to a dozen cases.")
     ] = False,
-    constant: Annotated[list[str] | None, typer.Option(help="With --sensitivity, only this one; several times for several.")] = None,
+    constants: Annotated[
+        list[str] | None,
+        typer.Option(metavar="PATTERN", help="With --sensitivity, only those of such names, as in 'prior_*'; may be given several times."),
+    ] = None,
     to: Annotated[
         Path | None, typer.Option("--out", "-o", help="Write the constants to this file, too, as the package keeps them.")
     ] = None,
@@ -45,15 +55,20 @@ def calibrate(
     have: set-up errors, noisy inputs, repeats out of step. Each case of one effect counts once more as an unknown, with that effect taken
     out of the library. After a change of the diagnosis itself begin with a new --state: cases in it are as the diagnosis was that saw them.
 
-    With --sensitivity, constants are not fitted, but replaced one at a time, which takes hours for all of them; the guide's page on
-    constants shows what is stored.
+    With --sensitivity, constants are not fitted, but replaced one at a time, which takes ten to twenty hours of a core for all of them.
+    What is done is kept, some constants or cases may be asked for at a time, and the guide's page on constants shows what is stored.
 
     Example: evat calibrate --cases 200 --store
+
+    Example: evat calibrate --sensitivity --constants 'region_*' --cases 3
     """
     if sensitivity:
-        return _sensitivity(state.with_stem("sensitivity") if state == Path("calibration.jsonl") else state, constant, store, workers)
-    if constant:
-        raise ParameterError(f"--constant {constant[0]}: it goes with --sensitivity; the calibration fits all its constants at once.")
+        return _sensitivity(
+            state.with_stem("sensitivity") if state == Path("calibration.jsonl") else state, constants, cases, store, workers
+        )
+    if constants:
+        raise ParameterError(f"--constants {constants[0]}: it goes with --sensitivity; the calibration fits all its constants at once.")
+    cases = 200 if cases is None else cases
     from evat.gap.calibrate import fit_constants, with_unknown
     from evat.gap.constants import STORED
     from evat.gap.constants import store as keep
@@ -62,35 +77,34 @@ def calibrate(
     done = list(track(campaign(state, cases, workers), description="cases", total=cases, console=err, transient=True))
     if not done or (store and len(done) < FEWEST):
         raise ParameterError(f"{state}: {len(done)} usable cases; at least {FEWEST if store else 1} are needed, ask for more with --cases.")
-    constants, loss = fit_constants(with_unknown(done))
+    fitted, loss = fit_constants(with_unknown(done))
     table = Table("constant", "value")
-    for name, value in vars(constants).items():
+    for name, value in vars(fitted).items():
         table.add_row(name, f"{value:.4g}")
     out.print(table)
     out.print(f"mean log loss {loss:.3f} over {len(done)} cases: {numbers(done)}", highlight=False)
     made = {"by": "evat calibrate", "version": importlib.metadata.version("evat"), "cases": numbers(done), "log_loss": round(loss, 4)}
     if to:
-        keep(constants, made, to)
+        keep(fitted, made, to)
         out.print(f"written to {to}", highlight=False)
     if store:
-        keep(constants, made, STORED)
+        keep(fitted, made, STORED)
         out.print("kept in the package")
 
 
-def _sensitivity(state: Path, names: list[str] | None, store: bool, workers: int) -> None:
-    from evat.constants import CONSTANTS
+def _sensitivity(state: Path, patterns: list[str] | None, count: int | None, store: bool, workers: int) -> None:
     from evat.studies import constant_sensitivity as study
 
-    names = names or list(CONSTANTS.declared())
-    held = study.campaign(state, names, workers, tell=lambda done: err.print(f"{done} of {len(study.CASES)} cases", highlight=False))
+    names, cases = study.named(patterns or ["*"]), study.CASES[:count]
+    held = study.campaign(state, names, workers, cases, tell=lambda done: err.print(f"{done} of {len(cases)} cases", highlight=False))
     table = Table("constant", "value", "half", "twice")
-    for name, row in study.column(held, names).items():
+    for name, row in study.column(held, names, cases).items():
         changes = (f"{row[word]['log_loss']:+.3f} ({row[word]['right']:+d}, {row[word]['changed']})" for word in ("halved", "doubled"))
         table.add_row(name, str(row["value"]), *changes)
     out.print(table)
     out.print("change of the mean log loss (of right verdicts, and of how many cases anything changes)", highlight=False)
     if store:
-        study.store(held, names)
+        study.store(held, names, cases)
         out.print("kept in the package")
 
 

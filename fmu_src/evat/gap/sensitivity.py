@@ -12,7 +12,7 @@ STORED = Path(__file__).with_name("sensitivity.json")
 
 
 def read(path: Path = STORED) -> dict[str, Any]:
-    """`made` (cases, kernel, table, log_loss, right) and `constants`, by name; empty where no campaign has been kept."""
+    """`made` (digests of kernel and table) and `constants`, by name, each with its cases; empty where no campaign has been kept."""
     if not path.is_file():
         return {}
     try:

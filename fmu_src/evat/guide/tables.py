@@ -21,6 +21,7 @@ from evat.native.compile import source_root
 from evat.units import display
 
 MARK = re.compile(r"^<!-- (table|include): (.+?) -->$", re.MULTILINE)
+NOT_MEASURED = "not yet"
 OF_SETS = ("names", "load", "load_ssv", "save_ssv")
 
 
@@ -148,7 +149,7 @@ def _value(value: Value) -> str:
 def _change(row: Mapping[str, Any] | None) -> str:
     """What one replaced value did to the stored cases."""
     if row is None:
-        return ""
+        return NOT_MEASURED
     failed = f", {row['failed']} fail" if row["failed"] else ""
     return f"{row['log_loss']:+.3f} ({row['right']:+d}, {row['changed']}{failed})"
 
@@ -162,10 +163,13 @@ def _constants() -> str:
         measured = measured if _value(values[name]) == _value(measured.get("value", math.nan)) else {}
         origin = f"{each.origin}: {each.source}" if each.source else each.origin
         changes = (_change(measured.get(word)) for word in ("halved", "doubled"))
-        return (_code(name), _value(values[name]), _text(each.unit), _text(each.meaning), _text(origin), *changes)
+        cases = str(len(measured.get("cases", ())))
+        return (_code(name), _value(values[name]), _text(each.unit), _text(each.meaning), _text(origin), cases, *changes)
 
-    headers = ("constant", "value", "unit", "meaning", "origin", "half", "twice")
-    return _table(headers, (row(name, each) for name, each in CONSTANTS.declared().items()))
+    headers = ("constant", "value", "unit", "meaning", "origin", "cases", "half", "twice")
+    lines = [row(name, each) for name, each in CONSTANTS.declared().items()]
+    missing = sum(NOT_MEASURED in line for line in lines)
+    return f"Measured: {len(lines) - missing} of {len(lines)} constants; {missing} not yet.\n\n" + _table(headers, lines)
 
 
 TABLES: dict[str, Callable[[], str]] = {

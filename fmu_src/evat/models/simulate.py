@@ -92,8 +92,8 @@ def simulate(
     Examples
     --------
     >>> import evat
-    >>> found = evat.parameter_sets.load("regularised/al-7075-t6")
-    >>> trace = evat.simulate({**found.values, "cutting_speed": 20 / 60}, found.effects, cycles=5)
+    >>> aluminium = evat.parameter_sets.load("regularised/al-7075-t6")
+    >>> trace = evat.simulate({**aluminium.values, "cutting_speed": 20 / 60}, aluminium.effects, cycles=5)
     >>> print(f"{trace['mean_feed_force'][-1]:.2f} {trace.units['mean_feed_force']}")
     1.94 N
     """

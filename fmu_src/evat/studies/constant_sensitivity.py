@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -137,6 +138,16 @@ def outcomes(path: Path) -> dict[Key, Outcome | str]:
     return held
 
 
+def named(patterns: Iterable[str]) -> list[str]:
+    """The constants that have such names, with * and ? as in file names, in the order of the table; ParameterError where none has."""
+    declared = CONSTANTS.declared()
+    patterns = list(patterns)
+    for pattern in patterns:
+        if not any(fnmatchcase(name, pattern) for name in declared):
+            raise ParameterError(f"constant {pattern!r}: there is none of that name; the guide's page on constants lists them.")
+    return [name for name in declared if any(fnmatchcase(name, pattern) for pattern in patterns)]
+
+
 def campaign(
     path: Path, names: Iterable[str], workers: int, cases: Sequence[int] = CASES, tell: Callable[[int], None] | None = None
 ) -> dict[Key, Outcome | str]:
@@ -162,7 +173,7 @@ def column(held: Mapping[Key, Outcome | str], names: Iterable[str], cases: Seque
     nothing = -math.log(LEAST_PROBABILITY)
     rows = {}
     for name in names:
-        row: dict[str, Any] = {"value": in_use()[name], "read_in": sum(name in _of(before[n]).reads for n in cases)}
+        row: dict[str, Any] = {"value": in_use()[name], "cases": list(cases), "read_in": sum(name in _of(before[n]).reads for n in cases)}
         for word, factor in zip(("halved", "doubled"), FACTORS, strict=True):
             after = [held[number, name, factor] for number in cases]
             loss = sum((nothing if isinstance(o, str) else o.log_loss) - _of(before[n]).log_loss for n, o in zip(cases, after, strict=True))
@@ -179,17 +190,14 @@ def column(held: Mapping[Key, Outcome | str], names: Iterable[str], cases: Seque
 
 
 def store(held: Mapping[Key, Outcome | str], names: Iterable[str], cases: Sequence[int] = CASES, path: Path = STORED) -> None:
-    """Keep the column in the package; of constants that were not tried, what was kept before, where all values are the same."""
-    before = [_of(held[number, "", 1.0]) for number in cases]
-    made = {
-        "cases": list(cases),
-        "kernel": kernel_digest(),
-        "table": table_digest(),
-        "log_loss": round(sum(outcome.log_loss for outcome in before) / len(cases), 4),
-        "right": sum(outcome.right for outcome in before),
-    }
+    """Keep the column in the package, beside what was kept before with the same kernel and values of all constants; of a constant that was
+    tried on more cases before, that stays."""
+    made = {"kernel": kernel_digest(), "table": table_digest()}
     kept = read(path)
-    rows = {**(kept["constants"] if kept.get("made") == made else {}), **column(held, names, cases)}
+    rows = dict(kept["constants"]) if kept.get("made") == made else {}
+    for name, row in column(held, names, cases).items():
+        if len(row["cases"]) >= len(rows.get(name, {}).get("cases", ())):
+            rows[name] = row
     put(path, json.dumps({"made": made, "constants": rows}, indent=1, sort_keys=True) + "\n", "the sensitivity")
 
 

@@ -57,7 +57,7 @@ def sensitivities(
     Returns
     -------
     dict of str to dict of str to array of shape (m,)
-        `found[output][parameter]`.
+        `sensitivity[output][parameter]`.
 
     Raises
     ------

@@ -39,10 +39,10 @@ class DomainShares:
 
 def domain_shares(material: str, beside: tuple[str, ...] = ()) -> DomainShares:
     """The shares of one of the paper's materials, with effects on beside the paper's."""
-    found = parameter_sets.load(f"{inference().family}/{material}", speed_unit=inference().speed_unit)
+    loaded = parameter_sets.load(f"{inference().family}/{material}", speed_unit=inference().speed_unit)
     model = MODELS[inference().model]
-    values = {**kernel.by_choice(found.values), **inferred(material), "friction_law": model.law, "phase_x": np.pi / 2, "phase_y": 0.0}
-    on = (*(found.effects if model.with_effects else ()), *beside)
+    values = {**kernel.by_choice(loaded.values), **inferred(material), "friction_law": model.law, "phase_x": np.pi / 2, "phase_y": 0.0}
+    on = (*(loaded.effects if model.with_effects else ()), *beside)
     cycle = simulate(values, on, cycles=1, samples_per_cycle=SAMPLES, outputs=SHOWN)
     touching = cycle["in_contact"] > 0
     friction, normal, theta = (cycle[name][touching] for name in ("friction_force", "normal_force", "theta_used"))
@@ -51,7 +51,7 @@ def domain_shares(material: str, beside: tuple[str, ...] = ()) -> DomainShares:
         cycle,
         float(np.mean(normal <= 0)),
         float(np.mean(np.abs(friction) > normal)),
-        float(np.mean(theta >= softening_limit(found.values))),
+        float(np.mean(theta >= softening_limit(loaded.values))),
     )
 
 
@@ -107,7 +107,7 @@ def _sigma2(material: str) -> float:
 
 def _hardest(study: PaperStudy) -> tuple[str, float]:
     """The material whose feed force the accepted draws miss most, and by how much the nearest of them does."""
-    found = study.draws[chosen()]
-    nearest = np.abs(found[mean_error(found) <= ACCEPTED, :, FEED]).min(axis=0)
+    deviations = study.draws[chosen()]
+    nearest = np.abs(deviations[mean_error(deviations) <= ACCEPTED, :, FEED]).min(axis=0)
     place = int(np.argmax(nearest))
     return list(paper_tables.materials())[place], float(nearest[place])

@@ -60,12 +60,12 @@ class BorneFriction:
 def borne_friction() -> BorneFriction:
     """All of it: seconds."""
     start = np.array([[kernel.variable(name).start for name in (MU, CONTACT_LENGTH)]])
-    found = {model: _forces(model, np.vstack([start, PLACES])) for model in MODELS}
+    forces = {model: _forces(model, np.vstack([start, PLACES])) for model in MODELS}
     coefficients: Mapping[str, str | FloatArray] = {"friction_law": AMONTONS, OWN_MU: np.array(COEFFICIENTS)}
     return BorneFriction(
-        {model: forces[1:] for model, forces in found.items()},
+        {model: every[1:] for model, every in forces.items()},
         _solved("coulomb", len(COEFFICIENTS), (), coefficients),
-        {model: forces[0] for model, forces in found.items()},
+        {model: every[0] for model, every in forces.items()},
         tuple(domain_shares(material, (LIMIT,)) for material in paper_tables.materials()),
     )
 
@@ -97,7 +97,7 @@ def friction_caveats(borne: BorneFriction) -> Iterator[str]:
     )
     free = inferred_forces()
     errors = ", ".join(
-        f"{MODELS[model].title} {_percent(found)} ({_percent(free[model])} unbounded)" for model, found in borne.at_start.items()
+        f"{MODELS[model].title} {_percent(means)} ({_percent(free[model])} unbounded)" for model, means in borne.at_start.items()
     )
     best = ", ".join(
         f"{MODELS[model].title} {100 * error:.1f} % (mu {mu:g}, length {length:g})"

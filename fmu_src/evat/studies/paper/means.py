@@ -125,18 +125,18 @@ def deviations(points: FloatArray, how: Calculation, tolerance: float = COARSE) 
 
     inf where the tool does not separate or a run fails.
     """
-    found = np.full((len(points), *measured().shape), np.inf)
+    deviation = np.full((len(points), *measured().shape), np.inf)
     kept = separates(points)
     if kept.any():
         ends = cycle_means(points[kept], np.repeat(shear_stress_bounds()[None], kept.sum(), axis=0), how, tolerance)
         nearest = np.stack([np.clip(measured()[:, 0], ends[:, :, 0, 0], ends[:, :, 1, 0]), ends[:, :, 0, 1]], axis=-1)
-        found[kept] = np.where(np.isfinite(nearest), nearest / measured() - 1, np.inf)
-    return found
+        deviation[kept] = np.where(np.isfinite(nearest), nearest / measured() - 1, np.inf)
+    return deviation
 
 
-def mean_error(found: FloatArray) -> FloatArray:
+def mean_error(deviation: FloatArray) -> FloatArray:
     """The paper's measure over the eight means: mean of the absolute deviations, (..., 4, 2) -> (...)."""
-    return np.asarray(np.abs(found).mean(axis=(-2, -1)))
+    return np.asarray(np.abs(deviation).mean(axis=(-2, -1)))
 
 
 def solved_shear_stress(
@@ -162,7 +162,7 @@ def forces_at(point: FloatArray, shear_stress: FloatArray, how: Calculation, chi
     """(4, 2) N: mean forces of one point. SimulationError where a run fails."""
     # Where the slip is solved for, a finer tolerance can make steps endless at entry (Inconel 718, 1e-6); means are right to 1e-6 at this.
     tolerance = FINE if chip_flow_angle == "constant" else kernel.variable("relative_tolerance").start
-    found = cycle_means(point[None], shear_stress[None, :, None], how, tolerance, chip_flow_angle=chip_flow_angle)[0, :, 0]
-    if not np.isfinite(found).all():
+    means = cycle_means(point[None], shear_stress[None, :, None], how, tolerance, chip_flow_angle=chip_flow_angle)[0, :, 0]
+    if not np.isfinite(means).all():
         raise SimulationError(f"{how.model}, {how.principle}: a vibration cycle cannot be run under these conditions: {point.tolist()}.")
-    return found
+    return means

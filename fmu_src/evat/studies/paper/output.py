@@ -38,11 +38,11 @@ def as_json(study: PaperStudy, shares: tuple[DomainShares, ...], borne: BorneFri
                 "conditions": {one.variable: one.inferred for one in conditions()},
                 SHEAR_STRESS: {name: one.inferred for name, one in shear_stresses().items()},
                 "models": {
-                    model: {"mean_error": float(mean_error(found / measured() - 1)), "means": _forces(found)}
-                    for model, found in study.inferred.items()
+                    model: {"mean_error": float(mean_error(means / measured() - 1)), "means": _forces(means)}
+                    for model, means in study.inferred.items()
                 },
                 "mean_error_by_current_shear_angle": {
-                    model: float(mean_error(found / measured() - 1)) for model, found in study.current_angle.items()
+                    model: float(mean_error(means / measured() - 1)) for model, means in study.current_angle.items()
                 },
             },
             "best": [_best(one) for one in study.best.values()],
@@ -87,8 +87,8 @@ def as_json(study: PaperStudy, shares: tuple[DomainShares, ...], borne: BorneFri
             "borne_friction": {
                 "domain": _domain(borne.shares),
                 "models": {
-                    model: {"mean_error": float(mean_error(found / measured() - 1)), "means": _forces(found)}
-                    for model, found in borne.at_start.items()
+                    model: {"mean_error": float(mean_error(means / measured() - 1)), "means": _forces(means)}
+                    for model, means in borne.at_start.items()
                 },
                 "places": [
                     {
@@ -99,8 +99,8 @@ def as_json(study: PaperStudy, shares: tuple[DomainShares, ...], borne: BorneFri
                     for n, (mu, length) in enumerate(PLACES)
                 ],
                 "amontons": [
-                    {"mu": mu, "mean_error": float(mean_error(found / measured() - 1)), "means": _forces(found)}
-                    for mu, found in zip(COEFFICIENTS, borne.amontons, strict=True)
+                    {"mu": mu, "mean_error": float(mean_error(means / measured() - 1)), "means": _forces(means)}
+                    for mu, means in zip(COEFFICIENTS, borne.amontons, strict=True)
                 ],
             },
             "caveats": told,
@@ -121,8 +121,8 @@ def _domain(shares: tuple[DomainShares, ...]) -> dict[str, dict[str, float]]:
     }
 
 
-def _forces(found: Any) -> dict[str, dict[str, float]]:
-    return {name: dict(zip(FORCES, map(float, row), strict=True)) for name, row in zip(paper_tables.materials(), found, strict=True)}
+def _forces(means: Any) -> dict[str, dict[str, float]]:
+    return {name: dict(zip(FORCES, map(float, row), strict=True)) for name, row in zip(paper_tables.materials(), means, strict=True)}
 
 
 def _bounds(one: ProcessCondition) -> dict[str, Any]:

@@ -67,7 +67,7 @@ def _plot_errors(study: PaperStudy, axis: Axes) -> None:
     principles = kernel.variable("shear_angle_principle").choices
     rows = {
         "the paper, as printed": {model: paper_tables.mean_relative_error(model) for model in MODELS},
-        "inferred, round values": {model: float(mean_error(found / measured() - 1)) for model, found in study.inferred.items()},
+        "inferred, round values": {model: float(mean_error(means / measured() - 1)) for model, means in study.inferred.items()},
     }
     for unit in SPEED_UNITS:
         for principle in sorted(principles, key=lambda one: one != chosen().principle):
@@ -86,8 +86,8 @@ def _plot_deviations(study: PaperStudy, axis: Axes) -> None:
     """By material, the share of the modified law and LuGre in the mean error under the inferred conditions."""
     titles = list(paper_tables.materials().values())
     at = np.arange(len(titles))
-    for number, (model, found) in enumerate(study.inferred.items()):
-        share = 100 * np.abs(found / measured() - 1) / measured().size
+    for number, (model, means) in enumerate(study.inferred.items()):
+        share = 100 * np.abs(means / measured() - 1) / measured().size
         left = at - 0.25 + 0.25 * number
         axis.bar(left, share[:, FEED], 0.23, color=OF_MODEL[model])
         axis.bar(left, share[:, 1 - FEED], 0.23, bottom=share[:, FEED], color=OF_MODEL[model], alpha=0.4)

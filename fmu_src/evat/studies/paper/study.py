@@ -235,27 +235,27 @@ def study_paper(
     stages = _Stages(None if journal is None else Journal(journal, {**made_by, "bounds": _bounds_text()}, resume), progress)
     unit_points: FloatArray = qmc.Sobol(len(conditions()), rng=np.random.default_rng(seed)).random(draws)
     points = scaled(unit_points)
-    found: dict[Calculation, FloatArray] = {}
+    drawn: dict[Calculation, FloatArray] = {}
     best: dict[Calculation, Best] = {}
     cube: dict[Calculation, FloatArray] = {}
     for how in calculations():
         same = Calculation(how.model, how.principle, SPEED_UNITS[0])
-        if MODELS[how.model].law == "coulomb" and same in found:
-            found[how], cube[how], best[how] = found[same], cube[same], Best(how, *_of(best[same]))
+        if MODELS[how.model].law == "coulomb" and same in drawn:
+            drawn[how], cube[how], best[how] = drawn[same], cube[same], Best(how, *_of(best[same]))
             continue
         label = f"{MODELS[how.model].title}, {how.principle.replace('_', ' ')}, {how.speed_unit}"
-        found[how] = stages.of(f"draws: {label}", unit_points, partial(_drawn, how=how))
+        drawn[how] = stages.of(f"draws: {label}", unit_points, partial(_drawn, how=how))
         others = [point for one, point in cube.items() if one.speed_unit == how.speed_unit]
-        good = unit_points[np.argsort(mean_error(found[how]), kind="stable")[:MEMBERS]]
+        good = unit_points[np.argsort(mean_error(drawn[how]), kind="stable")[:MEMBERS]]
         cube[how] = stages.of(f"best: {label}", np.array([*good, *others]), partial(_lowest, how=how, seed=seed))
         point = scaled(cube[how])
         stress = solved_shear_stress(point[None], how)[0]
         best[how] = Best(how, point, stress, forces_at(point, stress, how))
-    order = np.argsort(mean_error(found[chosen()]), kind="stable")
+    order = np.argsort(mean_error(drawn[chosen()]), kind="stable")
     profiles = tuple(_profiles(stages, cube[chosen()], unit_points[order]))
-    spreads = tuple(_spreads(points[mean_error(found[chosen()]) <= ACCEPTED]))
-    left_out = tuple(_left_out({model: found[Calculation(model, inference().principle, inference().speed_unit)] for model in MODELS}))
-    return PaperStudy(best, points, found, profiles, spreads, left_out, inferred_forces(), inferred_forces("current_shear_angle"), made_by)
+    spreads = tuple(_spreads(points[mean_error(drawn[chosen()]) <= ACCEPTED]))
+    left_out = tuple(_left_out({model: drawn[Calculation(model, inference().principle, inference().speed_unit)] for model in MODELS}))
+    return PaperStudy(best, points, drawn, profiles, spreads, left_out, inferred_forces(), inferred_forces("current_shear_angle"), made_by)
 
 
 def _of(best: Best) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -290,10 +290,10 @@ class _Stages:
         held = self._journal.recall(start) if self._journal is not None else None
         if held is not None:
             return held
-        found = work(start)
+        outcome = work(start)
         if self._journal is not None:
-            self._journal.keep(start, found)
-        return found
+            self._journal.keep(start, outcome)
+        return outcome
 
 
 def _errors(unit_points: FloatArray, how: Calculation) -> FloatArray:
@@ -309,7 +309,7 @@ def _lowest(start: FloatArray, how: Calculation, seed: int) -> FloatArray:
 
     These do not take part in the evolution, which would run to them at once.
     """
-    found = differential_evolution(
+    optimum = differential_evolution(
         lambda members: _errors(np.ascontiguousarray(members.T), how),
         [(0.0, 1.0)] * start.shape[1],
         init=start[:MEMBERS],
@@ -321,7 +321,7 @@ def _lowest(start: FloatArray, how: Calculation, seed: int) -> FloatArray:
         vectorized=True,
         tol=1e-4,
     )
-    ends = np.vstack([found.x, start[MEMBERS:]])
+    ends = np.vstack([optimum.x, start[MEMBERS:]])
     return _polished(ends[np.argmin(_errors(ends, how))], how, np.arange(start.shape[1]), POLISHED)
 
 
@@ -335,14 +335,14 @@ def _polished(point: FloatArray, how: Calculation, free: npt.NDArray[np.intp], e
 
     first = point[free]
     corners = first + np.vstack([np.zeros(free.size), np.diag(np.where(first < 0.5, SIMPLEX, -SIMPLEX))])
-    found = minimize(
+    optimum = minimize(
         lambda some: float(_errors(whole(some)[None], how)[0]),
         first,
         method="Nelder-Mead",
         bounds=[(0.0, 1.0)] * free.size,
         options={"maxfev": evaluations, "initial_simplex": corners, "xatol": 1e-5, "fatol": 1e-6},
     )
-    return whole(found.x)
+    return whole(optimum.x)
 
 
 def _profiles(stages: _Stages, best: FloatArray, good: FloatArray) -> Iterator[ConditionProfile]:
@@ -399,7 +399,7 @@ def _spreads(points: FloatArray) -> Iterator[Spread]:
 def _left_out(draws: Mapping[str, FloatArray]) -> Iterator[LeftOut]:
     """The principal force of a material follows its own shear stress, of which no other material tells; so its feed force is predicted."""
     for place, material in enumerate(paper_tables.materials()):
-        for model, found in draws.items():
-            met = mean_error(np.delete(found, place, axis=1)) <= ACCEPTED
-            predicted = measured()[place, FEED] * (1 + found[met, place, FEED])
+        for model, deviation in draws.items():
+            met = mean_error(np.delete(deviation, place, axis=1)) <= ACCEPTED
+            predicted = measured()[place, FEED] * (1 + deviation[met, place, FEED])
             yield LeftOut(material, model, float(measured()[place, FEED]), predicted)
