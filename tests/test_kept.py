@@ -61,6 +61,26 @@ def test_a_damaged_library_is_compiled_anew(copied: Path, damage: str) -> None:
     assert asked(copied).stderr == ""
 
 
+def test_a_library_of_other_sources_is_compiled_anew(copied: Path) -> None:
+    """Its tables are not laid out as the headers say, and reading them ended the process: what a checkout of another commit leaves."""
+    header = copied / "kernel" / "tables.h"
+    ours = header.read_text(encoding="utf-8")
+    first = "struct Variable {\n"
+    assert first in ours
+    header.write_text(ours.replace(first, f"{first}    double one_more;\n"), encoding="utf-8")
+    library = copied / "evat" / "_lib" / kernel_library_path().name
+    kept = library.read_bytes(), seal_of(library).read_bytes()
+    assert is_whole(library)
+    done = asked(copied)
+    library.unlink()  # it may be loaded
+    library.write_bytes(kept[0])
+    seal_of(library).write_bytes(kept[1])
+    header.write_text(ours, encoding="utf-8")
+    assert done.returncode == 0, (done.returncode, done.stderr)
+    assert f"{library}: the compiled library was compiled from other sources; it is compiled anew" in done.stderr
+    assert done.stdout.strip() == kernel.token()
+
+
 def test_a_damaged_library_that_cannot_be_compiled_says_what_to_do(copied: Path, tmp_path: Path) -> None:
     library = copied / "evat" / "_lib" / kernel_library_path().name
     kept = library.read_bytes(), seal_of(library).read_bytes()

@@ -1,12 +1,14 @@
-"""Is every input there without which an effect that is on says nothing? The one place that reads Effect.needs; knows no effect by name."""
+"""Is every input there without which an effect that is on, or the friction law, says nothing? The one place that reads Effect.needs; knows
+no effect and no law by name."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
-from evat.model import ParameterError, Tables
+from evat.model import Law, ParameterError, Tables, Variable
 
 MOTION, KINEMATICS = "slip_velocity", "kinematics"  # what every friction law answers to, and the choice of where it comes from
+LAW = "friction_law"
 # An effect that needs the temperature proxy needs what the proxy is taken from, by the name of that choice.
 PROXY, SOURCE = "proxy_speed", "proxy_source"
 PROXY_INPUT = {"slip_speed": MOTION}
@@ -71,4 +73,33 @@ def check_required_inputs(model: Tables, on: Sequence[str], values: Mapping[str,
             f"the {'effects' if several else 'effect'} {', '.join(effects)} {'need' if several else 'needs'} the input {name} "
             f"({variable.meaning}), and this run has neither a column nor a value of it. Give one in {variable.unit}{other}, "
             f"or switch the {'effects' if several else 'effect'} off."
+        )
+
+
+def inputs_the_law_lacks(
+    model: Tables, laws: Sequence[Law], values: Mapping[str, float | str], given: Collection[str] = ()
+) -> tuple[str, list[Variable]]:
+    """The law that is chosen, and the inputs that it reads, that these kinematics do not compute, and that this run does not have."""
+    by_name = {variable.name: variable for variable in model.variables}
+
+    def choice(name: str) -> str:
+        variable = by_name[name]
+        return variable.choices[int(variable.check(values.get(name, variable.start)))]
+
+    chosen, kinematics = choice(LAW), choice(KINEMATICS)
+    law = next(law for law in laws if law.name == chosen)
+    return chosen, [
+        read
+        for read in law.reads
+        if read.causality == "input" and kinematics in read.required_with and read.name not in values and read.name not in given
+    ]
+
+
+def check_inputs_of_law(model: Tables, laws: Sequence[Law], values: Mapping[str, float | str], given: Collection[str] = ()) -> None:
+    """ParameterError where `inputs_the_law_lacks` finds one."""
+    chosen, lacking = inputs_the_law_lacks(model, laws, values, given)
+    for read in lacking:
+        raise ParameterError(
+            f"{LAW} = {chosen} takes its force from the input {read.name} ({read.meaning}), and this run has neither a column nor a value "
+            f"of it. Give one in {read.unit}, or choose another law."
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import atan, cos, pi, sin
 
+import evat
 import numpy as np
 import pytest
 from driving import PERIOD, Values, at_speed_ratio, read, started
@@ -21,6 +22,22 @@ def test_under_a_given_load_friction_is_mu_of_it_and_nothing_else() -> None:
     rows = contact.run(times, {"slip_velocity": slip, "normal_load": load}, ("friction_force", "dissipated_power"))
     assert rows[:, 0] == pytest.approx(0.3 * load * np.sign(slip), rel=1e-12, abs=1e-12)
     assert rows[:, 1] == pytest.approx(0.3 * load * np.abs(slip), rel=1e-12, abs=1e-12)
+
+
+def test_a_load_that_nobody_gives_is_asked_for() -> None:
+    """In place of the 10 N that stand at the start, by every way to run a contact; where the chip gives it nothing is asked."""
+    values, times = {"friction_law": "amontons", "kinematics": "external"}, np.linspace(0, 1, 11)
+    slip = {"slip_velocity": np.ones(11)}
+    run = evat.Run(times, slip, ("friction_force",))
+    asks = r"friction_law = amontons takes its force from the input normal_load \(.*\), and this run has neither a column nor a value of it"
+    with pytest.raises(evat.ParameterError, match=asks):
+        evat.simulate(values, times=times, inputs=slip)
+    with pytest.raises(evat.ParameterError, match=asks):
+        evat.run_many(run, {**values, "amontons.mu": np.array([0.1, 0.2])})
+    assert evat.ContactModel().missing_inputs((), values, ("slip_velocity",)) == {"normal_load": ["friction_law = amontons"]}
+    given = evat.simulate({**values, "normal_load": 4.0}, times=times, inputs=slip)
+    assert given["friction_force"] == pytest.approx(2.0)
+    evat.simulate({**values, "kinematics": "internal"}, cycles=1)
 
 
 @pytest.mark.parametrize("chip_flow_angle", ["constant", "current_shear_angle"])

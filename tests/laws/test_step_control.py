@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import time
 
+import evat
 import numpy as np
 import pytest
 from evat.model import ParameterError, SimulationError
 from evat.native.kernel import Contact
+from evat.paper_conditions import inferred
 
 EXTERNAL = {"kinematics": "external"}
 
@@ -77,6 +79,25 @@ def test_what_steps_without_end_is_refused_soon(values: dict[str, float | str], 
         contact.advance(1e-3)
     assert named in str(refused.value)
     assert time.process_time() - begun < 2
+
+
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-6, 1e-7])
+def test_a_slip_that_jumps_costs_some_steps_and_no_more(tolerance: float) -> None:
+    """Stiff damping under static friction (Inconel, inferred conditions), the chip flowing by the angle of the moment: where the slip has
+    stuck it jumps away, at no step that would be short enough. It was refused, or took thousands of steps a cycle."""
+    material = evat.parameter_sets.load("regularised/inconel-718")
+    means = {}
+    for each in (1e-4, tolerance):
+        values = {
+            **material.values, **inferred("inconel-718"), "chip_flow_angle": "current_shear_angle", "relative_tolerance": each,
+        }  # fmt: skip
+        contact = Contact(values, material.effects)
+        contact.start(0.0)
+        for _ in range(20):
+            contact.advance(0.1 / values["vibration_frequency"])
+        means[each] = [contact.get(f"mean_{name}_force") for name in ("friction", "principal", "feed")]
+    assert contact.get("step_count") < 2 * 500
+    np.testing.assert_allclose(means[tolerance], means[1e-4], atol=3e-4 * max(np.abs(means[tolerance])))
 
 
 def test_wear_does_not_end_the_sliding_of_a_reset_integrator() -> None:

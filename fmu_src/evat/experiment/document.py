@@ -294,5 +294,5 @@ def check_inputs(model: Model, nominal: Nominal, given: Collection[str], where: 
     for name, effects in model.missing_inputs(nominal.effects, nominal.values, given).items():
         raise ExperimentError(
             f"{where}: the nominal model's {', '.join(effects)} cannot act without {name}, which is neither a signal nor has a value. "
-            "Give it, or take the effect out of nominal.effects."
+            "Give it, or take what needs it out of the nominal model."
         )

@@ -11,11 +11,18 @@ import numpy as np
 from evat.model import FloatArray, Rival, Run, Trace, Variable
 from evat.native import kernel
 from evat.native.batch import run_many
-from evat.required_inputs import KINEMATICS, MOTION, check_required_inputs, missing_inputs
+from evat.required_inputs import (
+    KINEMATICS,
+    LAW,
+    MOTION,
+    check_inputs_of_law,
+    check_required_inputs,
+    inputs_the_law_lacks,
+    missing_inputs,
+)
 
 # Internal steps, far beyond what a sound set takes; a holder that chatters against a rigid law takes thousands.
 MOST_STEPS, STEPS_PER_SAMPLE, STEPS_PER_CYCLE = 2_000, 8, 120
-LAW = "friction_law"
 SETTLING_TIME = 1.0  # s of steady slip, far beyond any presliding; means are taken over the second half
 
 
@@ -50,6 +57,7 @@ class ContactModel(kernel.ContactTables):
         first = {name: float(column[0]) for name, column in run.inputs.items() if np.size(column) and math.isfinite(column[0])}
         contact = kernel.Contact({**values, **first}, on)
         check_required_inputs(self, on, values, run.inputs)
+        check_inputs_of_law(self, kernel.laws(), values, run.inputs)
         contact.start(float(run.times[0]))
         names = list(run.outputs) or list(kernel.outputs())
         table = contact.run(run.times, run.inputs, names)
@@ -122,7 +130,11 @@ class ContactModel(kernel.ContactTables):
         )
 
     def missing_inputs(self, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str]) -> Mapping[str, Sequence[str]]:
-        return missing_inputs(self, on, values, given)
+        lacking = missing_inputs(self, on, values, given)
+        law, inputs = inputs_the_law_lacks(self, kernel.laws(), values, given)
+        for name in (read.name for read in inputs):
+            lacking.setdefault(name, []).append(f"{LAW} = {law}")
+        return lacking
 
     @staticmethod
     def _moves_by_itself(values: Mapping[str, float | str | FloatArray]) -> bool:

@@ -17,7 +17,7 @@ import numpy as np
 from evat.model import FloatArray, ParameterError, Run, SimulationError
 from evat.native import kernel
 from evat.native.compile import MANY_LANES
-from evat.required_inputs import check_required_inputs
+from evat.required_inputs import check_inputs_of_law, check_required_inputs
 
 Give = Literal["rows", "sums"]
 LINE = 64  # bytes
@@ -261,6 +261,7 @@ def run_many(
         raise ParameterError("no outputs were asked for; name at least one, for example friction_force.")
     single: dict[str, float | str] = {name: value for name, value in values.items() if isinstance(value, (int, float, str))}
     check_required_inputs(kernel.ContactTables(), on, single, {*run.inputs, *values})
+    check_inputs_of_law(kernel.ContactTables(), kernel.laws(), single, {*run.inputs, *values})
     count, constants, columns = value_sets(values, on, run)
     clock, keep = _clock(run, at)
     inputs, shared, each = _columns(run, clock, count)

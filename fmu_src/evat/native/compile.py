@@ -18,7 +18,7 @@ import sys
 import tempfile
 import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -282,7 +282,7 @@ def build_machine_library(output_dir: Path, part: str) -> Path:
 def _build_if_changed(output: Path, part: str, header: str, defines: Mapping[str, str | int], processor: Processor) -> Path:
     root, target = source_root(), host_target()
     sources = model_sources(root, part)
-    state = _fingerprint([*sources, *model_headers(root, part)], target)
+    state = f"{sources_digest(root, part)} {_compiler_version()}".rstrip()
     if not is_whole(output, state):
         seal_of(output).unlink(missing_ok=True)
         include = include_folders(root, part)[:1]
@@ -308,10 +308,10 @@ def seal(path: Path, made_from: str = "-") -> None:
 
 
 def is_whole(path: Path, made_from: str | None = None) -> bool:
-    """Whether a file that is kept is there as it was made, and where that is asked, from this."""
+    """Whether a file that is kept is there as it was made, and where that is asked, from this; by which compiler need not be asked."""
     try:
         kept_from, digest = seal_of(path).read_text(encoding="ascii").splitlines()
-        return made_from in (None, kept_from) and hashlib.sha256(path.read_bytes()).hexdigest() == digest
+        return made_from in (None, kept_from, kept_from.partition(" ")[0]) and hashlib.sha256(path.read_bytes()).hexdigest() == digest
     except (OSError, ValueError):
         return False
 
@@ -325,35 +325,38 @@ def build_libraries(output_dir: Path) -> list[Path]:
 def kernel_library_path(lanes: int = 1, instructions: Collection[str] = ()) -> Path:
     """The compiled kernel that came with this package: the best for a machine with these instructions."""
     fits = next(processor for processor in _processors(lanes) if processor.needs <= set(instructions))
-    return _compiled(_library_name(lanes, fits), lambda folder: build_kernel_library(folder, lanes, fits))
+    return _compiled(_library_name(lanes, fits), CONTACT, lambda folder: build_kernel_library(folder, lanes, fits))
 
 
 def machine_library_path(part: str) -> Path:
     """The compiled partner that came with this package."""
     if part not in machine_names(source_root()):
         raise CompileError(f"there is no partner {part!r}; allowed are {', '.join(machine_names(source_root()))}.")
-    return _compiled(_machine_library_name(part), lambda folder: build_machine_library(folder, part))
+    return _compiled(_machine_library_name(part), part, lambda folder: build_machine_library(folder, part))
 
 
 def _machine_library_name(part: str) -> str:
     return f"evat_{part}{host_target().extension}"
 
 
-def _compiled(name: str, build: Callable[[Path], Path]) -> Path:
-    """A library of this package, whole: to load half of one ends the process. One that is damaged is compiled anew."""
+def _compiled(name: str, part: str, build: Callable[[Path], Path]) -> Path:
+    """A library of this package, whole and of these very sources: to load half of one ends the process, and so does one whose tables are
+    not laid out as the headers here say. Any other is compiled anew."""
     path = PACKAGE / "_lib" / name
-    if is_whole(path):
+    if is_whole(path, sources_digest(source_root(), part)):
         return path
     if not path.is_file():
         raise CompileError(
             f"the compiled library is not there: {path}. In a checkout run `python -m evat.native.compile`; else install evat again, "
             "which compiles it."
         )
-    warnings.warn(f"{path}: the compiled library is damaged, or nothing says that it is whole; it is compiled anew.", stacklevel=2)
+    flaw = "was compiled from other sources" if is_whole(path) else "is damaged, or nothing says that it is whole"
+    warnings.warn(f"{path}: the compiled library {flaw}; it is compiled anew.", stacklevel=2)
     try:
         return build(path.parent)
     except EvatError as error:
-        raise CompileError(f"{path}: the compiled library is damaged and cannot be compiled anew: {error} Install evat again.") from error
+        flaw = flaw.partition(",")[0]
+        raise CompileError(f"{path}: the compiled library {flaw} and cannot be compiled anew: {error} Install evat again.") from error
 
 
 def _zig() -> list[str]:
@@ -401,14 +404,20 @@ def _call(command: list[str], folder: Path, output: Path) -> None:
         raise CompileError(f"{output.name}: the C compiler refused:\n  {said}")
 
 
-def _fingerprint(files: Iterable[Path], target: Target) -> str:
+def sources_digest(root: Path, part: str) -> str:
+    """Of all that the library of a part is compiled from on this machine, but the compiler."""
     digest = hashlib.sha256()
-    for path in (Path(__file__), *files):
+    for path in (Path(__file__), *model_sources(root, part), *model_headers(root, part)):
         digest.update(f"{path.name}\0".encode() + path.read_bytes() + b"\0")
-    with suppress(importlib.metadata.PackageNotFoundError):
-        digest.update(importlib.metadata.version("ziglang").encode())
-    digest.update(target.zig.encode())
+    digest.update(host_target().zig.encode())
     return digest.hexdigest()
+
+
+def _compiler_version() -> str:
+    try:
+        return importlib.metadata.version("ziglang")
+    except importlib.metadata.PackageNotFoundError:
+        return ""
 
 
 if __name__ == "__main__":

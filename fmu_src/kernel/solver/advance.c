@@ -117,6 +117,14 @@ static int worn_out(struct Patience *p, double step, const lanes s)
     return p->taken++ >= p->most;
 }
 
+/* Where the chip flows by the angle of the moment and friction falls with speed, slip and shear angle have more than one
+ * answer, and the one that is followed ends in a fold: the slip jumps there. No step is short enough for a jump; it is
+ * known to the part of a cycle to which events are. */
+static double shortest_step(const struct Configuration *w, double step)
+{
+    return larger(1e-12 * step, w->current_angle ? 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][0] : 0);
+}
+
 /* One internal step while it is tried. */
 struct Trial {
     struct Point *start, *middle, *end;
@@ -259,7 +267,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
     struct Trial t = {.start = &room[course->now].point,
                       .middle = &room[(course->now + 1) % 3].point,
                       .end = &room[(course->now + 2) % 3].point,
-                      .shortest = 1e-12 * step};
+                      .shortest = shortest_step(w, step)};
     int jumps = 0, acts[LANES], chased[LANES] = {0};
     lanes quiet_for;
     EACH_LANE

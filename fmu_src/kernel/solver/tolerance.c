@@ -83,7 +83,7 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
         const int shortest_of_all = (h[i] <= shortest) & (bad[i] > 1) & (bad[i] < INFINITY);
         /* a step that was short because it had to end somewhere says nothing against a longer one */
         const double wanted = smaller(factor[i] < 1 ? changed : larger(changed, next[i]), w->longest[i]);
-        next[i] = shortest_of_all ? next[i] : wanted;
+        next[i] = shortest_of_all ? next[i] : bad[i] > 1 ? larger(wanted, shortest) : wanted;
         fits[i] = shortest_of_all | (bad[i] <= 1);
         all &= fits[i];
     }
@@ -105,8 +105,10 @@ int accurate_in_halves(const struct Contact *contact, const struct Configuration
             continue;
         /* the error of a step is of fifth order; beyond the tolerance that says little, and halves are tried */
         const double factor = error[i] > 1e-3 ? 0.9 * pow(error[i], -0.2) : 4;
-        fits[i] = error[i] <= 1 || h[i] <= shortest;
-        next[i] = fits[i] ? smaller(next[i], h[i] * factor) : h[i] * larger(smaller(factor, 0.5), 0.1);
+        const int shortest_of_all = error[i] > 1 && h[i] <= shortest;
+        fits[i] = error[i] <= 1 || shortest_of_all;
+        const double wanted = fits[i] ? smaller(next[i], h[i] * factor) : h[i] * larger(smaller(factor, 0.5), 0.1);
+        next[i] = shortest_of_all ? next[i] : error[i] > 1 ? larger(wanted, shortest) : wanted;
         all &= fits[i];
     }
     return all;
