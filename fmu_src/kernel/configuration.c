@@ -98,7 +98,9 @@ struct Configuration wire(const struct Contact *contact)
         if (rake != 0)
             cos_sin_of(rake, &w.cos_rake[i], &w.sin_rake[i]);
         w.turn.r[i] = NAN;
-        w.tan_flow[i] = 0;
+        w.tan_flow[i] = w.cot_flow[i] = 0;
+        if (w.kinematics == KINEMATICS_EXTERNAL)
+            w.cot_flow[i] = 1 / tan(contact->value[VAR_CONSTANT_SHEAR_ANGLE][i]);
         if (w.kinematics == KINEMATICS_EXTERNAL && w.on_count == 0)
             continue;
         const double phase_x = contact->value[VAR_PHASE_X][i], phase_y = contact->value[VAR_PHASE_Y][i];

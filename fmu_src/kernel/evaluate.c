@@ -43,6 +43,8 @@ static const struct {
     {VAR_MEASURED_PRINCIPAL_FORCE, offsetof(struct Point, measured[1])},
     {VAR_MEASURED_FEED_FORCE, offsetof(struct Point, measured[2])},
     {VAR_SLIP_VELOCITY_USED, offsetof(struct Point, v)},
+    {VAR_DISSIPATED_POWER, offsetof(struct Point, P_f)},
+    {VAR_SHEAR_POWER, offsetof(struct Point, P_s)},
     {VAR_THETA_USED, offsetof(struct Point, theta)},
     {VAR_SPEED_RATIO, offsetof(struct Point, speed_ratio)},
     {VAR_IN_CONTACT, offsetof(struct Point, cutting)},
@@ -80,8 +82,8 @@ void show_some(struct Contact *contact, const struct Point *x, int count, const 
 /* Without a window the means are what is now. */
 static void show_means(struct Contact *contact, const struct Point *x)
 {
-    const lanes *const now[MEANS] = {&x->F,       &x->F_p,         &x->F_f,         &x->N,
-                                     &x->cutting, &x->measured[0], &x->measured[1], &x->measured[2]};
+    const lanes *const now[MEANS] = {&x->P_f, &x->P_s,     &x->F,           &x->F_p,         &x->F_f,
+                                     &x->N,   &x->cutting, &x->measured[0], &x->measured[1], &x->measured[2]};
     int forms[LANES];
     forms_means(contact, forms);
     for (int n = 0; n < MEANS; ++n)
@@ -98,7 +100,6 @@ void show_outputs(struct Contact *contact, const struct Configuration *w, const 
     EACH_LANE {
         value[VAR_TOOL_FORCE_X][i] = -x->F_p[i];
         value[VAR_UNCUT_THICKNESS_USED][i] = x->cutting[i] * x->h[i];
-        value[VAR_DISSIPATED_POWER][i] = x->F[i] * x->v[i];
         value[VAR_SLIDING_SPEED][i] = x->cutting[i] * x->speed[i];
     }
     show_means(contact, x);

@@ -85,6 +85,27 @@ void load_at(const struct Contact *contact, const struct Configuration *w, const
     }
 }
 
+/* Both heat sources. N V_n, V_n = V_s cos(phi - alpha) the approach of tool and chip along the rake's normal, and F v,
+ * less the power that goes along with the tool's own motion, is what the tool gives: so shear takes the rest, F_s V_s.
+ * Who gives the slip says no more: a steady chip that slides at v along the rake approaches at
+ * v cos(alpha) cos(phi - alpha)/sin(phi). */
+static void powers_at(const struct Configuration *w, struct Point *x)
+{
+    EACH_LANE
+        x->P_f[i] = x->F[i] * x->v[i];
+    if (w->kinematics == KINEMATICS_EXTERNAL)
+        EACH_LANE {
+            const double cos_rake = w->cos_rake[i], sin_rake = w->sin_rake[i], cot = w->cot_flow[i];
+            x->P_s[i] = larger(x->v[i], 0) * cos_rake *
+                        (x->N[i] * (cos_rake * cot + sin_rake) - x->F[i] * (cos_rake - sin_rake * cot));
+        }
+    else
+        EACH_LANE {
+            const double along = x->u_x[i] * w->sin_rake[i] - x->u_y[i] * w->cos_rake[i];
+            x->P_s[i] = x->N[i] * x->approach[i] - x->F[i] * (x->v[i] - along);
+        }
+}
+
 void forces_at(const struct Configuration *w, struct Point *x)
 {
     if (w->by_energy)
@@ -103,6 +124,7 @@ void forces_at(const struct Configuration *w, struct Point *x)
         x->F_p[i] = x->N[i] * cos_rake + F * sin_rake + x->cutting[i] * x->edge_p[i];
         x->F_f[i] = F * cos_rake - x->N[i] * sin_rake + x->cutting[i] * x->edge_f[i];
     }
+    powers_at(w, x);
     act(w, STAGE_FORCES, x);
 }
 

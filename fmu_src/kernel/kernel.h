@@ -107,6 +107,8 @@ enum Base {
     VAR_MEAN_FEED_FORCE,
     VAR_MEAN_NORMAL_FORCE,
     VAR_MEAN_CONTACT_RATIO,
+    VAR_MEAN_DISSIPATED_POWER,
+    VAR_MEAN_SHEAR_POWER,
     VAR_MEASURED_FRICTION_FORCE,
     VAR_MEASURED_PRINCIPAL_FORCE,
     VAR_MEASURED_FEED_FORCE,
@@ -122,6 +124,8 @@ enum Base {
     VAR_BRISTLE_DEFLECTION,
     VAR_DISSIPATED_POWER,
     VAR_DISSIPATED_ENERGY,
+    VAR_SHEAR_POWER,
+    VAR_SHEAR_ENERGY,
     VAR_SLIDING_SPEED,
     VAR_SLIDING_DISTANCE,
     VAR_CLAMPED_COUNT,
@@ -158,12 +162,13 @@ enum Averaging { RESOLVED, CYCLE };
 enum Limits {
     CAPACITY = 320,      /* values of one contact: base, laws and effects together (a test holds the tables to it) */
     MEMORY = 24,         /* what a law remembers between events, beside its bristle deflection */
-    BASE_STATES = 11,    /* continuous states of the base table, the first of kernel_state */
+    BASE_STATES = 12,    /* continuous states of the base table, the first of kernel_state */
     EFFECT_STATES = 24,  /* at most so many states of all effects together follow them */
     STATES = BASE_STATES + EFFECT_STATES,
     HISTORY = 256, /* internal steps whose forces are kept while an effect looks back, and heights of the surface */
     CHANNELS = 3, /* forces that are measured: friction, principal, feed */
-    MEANS = 8, /* quantities with a mean over the averaging window: four forces, contact, three measured forces */
+    MEANS = 10, /* quantities with a mean over the averaging window: two powers, four forces, contact, three measured
+                   forces */
     INDICATORS = 4, /* zero crossings that are events: see enum Indicator */
     INPUT_FIRST = VAR_SLIP_VELOCITY,
     INPUT_END = VAR_TOOL_VELOCITY_Y + 1
@@ -379,6 +384,7 @@ struct Point {
     lanes clamped; /* how many values had to be clamped */
     /* forces */
     lanes N, F_p, F_f;
+    lanes P_f, P_s; /* power that friction takes up on the rake face, and that shears the chip [W] */
     lanes outside; /* 1 where the force lies outside the domain of the shear-angle principle */
     /* measurement */
     lanes measured[CHANNELS]; /* friction, principal and feed force as a dynamometer shows them [N] */

@@ -55,8 +55,9 @@ const struct Variable *kernel_variable(int index)
 }
 
 static const int base_states[BASE_STATES] = {VAR_BRISTLE_DEFLECTION,
-                                             VAR_DISSIPATED_ENERGY,
                                              VAR_SLIDING_DISTANCE,
+                                             VAR_DISSIPATED_ENERGY,
+                                             VAR_SHEAR_ENERGY,
                                              VAR_FRICTION_IMPULSE,
                                              VAR_PRINCIPAL_IMPULSE,
                                              VAR_FEED_IMPULSE,

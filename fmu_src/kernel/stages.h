@@ -71,6 +71,7 @@ struct Configuration {
     lanes cos_x, sin_x, cos_y, sin_y; /* of the phases */
     struct Turn turn; /* at the speed ratio that holds at value[VAR_TIME] */
     lanes tan_flow; /* of chip_flow_shear_angle - rake_angle */
+    lanes cot_flow; /* of chip_flow_shear_angle, where the slip is given */
 };
 
 /* configuration.c */

@@ -211,6 +211,10 @@ const struct Variable base_variables[BASE_COUNT] = {
         .meaning = "normal_force, mean over the last full averaging window", .source = DEFINITION},
     [VAR_MEAN_CONTACT_RATIO] = {.name = "mean_contact_ratio", .unit = "1", HELD_RESULT,
         .meaning = "share of the last full averaging window spent in contact (duty)", .source = DEFINITION},
+    [VAR_MEAN_DISSIPATED_POWER] = {.name = "mean_dissipated_power", .unit = "W", HELD_RESULT,
+        .meaning = "dissipated_power, mean over the last full averaging window", .source = DEFINITION},
+    [VAR_MEAN_SHEAR_POWER] = {.name = "mean_shear_power", .unit = "W", HELD_RESULT,
+        .meaning = "shear_power, mean over the last full averaging window", .source = DEFINITION},
     [VAR_MEASURED_FRICTION_FORCE] = {.name = "measured_friction_force", FORCE, RESULT,
         .derivative_of = VAR_MEASURED_FRICTION_IMPULSE,
         .meaning = "friction_force as the sensor shows it: with the effects of measurement that are on",
@@ -252,6 +256,12 @@ const struct Variable base_variables[BASE_COUNT] = {
             "spring back", .source = DEFINITION},
     [VAR_DISSIPATED_ENERGY] = {.name = "dissipated_energy", .unit = "J", .nominal = 1e-3, RESULT,
         .meaning = "dissipated_power, integrated from the start", .source = DEFINITION},
+    [VAR_SHEAR_POWER] = {.name = "shear_power", .unit = "W", RESULT, .derivative_of = VAR_SHEAR_ENERGY,
+        .meaning = "power that shears the chip, shear force times shear velocity on the plane that gives the slip: what "
+            "chip and tool exchange less dissipated_power. kinematics = external: of the steady chip at that slip and "
+            "chip_flow_shear_angle", .source = "Merchant 1945; balance of power"},
+    [VAR_SHEAR_ENERGY] = {.name = "shear_energy", .unit = "J", .nominal = 1e-3, RESULT,
+        .meaning = "shear_power, integrated from the start", .source = DEFINITION},
     [VAR_SLIDING_SPEED] = {.name = "sliding_speed", .unit = "m/s", .display_unit = "m/min", RESULT,
         .derivative_of = VAR_SLIDING_DISTANCE, .meaning = "magnitude of the slip velocity in contact, 0 out of it",
         .source = DEFINITION},

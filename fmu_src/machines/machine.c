@@ -1,5 +1,5 @@
 /* How does a partner live and move on? Exactly: its rates are linear in states and inputs, and inputs are linear within
- * a step.
+ * a step. Where inputs change the response to the states as well, to second order in their change.
  *
  * x(h) = x + once f + twice df/dt, once = integral of exp(A s) from 0 to h, twice = integral of that: f the rates as
  * they stand, df/dt their change by the slopes of the inputs. No step size is too long, and what has no damping keeps
@@ -139,7 +139,8 @@ static void rates(double *value, const int *rate, int count, double *f)
 }
 
 /* The integrals of the response for a step of h, from rates with one state after the other moved from 0 by its nominal
- * value. */
+ * value. Where inputs change the response, as at the end of the step, where a long one settles: it is of second order.
+ */
 static void prepare(struct Model *model, const int *state, const int *rate, int count, double h)
 {
     double matrix[STATES * STATES], rest[STATES], moved[STATES];
@@ -148,7 +149,7 @@ static void prepare(struct Model *model, const int *state, const int *rate, int 
         probe.value[state[n]] = 0;
     for (int i = 0; i < part.count; ++i)
         if (part.variables[i].causality == INPUT)
-            probe.value[i] = 0;
+            probe.value[i] = part.varies ? model->value[i] + h * model->slope[i - INPUT_FIRST] : 0;
     rates(probe.value, rate, count, rest);
     for (int k = 0; k < count; ++k) {
         probe.value[state[k]] = nominal(state[k]);
@@ -189,6 +190,7 @@ enum Status model_step(struct Model *model, double step, int stop_at_events, dou
             by += model->once[n * count + k] * now[k] + model->twice[n * count + k] * ((end[k] - now[k]) / step);
         model->value[state[n]] += by;
     }
+    model->step = part.varies ? 0 : model->step; /* it holds for this step only */
     model->value[VAR_TIME] += step;
     *taken = step;
     return model_evaluate(model);

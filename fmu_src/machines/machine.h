@@ -1,9 +1,10 @@
 /* What is a partner of the contact made of?
  *
  * A partner is the machine around the contact: tool holder, spindle, feed drive, heat. Each is one file in parts/: a
- * table and one function. What they share: outputs and rates are linear in states and inputs, whatever the parameters,
- * so that machine.c can step them exactly. What can be asked of one is the interface of all models, fmi/model.h; C99
- * and math.h, no allocation, no writable static, the caller owns the memory.
+ * table and one function. What they share: rates are linear in states and inputs, whatever the parameters, so that
+ * machine.c can step them exactly; or they say that their response to the states varies with the inputs. What can be
+ * asked of one is the interface of all models, fmi/model.h; C99 and math.h, no allocation, no writable static, the
+ * caller owns the memory.
  */
 #ifndef MACHINE_H
 #define MACHINE_H
@@ -29,6 +30,7 @@ struct Part {
     const char *equations;
     const struct Variable *variables;
     int count;
+    int varies; /* the rates are linear in the states alone: inputs change the response to them */
     void (*evaluate)(double *value); /* outputs and rates from time, inputs, parameters and states, all in value */
 };
 extern const struct Part part;

@@ -16,6 +16,7 @@ from fmpy.validation import validate_fmu
 from scipy.integrate import solve_ivp
 
 PARTS = machine.names()
+VARYING = ("tool_heat",)  # whose response to their states changes with the inputs: linear in the states alone
 RIGID_PID = {"rigid": 1.0, "pid": 1.0, "motor_inertia": 0.0, "table_mass": 1.0, "feed_forward": 0.0}
 
 
@@ -61,10 +62,11 @@ def test_the_table_is_what_the_shared_code_takes_it_for(part: str) -> None:
 
 @pytest.mark.parametrize("part", PARTS)
 def test_rates_are_linear_in_states_and_inputs(part: str) -> None:
-    """What the exact step rests on: f(a) + f(b) = f(a + b) + f(0)."""
+    """What the exact step rests on: f(a) + f(b) = f(a + b) + f(0). Of varying parts with the inputs as they stand."""
     luck, one = np.random.default_rng(5), drawn(part, 7)
     size = {v.name: v.nominal for v in machine.variables(part)}
-    a, b = ({name: size[name] * luck.uniform(0.1, 1) for name in driven(part)} for _ in range(2))
+    names = machine.states(part) if part in VARYING else driven(part)
+    a, b = ({name: size[name] * luck.uniform(0.1, 1) for name in names} for _ in range(2))
     both, none = {name: a[name] + b[name] for name in a}, dict.fromkeys(a, 0.0)
     left, right = rates(one, a) + rates(one, b), rates(one, both) + rates(one, none)
     assert np.allclose(left, right, rtol=1e-12, atol=1e-12 * np.max(np.abs(left), initial=0))
@@ -72,7 +74,8 @@ def test_rates_are_linear_in_states_and_inputs(part: str) -> None:
 
 @pytest.mark.parametrize("part", [part for part in PARTS if machine.states(part)])
 def test_one_long_step_is_the_solution(part: str) -> None:
-    """Against Radau at 1e-11, with inputs that are linear within the step; and against a thousand short steps of its own."""
+    """Against Radau at 1e-11, with inputs that are linear within the step; and against a thousand short steps of its own. A varying
+    part's inputs change by 1.5 %, and its step errs with their square."""
     step, names, inputs = 5e-3, machine.states(part), [v.name for v in machine.variables(part) if v.causality == "input"]
     one = drawn(part, 3)
     slopes = {name: 3.0 * one.get(name) for name in inputs}
@@ -97,8 +100,8 @@ def test_one_long_step_is_the_solution(part: str) -> None:
     from_start = np.array([first[name] for name in names])
     exact = solve_ivp(right, (0, step), from_start, method="Radau", rtol=1e-11, atol=1e-15).y[:, -1]
     scale = np.maximum(np.abs(exact), np.abs(from_start))
-    assert np.all(np.abs(long - exact) <= 1e-7 * scale)  # Radau's own error over a stiff screw
-    assert np.all(np.abs(long - short) <= 1e-10 * scale)
+    assert np.all(np.abs(long - exact) <= (3e-4 if part in VARYING else 1e-7) * scale)  # Radau's own error over a stiff screw
+    assert np.all(np.abs(long - short) <= (3e-4 if part in VARYING else 1e-10) * scale)
 
 
 def test_a_structure_without_dampers_keeps_its_energy() -> None:
@@ -146,12 +149,13 @@ def test_the_spindle_holds_its_speed_under_load() -> None:
 
 
 def test_heat_settles_at_power_times_resistances() -> None:
-    one = Machine("tool_heat", {"dissipated_power": 4.0, "heat_share": 0.5})
+    """Of friction alone: the chip takes its part over its resistance, the tool over two in series."""
+    one = Machine("tool_heat", {"dissipated_power": 4.0, "cutting_speed": 0.5})
     one.start()
     one.advance(1e4)
-    spot, body = one.get("spot_resistance"), one.get("insert_resistance")
-    assert spot == pytest.approx(1 / (4 * 80 * 2.5e-4), rel=1e-12)
-    assert one.get("contact_temperature") - one.get("ambient_temperature") == pytest.approx(2 * (spot + body), rel=1e-9)
+    chip, tool = one.get("chip_resistance"), one.get("spot_resistance") + one.get("insert_resistance")
+    assert one.get("contact_temperature") - one.get("ambient_temperature") == pytest.approx(4 / (1 / chip + 1 / tool), rel=1e-9)
+    assert one.get("bulk_temperature") == one.get("ambient_temperature")
 
 
 def test_a_pid_with_nothing_but_a_spring_swings_at_its_frequency() -> None:
@@ -213,12 +217,13 @@ def test_a_pid_leaves_no_error_under_load() -> None:
 
 
 def test_a_spot_warms_at_first_as_the_half_ball_under_it() -> None:
-    one = Machine("tool_heat", {"dissipated_power": 4.0, "heat_share": 0.5})
+    one = Machine("tool_heat", {"dissipated_power": 2.0, "width": 1e-3, "contact_length": 2e-4})
     one.start()
     one.advance(1e-9)
-    half_ball = 2 / 3 * np.pi * 2.5e-4**3 * 3e6
+    half_ball = 2 / 3 * np.pi * (2e-7 / np.pi) ** 1.5 * 3e6  # under the circle with the area of the contact
     assert one.get("contact_temperature") - one.get("ambient_temperature") == pytest.approx(2.0 * 1e-9 / half_ball, rel=1e-4)
-    assert one.get("spot_time") == pytest.approx(half_ball * one.get("spot_resistance"), rel=1e-12)
+    both = 1 / (1 / one.get("spot_resistance") + 1 / one.get("chip_resistance"))
+    assert one.get("spot_time") == pytest.approx(half_ball * both, rel=1e-12)
 
 
 def test_a_screw_needs_a_motor_with_inertia() -> None:
@@ -238,7 +243,7 @@ def test_what_a_partner_has_come_to_has_no_flaw_and_what_is_forged_has_one(part:
     one.start()
     one.advance(1e-3)
     assert library.model_flaw(machine_of) == ffi.NULL
-    states = len(machine.states(part))
+    states = 0 if part in VARYING else len(machine.states(part))  # those find their response anew at each step
     forged = [
         ("step", None, -1.0),
         ("step", None, np.inf),

@@ -37,14 +37,14 @@ Sets = Annotated[
 
 def _values(system: System, value: list[str] | None, sets: list[str] | None) -> dict[str, dict[str, Value]]:
     from evat.model import ParameterError
-    from evat.systems.values import from_set, merged, typed
+    from evat.systems.values import merged, of_work, typed
 
     of_sets: dict[str, dict[str, Value]] = {}
     for text in sets or []:
         name, equals, which = text.partition("=")
         if not equals or name not in system.components:
             raise ParameterError(f"--set {text!r}: write COMPONENT=SET; components are {', '.join(system.components)}.")
-        of_sets = merged(of_sets, {name: from_set(system, name, which)})
+        of_sets = merged(of_sets, of_work(system, name, which))
     return merged(of_sets, typed(system, value or []))
 
 

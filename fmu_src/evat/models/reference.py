@@ -329,6 +329,7 @@ class Point:
     phi: float = 0.0
     F_p: float = 0.0
     F_f: float = 0.0
+    P_s: float = 0.0  # shear force times shear velocity [W]
 
 
 Nodes = list[tuple[float, Point]]  # deflection and answer at the nodes of a step
@@ -343,6 +344,7 @@ INTEGRALS: dict[str, Callable[[Point], float]] = {
     "measured_feed_impulse": lambda now: now.F_f,
     "sliding_distance": lambda now: abs(now.x.v),
     "dissipated_energy": lambda now: now.F * now.x.v,
+    "shear_energy": lambda now: now.P_s,
 }
 MEANS = {  # over the last averaging window, and the integral that each is formed from
     "mean_friction_force": "friction_impulse",
@@ -353,6 +355,8 @@ MEANS = {  # over the last averaging window, and the integral that each is forme
     "mean_measured_friction_force": "measured_friction_impulse",
     "mean_measured_principal_force": "measured_principal_impulse",
     "mean_measured_feed_force": "measured_feed_impulse",
+    "mean_dissipated_power": "dissipated_energy",
+    "mean_shear_power": "shear_energy",
 }
 
 
@@ -516,7 +520,12 @@ class ReferenceContact:
         N = x.clamp(normal_force(F=F, k=k, alpha=alpha, principle=principle) if F != 0 or k > 0 else 0.0, 0.0)
         phi = shear_angle(beta=math.atan2(F, N) if F != 0 else 0.0, alpha=alpha, principle=principle)
         c, s = math.cos(alpha), math.sin(alpha)
-        return Point(x, dz, F, N, phi, F_p=N * c + F * s, F_f=F * c - N * s)
+        plane = phi if self._current_angle else p["chip_flow_shear_angle"]  # on which the chip is sheared
+        turned = plane - alpha
+        steady = max(x.v, 0.0) * c / math.sin(plane)  # shear velocity where only the slip is given
+        V_s = steady if p["kinematics"] == "external" else m.approach / math.cos(turned)
+        P_s = (N * math.cos(turned) - F * math.sin(turned)) * V_s
+        return Point(x, dz, F, N, phi, F_p=N * c + F * s, F_f=F * c - N * s, P_s=P_s)
 
     def _answer(self, m: Moment, v: float, z: float, direction: float, side: float) -> Point:
         """In contact at slip v."""
@@ -599,6 +608,7 @@ class ReferenceContact:
             "bristle_deflection": self.z,
             "bristle_rate": point.dz,
             "dissipated_power": point.F * point.x.v,
+            "shear_power": point.P_s,
             "sliding_speed": abs(point.x.v) if m.in_contact else 0.0,
             "step_count": self.steps,
             "averaging_error": 0.0,

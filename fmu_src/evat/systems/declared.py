@@ -13,9 +13,10 @@ from evat.fmu.part_model import fmu_facts_of, model_of, parts
 from evat.model import Variable
 from evat.native.compile import CONTACT, PACKAGE
 from evat.systems.model import Bond, Port, SspError, port
+from evat.work_materials import constants
 
 KEYS = {"title", "stop_time", "step", "every", "show", "components", "connections", "bonds"}
-PART_KEYS = {"part", "set", "values"}
+PART_KEYS = {"part", "set", "work", "values"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +105,10 @@ def _part(name: str, entry: Mapping[str, Any], where: str) -> Part:
         if fmu_facts_of(entry["part"]).model != CONTACT:
             raise SspError(f"{where}: parameter sets are of the contact; {entry['part']} has none.")
         values, sources = set_values(entry["set"])
+    if "work" in entry:
+        thermal = of_work(entry["work"], variables)
+        values |= thermal
+        sources |= {key: constants(entry["work"])[key].source for key in thermal}
     for key, value in entry.get("values", {}).items():
         if key not in variables or variables[key].causality not in ("parameter", "input"):
             raise SspError(f"{where}: {key!r} is no parameter or input of {entry['part']}.")
@@ -115,6 +120,11 @@ def set_values(name: str) -> tuple[dict[str, float], dict[str, str]]:
     """Values and sources of a parameter set of the contact, its effects among them."""
     parameter_set = parameter_sets.load(name)
     return {**parameter_set.values, **dict.fromkeys(parameter_set.effects, 1.0)}, dict(parameter_set.sources)
+
+
+def of_work(material: str, variables: Mapping[str, Variable]) -> dict[str, float]:
+    """The thermal constants of a material that are among the variables."""
+    return {key: variables[key].check(row.value) for key, row in constants(material).items() if key in variables}
 
 
 def portable(values: Mapping[str, float], variables: Mapping[str, Variable], where: str) -> dict[str, float]:

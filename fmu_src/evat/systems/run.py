@@ -14,7 +14,7 @@ from evat.model import Run, Trace
 from evat.systems.couple import NO_INPUTS, Coupled, Given, Inputs, Order, plan
 from evat.systems.model import SspError, System, port
 from evat.systems.read import read
-from evat.systems.values import Value, from_set, merged
+from evat.systems.values import merged, of_work
 
 
 def run_system(
@@ -92,8 +92,8 @@ def run_system(
         for name in sets or {}:
             if name not in system.components:
                 raise SspError(f"there is no component {name!r}; the system has {', '.join(system.components)}.")
-        of_sets: dict[str, dict[str, Value]] = {name: from_set(system, name, which) for name, which in (sets or {}).items()}
-        with Coupled(system, merged(of_sets, values or {}), _given(record)) as coupled:
+        of_sets = [of_work(system, name, which) for name, which in (sets or {}).items()]
+        with Coupled(system, merged(*of_sets, values or {}), _given(record)) as coupled:
             trace, power = coupled.run(wanted, progress)
         shares = power.shares()
         about: dict[str, str | float | int | Mapping[str, float | str]] = {

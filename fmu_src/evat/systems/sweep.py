@@ -18,7 +18,7 @@ from evat.files.writing import put, temporary
 from evat.model import EvatError, FloatArray, ParameterError
 from evat.systems.couple import Values, run_file
 from evat.systems.model import System, SystemStopped, port
-from evat.systems.values import Value, from_set, merged, unit, value, variable
+from evat.systems.values import Value, merged, of_work, unit, value, variable
 
 MOST_RUNS = 100_000
 
@@ -60,7 +60,7 @@ def axis(system: System, text: str) -> SweepAxis:
         sets = tuple(name.strip() for name in places.split(","))
         if names.strip() not in system.components:
             raise ParameterError(f"--over {text!r}: there is no component {names.strip()!r}; {example}.")
-        return SweepAxis(names.strip(), "1", sets, tuple({names.strip(): from_set(system, names.strip(), name)} for name in sets))
+        return SweepAxis(names.strip(), "1", sets, tuple(of_work(system, names.strip(), name) for name in sets))
     ports = [port(name.strip(), f"--over {text!r}") for name in names.split(",")]
     kinds = {variable(system, at).type for at in ports}
     wanted = [part.strip() for part in places.split(",")]

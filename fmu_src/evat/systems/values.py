@@ -18,6 +18,7 @@ from evat.systems.couple import Given
 from evat.systems.model import Port, SspError, System, port
 from evat.systems.read import values_of
 from evat.units import to_si
+from evat.work_materials import constants, material_of
 
 Value = float | str | bool
 
@@ -86,6 +87,20 @@ def from_set(system: System, component: str, name: str) -> dict[str, Value]:
     parameter_set = parameter_sets.load(name)
     every = {effect.name: effect.name in parameter_set.effects for effect in kernel.effects()}
     return {**every, **kernel.by_choice(parameter_set.values)}
+
+
+def of_work(system: System, component: str, name: str) -> dict[str, dict[str, Value]]:
+    """A parameter set of a component, and with a material's also its heat: where a part gives the component its contact_temperature,
+    that part's constants of the work, and the component's own of the temperature proxy."""
+    material, given = material_of(name), {component: from_set(system, component, name)}
+    source = system.connections.get((component, "contact_temperature"))
+    if material is None or source is None:
+        return given
+    for each in (component, source[0]):
+        known = _variables(system.components[each].source)
+        thermal = {key: row.value for key, row in constants(material).items() if key in known}
+        given = merged(given, {each: thermal})
+    return given
 
 
 def record(system: System, path: Path) -> Given:

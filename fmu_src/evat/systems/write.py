@@ -14,8 +14,10 @@ from evat.files import ssv
 from evat.fmu import archive
 from evat.fmu.xml import Element, add, serialised, top
 from evat.model import Variable
-from evat.systems.declared import Declared, Part, load, materials, names, portable, set_values
+from evat.paper_tables import materials as materials_of_work
+from evat.systems.declared import Declared, Part, load, materials, names, of_work, portable, set_values
 from evat.units import base_unit
+from evat.work_materials import material_of
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -104,8 +106,13 @@ def parameter_files(declared: Declared) -> dict[str, bytes]:
     files = {f"resources/{part.name}.ssv": parameter_file(part, part.values) for part in declared.parts.values()}
     for name in materials(declared):
         (part,) = (part for part in declared.parts.values() if part.part == "evat_turning")
-        values = portable(set_values(name)[0], part.variables, name)
+        material = material_of(name)
+        thermal = of_work(material, part.variables) if material else {}
+        values = portable({**set_values(name)[0], **thermal}, part.variables, name)
         files[f"resources/{part.name}/{name.replace('/', '-')}.ssv"] = parameter_file(part, values)
+    for heat in (part for part in declared.parts.values() if part.part == "tool_heat"):
+        for material in materials_of_work():
+            files[f"resources/{heat.name}/{material}.ssv"] = parameter_file(heat, {**heat.values, **of_work(material, heat.variables)})
     return files
 
 

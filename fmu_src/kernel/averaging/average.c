@@ -12,8 +12,9 @@
 #include <string.h>
 
 /* What shows as the mean rate of each integral. */
-static const int rate_of[INTEGRALS] = {VAR_DISSIPATED_POWER,
-                                       VAR_SLIDING_SPEED,
+static const int rate_of[INTEGRALS] = {VAR_SLIDING_SPEED,
+                                       VAR_DISSIPATED_POWER,
+                                       VAR_SHEAR_POWER,
                                        VAR_FRICTION_FORCE,
                                        VAR_PRINCIPAL_FORCE,
                                        VAR_FEED_FORCE,

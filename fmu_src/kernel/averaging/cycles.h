@@ -6,9 +6,9 @@
 
 enum {
     INTEGRALS = BASE_STATES - 1, /* all states of the base table but the bristle, in their order */
-    FIRST_FORCE = 2,
-    DUTY = 6,
-    FIRST_MEASURED = 7,
+    FIRST_FORCE = 3,
+    DUTY = 7,
+    FIRST_MEASURED = 8,
     FIRST_MEAN = INTEGRALS - MEANS
 };
 

@@ -29,7 +29,9 @@ double window_end(const struct Contact *contact, int i)
     return length > 0 ? contact->window_origin + (contact->window[i] + 1) * length : INFINITY;
 }
 
-const int mean_of[MEANS] = {VAR_MEAN_FRICTION_FORCE,
+const int mean_of[MEANS] = {VAR_MEAN_DISSIPATED_POWER,
+                            VAR_MEAN_SHEAR_POWER,
+                            VAR_MEAN_FRICTION_FORCE,
                             VAR_MEAN_PRINCIPAL_FORCE,
                             VAR_MEAN_FEED_FORCE,
                             VAR_MEAN_NORMAL_FORCE,

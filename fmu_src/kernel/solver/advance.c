@@ -17,7 +17,8 @@ static void accumulate(struct Contact *contact, const struct Configuration *w, c
     lanes *value = contact->value;
     EACH_LANE {
         value[VAR_BRISTLE_DEFLECTION][i] = b->z[i];
-        value[VAR_DISSIPATED_ENERGY][i] += h[i] / 6 * (a->F[i] * a->v[i] + 4 * m->F[i] * m->v[i] + b->F[i] * b->v[i]);
+        value[VAR_DISSIPATED_ENERGY][i] += SUM(P_f);
+        value[VAR_SHEAR_ENERGY][i] += SUM(P_s);
         value[VAR_SLIDING_DISTANCE][i] += a->cutting[i] * SUM(speed);
         value[VAR_FRICTION_IMPULSE][i] += SUM(F);
         value[VAR_PRINCIPAL_IMPULSE][i] += SUM(F_p);
