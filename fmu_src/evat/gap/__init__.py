@@ -24,6 +24,7 @@ from evat.gap.gates import gates
 from evat.gap.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, judge
 from evat.gap.location import Location, locate
 from evat.gap.portion import portion
+from evat.gap.raised import raised
 from evat.gap.small import small_effect
 from evat.inference.fit import Fit
 from evat.inference.initial_state import beginnings
@@ -222,6 +223,7 @@ def _where(comparison: Comparison, judgement: Judgement) -> Location:
 def _missing(comparison: Comparison) -> tuple[str, ...]:
     """What these data cannot say anything about."""
     notes = [*comparison.audit.refused, *comparison.audit.notes, *beginnings(comparison.prediction)]
+    notes += raised(comparison) if not comparison.audit.refused else ()
     notes += unread_inputs(comparison.prediction.model, comparison.prediction.nominal, comparison.prediction.experiment.given)
     notes += [f"{name}: not identifiable, {', '.join(still)} does not vary" for name, still in comparison.audit.idle.items()]
     notes += [f"{name}: it changes nothing that was measured here" for name in comparison.silent if name not in comparison.unfed]
