@@ -220,6 +220,7 @@ class _Constants(ConstantTable):
     linearisations = Constant(3, "1", "of the shapes of the base law, at most")
     linearisation_step = Constant(0.3, "prior sd", "of the difference by which shapes of the base law are linearised")
     linearisation_range = Constant(1.0, "prior sd", "how far such a linearisation counts")
+    fits_from_nominal_values = Constant(3, "1", "effects that are fitted from there, where recalibration went far from them")
     frozen_steps = Constant(5, "steps", "of a first fit of an effect alone, slopes of the nominal parameters held")
     finishing_steps = Constant(4, "steps", "of a fit that begins where that to a part ended")
     form_error = Constant(
@@ -298,6 +299,9 @@ class _Constants(ConstantTable):
     irregular = Constant(
         0.3, "of what repeats do not share", "bursts and lines that make something foreign as likely as not", origin="calibrated"
     )
+
+    # What is told of recalibration
+    noticeable_rise = Constant(1.005, "times the rms of the nominal values", "less nobody sees")
 
     # What is certain and small
     certain_evidence = Constant(20.0, "log evidence", "over none: beyond what the form of a law, or a set-up, has been seen to feign")

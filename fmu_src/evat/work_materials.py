@@ -16,7 +16,7 @@ FILE = Path(__file__).resolve().parent / "parameters" / "work" / "thermal.toml"
 
 
 @dataclass(frozen=True, slots=True)
-class Constant:
+class MaterialConstant:
     """One constant of one material, in the unit of the variable that it sets."""
 
     variable: str
@@ -30,13 +30,14 @@ def _rows() -> dict[str, Any]:
     return dict(read_toml(FILE)["rows"])
 
 
-def constants(material: str) -> Mapping[str, Constant]:
+def constants(material: str) -> Mapping[str, MaterialConstant]:
     """The constants of a material by the variable that they set: of the part that the work's heat flows in, or of the contact."""
     if material not in materials():
         raise ParameterError(f"there is no material {material!r}; allowed are {', '.join(materials())}.")
     column = list(materials()).index(material)
     return {
-        row["variable"]: Constant(row["variable"], float(row["values"][column]), row["unit"], row["source"]) for row in _rows().values()
+        row["variable"]: MaterialConstant(row["variable"], float(row["values"][column]), row["unit"], row["source"])
+        for row in _rows().values()
     }
 
 

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Nominal, Trial
 from evat.gap.compare import compare
-from evat.gap.raised import RAISED, raised
+from evat.gap.raised import raised
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Run
 from evat.models.contact import ContactModel
@@ -60,12 +61,12 @@ def test_gains_that_differ_raise_the_plain_rms(scatter: float) -> None:
     comparison = compare(Prediction(MODEL, by_plain_least_squares(made_with(scatter))))
     residuals = [comparison.prediction.measured - fit.predicted for fit in (comparison.nominal, comparison.recalibrated)]
     before, after = (float(np.sqrt(np.mean(row**2))) for row in residuals)
-    assert comparison.recalibrated.found.evidence > comparison.nominal.found.evidence
+    assert comparison.recalibrated.outcome.evidence > comparison.nominal.outcome.evidence
     said = raised(comparison)
     if not scatter:
         assert not said
         return
-    assert after > RAISED * before
+    assert after > CONSTANTS.noticeable_rise * before
     (sentence,) = said
     assert f"raises the plain rms from {before:.4g} to {after:.4g}" in sentence
     assert "gains differ by" in sentence

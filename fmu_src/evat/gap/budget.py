@@ -46,13 +46,15 @@ def squares(whitening: Whitening, predicted: FloatArray, conditions: set[str] | 
             alike = _alike(response)
             times = prediction.experiment.trials[prediction.segments[group.members[0]].trial].times
             between = np.sum((differing(predicted[group.at], times) * noise.spread[group.channel]) ** 2, axis=1)
+        residual = whitening.residual_of_any_start(predicted, place)
+        by_start = whitening.residual(predicted, place) - residual
         alone = sum(
-            float(np.sum((prediction.measured[at] - predicted[at]) ** 2))
+            float(np.sum((prediction.measured[at] - predicted[at] - by_start) ** 2))
             for at in (prediction.segments[member].at for member in group.members)
         )
         # Beside a jump the clock's spread alone makes large squares: there a structural gap cannot be seen.
         counted = whitening.jumps[place].weights ** 2
-        clear = float(np.sum(counted * (whitening.residual(predicted, place) ** 2 - (within + between) / repeats)))
+        clear = float(np.sum(counted * (residual**2 - (within + between) / repeats)))
         scatter = 2 * alike * float(np.sum((counted * (within + between) / repeats) ** 2))
         row = np.array([alone / repeats, float(within.sum()), float(between.sum()), size, clear, float(counted.sum()), scatter])
         sums[group.channel] = sums.get(group.channel, np.zeros(row.size)) + row

@@ -123,9 +123,10 @@ def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: S
     """Of each held-out recording: sums of squares before, after and of the noise floor, channels by their rms, and how many they are."""
     whitening, prediction = comparison.whitening, comparison.prediction
     recordings = []
-    for group in whitening.groups:
+    for place, group in enumerate(whitening.groups):
         if group.condition not in held:
             continue
+        starts = [whitening.residual(each, place) - whitening.residual_of_any_start(each, place) for each in (before, after)]
         floor = squares(whitening, after, {group.condition})[group.channel].floor
         level = whitening.levels[group.channel] ** 2
         for member in group.members:
@@ -134,8 +135,8 @@ def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: S
             size = measured.size
             recordings.append(
                 [
-                    float(np.sum((measured - before[at]) ** 2)) / level,
-                    float(np.sum((measured - after[at]) ** 2)) / level,
+                    float(np.sum((measured - before[at] - starts[0]) ** 2)) / level,
+                    float(np.sum((measured - after[at] - starts[1]) ** 2)) / level,
                     size * floor / level,
                     size,
                 ]

@@ -142,6 +142,8 @@ def _search(
     screened, silent, unfed = _screened(screen, recalibrated, acting, tell)
     rough, fronts = _fronts(prediction, whitening, recalibrated, screened, tell)
     models = _singles(prediction, whitening, recalibrated, rough, fronts, tell)
+    tried = [effect for effect in acting if effect.name in fronts]
+    _from_nominal_values(prediction, whitening, recalibrated, screen, tried, models, rough, fronts, tell)
     _rivals(prediction, whitening, models, recalibrated, scales, tell)
     _pairs(prediction, whitening, models, fronts, rough, offered, tell)
     _swaps(prediction, whitening, models, screen, rough, offered, recalibrated.likelihood.evidence, tell)
@@ -284,6 +286,39 @@ def _singles(
         if whole is not None:
             models[Hypothesis((name,))] = whole
     return models
+
+
+def _from_nominal_values(
+    prediction: Prediction,
+    whitening: Whitening,
+    recalibrated: Fit,
+    screen: Screen,
+    effects: Sequence[Effect],
+    models: dict[Hypothesis, Fit],
+    rough: dict[Hypothesis, float],
+    fronts: Fronts,
+    tell: Callable[[str, float], None],
+) -> None:
+    """Effects beside the nominal values, too, where recalibration went so far that these were not credible: values that stand in for an
+    effect may be where no step leads back to it."""
+    nominal = np.array([parameter.name not in prediction.setup.names for parameter in recalibrated.parameters])
+    if np.max(np.abs(recalibrated.point[nominal]), initial=0.0) <= CONSTANTS.credible_shift:
+        return
+    base = fit(prediction, whitening, recalibrated.parameters, np.where(nominal, 0.0, recalibrated.point), most_steps=0)
+    if base is None:
+        return
+    begins = dict[str, Start]()
+    for place, effect in enumerate(effects):
+        tell(f"trying {effect.name} beside the nominal values", 0.7 + 0.05 * place / len(effects))
+        if starts := screen.starts(base, effect):
+            begins[effect.name] = starts[0]
+    for name in sorted(begins, key=lambda each: -begins[each].evidence)[: CONSTANTS.fits_from_nominal_values]:
+        start, key = begins[name], Hypothesis((name,))
+        point = np.concatenate([base.point, start.point])
+        whole = fit(prediction, whitening, (*recalibrated.parameters, *start.parameters), point, (name,))
+        before = models[key].likelihood.evidence if key in models else rough[key]
+        if whole is not None and whole.likelihood.evidence > before:
+            models[key], rough[key], fronts[name] = whole, whole.likelihood.evidence, (start, whole.point)
 
 
 def _trusted(prediction: Prediction, whitening: Whitening, parameters: Sequence[Parameter], start: FloatArray) -> Fit:

@@ -9,27 +9,26 @@ from __future__ import annotations
 
 import math
 
+from evat.constants import CONSTANTS
 from evat.gap.budget import squares
 from evat.gap.compare import Comparison
 from evat.inference.discrepancy import known
 from evat.inference.fit import Fit
 from evat.inference.whitening import Whitening
 
-RAISED = 1.005  # times the rms that the nominal values leave: less nobody sees
-
 
 def raised(comparison: Comparison) -> tuple[str, ...]:
     """A sentence for each channel in which recalibration leaves more than the nominal values did, and is likelier all the same."""
-    whitening, nominal, found = comparison.whitening, comparison.nominal, comparison.recalibrated
-    gain = found.found.evidence - nominal.found.evidence
+    whitening, nominal, refit = comparison.whitening, comparison.nominal, comparison.recalibrated
+    gain = refit.likelihood.evidence - nominal.likelihood.evidence
     if gain <= 0:
         return ()
-    before, after = squares(whitening, nominal.predicted), squares(whitening, found.predicted)
-    weighed = tuple(_weighed(whitening, fit) for fit in (nominal, found))
+    before, after = squares(whitening, nominal.predicted), squares(whitening, refit.predicted)
+    weighed = tuple(_weighed(whitening, fit) for fit in (nominal, refit))
     sentences = []
     for channel in before:
         left, leaves = math.sqrt(before[channel].left), math.sqrt(after[channel].left)
-        if leaves > RAISED * left:
+        if leaves > CONSTANTS.noticeable_rise * left:
             sentences.append(
                 f"{channel}: recalibration raises the plain rms from {left:.4g} to {leaves:.4g}, and changes the one weighed by the noise "
                 f"from {weighed[0]:.3g} to {weighed[1]:.3g} standard deviations (log evidence +{gain:.0f}){_why(comparison, channel)}. "

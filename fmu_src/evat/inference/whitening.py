@@ -193,12 +193,20 @@ class Whitening:
         residual: FloatArray = self.means[place] - predicted[self.groups[place].at]
         return residual
 
+    def residual_of_any_start(self, predicted: FloatArray, place: int) -> FloatArray:
+        """The same without what another start of the bristles takes in: as far as their bending goes, no start is one model's."""
+        group = self.groups[place]
+        left, bent = self.residual(predicted, place), self.prediction.bent[group.at]
+        size = float(self.noise.sizes[group.members[0]])
+        taken: FloatArray = left - bent * (bent @ left) / (bent @ bent + size**2)
+        return taken
+
     def residuals(self, predicted: FloatArray) -> FloatArray:
         """The same of all groups, (N,), at each of their repeats."""
         residuals = np.zeros_like(predicted)
         for place, group in enumerate(self.groups):
             for member in group.members:
-                residuals[self.prediction.segments[member].at] = self.residual(predicted, place)
+                residuals[self.prediction.segments[member].at] = self.residual_of_any_start(predicted, place)
         return residuals
 
     def sums(self, predicted: FloatArray, slopes: FloatArray) -> Sums:
