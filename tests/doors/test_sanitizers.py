@@ -11,10 +11,12 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import pytest
 from evat.native.compile import (
+    SANITIZE,
     CompileError,
     compile_library,
     fmi_headers,
@@ -63,12 +65,27 @@ def preload() -> str:
     return f"{runtime} {Path(answer.stdout.strip()).resolve()}"
 
 
-def sanitized(root: Path, folder: Path, fmus: dict[str, Path]) -> Path:
-    """Kernel and both shells from `root` in one library, and FMUs around it; the library."""
-    sources = sorted({*kernel_sources(root), *shell_sources(root, 2), *shell_sources(root, 3)})
+def objects(root: Path, folder: Path, sources: Iterable[Path]) -> dict[str, Path]:
+    """These sources of `root` as objects, by their names."""
     include = [*include_folders(root), fmi_headers()]
+    compile_library(sources, folder, host_target(), include=include, exports=["kernel.h"], link=False, sanitize=True)
+    return {path.name: path for path in folder.glob("*.o")}
+
+
+@pytest.fixture(scope="module")
+def sound(preload: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Kernel and both shells as they are, compiled once: the copy with planted faults differs in one file."""
+    assert preload
+    root = source_root()
+    sources = sorted({*kernel_sources(root), *shell_sources(root, 2), *shell_sources(root, 3)})
+    return objects(root, tmp_path_factory.mktemp("sound") / "objects", sources)
+
+
+def sanitized(parts: Mapping[str, Path], folder: Path, fmus: dict[str, Path]) -> Path:
+    """The objects in one library, and FMUs around it; the library."""
     target = host_target()
-    library = compile_library(sources, folder / f"all{target.extension}", target, include=include, exports=["kernel.h"], sanitize=True)
+    library = folder / f"all{target.extension}"
+    subprocess.run(["gcc", *SANITIZE, "-shared", *map(str, parts.values()), "-o", str(library), "-lm"], check=True)
     for fmu in (fmus["fmi2"], fmus["fmi3"]):
         with zipfile.ZipFile(fmu) as plain, zipfile.ZipFile(folder / fmu.name, "w") as made:
             for name in plain.namelist():
@@ -88,8 +105,8 @@ def run(preload: str, folder: Path, script: str, *arguments: str) -> subprocess.
     return subprocess.run(command, cwd=HERE, env=environment, capture_output=True, text=True, errors="replace", check=False)
 
 
-def test_the_tests_of_the_doors_under_sanitizers(preload: str, fmus: dict[str, Path], tmp_path: Path) -> None:
-    library = sanitized(source_root(), tmp_path, fmus)
+def test_the_tests_of_the_doors_under_sanitizers(preload: str, sound: dict[str, Path], fmus: dict[str, Path], tmp_path: Path) -> None:
+    library = sanitized(sound, tmp_path, fmus)
     files = [f"{name}.py" for name in TESTED]
     options = ["-q", "-x", "-p", "no:cacheprovider", "--capture=sys", "-k", LEFT_OUT, f"--basetemp={tmp_path / 'inner'}"]
     done = run(preload, tmp_path, UNDER_TEST, str(library), *options, *files)
@@ -99,9 +116,8 @@ def test_the_tests_of_the_doors_under_sanitizers(preload: str, fmus: dict[str, P
 
 
 @pytest.fixture(scope="module")
-def planted(preload: str, fmus: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+def planted(sound: dict[str, Path], fmus: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """FMUs of a copy that writes behind its memory at the start and overflows an integer at a reset."""
-    assert preload
     folder = tmp_path_factory.mktemp("planted")
     for name in ("kernel", "fmi", "fmus"):
         shutil.copytree(source_root() / name, folder / "copy" / name)
@@ -112,7 +128,9 @@ def planted(preload: str, fmus: dict[str, Path], tmp_path_factory: pytest.TempPa
         assert opening in text
         text = text.replace(opening, opening + fault)
     component.write_text(text)
-    sanitized(folder / "copy", folder, fmus)
+    changed = objects(folder / "copy", folder / "objects", [component])
+    assert set(changed) < set(sound)
+    sanitized({**sound, **changed}, folder, fmus)
     return folder
 
 

@@ -12,15 +12,14 @@ from evat.experiment import Experiment, Means, Nominal, Trial
 from evat.gap import Diagnosis, diagnose
 from evat.inference.hypothesis import Hypothesis
 from evat.model import FloatArray, Run
-from evat.models.contact import ContactModel
 from evat.studies.record import Columns, read_record
+from rig import STILL
 from scipy.io import loadmat
 from scipy.signal import butter, decimate, filtfilt
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 TRIBOMETER = DATA / "tribometer_5N_hysteresis" / "test_data_2.txt"
 EMPS = DATA / "emps" / "DATA_EMPS.mat"
-MODEL = ContactModel(threads=1)
 Values = Mapping[str, float | str]
 
 
@@ -51,7 +50,7 @@ def _tribometer(nominal: Values) -> Experiment:
 def test_the_tribometer_asks_lugre_for_an_elasto_plastic_break_away() -> None:
     """An independent study leaves 11.4 % with LuGre, 5.4 % with an elasto-plastic stop and a free zero (tests/test_real_records.py)."""
     law = {"friction_law": "lugre", "F_C": 2.69, "F_S": 2.69, "sigma0": 3.6e4, "sigma1": 0.0, "sigma2": 0.0}
-    answer = diagnose(_tribometer(law), MODEL)
+    answer = diagnose(_tribometer(law), STILL)
     assert answer.verdict in ("effect", "ambiguous")
     assert all("elasto_plastic" in on for on in answer.judgement.likely)
     assert _probability(answer, "elasto_plastic") > 0.9
@@ -63,7 +62,7 @@ def test_the_tribometer_asks_lugre_for_an_elasto_plastic_break_away() -> None:
 def test_the_tribometer_asks_coulomb_for_presliding() -> None:
     """Or for something as slow: all its strokes have one speed, at which a force that lags by way and one that lags by time look alike. A
     low-pass of 50 ms comes out a little ahead; both leave nothing that can be seen."""
-    answer = diagnose(_tribometer({"friction_law": "coulomb", "F_C": 2.5}), MODEL)
+    answer = diagnose(_tribometer({"friction_law": "coulomb", "F_C": 2.5}), STILL)
     gain, left = answer.judgement.features.gain, answer.judgement.features.left
     laws = [Hypothesis(law=f"friction_law={name}") for name in ("lugre", "dahl")]
     best = max(laws, key=lambda law: gain[law])
@@ -89,7 +88,7 @@ def test_the_positioning_drive_leans() -> None:
     for place, own in enumerate(np.array_split(np.arange(times.size), 8)):
         trials.append(Trial(f"{place}", f"c{place}", {}, times[own], {"slip_velocity": velocity[own]}, {"friction_force": friction[own]}))
     law = {"kinematics": "external", "friction_law": "lugre", "F_C": 20.4, "F_S": 20.4, "sigma0": 1e7, "sigma1": 0.0, "sigma2": 203.5}
-    answer = diagnose(_experiment("EMPS", law, trials), MODEL)
+    answer = diagnose(_experiment("EMPS", law, trials), STILL)
     assert _probability(answer, "direction_asymmetry") > 0.8
     assert "direction_asymmetry" in [effect.name for effect in answer.effects]
     assert answer.closure.share > 0.5
@@ -113,7 +112,7 @@ def test_table_2_of_the_paper_has_a_gap_that_coulomb_cannot_close() -> None:
         "feed": 1e-4,
     }
     means = Means("means.csv", tuple(materials), values, columns, spread)
-    answer = diagnose(_experiment("table 2", nominal, [], means, {"shear_stress": 0.5}), MODEL)
+    answer = diagnose(_experiment("table 2", nominal, [], means, {"shear_stress": 0.5}), STILL)
     assert answer.verdict in ("unknown", "ambiguous", "effect")
     held = [materials.index(condition) for condition in answer.closure.held_out]
     feed = answer.closure.rms["mean_feed_force"]
@@ -136,7 +135,7 @@ def _softened(material: str) -> Experiment:
             "slip_velocity": slip,
             "proxy_speed": 0.9 * chosen.speed_range[1] * (0.5 + 0.5 * np.sin(2 * np.pi * 7 * times + place)),
         }
-        force = MODEL.simulate(Run(times, inputs, ("friction_force",)), ["thermal_softening"], values)["friction_force"]
+        force = STILL.simulate(Run(times, inputs, ("friction_force",)), ["thermal_softening"], values)["friction_force"]
         for repeat in range(3):
             recorded = force * (1 + 0.002 * draw.normal()) + 0.01 * np.std(force) * draw.normal(size=times.size)
             trials.append(Trial(f"{place}{repeat}", f"c{place}", {}, times, inputs, {"friction_force": recorded}))
@@ -145,7 +144,7 @@ def _softened(material: str) -> Experiment:
 
 @pytest.mark.parametrize("material", ["al-6061", "inconel-718"])
 def test_the_papers_step_is_found_where_the_stiffness_changes(material: str) -> None:
-    answer = diagnose(_softened(material), MODEL)
+    answer = diagnose(_softened(material), STILL)
     assert [effect.name for effect in answer.effects] == ["thermal_softening"]
     assert _probability(answer, "thermal_softening") > 0.9
     assert not any("thermal_softening" in line for line in answer.cannot_tell)
@@ -154,6 +153,6 @@ def test_the_papers_step_is_found_where_the_stiffness_changes(material: str) -> 
 @pytest.mark.parametrize("material", ["copper", "al-7075-t6"])
 def test_the_papers_step_is_not_identifiable_where_it_does_not(material: str) -> None:
     """The paper's own coefficients of these change the stiffness by less than 3e-5."""
-    answer = diagnose(_softened(material), MODEL)
+    answer = diagnose(_softened(material), STILL)
     assert answer.verdict == "no_gap"
     assert any(line.startswith("thermal_softening: not identifiable") for line in answer.cannot_tell)
