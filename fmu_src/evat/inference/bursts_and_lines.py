@@ -32,15 +32,23 @@ class BurstsAndLines:
 
 
 def bursts(row: FloatArray) -> BoolArray:
-    """Which samples of a difference between repeats lie in a burst."""
+    """Which samples of a difference between repeats lie in a burst, and not in the tail of one shock to noise that goes on."""
     if row.size < CONSTANTS.fewest_regular_samples:
         return np.zeros(row.size, dtype=bool)
-    middle = median_filter(row, CONSTANTS.burst_samples)
+    memory = _memory(row)
+    shocks = np.concatenate([row[:1], row[1:] - memory * row[:-1]])
+    middle = median_filter(shocks, CONSTANTS.burst_samples)
     away = np.abs(middle - np.median(middle))
     size = 1.4826 * float(np.median(away))
     if size <= 0:
         return np.zeros(row.size, dtype=bool)
     return np.asarray(binary_dilation(away > CONSTANTS.burst_height * size, iterations=CONSTANTS.burst_samples // 2), dtype=bool)
+
+
+def _memory(row: FloatArray) -> float:
+    """Lag-one correlation of a row by the signs of its samples (quadrant correlation): bursts, large as they may be, are few."""
+    signs = np.sign(row - np.median(row))
+    return float(np.clip(np.sin(np.pi / 2 * np.mean(signs[1:] * signs[:-1])), 0.0, 0.99))
 
 
 def lines(row: FloatArray) -> tuple[float, float, int]:
