@@ -188,17 +188,18 @@ def _spreads_of(sizes: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray],
     """
     amplitude, spreads = np.full(rows, min(least, most)), np.full(rows, np.nan)
     low, high = np.zeros(rows), np.full(rows, np.inf)  # amplitudes that are known to do less and more than what is plausible
+    enough = CONSTANTS.plausible_effect * (1 + 1e-6)  # what is asked for is met by a linear effect, but for rounding
     going = np.arange(rows)
     for _ in range(CONSTANTS.probes):
         tried = amplitude[going]
         size = sizes(tried, going)
         shows = np.isfinite(size) & (size > CONSTANTS.least_effect)
-        less = shows & (size <= CONSTANTS.plausible_effect)
+        less = shows & (size <= enough)
         first = shows & ~less & ~(low[going] > 0)  # too large, and nothing smaller is known to show
         with np.errstate(divide="ignore", invalid="ignore"):
             wanted = tried * CONSTANTS.plausible_effect / size
         spreads[going] = np.where(less | first, np.minimum(wanted, 10 * tried), spreads[going])
-        below = np.isfinite(size) & (size <= CONSTANTS.plausible_effect)
+        below = np.isfinite(size) & (size <= enough)
         low[going] = np.where(below, tried, low[going])
         high[going] = np.where(below, high[going], tried)
         onward = np.where(
