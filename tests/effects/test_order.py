@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 
 ORDER = 4  # kernel/solver/tolerance.c: the error of a step is of h^5
 STATES = {effect.name: tuple(state.name for state in effect.states) for effect in kernel.effects() if effect.states}
+STATES["sticking_limit"] = ()  # it has none; the bristle strives for its limit
 BEGIN, LENGTH, COUNTS = 0.05 * PERIOD, 0.4 * PERIOD, np.array([16, 32, 64, 128])
 # A cut without separation or reversal, whose forces are smooth: all that happens is the integration.
 SMOOTH: Values = {
@@ -28,6 +29,7 @@ OWN: dict[str, Values] = {
     "position_ripple": {"position_ripple.period": 2e-4},
     "maxwell_slip": {"maxwell_slip.stroke": 1e-3, "maxwell_slip.ratio": 1.0},
     "rate_and_state": {"rate_and_state.d_c": 2e-5, "rate_and_state.v_0": 0.1},
+    "sticking_limit": {"sticking_limit.contact_length": 0.2},  # below F_C
     "dwell_strengthening": {"dwell_strengthening.D_c": 2e-5, "dwell_strengthening.t_ref": 1e-6},
 }
 BEGUN = {"backlash": 0.95}  # where its equation is smooth

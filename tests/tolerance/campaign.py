@@ -137,7 +137,21 @@ def _worst(lines: Sequence[Line], seed: int, count: int = 20) -> str:
     kernel_seconds, reference_seconds = (sum(getattr(one, name) for one in lines) for name in ("seconds", "reference_seconds"))
     slow = max(lines, key=lambda one: one.seconds)
     rows.append(f"seconds: kernel {kernel_seconds:.1f} (longest {slow.seconds:.3f}, draw {slow.number}), reference {reference_seconds:.1f}")
+    rows.append(_over_the_median(lines))
     return "\n".join(rows)
+
+
+def _over_the_median(lines: Sequence[Line], most: float = 100) -> str:
+    """Which draws, refused ones too, take so many times the median time?"""
+    median = float(np.median([one.seconds for one in lines]))
+    slow = [one for one in sorted(lines, key=lambda one: -one.seconds) if one.seconds > most * median]
+    head = f"more than {most:g} times the median of {1e3 * median:.2g} ms: {len(slow)} of {len(lines)}"
+    rows = [
+        f"  draw {one.number}: {one.seconds / median:.0f} times, {one.kind}, {one.law}, {'+'.join(one.on) or 'no effect'}, "
+        f"{one.tolerance:g}, {one.steps} steps, {one.status}"
+        for one in slow[:20]
+    ]
+    return "\n".join([head, *rows])
 
 
 def show(judgement: Judgement) -> str:
