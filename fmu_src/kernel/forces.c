@@ -119,13 +119,17 @@ void forces_at(const struct Configuration *w, struct Point *x)
             x->outside[i] = x->N[i] < 0;
         }
     EACH_LANE {
-        const double F = x->F[i], cos_rake = w->cos_rake[i], sin_rake = w->sin_rake[i];
         x->N[i] = larger(x->N[i], 0);
+        x->beside_N[i] = 0;
+    }
+    act(w, STAGE_FORCES, x);
+    EACH_LANE {
+        const double F = x->F[i], cos_rake = w->cos_rake[i], sin_rake = w->sin_rake[i];
+        x->N[i] = larger(x->N[i] + x->beside_N[i], 0);
         x->F_p[i] = x->N[i] * cos_rake + F * sin_rake + x->cutting[i] * x->edge_p[i];
         x->F_f[i] = F * cos_rake - x->N[i] * sin_rake + x->cutting[i] * x->edge_f[i];
     }
     powers_at(w, x);
-    act(w, STAGE_FORCES, x);
 }
 
 double shear_angle(const struct Configuration *w, const struct Point *x, int lane)

@@ -385,6 +385,7 @@ struct Point {
     /* forces */
     lanes N, F_p, F_f;
     lanes P_f, P_s; /* power that friction takes up on the rake face, and that shears the chip [W] */
+    lanes beside_N; /* normal force beside that of the shear plane [N] */
     lanes outside; /* 1 where the force lies outside the domain of the shear-angle principle */
     /* measurement */
     lanes measured[CHANNELS]; /* friction, principal and feed force as a dynamometer shows them [N] */

@@ -40,6 +40,7 @@
     LINE(friction_wear)                                                                                                \
     LINE(elasto_plastic)                                                                                               \
     LINE(maxwell_slip)                                                                                                 \
+    LINE(kienzle_force)                                                                                                \
     LINE(sensor_delay)                                                                                                 \
     LINE(cross_talk)                                                                                                   \
     LINE(dynamometer_resonance)                                                                                        \

@@ -274,7 +274,8 @@ const struct Variable base_variables[BASE_COUNT] = {
         .meaning = "internal steps taken by co-simulation", .source = DEFINITION},
     [VAR_AVERAGING_ERROR] = {.name = "averaging_error", FORCE, HELD_RESULT,
         .meaning = "averaging = cycle: how far the mean forces of the last step may be from those of the resolved run, "
-            "from the change between the cycles that were run and between the last three steps; else 0",
+            "from the change between the cycles that were run and between the last three steps, and from a broken number of "
+            "cycles in a step; else 0",
         .source = "remainder of the midpoint rule; tests/laws/test_averaging.py"},
 
     [VAR_BRISTLE_RATE] = {.name = "bristle_rate", .unit = "m/s", INNER, .derivative_of = VAR_BRISTLE_DEFLECTION,

@@ -25,6 +25,7 @@ CONTRACT = (
     "load_dependence", "viscous_friction", "stribeck", "elasto_plastic", "dwell_strengthening", "friction_wear", "proxy_lag",
     "sensor_delay", "sensor_gain", "sensor_offset", "sensor_drift", "cross_talk", "sensor_lowpass", "dynamometer_resonance",
     "line_disturbance", "rate_and_state", "maxwell_slip", "position_ripple", "backlash", "input_delay", "sticking_limit",
+    "kienzle_force",
 )
 # fmt: on
 MOTIONS: dict[str, dict[str, float | str]] = {

@@ -90,6 +90,7 @@ def test_a_joint_has_no_work_that_turns_and_no_chip() -> None:
         "run_out",
         "regenerative",
         "sticking_limit",
+        "kienzle_force",
     }
     assert not joint & of_the_chip
     assert cut - joint == of_the_chip - {"process_damping"}  # which is of the tool's own motion

@@ -56,6 +56,37 @@ def test_size_effect_is_a_power_of_the_thickness(m: float) -> None:
     assert over_thickness(np.array([1e-12]), ["size_effect"], **BARE, **own)[0, 0] < 1e-3
 
 
+@pytest.mark.parametrize("law", ["coulomb", "lugre", "amontons"])
+@pytest.mark.parametrize("principle", ["maximum_shear_stress", "minimum_energy"])
+def test_kienzle_s_exponent_is_that_of_the_specific_cutting_force(law: str, principle: str) -> None:
+    """k_c = F_p/(w h) over h has the slope -m whatever the friction, passes the shear plane's own at h_ref, and vanishes with the chip as
+    h^(1 - m). The power of the shear stress alone (size_effect) has a lesser one, as friction of 9 N does not follow the load."""
+    m, h_ref, thickness = 0.26, 8e-5, np.geomspace(1e-6, 1e-3, 13)
+    given = {"friction_law": law, "F_C": 9.0, "F_S": 9.0, "shear_angle_principle": principle, "normal_load": 10.0}
+    own = {"kienzle_force.exponent": m, "kienzle_force.h_ref": h_ref, "size_effect.exponent": m, "size_effect.h_ref": h_ref}
+    specific = over_thickness(thickness, ["kienzle_force"], **given, **own)[0] / (WIDTH * thickness)
+    assert np.diff(np.log(specific)) / np.diff(np.log(thickness)) == pytest.approx(-m, abs=1e-9)
+    there, plain = (over_thickness(np.array([h_ref]), on, **given, **own) for on in (["kienzle_force"], []))
+    assert there == pytest.approx(plain, rel=1e-12)
+    by_stress = over_thickness(thickness, ["size_effect"], **given, **own)[0] / (WIDTH * thickness)
+    exponents = -np.diff(np.log(by_stress)) / np.diff(np.log(thickness))
+    assert np.ptp(exponents) > 0.05
+    halfway = over_thickness(thickness, ["kienzle_force"], **given, **own, **{"kienzle_force.severity": 0.5})[0]
+    none = over_thickness(thickness, [], **given)[0]
+    assert halfway == pytest.approx(0.5 * (specific * WIDTH * thickness + none), rel=1e-12)
+
+
+def test_kienzle_s_force_stands_normal_to_the_rake() -> None:
+    """At a rake the difference to the shear plane's own forces lies along the rake's normal; friction and its slip stay."""
+    alpha, names = 0.2, ("principal_force", "feed_force", "normal_force", "friction_force")
+    given = {**OUTSIDE, **CONSTANT, "slip_velocity": 0.5, "rake_angle": alpha, "uncut_thickness": 3e-5}
+    on, off = (at(which, given, *names) for which in (["kienzle_force"], []))
+    change = on - off
+    assert change[2] > 1
+    assert change[:2] == pytest.approx([change[2] * np.cos(alpha), -change[2] * np.sin(alpha)], rel=1e-9)
+    assert change[3] == 0
+
+
 def stress(theta: float, speed: float, **own: float) -> float:
     """Shear stress over the plain one, of a long cut at a speed and a temperature proxy."""
     values = {**BARE, **TURNING, "cutting_speed": speed, "proxy_source": "proxy_speed", "proxy_speed": theta, "theta_ref": 2.0}
@@ -114,23 +145,34 @@ def pressed(on: list[str], times: np.ndarray, *names: str, **values: float | str
 
 
 def test_process_damping_is_half_a_damper() -> None:
-    """A force only while the tool moves into the surface, against that motion; over a cycle of a long cut it takes half of what a viscous
-    damper c = C w takes, pi c omega b^2; and it grows with the width and not with the thickness."""
+    """A force only while the tool moves into the surface, against that motion. Of a small wave in a fast cut, half of what a viscous
+    damper c = C w/V takes, pi c omega b^2: the coefficient over the cutting speed (Kurata, Altintas and Shamoto). It grows with the width
+    and not with the thickness."""
     C, omega, times = 2e3, 2 * pi * FREQUENCY, np.linspace(0, PERIOD, 2001)
-    for width, feed in ((1e-3, 1e-4), (3e-3, 1e-4), (1e-3, 2e-4)):
-        values = {"process_damping.C": C, "width": width, "feed": feed}
+    small = {"amplitude_x": 0.0, "amplitude_y": 0.1 * AMPLITUDE}
+    for width, feed, speed in ((1e-3, 1e-4, 2.0), (3e-3, 1e-4, 2.0), (1e-3, 2e-4, 2.0), (1e-3, 1e-4, 6.0)):
+        values = {"process_damping.C": C, "width": width, "feed": feed, **small, "cutting_speed": speed}
         force = np.subtract(*(pressed(on, times, "feed_force", **values)[0] for on in (["process_damping"], [])))
-        u_y = AMPLITUDE * omega * np.sin(2 * pi * FREQUENCY * times)  # y = -b cos(w t)
+        u_y = 0.1 * AMPLITUDE * omega * np.sin(2 * pi * FREQUENCY * times)  # y = -b cos(w t)
         assert np.all(force >= 0)
         assert np.all(force[u_y > 1e-9] == 0)
         assert np.all(force[u_y < -1e-6] > 0)
         taken = -np.trapezoid(force * u_y, times)
-        assert taken == pytest.approx(0.5 * pi * C * width * omega * AMPLITUDE**2, rel=1e-6)
+        assert taken == pytest.approx(0.5 * pi * C * width / speed * omega * (0.1 * AMPLITUDE) ** 2, rel=1e-6)
+
+
+def test_process_damping_grows_no_more_beyond_the_steepest_slope() -> None:
+    """The law is one of small waves: where the path dives, the force stays at C w times the steepest slope."""
+    times = np.linspace(0, PERIOD, 2001)
+    values = {"process_damping.C": 2e3, "process_damping.steepest": 0.3, "amplitude_x": 0.0, "cutting_speed": 0.5}
+    force = np.subtract(*(pressed(on, times, "feed_force", **values)[0] for on in (["process_damping"], [])))
+    assert force.max() == pytest.approx(2e3 * WIDTH * 0.3, rel=1e-9)
+    assert np.sum(force > 0.999 * force.max()) > 500  # of 1000 samples on the way down
 
 
 def test_process_damping_is_early_in_a_vibrating_cut() -> None:
-    """With separation: between entry and the bottom of the path, the force largest at the entry, nothing later and nothing in the air; and
-    the chip's own forces stay."""
+    """With separation: between entry and the bottom of the path, the force largest at the entry, where the path is steepest, nothing later
+    and nothing in the air; and the chip's own forces stay."""
     times = np.linspace(0.5 * PERIOD, 1.5 * PERIOD, 2001)  # the bottom of the path in the middle
     own: Values = {"process_damping.C": 2e3, "cutting_speed": 0.3 * FASTEST, "initial_state": "periodic"}
     names = ("feed_force", "in_contact", "principal_force", "friction_force", "bristle_deflection")
@@ -140,4 +182,5 @@ def test_process_damping_is_early_in_a_vibrating_cut() -> None:
     assert np.all(force[(damped[1] == 0) | (phase > 1e-9)] == 0)
     entry = phase[np.argmax(force > 0)]
     assert entry == pytest.approx(-0.7852, abs=2 * pi / 2000 + 1e-4)  # of this speed ratio, in closed form
-    assert force.max() == pytest.approx(2e3 * WIDTH * FASTEST * 0.7069, rel=1e-2)  # sin(0.7852), to a sample
+    slope = 0.7069 / (0.3 + 0.7073)  # b w sin over v_c + a w cos, at 0.7852
+    assert force.max() == pytest.approx(2e3 * WIDTH * slope, rel=1e-2)  # to a sample

@@ -82,8 +82,10 @@ static double per(double change, double time) { return time > 0 ? change / time 
 
 /* How far the lane's mean forces over a step of h around t may be from those of the resolved run: what was left of the
  * cycle before; a start at rest, which the first cycle begins otherwise; cycles that were not alike; the remainder of
- * the midpoint rule, h^2/24 times the second derivative; a cycle that lies half a cycle beside the middle; slow states
- * that strive to what the step before has shown; and the tolerance of both runs. Differences pass through 0 where what
+ * the midpoint rule, h^2/24 times the second derivative; a cycle that lies half a cycle beside the middle; a broken
+ * number of cycles, of which the piece may hold all of a cycle's force or none; a law with events, whose bristles stand
+ * nobody knows where after more cycles than were run; slow states that strive to what the step before has shown; and
+ * the tolerance of both runs. Differences pass through 0 where what
  * they stand for does not, so the error before is forgotten by halves. */
 static double error_of(const struct Contact *contact, const struct CycleSums *seen, lanes mean[INTEGRALS], double t,
                        double h, int slow, int i)
@@ -92,6 +94,9 @@ static double error_of(const struct Contact *contact, const struct CycleSums *se
                  at[2] = {contact->earlier_time[0][i], contact->earlier_time[1][i]};
     const double loaded = larger(contact->value[VAR_F_C][i], contact->value[VAR_F_S][i]) * mean[DUTY][i];
     const int first = at[1] == -INFINITY, at_rest = chosen(contact->value, VAR_INITIAL_STATE, i) == AT_REST;
+    const double cycles = h / period, beside = fabs(cycles - floor(cycles + 0.5)), piece = beside < 1e-6 ? 0 : beside;
+    const double pieces = piece > 0 ? smaller(1, 3 * piece / mean[DUTY][i]) / cycles : 0; /* 3: peak over mean */
+    const double unknown = stand_for(seen, cycles, i) ? 0 : loaded;
     double largest = 0.5 * contact->value[VAR_AVERAGING_ERROR][i];
     for (int k = 0; k < CHANNELS; ++k) {
         const double now = mean[FIRST_FORCE + k][i], was = contact->earlier_force[0][k][i],
@@ -103,8 +108,9 @@ static double error_of(const struct Contact *contact, const struct CycleSums *se
         const double unlike =
             (fabs(last - before) + fabs(seen->next[FIRST_FORCE + k][i])) / (seen->periodic[i] ? whole : period);
         const double errors = contact->value[VAR_SIGMA0][i] * fabs(seen->departure[i]) * mean[DUTY][i] +
-                              (first && at_rest ? loaded * period / whole : 0) + unlike + h * h / 12 * bend +
-                              0.5 * period * fabs(rate) + (slow ? 0.15 * fabs(now - was) : 0) +
+                              (first && at_rest ? loaded * period / whole : 0) + unlike + unknown +
+                              pieces * larger(fabs(now), loaded) + h * h / 12 * bend + 0.5 * period * fabs(rate) +
+                              (slow ? 0.15 * fabs(now - was) : 0) +
                               contact->value[VAR_RELATIVE_TOLERANCE][i] * fabs(now);
         largest = larger(largest, errors);
     }

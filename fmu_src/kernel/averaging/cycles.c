@@ -89,6 +89,14 @@ static int goes_on_alike(struct Contact *contact, const struct Configuration *w,
     return 1;
 }
 
+/* No more than there are: cycles of which none is like the next are those of the step itself. */
+static double cycles_to_run(double cycles) { return smaller(larger(floor(cycles + 0.5), 1), MOST_CYCLES); }
+
+int stand_for(const struct CycleSums *seen, double cycles, int i)
+{
+    return seen->periodic[i] || cycles < seen->cycles[i] + 0.5;
+}
+
 enum Status run_cycles(struct Contact *contact, struct Configuration *w, double begin, double cycles,
                        struct CycleSums *seen)
 {
@@ -97,7 +105,8 @@ enum Status run_cycles(struct Contact *contact, struct Configuration *w, double 
     get_slow_states(contact, w, from);
     EACH_LANE
         slid[i] = contact->value[VAR_SLIDING_DISTANCE][i];
-    for (int n = 0, all = 0; n < MOST_CYCLES && !all; ++n) {
+    const double most = cycles_to_run(cycles);
+    for (int n = 0, all = 0; n < most && !all; ++n) {
         if (n > 0) {
             memcpy(aside, contact, sizeof aside);
             set_slow_states(contact, w, (const lanes *)from);
@@ -119,7 +128,7 @@ enum Status run_cycles(struct Contact *contact, struct Configuration *w, double 
     get_slow_states(contact, w, seen->state);
     find_steady_states(contact, w, period_of(contact), (const lanes *)from, (const lanes *)seen->state);
     for (int i = 0; i < LANES; ++i)
-        contact->warnings |= seen->periodic[i] ? 0u : WARN_NOT_PERIODIC;
+        contact->warnings |= stand_for(seen, cycles, i) ? 0u : WARN_NOT_PERIODIC;
     return STATUS_OK;
 }
 

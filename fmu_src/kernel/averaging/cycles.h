@@ -34,6 +34,8 @@ static inline double period_of(const struct Contact *contact) { return 1 / conta
  * that does stays as it is, to the last bit. Effects that are on: all but sensors. */
 enum Status run_cycles(struct Contact *contact, struct Configuration *w, double begin, double cycles,
                        struct CycleSums *seen);
+/* Do the cycles that the lane has run tell of so many? They are so many, or the others are known from them. */
+int stand_for(const struct CycleSums *seen, double cycles, int i);
 /* Mean rates over so many cycles, of which those that were run are the first; and the bristle after them. */
 void go_on(struct Contact *contact, const struct CycleSums *seen, double cycles, lanes mean[INTEGRALS]);
 

@@ -29,7 +29,7 @@ static void plough(const lanes *p, const lanes *state, struct Point *x)
 const struct Effect effect_edge_force = {
     .equation = "principal_force + K_ep w, feed_force + K_ef w while cutting",
     .signature = "force over thickness keeps its slope and gains an intercept",
-    .rivals = "size_effect",
+    .rivals = "size_effect, kienzle_force",
     .applies_to = "internal, combined, uncut_thickness",
     .family = "load",
     .stage = STAGE_LOAD, .act = plough,

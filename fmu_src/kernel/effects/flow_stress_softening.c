@@ -1,5 +1,6 @@
-/* Flow stress: harder when sheared faster, softer when hotter. Johnson and Cook 1983, with ln(1 + rate) to have a limit
- * at rest. */
+/* Flow stress: harder when sheared faster, softer when hotter. The factors of strain rate and of temperature of Johnson
+ * and Cook 1983, with ln(1 + rate) to have a limit at rest. Their factor of strain, A + B eps^n, is not in it: on a
+ * shear plane at one angle the strain cot(phi) + tan(phi - alpha) is one and the same, and stands in shear_stress. */
 #include "effect.h"
 
 enum { ON, C, V_REF, SOFTENING, EXPONENT, COUNT };
@@ -7,8 +8,9 @@ enum { ON, C, V_REF, SOFTENING, EXPONENT, COUNT };
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "flow_stress_softening", SWITCH,
-        .meaning = "switch: the shear stress depends on strain rate and temperature proxy",
-        .source = "Johnson and Cook 1983"},
+        .meaning = "switch: the shear stress depends on strain rate and temperature proxy; not on strain, which is that of "
+            "the shear angle",
+        .source = "Johnson and Cook 1983 (not read; as in the manual of OSUPDocs), factors of rate and temperature"},
     [C] = {.name = "flow_stress_softening.C", .unit = "1", .start = 0.02, .min = 0, .max = 1, TUNED,
         .meaning = "rise of the shear stress with the logarithm of the shearing speed; 0: none",
         .source = "Johnson and Cook 1983; value: ordinary for steel"},

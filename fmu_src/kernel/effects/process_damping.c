@@ -1,29 +1,37 @@
-/* Process damping: the flank is pressed into the surface while the tool moves into it. Altintas, Eynian and Onozuka
- * 2008. */
+/* Process damping: the flank is pressed into the wave that the edge leaves, by the slope of the path. Kurata, Altintas
+ * and Shamoto 2010: in proportion to the velocity of the vibration over that of the cut. */
 #include "effect.h"
 
-enum { ON, C, COUNT };
+enum { ON, C, STEEPEST, COUNT };
 
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "process_damping", SWITCH, .meaning = "switch: a feed force against the motion into the surface",
-        .source = "Altintas, Eynian and Onozuka 2008"},
-    [C] = {.name = "process_damping.C", .unit = "Pa.s", .start = 5e3, .min = 0, .max = 1e8, .nominal = 1e3, TUNED,
-        .meaning = "force per width and speed into the surface; 0: none", .source = "guess"},
+        .source = "Kurata, Merdol, Altintas, Suzuki and Shamoto 2010 (abstract read); Altintas, Eynian and Onozuka 2008 "
+            "(not read)"},
+    [C] = {.name = "process_damping.C", .unit = "N/m", .start = 5e3, .min = 0, .max = 1e8, .nominal = 1e3,
+        .display_unit = "N/mm", TUNED, .meaning = "force per width at a slope of the path of 1 into the surface; 0: none",
+        .source = "guess"},
+    [STEEPEST] = {.name = "process_damping.steepest", .unit = "1", .start = 1, .min = 1e-3, .max = 100, SHAPE, TUNED,
+        .meaning = "slope beyond which the force does not grow: the law is one of small waves", .source = "guess"},
 };
 /* clang-format on */
 
+/* The speed of the cut is that of the tool through the work: in a vibrating cut it is not the mean one. */
 static void press(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
-    EACH_LANE
-        x->edge_f[i] += p[C][i] * x->w[i] * larger(-x->u_y[i], 0);
+    EACH_LANE {
+        const double into = larger(-x->u_y[i], 0), along = larger(x->u_x[i], into / p[STEEPEST][i]);
+        x->edge_f[i] += into > 0 ? p[C][i] * x->w[i] * into / along : 0;
+    }
 }
 
 /* clang-format off */
 const struct Effect effect_process_damping = {
-    .equation = "feed_force - C w u_y while u_y < 0",
-    .signature = "feed force rises early in the contact, while the tool still moves into the surface, and not later",
+    .equation = "feed_force - C w u_y/u_x while u_y < 0, the slope -u_y/u_x at most `steepest`",
+    .signature = "feed force rises early in the contact, while the tool still moves into the surface, and not later; the "
+        "less the faster the cut",
     .applies_to = "internal, combined",
     .family = "load",
     .stage = STAGE_LOAD, .act = press,
