@@ -117,9 +117,9 @@ static int worn_out(struct Patience *p, double step, const lanes s)
     return p->taken++ >= p->most;
 }
 
-/* Where the chip flows by the angle of the moment and friction falls with speed, slip and shear angle have more than one
- * answer, and the one that is followed ends in a fold: the slip jumps there. No step is short enough for a jump; it is
- * known to the part of a cycle to which events are. */
+/* Where the chip flows by the angle of the moment and friction falls with speed, slip and shear angle have more than
+ * one answer, and the one that is followed ends in a fold: the slip jumps there. No step is short enough for a jump; it
+ * is known to the part of a cycle to which events are. */
 static double shortest_step(const struct Configuration *w, double step)
 {
     return larger(1e-12 * step, w->current_angle ? 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][0] : 0);
