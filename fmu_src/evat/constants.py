@@ -215,7 +215,9 @@ class _Constants(ConstantTable):
     usual_discrepancy = Constant(0.02, "of the rms", "a discrepancy of this size is nothing special")
 
     # Fits
-    most_steps = Constant(12, "steps", "of Levenberg and Marquardt")
+    most_steps = Constant(12, "steps", "of a trust region")
+    first_reach = Constant(3.0, "prior sd", "of each parameter, of the first trust region")
+    least_step = Constant(1e-4, "prior sd", "a step that is less is the last one")
     enough_gain = Constant(0.05, "log likelihood", "a step that gains less is the last one")
     linearisations = Constant(3, "1", "of the shapes of the base law, at most")
     linearisation_step = Constant(0.3, "prior sd", "of the difference by which shapes of the base law are linearised")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -93,6 +94,17 @@ def test_a_writable_static_and_a_foreign_call_are_seen(tmp_path: Path) -> None:
 
 
 # ---- tables ----
+
+
+def test_the_readme_has_the_question_of_every_file() -> None:
+    """One line each, room by room, in the words with which the file itself begins."""
+    text = (KERNEL / "README.md").read_text(encoding="utf-8")
+    listed = dict(re.findall(r"^- `(\w+\.[ch])`: (.+)$", text, re.MULTILINE))
+    files = [path for room in (".", "solver", "averaging") for path in sorted((KERNEL / room).glob("*.[ch]"))]
+    assert list(listed) == [path.name for path in files]
+    for path in files:
+        begins = re.sub(r"\s*\n \*\s?", " ", path.read_text(encoding="utf-8").removeprefix("/* "))
+        assert begins.startswith(listed[path.name]), path.name
 
 
 def test_every_file_of_a_law_or_effect_is_registered_and_no_other() -> None:

@@ -13,7 +13,7 @@ from evat.gap.audit import Audit, audit
 from evat.gap.part import part_of
 from evat.gap.screen import Screen, Start, linear
 from evat.inference.discrepancy import likelihood
-from evat.inference.fit import Fit, Look, fit, levenberg_marquardt
+from evat.inference.fit import Fit, Look, fit, likeliest
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.inference.initial_state import begun, with_initial_state
 from evat.inference.noise import Noise, estimate_noise
@@ -68,7 +68,7 @@ def _frozen(prediction: Prediction, whitening: Whitening, base: Fit, start: Star
         sums = whitening.sums(predicted, np.column_stack([base.slopes, np.nan_to_num(slopes)]))
         return Look(point, sums, likelihood(whitening, sums, point))
 
-    return levenberg_marquardt(look, keep, np.concatenate([base.point, start.point]), whitening, CONSTANTS.frozen_steps)
+    return likeliest(look, keep, np.concatenate([base.point, start.point]), CONSTANTS.frozen_steps)
 
 
 def _allowed(model: Model, effects: Sequence[str]) -> bool:

@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from evat.identification.covariance import Loss, Optimum, Weights, optimum_at
 from evat.identification.objective import HUBER, Objective
 from evat.inference.autoregression import impulse_response
 from evat.inference.generalised_least_squares import Whitener
+from evat.inference.least_squares import least_squares
 from evat.inference.noise import Noise, estimate_noise
 from evat.model import FloatArray
 
@@ -24,32 +24,22 @@ ROUNDS = 3  # of estimating the noise from the residual, and the parameters with
 
 
 class _Runs:
-    """Residual and slopes at points of the cube where the places `free` move and the others stand.
-
-    Both come from one call of the model, side by side, which costs hardly more than the residual alone.
-    """
+    """Residual and slopes at points of the cube where the places `free` move and the others stand."""
 
     def __init__(self, objective: Objective, loss: Loss, point: FloatArray, free: FloatArray) -> None:
         self.objective, self.loss, self.point, self.free, self.calls = objective, loss, point, free, 0
-        self._at, self._slopes = np.empty(0), np.empty((0, 0))
 
     def whole(self, moved: FloatArray) -> FloatArray:
         point = self.point.copy()
         point[self.free] = moved
         return point
 
-    def residual(self, moved: FloatArray) -> FloatArray:
+    def __call__(self, moved: FloatArray) -> tuple[FloatArray, FloatArray]:
         self.calls += 1 + len(moved)
         prediction = self.objective.prediction
         row, table = self.objective.jacobian(self.whole(moved), only=np.flatnonzero(self.free).tolist())
         both = self.loss.weigh(np.column_stack([row - prediction.measured, table]))
-        self._at, self._slopes = moved.copy(), both[:, 1:]
-        return both[:, 0]
-
-    def slopes(self, moved: FloatArray) -> FloatArray:
-        if not np.array_equal(moved, self._at):
-            self.residual(moved)
-        return self._slopes
+        return both[:, 0], both[:, 1:]
 
 
 def descend(
@@ -69,16 +59,14 @@ def descend(
         return point, float(losses(objective, loss, point[None, :])[0]), 1
     begin = np.clip(point[free], 1e-9, 1 - 1e-9)
     solution = least_squares(
-        runs.residual,
+        runs,
         begin,
-        runs.slopes,
-        bounds=(0.0, 1.0),
-        x_scale="jac",
+        (0.0, 1.0),
         loss="linear" if np.isinf(loss.bend) else scipy_loss,
-        max_nfev=most,
-        ftol=exact,
-        xtol=exact,
-        gtol=1e-12,
+        most=most,
+        gain=exact,
+        step=exact,
+        slope=1e-12,
     )
     return runs.whole(solution.x), float(solution.cost), runs.calls
 

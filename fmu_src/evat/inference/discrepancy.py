@@ -31,13 +31,21 @@ class Likelihood:
     covariance: FloatArray
     weights: FloatArray
 
+    @property
+    def squares(self) -> tuple[FloatArray, FloatArray]:
+        """Numbers (p + 1,) whose squares add up to -2 `log`, and their slopes (p + 1, p) by the parameters, whose information they
+        are a factor of."""
+        factor = np.linalg.cholesky(np.linalg.inv(self.covariance)).T
+        short = -factor @ self.step
+        rest = np.sqrt(max(-2 * self.log - float(short @ short), 0.0))
+        return np.append(short, rest), np.vstack([factor, np.zeros(self.step.size)])
+
 
 def likelihood(
     whitening: Whitening,
     sums: Sums,
     point: FloatArray,
     *,
-    damping: float = 0.0,
     held_out: BoolArray | None = None,
     like: Likelihood | None = None,
 ) -> Likelihood:
@@ -64,7 +72,7 @@ def likelihood(
     weights = 1 / (whitening.least + size**2 * whitening.unexplained[length])
     total = known(grams, weights[kept])
     normal = total[:-1, :-1] + np.eye(point.size)
-    step = np.asarray(np.linalg.solve(normal + damping * np.diag(np.diag(normal)), total[:-1, -1] - point), dtype=np.float64)
+    step = np.asarray(np.linalg.solve(normal, total[:-1, -1] - point), dtype=np.float64)
     covariance = np.asarray(np.linalg.inv(normal), dtype=np.float64)
     evidence = log - 0.5 * float(np.linalg.slogdet(normal)[1])
     return Likelihood(size, length, log, evidence, step, covariance, weights)

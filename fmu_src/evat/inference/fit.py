@@ -1,5 +1,8 @@
-"""Which parameters of a model with these effects fit best, and how likely are the data then? Levenberg and Marquardt, all slopes in one
-call."""
+"""Which parameters of a model with these effects fit best, and how likely are the data then?
+
+The size of the discrepancy is estimated anew at each point. Still minus twice the log likelihood is a sum of squares, that of the whitened
+residual as far as parameters can change it and a rest: where the discrepancy is the likeliest, the likelihood has no slope by its size.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.inference.discrepancy import Likelihood, likelihood
+from evat.inference.least_squares import least_squares
 from evat.inference.parameters import Parameter
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Sums, Whitening
@@ -87,39 +91,43 @@ def fit(
     def keep(point: FloatArray) -> FloatArray:
         return np.array([p.within(float(u)) for p, u in zip(parameters, point, strict=True)])
 
-    return levenberg_marquardt(look, keep, start, whitening, CONSTANTS.most_steps if most_steps is None else most_steps, held_out)
+    return likeliest(look, keep, start, CONSTANTS.most_steps if most_steps is None else most_steps)
 
 
-def levenberg_marquardt(
-    look: Callable[[FloatArray], Looked | None],
-    keep: Callable[[FloatArray], FloatArray],
-    start: FloatArray,
-    whitening: Whitening,
-    most_steps: int,
-    held_out: BoolArray | None = None,
+def likeliest(
+    look: Callable[[FloatArray], Looked | None], keep: Callable[[FloatArray], FloatArray], start: FloatArray, most_steps: int
 ) -> Looked | None:
-    """Levenberg's and Marquardt's steps from `start` to where the log likelihood no longer rises; None where `look` finds nothing there.
+    """From `start` to where the log likelihood no longer rises; None where `look` finds nothing there.
 
     look : what is to be seen at a point (p,), None where the model does not run; keep : the nearest point within bounds.
     """
-    best = look(keep(start))
-    if best is None:
-        return None
-    damping = 0.0
-    for _ in range(most_steps):
-        step = likelihood(whitening, best.sums, best.point, damping=damping, held_out=held_out).step if damping else best.likelihood.step
-        step = step / max(1.0, float(np.max(np.abs(step), initial=0.0)) / 3)  # three prior standard deviations at a time
-        point = keep(best.point + step)
-        if np.max(np.abs(point - best.point), initial=0.0) < 1e-4:
-            break
-        tried = look(point)
-        if tried is None or tried.likelihood.log < best.likelihood.log - 1e-9:
-            damping = max(4 * damping, 0.3)
-            if damping > 1e3:
-                break
-            continue
-        gained = tried.likelihood.log - best.likelihood.log
-        best, damping = tried, damping / 4 if damping > 0.1 else 0.0
-        if gained < CONSTANTS.enough_gain:
-            break
+    first = look(keep(start))
+    if first is None or not most_steps or np.max(np.abs(first.likelihood.step), initial=0.0) < CONSTANTS.least_step:
+        return first
+    # The first trust region is as large as the start, which is therefore put at so much in every coordinate.
+    reach, best, last = CONSTANTS.first_reach, first, first
+    origin = best.point - reach
+    low, high = keep(np.full(start.size, -np.inf)) - origin, keep(np.full(start.size, np.inf)) - origin
+
+    def squares(moved: FloatArray) -> tuple[FloatArray, FloatArray]:
+        nonlocal best, last
+        point = keep(moved + origin)
+        here = last if np.allclose(point, last.point, rtol=0, atol=1e-12) else look(point)
+        if here is None:
+            return np.full(start.size + 1, np.inf), np.zeros((start.size + 1, start.size))
+        last = here
+        if here.likelihood.log > best.likelihood.log:
+            best = here
+        return here.likelihood.squares
+
+    least_squares(
+        squares,
+        np.clip(np.full(start.size, reach), low, high),
+        (low, high),
+        method="dogbox",
+        scale=1.0,
+        most=most_steps + 1,
+        gain=CONSTANTS.enough_gain / max(-best.likelihood.log, CONSTANTS.enough_gain),
+        step=CONSTANTS.least_step / reach,
+    )
     return best
