@@ -32,8 +32,8 @@ def one(door: Door) -> Iterator[Instance]:
         ("v_s", 1e3, ["v_s = 1000 m/s", "1e-07 to 100 m/s"]),
         ("slip_velocity", float("-inf"), ["slip_velocity", "finite"]),
         ("slip_velocity", 2e3, ["slip_velocity = 2000 m/s", "-1000 to 1000"]),
-        ("friction_law", 0, ["friction_law = 0", "1 to 6"]),
-        ("friction_law", 7, ["friction_law = 7", "1 to 6"]),
+        ("friction_law", 0, ["friction_law = 0", "1 to 7"]),
+        ("friction_law", 8, ["friction_law = 8", "1 to 7"]),
         ("damping_margin", 1.0, ["damping_margin = 1 ", "0.001 to 0.999"]),
     ],
 )
