@@ -272,7 +272,7 @@ class _Constants(ConstantTable):
     bootstrap_seed = Constant(20240229, "1", "of these draws")
     worse_condition = Constant(1.1, "of the rms without the effect", "from which a held-out condition is made worse", low=1.0)
     held_out_models = Constant(2, "1", "of the likeliest, that are tried on held-out conditions")
-    held_out_rounds = Constant(3, "1", "how often others follow")
+    held_out_rounds = Constant(8, "1", "how often others follow: none is named that was not tried")
     visible_structure = Constant(3.0, "sd", "of a structural square by noise alone: a gap on held-out conditions that is less is none")
     clear_evidence = Constant(
         10.0, "log evidence", "an effect that gains more is there, however its amplitude and other parameters stand for each other"
@@ -311,6 +311,7 @@ class _Constants(ConstantTable):
     small_share = Constant(0.01, "of the rms of a channel", "more is no small effect")
 
     # Judgement: the others
+    second_effect_share = Constant(0.3, "of what the first leaves", "a second effect that takes less adds less evidence in proportion")
     likely_probability = Constant(0.9, "1", "what the listed sets hold", high=0.999)
     chance_evidence = Constant(5.0, "log evidence", "less is chance")
     chance_evidence_scale = Constant(2.0, "log evidence", "over how much more that becomes certain")

@@ -153,10 +153,12 @@ def _search(
 def _fitted_to_all(
     prediction: Prediction, whitening: Whitening, tried: Mapping[Hypothesis, Fit], tell: Callable[[str, float], None]
 ) -> dict[Hypothesis, Fit]:
-    """The best of what was fitted to a part: the likeliest of each size, since evidence of a part favours few effects."""
+    """The best of what was fitted to a part: the likeliest of each size, since evidence of a part favours few effects; and of each pair both
+    effects alone, against which it is judged."""
     ranked = sorted(tried, key=lambda on: -tried[on].likelihood.evidence)
     singles = [on for on in ranked if len(on) == 1][: CONSTANTS.singles_fitted_to_all]
-    chosen = [*singles, *[on for on in ranked if len(on) == 2][: CONSTANTS.pairs_fitted_to_all]]
+    pairs = [on for on in ranked if len(on) == 2][: CONSTANTS.pairs_fitted_to_all]
+    chosen = dict.fromkeys([*singles, *[part for on in pairs for part in on.parts() if part in tried], *pairs])
     models = dict[Hypothesis, Fit]()
     for place, on in enumerate(chosen):
         tell(f"fitting {' and '.join(on)} to all", 0.94 + 0.01 * place / len(chosen))

@@ -137,7 +137,7 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     worse = math.inf if "gap_not_larger" in reverse else CONSTANTS.worse_gap
     shares = dict(features.left) if "held_out" in reverse else {on: features.left_at_least(on) for on in features.left}
     lefts = {on: share * seen if share < worse else share for on, share in shares.items()}
-    scores = {on: _score(on, gain, lefts[on], constants) for on, gain in features.gain.items()}
+    scores = {on: _score(on, _credited(on, features, constants), lefts[on], constants) for on in features.gain}
     # What may be chance explains nothing.
     sure = {
         on: 1.0 if "beyond_chance" in reverse else _sigmoid((gain - CONSTANTS.chance_evidence) / CONSTANTS.chance_evidence_scale)
@@ -219,6 +219,19 @@ def _seen(size: float) -> float:
     """Which part of what a model leaves says anything; where the gap is too small to look at (log size < 0) evidence alone decides."""
     square = math.exp(2 * size)
     return (square + CONSTANTS.unseen_share) / (square + 1)
+
+
+def _credited(on: Hypothesis, features: Features, constants: Constants) -> float:
+    """Log evidence as far as it counts: what a second effect adds to that of the first, only where it takes a share of what that leaves.
+    Else it mends the form of the first, which no effect in the world shares with the library's."""
+    gain = features.gain[on]
+    parts = [part for part in on.parts() if part in features.gain] if len(on) > 1 else []
+    if not parts:
+        return gain
+    first = max(parts, key=lambda part: features.gain[part])
+    taken = 1 - (features.left[on] + constants.form) / (features.left[first] + constants.form)
+    credit = min(max(taken / CONSTANTS.second_effect_share, 0.0), 1.0)
+    return min(gain, features.gain[first] + credit * max(gain - features.gain[first], 0.0))
 
 
 def _score(on: Hypothesis, gain: float, left: float, constants: Constants) -> float:
