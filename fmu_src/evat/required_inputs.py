@@ -53,6 +53,7 @@ def unread_inputs(model: Tables, values: Mapping[str, float | str], given: Colle
         f'Set {SOURCE} = "{name}" in [nominal] to use it, or leave the signal out.'
         for name in source.choices
         if name in given and name not in (chosen, MOTION) and name in by_name and by_name[name].causality == "input"
+        if not by_name[name].required_with or values.get(KINEMATICS) in by_name[name].required_with  # elsewhere the motion reads it
     )
 
 

@@ -232,7 +232,8 @@ def test_coulomb_chip_that_flows_along_the_current_angle_sticks_at_reversal() ->
 
 # ---- against the kernel ------------------------------------------------------------------------------------------------------------------
 
-INTEGRATED = ("dissipated_energy", "sliding_distance")  # alongside: the kernel chooses its steps for deflection and forces
+# Alongside: the kernel chooses its steps for deflection and forces.
+INTEGRATED = ("dissipated_energy", "shear_energy", "sliding_distance", "mean_dissipated_power", "mean_shear_power")
 SHOWN = [
     v.name
     for v in kernel.variables()

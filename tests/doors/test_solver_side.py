@@ -49,11 +49,12 @@ def integrating(one: Instance, values: dict[str, float]) -> Instance:
 
 
 def test_rates_are_the_equations(one: Instance) -> None:
-    """LuGre: dz/dt = v at z = 0 and 0 at z = g/sigma0; the impulses grow by the forces, the energy by F v; what is off stands still."""
+    """LuGre: dz/dt = v at z = 0 and 0 at z = g/sigma0; impulses grow by the forces, energies by F v and the power of shearing; what is
+    off stands still."""
     integrating(one, {"kinematics": 2, "slip_velocity": 0.5})
     rates = vector(one, "GetContinuousStateDerivatives")
-    force, principal, feed, normal = one.get("friction_force", "principal_force", "feed_force", "normal_force")
-    first = [0.5, force * 0.5, 0.5, force, principal, feed, normal, 1.0, force, principal, feed]
+    force, principal, feed, normal, shear = one.get("friction_force", "principal_force", "feed_force", "normal_force", "shear_power")
+    first = [0.5, 0.5, force * 0.5, shear, force, principal, feed, normal, 1.0, force, principal, feed]
     assert rates == pytest.approx(first + [0.0] * (STATES - len(first)), rel=1e-12)
     steady = [9e-6, *(float(n) for n in range(1, STATES))]  # 0.5 m/s is far above v_s: g = F_C
     assert set_states(one, steady) == OK

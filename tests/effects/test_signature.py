@@ -171,7 +171,7 @@ def test_an_effect_on_the_temperature_alone_is_shown_by_the_temperature() -> Non
 
 
 def test_rivals_that_are_on_make_room() -> None:
-    (rival,) = EFFECTS["edge_force"].rivals
+    rival = EFFECTS["edge_force"].rivals[0]
     signed = signature("edge_force", {rival: 1.0}, [rival])
     assert signed.beside == ()
 

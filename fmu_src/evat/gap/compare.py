@@ -153,8 +153,8 @@ def _search(
 def _fitted_to_all(
     prediction: Prediction, whitening: Whitening, tried: Mapping[Hypothesis, Fit], tell: Callable[[str, float], None]
 ) -> dict[Hypothesis, Fit]:
-    """The best of what was fitted to a part: the likeliest of each size, since evidence of a part favours few effects; and both effects of a
-    pair alone, against which it is judged."""
+    """The best of what was fitted to a part: the likeliest of each size, since evidence of a part favours few effects; and the
+    effects of a pair alone, against which it is judged."""
     ranked = sorted(tried, key=lambda on: -tried[on].likelihood.evidence)
     singles = [on for on in ranked if len(on) == 1][: CONSTANTS.singles_fitted_to_all]
     pairs = [on for on in ranked if len(on) == 2][: CONSTANTS.pairs_fitted_to_all]

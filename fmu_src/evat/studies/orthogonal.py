@@ -212,4 +212,4 @@ def _nominal(truth: Mapping[str, float | str], effects: Sequence[str], off: floa
             known = kernel.variable(name)
             values[name] = min(max(factor * float(truth[name]), known.min), known.max)
             relative_sd[name] = off / math.sqrt(3)
-    return Nominal(values, tuple(effects), relative_sd)
+    return Nominal(values, tuple(effects), relative_sd, initial_bristle="relaxed")  # each simulation begins at rest

@@ -99,7 +99,7 @@ struct Patience {
 static struct Patience patience_with(const struct Configuration *w)
 {
     const double few = 20, tight = larger(1, sqrt(sqrt(1e-4 / w->p[VAR_RELATIVE_TOLERANCE][0]))),
-                 usual = w->current_angle ? 1000 : 2000;
+                 usual = w->current_angle ? 1000 : 4000;
     const struct Patience p = {few * w->longest[0], 0, 0,
                                usual * tight * (w->law->rest ? 25 : 1) * (w->comes_back ? 100 : 1)};
     return p;
