@@ -39,7 +39,9 @@ def experiment() -> Experiment:
         "slip_velocity": Signal("slip_velocity", "v", "m/s", "input"),
         "friction_force": Signal("friction_force", "F", "N", "output"),
     }
-    return Experiment(Path(), "rig", "", Nominal(dict(NOMINAL), (), {}), signals, tuple(trials), None, "hash of no file")
+    return Experiment(
+        Path(), "rig", "", Nominal(dict(NOMINAL), (), {}, initial_bristle="relaxed"), signals, tuple(trials), None, "hash of no file"
+    )
 
 
 @lru_cache(maxsize=1)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from evat.gap.screen import _moved
 from evat.inference.discrepancy import known, likelihood
-from evat.inference.noise import BETWEEN, estimate_noise
+from evat.inference.initial_state import RANDOM
+from evat.inference.noise import estimate_noise
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Whitening
 from toy import Toy, measured
@@ -22,9 +23,9 @@ def test_what_differs_between_trials_is_integrated_out() -> None:
     """Gaussian, with covariance 1 + L L' in each group: log density and information by dense matrices."""
     draw = np.random.default_rng(1)
     numbers, slopes, groups = 50, 2, 3
-    columns = [np.column_stack([draw.normal(size=(numbers, slopes + 1)), 4 * draw.normal(size=(numbers, BETWEEN))]) for _ in range(groups)]
+    columns = [np.column_stack([draw.normal(size=(numbers, slopes + 1)), 4 * draw.normal(size=(numbers, RANDOM))]) for _ in range(groups)]
     grams = np.array([[column.T @ column] for column in columns])
-    covariances = [np.eye(numbers) + column[:, -BETWEEN:] @ column[:, -BETWEEN:].T for column in columns]
+    covariances = [np.eye(numbers) + column[:, -RANDOM:] @ column[:, -RANDOM:].T for column in columns]
     wanted = sum(c[:, : slopes + 1].T @ np.linalg.solve(s, c[:, : slopes + 1]) for c, s in zip(columns, covariances, strict=True))
     assert known(grams, np.ones((groups, 1))) == pytest.approx(wanted, rel=1e-9)
 
@@ -37,7 +38,7 @@ def test_the_log_likelihood_is_that_of_the_dense_covariance() -> None:
     total = 0.0
     for place in range(len(whitening.groups)):
         gram = np.einsum("b,bij->ij", 1 / variance[place], sums.grams[place])
-        inner = np.eye(BETWEEN) + gram[1:, 1:]
+        inner = np.eye(RANDOM) + gram[1:, 1:]
         chi = gram[0, 0] - gram[0, 1:] @ np.linalg.solve(inner, gram[1:, 0])
         total -= 0.5 * (float(whitening.counts[place] @ np.log(variance[place])) + chi + np.linalg.slogdet(inner)[1])
     assert banded.log == pytest.approx(total - np.log1p((banded.size / 0.02) ** 2), rel=1e-9)

@@ -43,6 +43,7 @@ CONTRACT: dict[str, Any] = {
     "novelty": {"p_value": NUMBER, "unexplained_share": NUMBER},
     "recalibration": {"parameters": {"<>": {"nominal": NUMBER, "value": NUMBER, "sd": NUMBER}}, "explains_share": NUMBER},
     "setup": {"<>": {"<>": {"value": NUMBER, "sd": NUMBER, "unit": TEXT}}},
+    "small_effect": (type(None),),  # of an effect as large as this; the other form stands in test_small_effect
     "families": [{"name": TEXT, "probability": NUMBER}],
     "where": {"channels": {"<>": NUMBER},
               "regions": [{"channel": TEXT, "box": {"<>": [NUMBER]}, "share": NUMBER}],

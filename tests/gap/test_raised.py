@@ -37,7 +37,7 @@ def by_plain_least_squares(made: Experiment) -> Experiment:
 
     u = least_squares(residual, np.zeros(len(NAMES)), slopes, bounds=(-2.5, 2.5), max_nfev=25).x
     fitted = dict(zip(NAMES, map(float, START * np.exp(u)), strict=True))
-    return replace(made, nominal=Nominal({**VALUES, **fitted}, (), {}))
+    return replace(made, nominal=Nominal({**VALUES, **fitted}, (), {}, initial_bristle="relaxed"))
 
 
 def made_with(scatter: float) -> Experiment:
@@ -52,7 +52,7 @@ def made_with(scatter: float) -> Experiment:
             gain = 1 + 0.05 * np.sign(force) + scatter * draw.normal()
             noise = lfilter([1.0], [1.0, -0.9], 0.02 * draw.normal(size=times.size + 500))[500:]
             trials.append(Trial(f"{place}{repeat}", f"c{place}", {}, times, run.inputs, {"friction_force": gain * force + noise}))
-    return Experiment(Path(), "rig", "", Nominal(VALUES, (), {}), {}, tuple(trials), None, "")
+    return Experiment(Path(), "rig", "", Nominal(VALUES, (), {}, initial_bristle="relaxed"), {}, tuple(trials), None, "")
 
 
 @pytest.mark.parametrize("scatter", [0.0, 0.2])
@@ -61,7 +61,7 @@ def test_gains_that_differ_raise_the_plain_rms(scatter: float) -> None:
     comparison = compare(Prediction(MODEL, by_plain_least_squares(made_with(scatter))))
     residuals = [comparison.prediction.measured - fit.predicted for fit in (comparison.nominal, comparison.recalibrated)]
     before, after = (float(np.sqrt(np.mean(row**2))) for row in residuals)
-    assert comparison.recalibrated.outcome.evidence > comparison.nominal.outcome.evidence
+    assert comparison.recalibrated.likelihood.evidence > comparison.nominal.likelihood.evidence
     said = raised(comparison)
     if not scatter:
         assert not said

@@ -69,17 +69,22 @@ def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditio
     whole = comparison.prediction
     part, left_out, runs, samples = _some(whole, conditions or whole.experiment.conditions)
     stored = parameter_sets.load(ssv)
-    through = Prediction(FmuModel(path), part).starting(whole.starts, None)
+    through = Prediction(FmuModel(path), part)
+    parts = [
+        slice(segment.at.start, segment.at.start + own.at.stop - own.at.start)
+        for segment, own in zip((s for s in whole.segments if s.condition in set(part.conditions)), through.segments, strict=True)
+    ]
+    bent = np.concatenate([whole.bent[here] for here in parts])
+    through = through.starting(whole.starts, bent, whole.steady)
     set_up = {name: value for name, value in chosen.values.items() if name in whole.setup.names}
     rows = through.one({**kernel.by_choice(stored.values), **set_up}, stored.effects)
     # Shapes of the law are simulated, as the FMU has them.
-    exact = Prediction(whole.model, part).starting(whole.starts, None).one(chosen.values, chosen.on)
+    exact = Prediction(whole.model, part).starting(whole.starts, bent, whole.steady).one(chosen.values, chosen.on)
     predicted, by_library, wanted, worst = chosen.predicted.copy(), chosen.predicted.copy(), set(part.conditions), 0.0
-    for segment, own in zip((s for s in whole.segments if s.condition in wanted), through.segments, strict=True):
-        here = slice(segment.at.start, segment.at.start + own.at.stop - own.at.start)
+    for here, own in zip(parts, through.segments, strict=True):
         predicted[here], by_library[here] = rows[own.at], exact[own.at]
         away = float(np.max(np.abs(rows[own.at] - exact[own.at])))
-        worst = max(worst, away / comparison.whitening.levels[segment.channel])
+        worst = max(worst, away / comparison.whitening.levels[own.channel])
     tables = {
         name: squares(comparison.whitening, row, wanted)
         for name, row in (("nominal", comparison.nominal.predicted), ("corrected", predicted), ("library", by_library))
