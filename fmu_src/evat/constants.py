@@ -158,7 +158,13 @@ class _Constants(ConstantTable):
     solver_tolerance = Constant(1e-5, "1", "relative tolerance of runs whose differences are taken", low=1e-9)
     law_shape_sd = Constant(0.3, "of the logarithm", "prior standard deviation of a shape of the base law")
     clock_shift = Constant(0.5, "samples", "over which the derivative to a clock is taken: a jump has none")
-    widest_setup_error = Constant(3.0, "sd", "what is further off is no tolerance of a set-up any more")
+    widest_setup_error = Constant(2.0, "sd", "what is further off is no tolerance of a set-up any more")
+
+    form_of_law = Constant(
+        0.05, "of the rms of a channel", "so much of an effect in which friction laws differ anyway is the form of the base law"
+    )
+
+    zeros_tried = Constant(9, "values", "of the zero of a velocity, before it enters linearly")
 
     # How bristles were bent at the start
     settling_speeds = Constant(

@@ -157,7 +157,8 @@ class Effect:
 
     It `applies_to` the kinematics named there, and to every kinematics in which an input named there is given; empty: to all. One that does
     not apply can be switched on all the same, and is no explanation of such a record: the work of a robot's joint has no run-out. One
-    that is `unsteady` goes by the time or the way itself, so that means of steady states tell nothing of it.
+    that is `unsteady` goes by the time or the way itself, so that means of steady states tell nothing of it. One that is a
+    `form_of_law` is what friction laws differ in among themselves, so that a little of it is no effect.
     """
 
     name: str
@@ -173,6 +174,7 @@ class Effect:
     applies_to: tuple[str, ...] = ()
     family: str = ""
     unsteady: bool = False
+    form_of_law: bool = False
 
     def applies(self, kinematics: str, given: Collection[str] = ()) -> bool:
         """Whether it may happen in this kinematics to a contact of which these inputs are `given`."""

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from evat.gap.compare import compare
+from evat.gap.judgement import features
 from evat.inference.bursts_and_lines import bursts, irregular, lines
+from evat.inference.hypothesis import Hypothesis
 from evat.inference.noise import without_jumps
+from evat.inference.prediction import Prediction
 from scipy.signal import lfilter
+from toy import Toy, measured
 
 COUNT = 3000
 
@@ -76,3 +83,15 @@ def test_a_clock_that_differs_is_no_line() -> None:
 def test_identical_repeats_have_nothing_irregular() -> None:
     assert irregular([np.zeros(COUNT)], [1e-3]).share == 0.0
     assert irregular([], []).share == 0.0
+
+
+def test_lines_that_the_likeliest_model_has_are_none() -> None:
+    """A sensor that is struck at slightly different moments rings: repeats do not share it, and what has it explains it."""
+    made = measured(repeats=3, noise=0.02)
+    ringing = [np.sin(2 * np.pi * 11.0 * trial.times + 2.0 * place) for place, trial in enumerate(made.trials)]
+    trials = [replace(t, outputs={"F": t.outputs["F"] + 0.3 * ring}) for t, ring in zip(made.trials, ringing, strict=True)]
+    comparison = compare(Prediction(Toy(), replace(made, trials=tuple(trials))))
+    assert features(comparison).irregular_share["F"] > 0.9
+    has_it = replace(comparison.recalibrated, predicted=comparison.recalibrated.predicted + 0.3 * np.concatenate(ringing))
+    with_it = replace(comparison, models={Hypothesis(("lean",)): has_it})
+    assert features(with_it).irregular_share["F"] < 0.1

@@ -199,7 +199,7 @@ def _recalibrated(comparison: Comparison, chosen: Fit) -> Recalibrated:
     recalibrated, sd = comparison.recalibrated, comparison.recalibrated.sd
     before, after = (structural(comparison.whitening, fit.predicted) for fit in (comparison.nominal, recalibrated))
     share = min(max(1 - after / before, 0.0), 1.0) if before > 0 else 0.0
-    set_up = comparison.prediction.setup.names
+    set_up = comparison.prediction.setup_names
     errors: dict[str, dict[str, tuple[float, float, str]]] = {}
     for p in chosen.parameters:
         if p.name in set_up:

@@ -10,6 +10,7 @@ from scipy.stats import qmc
 
 from evat.constants import CONSTANTS
 from evat.gap.audit import Audit, audit
+from evat.gap.form import with_form_of_law
 from evat.gap.part import part_of
 from evat.gap.screen import Screen, Start, linear
 from evat.inference.discrepancy import likelihood
@@ -100,8 +101,9 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
         return Comparison(prediction, noise, whitening, nominal, nominal, nominal, {}, {}, (), {}, audited)
     prediction, noise, whitening, recalibrated = _recalibrate(prediction, whitening, numerical, by_inputs)
     nominal = _must(fit(prediction, whitening, (), np.empty(0)))
-    errors = prediction.setup.parameters
-    set_up = _must(fit(prediction, whitening, errors, np.zeros(len(errors))))
+    errors = [(parameter, 0.0) for parameter in prediction.setup.parameters]
+    errors += [(each.parameter, each.at) for each in prediction.linearised if each.parameter.name in prediction.setup_names]
+    set_up = _must(fit(prediction, whitening, [parameter for parameter, _ in errors], np.array([at for _, at in errors])))
 
     model, on = prediction.model, prediction.experiment.nominal.effects
     given, kinematics = prediction.experiment.given, str(prediction.nominal.get(KINEMATICS, ""))
@@ -125,6 +127,7 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
         models = _fitted_to_all(prediction, whitening, tried, tell)
         rough = {on: evidence - base.likelihood.evidence + recalibrated.likelihood.evidence for on, evidence in rough.items()}
     _polish(prediction, whitening, models)
+    recalibrated, models = with_form_of_law(prediction, whitening, recalibrated, models)
     return Comparison(prediction, noise, whitening, nominal, set_up, recalibrated, models, rough, silent, unfed, audited)
 
 
@@ -176,18 +179,21 @@ def _recalibrate(
 ) -> tuple[Prediction, Noise, Whitening, Fit]:
     """The nominal model at its best, with the noise and the whitening that follow from it; then every model is forgiven what an effect of a
     slightly other form would leave. Shapes of the law enter the prediction linearly from there on."""
-    model, experiment = prediction.model, prediction.experiment
-    parameters = (*nominal_parameters(model, experiment), *prediction.setup.parameters)
-    first = _trusted(prediction, whitening, parameters, np.zeros(len(parameters)))
-    acts = np.any(first.slopes, axis=0) | np.array([p.name in experiment.nominal.values for p in parameters])
-    own = tuple(parameter for parameter, does in zip(parameters, acts, strict=True) if does)  # of the law that is there
+    model, experiment, zeros = prediction.model, prediction.experiment, prediction.input_zeros
+    at = _likeliest_zeros(prediction, whitening)
+    prediction = _linearised(prediction, {}, (), zeros, at)
+    law = (*nominal_parameters(model, experiment), *prediction.setup.parameters)
+    first = _trusted(prediction, whitening, (*law, *zeros), np.concatenate([np.zeros(len(law)), at]))
+    acts = np.any(first.slopes[:, : len(law)], axis=0) | np.array([p.name in experiment.nominal.values for p in law])
+    own = tuple(parameter for parameter, does in zip(law, acts, strict=True) if does)  # of the law that is there
     prediction, predicted = _begun(prediction, first)
     noise = estimate_noise(prediction, predicted)
     whitening = Whitening(prediction, noise, predicted, numerical, by_inputs)
-    recalibrated = _trusted(prediction, whitening, own, first.point[acts])
-    forms, at = form_parameters(model, experiment), np.zeros(len(form_parameters(model, experiment)))
+    recalibrated = _trusted(prediction, whitening, (*own, *zeros), np.concatenate([first.point[: len(law)][acts], first.point[len(law) :]]))
+    forms = (*form_parameters(model, experiment), *zeros)
+    at = np.concatenate([np.zeros(len(forms) - len(zeros)), recalibrated.point[len(own) :]])
     for _ in range(CONSTANTS.linearisations if forms else 0):
-        prediction = _linearised(prediction, recalibrated, forms, at)
+        prediction = _linearised(prediction, recalibrated.values, recalibrated.on, forms, at)
         shapes = [each for each in prediction.linearised if np.any(each.column)]
         start = np.concatenate([recalibrated.point[: len(own)], [each.at for each in shapes]])
         recalibrated = _trusted(prediction, whitening, (*own, *(each.parameter for each in shapes)), start)
@@ -209,14 +215,37 @@ def _begun(prediction: Prediction, first: Fit) -> tuple[Prediction, FloatArray]:
     return prediction, first.predicted if prediction.starts == before else prediction.one(first.values, first.on)
 
 
-def _linearised(prediction: Prediction, base: Fit, forms: Sequence[Parameter], at: FloatArray) -> Prediction:
-    """Shapes of the base law about `at` (p,), in their prior standard deviations."""
-    table = at + np.vstack([np.zeros(len(forms)), CONSTANTS.linearisation_step * np.eye(len(forms))])
-    lanes = {form.name: np.array([form.value(float(u)) for u in table[:, place]]) for place, form in enumerate(forms)}
-    plain = prediction.linearise(())
-    model_values = {name: value for name, value in base.values.items() if name not in prediction.setup.names}
-    rows = plain.many({**model_values, **lanes}, base.on)
-    columns = np.nan_to_num((rows[1:] - rows[0]) / CONSTANTS.linearisation_step)
+def _likeliest_zeros(prediction: Prediction, whitening: Whitening) -> FloatArray:
+    """Where each zero of an input is looked for, in its prior standard deviations: a contact at rest that creeps by it is far from
+    linear in it."""
+    best = []
+    for zero in prediction.input_zeros:
+        tried = np.linspace(zero.within(-np.inf), zero.within(np.inf), CONSTANTS.zeros_tried)
+        logs = list[float]()
+        for u in tried:
+            row = prediction.one({zero.name: zero.value(float(u))})
+            sums = whitening.sums(row, np.empty((row.size, 0))) if np.all(np.isfinite(row)) else None
+            logs.append(likelihood(whitening, sums, np.empty(0)).log - 0.5 * u**2 if sums is not None else -np.inf)
+        best.append(float(tried[int(np.argmax(logs))]))
+    return np.array(best)
+
+
+def _linearised(
+    prediction: Prediction, values: Mapping[str, float | str], on: Sequence[str], forms: Sequence[Parameter], at: FloatArray
+) -> Prediction:
+    """Shapes of the base law and zeros of inputs about `at` (p,), in their prior standard deviations. values, on : of the model there."""
+    plain, step = prediction.linearise(()), CONSTANTS.linearisation_step
+    held = {name: value for name, value in values.items() if name not in prediction.setup.names}
+    held |= {form.name: form.value(float(u)) for form, u in zip(forms, at, strict=True)}
+    shapes = [place for place, form in enumerate(forms) if form.name not in prediction.setup_names]
+    table = at[shapes] + np.vstack([np.zeros(len(shapes)), step * np.eye(len(shapes))])
+    lanes = {forms[k].name: np.array([forms[k].value(float(u)) for u in column]) for k, column in zip(shapes, table.T, strict=True)}
+    first, *others = plain.many({**held, **lanes}, on)
+    rows = dict(zip(shapes, others, strict=True))
+    for place, form in enumerate(forms):
+        if place not in rows:  # an input is one for all lanes
+            rows[place] = plain.one({**held, form.name: form.value(float(at[place]) + step)}, on)
+    columns = [np.nan_to_num((rows[place] - first) / step) for place in range(len(forms))]
     return prediction.linearise([Linearised(form, float(u), column) for form, u, column in zip(forms, at, columns, strict=True)])
 
 
@@ -303,7 +332,7 @@ def _from_nominal_values(
 ) -> None:
     """Effects beside the nominal values, too, where recalibration went so far that these were not credible: values that stand in for an
     effect may be where no step leads back to it."""
-    nominal = np.array([parameter.name not in prediction.setup.names for parameter in recalibrated.parameters])
+    nominal = np.array([parameter.name not in prediction.setup_names for parameter in recalibrated.parameters])
     if np.max(np.abs(recalibrated.point[nominal]), initial=0.0) <= CONSTANTS.credible_shift:
         return
     base = fit(prediction, whitening, recalibrated.parameters, np.where(nominal, 0.0, recalibrated.point), most_steps=0)

@@ -16,8 +16,10 @@ from evat.constants import CONSTANTS
 from evat.gap.budget import squares, structural_share
 from evat.gap.compare import Comparison
 from evat.gap.constants import Constants
+from evat.inference.bursts_and_lines import BurstsAndLines
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import NOMINAL, Hypothesis
+from evat.inference.noise import estimate_noise
 
 NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL = "no_gap", "mistuned", "effect", "ambiguous", "unknown", "cannot_tell"
 VERDICTS = (NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL)
@@ -84,17 +86,29 @@ def features(comparison: Comparison) -> Features:
     whitening, reference = comparison.whitening, comparison.recalibrated.predicted
     base, levels = comparison.recalibrated.likelihood.evidence, whitening.levels
     before, after = squares(whitening, comparison.set_up.predicted), squares(whitening, reference)
+    irregular = _irregular(comparison)
     return Features(
         nominal={c: before[c].structural / levels[c] ** 2 for c in levels},
         recalibrated={c: after[c].structural / levels[c] ** 2 for c in levels},
         floor={c: after[c].floor / levels[c] ** 2 for c in levels},
         unsure={c: after[c].unsure / levels[c] ** 2 for c in levels},
-        irregular={c: comes.square * comes.share / levels[c] ** 2 for c, comes in comparison.noise.irregular.items()},
-        irregular_share={c: comes.share for c, comes in comparison.noise.irregular.items()},
+        irregular={c: comes.square * comes.share / levels[c] ** 2 for c, comes in irregular.items()},
+        irregular_share={c: comes.share for c, comes in irregular.items()},
         exact=comparison.set_up.likelihood.evidence - base,
         gain={on: fit.likelihood.evidence - base for on, fit in comparison.models.items()},
         left={on: structural_share(whitening, fit.predicted, reference) for on, fit in comparison.models.items()},
     )
+
+
+def _irregular(comparison: Comparison) -> dict[str, BurstsAndLines]:
+    """What repeats do not share and is no noise, channel by channel, as far as the likeliest model does not have it: a dynamometer that is
+    struck at slightly different moments rings in lines."""
+    best = max(comparison.models.values(), key=lambda fit: fit.likelihood.evidence, default=comparison.recalibrated)
+    by_best = estimate_noise(comparison.prediction, best.predicted).irregular
+    return {
+        channel: min(comes, by_best[channel], key=lambda each: each.square * each.share)
+        for channel, comes in comparison.noise.irregular.items()
+    }
 
 
 @dataclass(frozen=True)

@@ -122,6 +122,9 @@ def _effects_in_full() -> str:
             facts += [
                 "- **Unsteady:** it goes by the time or the way itself, so that means of steady states tell nothing of it."
             ] * effect.unsteady
+            facts += [
+                "- **Form of law:** friction laws differ in it among themselves, so that a little of it is no effect."
+            ] * effect.form_of_law
             table = _own(effect.variables) if effect.variables else ""
             lines.append(f"### {_text(effect.name)} {{#{effect.name}}}\n\n" + "\n".join(facts) + f"\n\n{table}")
     return "\n".join(lines)

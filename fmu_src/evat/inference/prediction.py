@@ -18,7 +18,7 @@ import numpy.typing as npt
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, ExperimentError, Means, Trial
 from evat.inference.parameters import Parameter
-from evat.inference.setup_errors import Recording, SetupErrors
+from evat.inference.setup_errors import Recording, SetupErrors, without_zero, zeros_of_inputs
 from evat.model import FloatArray, Model, Run
 
 Values = Mapping[str, float | str | FloatArray]
@@ -79,7 +79,10 @@ class Prediction:
         recordings = tuple(Recording(s.channel, s.at, experiment.trials[s.trial].times if s.trial >= 0 else None) for s in segments)
         self.bent: FloatArray = np.zeros(self.measured.size)
         self.own_start: FloatArray = np.zeros(self.measured.size)
-        self.setup = SetupErrors(experiment, recordings, self.measured, {v.name: v.unit for v in model.variables})
+        units = {v.name: v.unit for v in model.variables}
+        self.setup = SetupErrors(experiment, recordings, self.measured, units)
+        self.input_zeros = zeros_of_inputs(experiment, units)
+        self.setup_names = self.setup.names | {parameter.name for parameter in self.input_zeros}
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -130,7 +133,7 @@ class Prediction:
         """
         values = values or {}
         rows = self._of_model(self._simulated(values), on)
-        for each in self.linearised if self._has_nominal_law(values) else ():
+        for each in self._linear(values):
             rows = rows + self._away(each, values) * each.column
         return self.setup.applied(rows, values)
 
@@ -164,7 +167,7 @@ class Prediction:
 
     def of_model_alone(self, values: Values) -> Values:
         """Values without those of the set-up errors."""
-        return {name: value for name, value in values.items() if name not in self.setup.names}
+        return {name: value for name, value in values.items() if name not in self.setup_names}
 
     def of(self, experiment: Experiment) -> Prediction:
         """Another experiment by the same model, its linearised parameters held; trials of the same files start alike."""
@@ -175,10 +178,15 @@ class Prediction:
     def _has_nominal_law(self, values: Values) -> bool:
         return all(self.nominal.get(name) == value for name, value in values.items() if isinstance(value, str))
 
+    def _linear(self, values: Values) -> tuple[Linearised, ...]:
+        """What enters linearly here: shapes of the law where it is the nominal one, the zero of an input where it is named."""
+        nominal = self._has_nominal_law(values)
+        return tuple(e for e in self.linearised if (e.parameter.name in values if e.parameter.name in self.setup_names else nominal))
+
     def _simulated(self, values: Values) -> Values:
-        """What the model gets to see: no set-up errors, and where they count, linearised parameters where they are held."""
-        held = {e.parameter.name: e.parameter.value(e.at) for e in self.linearised} if self._has_nominal_law(values) else {}
-        return {**self.of_model_alone(values), **held}
+        """What is simulated: set-up errors of inputs alone, and linearised parameters where they are held."""
+        inner = {name: value for name, value in values.items() if name not in self.setup.names}
+        return {**inner, **{each.parameter.name: each.parameter.value(each.at) for each in self._linear(values)}}
 
     def _away(self, each: Linearised, values: Values) -> FloatArray:
         """Prior standard deviations (K, 1) or (1, 1) from where a linearised parameter is held."""
@@ -187,15 +195,15 @@ class Prediction:
         return away
 
     def _of_model(self, values: Values, on: Sequence[str]) -> FloatArray:
-        """The same without set-up errors."""
+        """The same without set-up errors of what was measured."""
         effects = tuple(dict.fromkeys((*self.experiment.nominal.effects, *on)))
         count = max([np.size(value) for value in values.values() if np.ndim(value) == 1], default=1)
 
         def of_trial(trial: Trial) -> FloatArray:
             times, inputs, before = _with_lead_in(trial)
-            run = Run(times, inputs, tuple(self.variable_of(channel) for channel in trial.outputs))
+            run = Run(times, without_zero(inputs, values), tuple(self.variable_of(channel) for channel in trial.outputs))
             start = {BRISTLE: self.starts[trial.file]} if trial.file in self.starts else {}
-            rows = self.model.simulate_many(run, effects, {**start, **self._own(values, trial.values)})
+            rows = self.model.simulate_many(run, effects, {**start, **self._own(self.of_model_alone(values), trial.values)})
             return np.concatenate([np.broadcast_to(rows[name], (count, times.size))[:, before:] for name in run.outputs], axis=1)
 
         once = dict[bytes, Trial]()
@@ -233,7 +241,7 @@ class Prediction:
         A step goes towards the inside of a variable's bounds.
         """
         bounds = {variable.name: variable for variable in self.model.variables}
-        linear = {e.parameter.name: e for e in self.linearised} if self._has_nominal_law(values) else {}
+        linear = {e.parameter.name: e for e in self._linear(values)}
         own = [name for name in names if name not in self.setup.names and name not in linear]
         size = np.array([scales[name] for name in own])
         point = np.array([float(values[name]) for name in own])
@@ -260,7 +268,8 @@ class Prediction:
     def _means(self, means: Means, effects: Sequence[str], values: Values, count: int) -> FloatArray:
         """All rows of all sets in one call: (count, channels * rows)."""
         rows = len(means.conditions)
-        sets = {name: np.repeat(value, rows) if np.ndim(value) == 1 else value for name, value in self._own(values, {}).items()}
+        own = self._own(self.of_model_alone(values), {})
+        sets = {name: np.repeat(value, rows) if np.ndim(value) == 1 else value for name, value in own.items()}
         sets.update({name: np.tile(column, count) for name, column in means.values.items()})
         names = {channel: self.variable_of(channel) for channel in means.outputs}
         settled = self.model.settled(tuple(dict.fromkeys(names.values())), effects, sets)

@@ -15,6 +15,7 @@ from evat.constants import CONSTANTS
 from evat.experiment import Experiment, SetupSd
 from evat.inference.parameters import Parameter
 from evat.model import FloatArray
+from evat.required_inputs import MOTION
 
 GAIN, ZERO, CLOCK = "gain", "zero", "clock"
 
@@ -94,6 +95,25 @@ class SetupErrors:
         value = values.get(_name(channel, kind), 0.0) if _name(channel, kind) in self.names else 0.0
         column: FloatArray = np.asarray(value, dtype=np.float64).reshape(-1, 1)
         return column
+
+
+def zeros_of_inputs(experiment: Experiment, units: Mapping[str, str]) -> tuple[Parameter, ...]:
+    """How far the zero of a recorded slip velocity may be off: a contact at rest creeps by it. A velocity that was differentiated from a
+    position has none. Its gain is one of the law's parameters, its clock that of the force."""
+    columns = [trial.inputs[MOTION] for trial in experiment.trials if MOTION in trial.inputs]
+    signal = experiment.signals.get(MOTION)
+    if not columns or (signal is not None and signal.of):
+        return ()
+    stated = experiment.setup_sd.get(MOTION, SetupSd()).zero
+    sd = stated if stated is not None else SetupSd.ZERO_OF_RMS * float(np.sqrt(np.mean(np.concatenate(columns) ** 2)))
+    widest = CONSTANTS.widest_setup_error * sd
+    return (Parameter(_name(MOTION, ZERO), units.get(MOTION, "1"), 0.0, sd, -widest, widest),) if sd > 0 else ()
+
+
+def without_zero(inputs: Mapping[str, FloatArray], values: Mapping[str, float | str | FloatArray]) -> dict[str, FloatArray]:
+    """Inputs, each freed of its zero where `values` has one."""
+    zeros = {name: values[_name(name, ZERO)] for name in inputs if _name(name, ZERO) in values}
+    return {name: column - float(np.asarray(zeros[name])) if name in zeros else column for name, column in inputs.items()}
 
 
 def _name(channel: str, kind: str) -> str:

@@ -221,6 +221,7 @@ def effects() -> tuple[Effect, ...]:
                 applies_to=_names(_text(row.applies_to)),
                 states=own[row.count - 2 * row.states : row.count - row.states],
                 unsteady=bool(row.unsteady),
+                form_of_law=bool(row.form_of_law),
             )
         )
     return tuple(table)

@@ -93,7 +93,7 @@ const struct Effect effect_maxwell_slip = {
     .signature = "force over position after a reversal bends in steps; a small loop within a large one closes, and goes "
         "on as if it had not been",
     .rivals = "elasto_plastic",
-    .family = "presliding",
+    .family = "presliding", .form_of_law = 1,
     .stage = STAGE_BRISTLE, .driver = DRIVEN_BY_MOTION, .states = ELEMENTS, .forgets = 1,
     .act = replace, .move = move, .rate = rate,
     .variables = variables, .count = COUNT,

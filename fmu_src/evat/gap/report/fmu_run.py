@@ -76,7 +76,7 @@ def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditio
     ]
     bent = np.concatenate([whole.bent[here] for here in parts])
     through = through.starting(whole.starts, bent, whole.steady)
-    set_up = {name: value for name, value in chosen.values.items() if name in whole.setup.names}
+    set_up = {name: value for name, value in chosen.values.items() if name in whole.setup_names}
     rows = through.one({**kernel.by_choice(stored.values), **set_up}, stored.effects)
     # Shapes of the law are simulated, as the FMU has them.
     exact = Prediction(whole.model, part).starting(whole.starts, bent, whole.steady).one(chosen.values, chosen.on)

@@ -1,0 +1,49 @@
+"""Is what friction laws differ in anyway taken for the form of the base law, as long as it does little, and named where it does much?"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from evat.gap import Diagnosis, diagnose_with
+from evat.native import kernel
+from toy import Toy, measured
+
+
+class Formed(Toy):
+    """The toy, whose spring may as well be one that bends."""
+
+    effects = tuple(replace(effect, form_of_law=effect.name == "bend") for effect in Toy.effects)
+
+
+def told(on: list[str], model: Toy, **values: float) -> Diagnosis:
+    sizes = {
+        f"{name}.{own}": value for name, (own, value) in {"bend": ("c", values.get("c", 0.0)), "lean": ("a", 0.8)}.items() if name in on
+    }
+    return diagnose_with(measured(on, sizes, conditions=5, noise=0.05), model)[0]
+
+
+def test_a_little_of_it_is_no_effect() -> None:
+    """3 % of the force, and certain; without the flag it is named."""
+    assert [effect.name for effect in told(["bend"], Toy(), c=0.05).effects] == ["bend"]
+    answer = told(["bend"], Formed(), c=0.05)
+    assert answer.verdict in ("no_gap", "mistuned")
+    assert not answer.effects
+
+
+def test_beside_a_little_of_it_an_effect_is_named_alone() -> None:
+    assert [effect.name for effect in told(["bend", "lean"], Toy(), c=0.05).effects] == ["bend", "lean"]
+    answer = told(["bend", "lean"], Formed(), c=0.05)
+    assert [effect.name for effect in answer.effects] == ["lean"]
+    assert answer.effects[0].parameters["a"][0] == pytest.approx(0.8, abs=0.1)
+    assert answer.closure.rms["F"]["corrected"] < 1.1 * answer.closure.rms["F"]["noise_floor"]
+
+
+def test_much_of_it_is_named() -> None:
+    answer = told(["bend"], Formed(), c=0.5)
+    assert answer.verdict == "effect"
+    assert [effect.name for effect in answer.effects] == ["bend"]
+
+
+def test_which_effects_are_forms_of_the_law() -> None:
+    assert [effect.name for effect in kernel.effects() if effect.form_of_law] == ["maxwell_slip"]
