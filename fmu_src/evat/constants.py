@@ -287,6 +287,12 @@ class _Constants(ConstantTable):
     distance_to_bound = Constant(1e-3, "prior sd", "a parameter that is nearer lies at its bound")
     absurd_effect = Constant(3.0, "of the rms", "no effect does so much, unless something else takes it back")
     credible_shift = Constant(4.0, "prior sd", "a nominal value that moves further was not credible")
+    credible_shift_slope = Constant(
+        2.0, "log-odds per prior sd", "by which a shift beyond that is no mis-tuning, where an effect needs none"
+    )
+    accuracy_of_laws = Constant(
+        0.02, "of the rms", "no friction law follows a measured force any closer: a gap of this size is nothing to look at"
+    )
 
     # Judgement: the weights that `evat calibrate` fits
     temperature = Constant(20.0, "log evidence", "of the evidence", origin="calibrated")

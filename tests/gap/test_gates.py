@@ -126,3 +126,15 @@ def test_a_gate_at_its_threshold() -> None:
     gate = Gate("any", "what", 1.0, "above", 1.0, "", False)
     assert not gate.passed
     assert replace(gate, wanted="at most").passed
+
+
+def test_values_that_nobody_can_have_meant_are_no_mistuning() -> None:
+    """The same small gap: mis-tuned while values stay credible, an effect where they do not and with it would."""
+    seen = features(0.04, {"a": (12, 0.5)}, exact=-400)
+    on = Hypothesis(("a",))
+    assert judge(seen, Constants()).verdict == "mistuned"
+    strange = replace(seen, shift=8.0, shifts={on: 1.0})
+    assert judge(strange, Constants()).verdict == "effect"
+    assert told(judge(strange, Constants()))["credible_values"].moved
+    assert judge(replace(strange, shift=3.0), Constants()).verdict == "mistuned"
+    assert judge(replace(strange, shifts={on: 7.0}), Constants()).verdict == "mistuned"

@@ -9,6 +9,7 @@ import numpy as np
 from evat.constants import CONSTANTS
 from evat.gap.closure import HeldOut
 from evat.gap.compare import Comparison
+from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
 
 
@@ -47,6 +48,12 @@ def _of_effect(comparison: Comparison, on: Hypothesis, name: str) -> list[str]:
         if does > CONSTANTS.absurd_effect * level:
             reasons.append(f"{name} would make {does / level:.3g} times the measured rms of {channel}, which something else takes back")
     return reasons
+
+
+def largest_shift(comparison: Comparison, fit: Fit) -> float:
+    """How far it moves a nominal value at most, in that value's standard deviations."""
+    nominal = comparison.prediction.experiment.nominal.values
+    return max((abs(float(u)) for p, u in zip(fit.parameters, fit.point, strict=True) if p.name in nominal), default=0.0)
 
 
 def shifted(comparison: Comparison) -> tuple[str, ...]:

@@ -104,6 +104,12 @@ def _evidence(judgement: Judgement) -> list[Gate]:
             f"a gap even if it is too small to look at: probability {step.regular[1]:.3g} with its evidence, {step.by_size:.3g} without",
             "too little to make a gap of one that is too small to look at",
         )  # fmt: skip
+        gate(
+            "credible_values", "largest shift of a nominal value by recalibration, in its standard deviations", features.shift, "at most",
+            CONSTANTS.credible_shift, "the nominal values may be mis-tuned",
+            f"no mis-tuning moves a value so far, and with {step.best} none moves by more than "
+            f"{features.shifts.get(step.best, math.nan):.3g}: it counts for a gap",
+        )  # fmt: skip
         even = -constants.unknown_offset / constants.unknown_slope  # log-odds of a share
         gate(
             "known_to_library", "smallest share of the gap that a hypothesis leaves, chance counted", step.left, "at most",

@@ -16,6 +16,7 @@ from evat.constants import CONSTANTS
 from evat.gap.budget import squares, structural_share
 from evat.gap.compare import Comparison
 from evat.gap.constants import Constants
+from evat.gap.credibility import largest_shift
 from evat.inference.bursts_and_lines import BurstsAndLines
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import NOMINAL, Hypothesis
@@ -32,7 +33,8 @@ class Features:
     same mean square), and `irregular_share` of all that they do not share; `exact`, log evidence of the nominal over the recalibrated
     model, both with set-up errors; `gain[hypothesis]`, the same of a hypothesis; `left[hypothesis]`, its share of the recalibrated model's
     structural squares; `held_out[hypothesis]`, the share that it leaves on conditions that no fit saw, as far as that is sure;
-    `doubts[hypothesis]`, reasons why its fit is not credible."""
+    `doubts[hypothesis]`, reasons why its fit is not credible; `shift` and `shifts[hypothesis]`, how far the recalibrated model and each
+    hypothesis move a nominal value at most, in its standard deviations."""
 
     nominal: Mapping[str, float]
     recalibrated: Mapping[str, float]
@@ -45,6 +47,8 @@ class Features:
     left: Mapping[Hypothesis, float]
     held_out: Mapping[Hypothesis, float] = field(default_factory=dict)
     doubts: Mapping[Hypothesis, tuple[str, ...]] = field(default_factory=dict)
+    shift: float = 0.0
+    shifts: Mapping[Hypothesis, float] = field(default_factory=dict)
 
     def left_at_least(self, on: Hypothesis) -> float:
         """The share that it leaves on the data it was fitted to, or, where that is more, on those that it was not."""
@@ -74,9 +78,9 @@ class Judgement:
 def _size(structural: Mapping[str, float], features: Features, constants: Constants) -> float:
     """Log of the largest structural rms of a channel over what nobody would look at: little beside the noise, or what few numbers of noise
     may leave."""
+    form = max(constants.small_form, CONSTANTS.accuracy_of_laws)
     small = {
-        c: constants.small_noise**2 * features.floor[c] + constants.small_form**2 + CONSTANTS.chance_structure * features.unsure[c]
-        for c in structural
+        c: constants.small_noise**2 * features.floor[c] + form**2 + CONSTANTS.chance_structure * features.unsure[c] for c in structural
     }
     ratios = [square / small[c] for c, square in structural.items()]
     return 0.5 * math.log(max([*ratios, CONSTANTS.least_gap_size**2]))
@@ -97,6 +101,8 @@ def features(comparison: Comparison) -> Features:
         exact=comparison.set_up.likelihood.evidence - base,
         gain={on: fit.likelihood.evidence - base for on, fit in comparison.models.items()},
         left={on: structural_share(whitening, fit.predicted, reference) for on, fit in comparison.models.items()},
+        shift=largest_shift(comparison, comparison.recalibrated),
+        shifts={on: largest_shift(comparison, fit) for on, fit in comparison.models.items()},
     )
 
 
@@ -150,6 +156,13 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     seen = 1.0 if "visible_share" in reverse else _seen(size)
     worse = math.inf if "gap_not_larger" in reverse else CONSTANTS.worse_gap
     shares = dict(features.left) if "held_out" in reverse else {on: features.left_at_least(on) for on in features.left}
+    # Values that nobody can have meant are no mis-tuning where an effect does without them: it is measured by what the nominal values leave.
+    strange = (
+        0.0 if "credible_values" in reverse else _sigmoid((features.shift - CONSTANTS.credible_shift) * CONSTANTS.credible_shift_slope)
+    )
+    credible = {on for on in shares if features.shifts.get(on, math.inf) <= CONSTANTS.credible_shift}
+    ratio = min(max((after / max(features.nominal[c], after, 1e-300) for c, after in features.recalibrated.items()), default=1.0), 1.0)
+    shares = {on: share * (1 - strange * (1 - ratio)) if on in credible else share for on, share in shares.items()}
     lefts = {on: share * seen if share < worse else share for on, share in shares.items()}
     scores = {on: _score(on, _credited(on, features, constants), lefts[on], constants) for on in features.gain}
     # What may be chance explains nothing.
@@ -172,6 +185,8 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
         evident = _sigmoid((features.gain[best] - needed) * 3 / needed)
         if "evident_effect" not in reverse:
             structural = max(structural, evident * max(1 - lefts[best], 0.0))
+        if best in credible:
+            structural = max(structural, strange * sure[best] * max(1 - lefts[best], 0.0))
     odds = math.log(max(left, 1e-3) / max(1 - left, 1e-3))
     by_library = _sigmoid(constants.unknown_offset + constants.unknown_slope * odds) if scores else 1.0
     if "known_to_library" in reverse:
