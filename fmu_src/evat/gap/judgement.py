@@ -156,7 +156,7 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     seen = 1.0 if "visible_share" in reverse else _seen(size)
     worse = math.inf if "gap_not_larger" in reverse else CONSTANTS.worse_gap
     shares = dict(features.left) if "held_out" in reverse else {on: features.left_at_least(on) for on in features.left}
-    # Values that nobody can have meant are no mis-tuning where an effect does without them: it is measured by what the nominal values leave.
+    # Values that nobody can have meant are no mis-tuning where an effect does without them: measured by what the nominal values leave.
     strange = (
         0.0 if "credible_values" in reverse else _sigmoid((features.shift - CONSTANTS.credible_shift) * CONSTANTS.credible_shift_slope)
     )
