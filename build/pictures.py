@@ -17,8 +17,8 @@ from evat.studies.coupling import study
 from evat.studies.paper.plots import plot_profiles, plot_table
 from evat.studies.paper.study import study_paper
 from evat.studies.recovery_plot import plot_recovery
-from evat.studies.two_scales import TwoScales, changing_speed, compare
-from evat.studies.two_scales_plot import plot_coupling, plot_two_scales
+from evat.studies.two_scales.plot import plot_coupling, plot_two_scales
+from evat.studies.two_scales.study import TwoScales, changing_speed, compare
 
 FOLDER = Path(__file__).resolve().parent.parent / "fmu_src" / "guide" / "pictures"
 MATERIAL, MOTION = "regularised/al-7075-t6", "ramp"  # the paper's own tests

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from evat.model import FloatArray
-from evat.studies.two_scales import changing_speed, compare
+from evat.studies.two_scales.study import changing_speed, compare
 from opened import OpenFmu
 from report import Summary
 from timing import least

@@ -9,7 +9,7 @@ import numpy as np
 from evat.experiment import Experiment, Nominal, Signal, Trial
 from evat.gap import diagnose_with
 from evat.gap.answer import Diagnosis
-from evat.gap.compare import Comparison
+from evat.gap.search.compare import Comparison
 from evat.model import FloatArray, Run
 from evat.models.contact import ContactModel
 

@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat.commands.main import app
-from evat.gap import constants as kept_constants
-from evat.gap.calibrate import CalibrationCase, fit_constants, probability, with_unknown
-from evat.gap.constants import Constants, store, stored
-from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Features, judge
+from evat.gap.verdict import constants as kept_constants
+from evat.gap.verdict.calibrate import CalibrationCase, fit_constants, probability, with_unknown
+from evat.gap.verdict.constants import Constants, store, stored
+from evat.gap.verdict.judgement import MISTUNED, NO_GAP, UNKNOWN, Features, judge
 from evat.inference.hypothesis import Hypothesis
 from evat.model import EvatError
-from evat.studies import campaign as campaigns
-from evat.studies.campaign import KINDS, campaign, draw_case, numbers
+from evat.studies.calibration import campaign as campaigns
+from evat.studies.calibration.campaign import KINDS, campaign, draw_case, numbers
 from typer.testing import CliRunner
 
 

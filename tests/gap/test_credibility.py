@@ -9,11 +9,11 @@ import pytest
 from evat.experiment import Experiment
 from evat.gap import diagnose, diagnose_with
 from evat.gap.closure import HeldOut
-from evat.gap.compare import compare
-from evat.gap.constants import Constants
-from evat.gap.credibility import doubts
-from evat.gap.judgement import judge
 from evat.gap.report.words import sentence
+from evat.gap.search.compare import compare
+from evat.gap.verdict.constants import Constants
+from evat.gap.verdict.credibility import doubts
+from evat.gap.verdict.judgement import judge
 from evat.inference.fit import fit
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.prediction import Prediction

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from evat.gap.screen import _moved
+from evat.gap.search.screen import _moved
 from evat.inference.discrepancy import known, likelihood
 from evat.inference.initial_state import RANDOM
-from evat.inference.noise import estimate_noise
+from evat.inference.noise.estimate import estimate_noise
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Whitening
 from toy import Toy, measured

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import pytest
 from evat.gap import diagnose
-from evat.gap.constants import Constants
-from evat.gap.gates import Gate, gates
-from evat.gap.judgement import CANNOT_TELL, VERDICTS, Judgement, judge
 from evat.gap.report import explain_verdict
 from evat.gap.report.words import number
+from evat.gap.verdict.constants import Constants
+from evat.gap.verdict.gates import Gate, gates
+from evat.gap.verdict.judgement import CANNOT_TELL, VERDICTS, Judgement, judge
 from evat.inference.hypothesis import Hypothesis
 from hypothesis import given, settings
 from hypothesis import strategies as st

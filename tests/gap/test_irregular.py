@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from evat.gap.compare import compare
-from evat.gap.judgement import features
-from evat.inference.bursts_and_lines import bursts, irregular, lines
+from evat.gap.search.compare import compare
+from evat.gap.verdict.judgement import features
 from evat.inference.hypothesis import Hypothesis
-from evat.inference.noise import without_jumps
+from evat.inference.noise.bursts_and_lines import bursts, irregular, lines
+from evat.inference.noise.estimate import without_jumps
 from evat.inference.prediction import Prediction
 from scipy.signal import lfilter
 from toy import Toy, measured

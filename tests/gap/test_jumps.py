@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from evat.constants import CONSTANTS
-from evat.inference.discontinuities import Discontinuities
+from evat.inference.noise.discontinuities import Discontinuities
 
 FILTER = np.array([1.0, -0.6, 0.2])
 SQUARE_WAVE = np.where(np.arange(400) % 40 < 20, 1.0, -1.0)

@@ -16,10 +16,10 @@ from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Means
 from evat.experiment.write import write_experiment
 from evat.gap.answer import Diagnosis
-from evat.gap.compare import Comparison
 from evat.gap.report import OutputError, corrected, explain, fmu_run, output, sentence, write_diagnosis
+from evat.gap.search.compare import Comparison
 from evat.inference.hypothesis import Hypothesis
-from evat.inference.noise import estimate_noise
+from evat.inference.noise.estimate import estimate_noise
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Whitening
 from evat.model import ParameterError, Run

@@ -8,8 +8,8 @@ import numpy as np
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.gap import diagnose_with
-from evat.gap.compare import compare
-from evat.gap.part import part_of
+from evat.gap.search.compare import compare
+from evat.gap.search.part import part_of
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.prediction import Prediction
 from toy import Toy, measured

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Nominal, Trial
-from evat.gap.compare import compare
-from evat.gap.raised import raised
+from evat.gap.search.compare import compare
+from evat.gap.verdict.raised import raised
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Run
 from evat.models.contact import ContactModel

@@ -15,10 +15,10 @@ import pytest
 from diagnosed import EFFECT, diagnosed
 from evat.experiment import Experiment
 from evat.gap.answer import Diagnosis
-from evat.gap.compare import Comparison
 from evat.gap.report import write_diagnosis
 from evat.gap.report.parts import TITLES, parts
 from evat.gap.report.series import POINTS, Series, extremes, stretch
+from evat.gap.search.compare import Comparison
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lxml import etree, html

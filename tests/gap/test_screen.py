@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from evat.constants import CONSTANTS
-from evat.gap.screen import _spreads_of
+from evat.gap.search.screen import _spreads_of
 
 
 @pytest.mark.parametrize("slope", [0.02, 0.727, 3.1, 40.0])

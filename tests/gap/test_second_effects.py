@@ -8,8 +8,8 @@ from typing import Any
 
 import evat.gap as gap
 import pytest
-from evat.gap.constants import Constants
-from evat.gap.judgement import judge
+from evat.gap.verdict.constants import Constants
+from evat.gap.verdict.judgement import judge
 from evat.inference.hypothesis import Hypothesis
 from test_calibration import _features as features
 

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from evat.commands.main import app
 from evat.constants import CONSTANTS
-from evat.gap import sensitivity
+from evat.gap.verdict import sensitivity
 from evat.model import EvatError, ParameterError
-from evat.studies import constant_sensitivity as study
+from evat.studies.calibration import constant_sensitivity as study
 from toy import Toy, measured
 from typer.testing import CliRunner
 

@@ -11,10 +11,10 @@ from evat.experiment import SetupSd, Trial
 from evat.inference.recorded_inputs import in_step
 from evat.model import FloatArray
 from evat.models.contact import ContactModel
-from evat.studies import simulated_records as records
-from evat.studies import simulated_rigs as rigs
-from evat.studies.simulated_records import SPARE, STRANGE, Bench, Stranger, draw_bench, record
-from evat.studies.simulated_rigs import SPEED, WITHIN, Form, World, draw_form, draw_rig
+from evat.studies.calibration import simulated_records as records
+from evat.studies.calibration import simulated_rigs as rigs
+from evat.studies.calibration.simulated_records import SPARE, STRANGE, Bench, Stranger, draw_bench, record
+from evat.studies.calibration.simulated_rigs import SPEED, WITHIN, Form, World, draw_form, draw_rig
 
 
 def _world(seed: int, *, other_form: bool = False) -> World:

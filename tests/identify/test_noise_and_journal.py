@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from evat.identification.searching.journal import _checked, _with_sum
-from evat.inference.autoregression import correlated, innovations
+from evat.inference.noise.autoregression import correlated, innovations
 from scipy.linalg import toeplitz
 
 TAPS = np.array([1.0, -1.1, 0.3])  # e_t = 1.1 e_(t-1) - 0.3 e_(t-2) + white

@@ -14,9 +14,9 @@ import pytest
 from evat import constants
 from evat.constants import CONSTANTS
 from evat.experiment import smoothing
-from evat.gap.constants import Constants, in_use, stored
-from evat.gap.judgement import judge
-from evat.inference.autoregression import autoregression
+from evat.gap.verdict.constants import Constants, in_use, stored
+from evat.gap.verdict.judgement import judge
+from evat.inference.noise.autoregression import autoregression
 from evat.model import ParameterError
 from test_gates import features
 

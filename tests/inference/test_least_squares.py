@@ -9,7 +9,7 @@ import pytest
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import fit
 from evat.inference.least_squares import least_squares
-from evat.inference.noise import estimate_noise
+from evat.inference.noise.estimate import estimate_noise
 from evat.inference.parameters import nominal_parameters
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Whitening

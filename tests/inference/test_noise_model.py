@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, ExperimentError
-from evat.gap.compare import compare
+from evat.gap.search.compare import compare
 from evat.identification import Settings, identify
 from evat.identification.objective import Kind
-from evat.inference.autoregression import WHITE, autoregression, impulse_response
 from evat.inference.checks import opposed, unit_ratio
 from evat.inference.generalised_least_squares import Whitener
-from evat.inference.noise import estimate_noise, repeatability
+from evat.inference.noise.autoregression import WHITE, autoregression, impulse_response
+from evat.inference.noise.estimate import estimate_noise, repeatability
 from evat.inference.prediction import Prediction
 from known_rigs import FREE, MODEL, TIMES, TO_AND_FRO, TRUTH, experiment, force, trial
 from scipy.signal import lfilter

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from evat.constants import CONSTANTS
-from evat.inference.noise_of_means import nugget, replicate_sd
+from evat.inference.noise.means import nugget, replicate_sd
 
 
 def smooth(conditions: np.ndarray) -> np.ndarray:

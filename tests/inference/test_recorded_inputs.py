@@ -10,7 +10,7 @@ import pytest
 from evat.experiment import Experiment, Trial
 from evat.experiment.smoothing import noise_sd, smoothed
 from evat.gap import diagnose_with
-from evat.inference.noise import estimate_noise
+from evat.inference.noise.estimate import estimate_noise
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import in_step, same_motion, smoothed_inputs
 from evat.model import FloatArray

@@ -72,7 +72,7 @@ PARTS = {
         3.0,
     ),
     "python": Part(  # the quick ones; whole fits take minutes
-        ("evat/identification/**/*.py", "evat/inference/*.py", "evat/gap/*.py"),
+        ("evat/identification/**/*.py", "evat/inference/**/*.py", "evat/gap/*.py", "evat/gap/search/*.py", "evat/gap/verdict/*.py"),
         (
             "tests/gap/test_toy_model.py",
             "tests/gap/test_jumps.py",

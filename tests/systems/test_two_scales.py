@@ -10,7 +10,7 @@ from coupled import run
 from evat.commands.main import app
 from evat.files.table import read_table
 from evat.model import ParameterError
-from evat.studies.two_scales_system import SystemScales, compare
+from evat.studies.two_scales.system import SystemScales, compare
 from evat.systems.model import System, SystemStopped
 from evat.systems.read import read
 from typer.testing import CliRunner

@@ -69,10 +69,10 @@ def calibrate(
     if constants:
         raise ParameterError(f"--constants {constants[0]}: it goes with --sensitivity; the calibration fits all its constants at once.")
     cases = 200 if cases is None else cases
-    from evat.gap.calibrate import fit_constants, with_unknown
-    from evat.gap.constants import STORED
-    from evat.gap.constants import store as keep
-    from evat.studies.campaign import campaign, numbers
+    from evat.gap.verdict.calibrate import fit_constants, with_unknown
+    from evat.gap.verdict.constants import STORED
+    from evat.gap.verdict.constants import store as keep
+    from evat.studies.calibration.campaign import campaign, numbers
 
     done = list(track(campaign(state, cases, workers), description="cases", total=cases, console=err, transient=True))
     if not done or (store and len(done) < FEWEST):
@@ -93,7 +93,7 @@ def calibrate(
 
 
 def _sensitivity(state: Path, patterns: list[str] | None, count: int | None, store: bool, workers: int) -> None:
-    from evat.studies import constant_sensitivity as study
+    from evat.studies.calibration import constant_sensitivity as study
 
     names, cases = study.named(patterns or ["*"]), study.CASES[:count]
     held = study.campaign(state, names, workers, cases, tell=lambda done: err.print(f"{done} of {len(cases)} cases", highlight=False))

@@ -56,8 +56,8 @@ def diagnose(
     from evat.constants import CONSTANTS
     from evat.experiment.read import read_experiment
     from evat.gap import diagnose_with
-    from evat.gap.judgement import VERDICTS
     from evat.gap.report import check_place, explain, explain_verdict, sentence, write_diagnosis
+    from evat.gap.verdict.judgement import VERDICTS
     from evat.models.contact import ContactModel
 
     check_place(to)
@@ -90,7 +90,7 @@ def diagnose(
 
 def _known(asked: str, experiment: Experiment, model: Model) -> None:
     """Whether there is such an effect, base law or verdict to explain: asked before minutes of work."""
-    from evat.gap.judgement import VERDICTS
+    from evat.gap.verdict.judgement import VERDICTS
     from evat.model import ParameterError
 
     effects = [effect.name for effect in model.effects]

@@ -178,8 +178,8 @@ def averaging(
     Example: evat system averaging build/out/fmus/evat_turning.ssp --stop 0.1 -v spindle.speed_set=25
     """
     from evat.files.table import write_columns
-    from evat.studies.two_scales_plot import plot_cut
-    from evat.studies.two_scales_system import compare
+    from evat.studies.two_scales.plot import plot_cut
+    from evat.studies.two_scales.system import compare
     from evat.systems.read import read
 
     beside = picture_beside(to)

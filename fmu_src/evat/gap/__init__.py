@@ -17,15 +17,15 @@ from evat.gap.advise import next_experiment
 from evat.gap.answer import Diagnosis, Named, Recalibrated
 from evat.gap.budget import structural
 from evat.gap.closure import HeldOut, close
-from evat.gap.compare import Comparison, compare
-from evat.gap.constants import Constants, stored
-from evat.gap.credibility import doubts, shifted
-from evat.gap.gates import gates
-from evat.gap.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, judge
 from evat.gap.location import Location, locate
-from evat.gap.portion import portion
-from evat.gap.raised import raised
-from evat.gap.small import small_effect
+from evat.gap.search.compare import Comparison, compare
+from evat.gap.search.portion import portion
+from evat.gap.verdict.constants import Constants, stored
+from evat.gap.verdict.credibility import doubts, shifted
+from evat.gap.verdict.gates import gates
+from evat.gap.verdict.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, judge
+from evat.gap.verdict.raised import raised
+from evat.gap.verdict.small import small_effect
 from evat.inference.fit import Fit
 from evat.inference.initial_state import beginnings
 from evat.inference.prediction import Prediction

@@ -11,7 +11,7 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Means, Trial
-from evat.gap.compare import Comparison
+from evat.gap.search.compare import Comparison
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
 from evat.model import EvatError, FloatArray

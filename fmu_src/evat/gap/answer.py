@@ -11,10 +11,10 @@ from typing import Any
 from evat.constants import CONSTANTS
 from evat.gap.advise import Advice
 from evat.gap.closure import Closure
-from evat.gap.gates import Gate
-from evat.gap.judgement import Judgement
 from evat.gap.location import Location
-from evat.gap.small import SmallEffect
+from evat.gap.verdict.gates import Gate
+from evat.gap.verdict.judgement import Judgement
+from evat.gap.verdict.small import SmallEffect
 from evat.inference.hypothesis import Hypothesis
 
 FORMAT = 1

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.constants import CONSTANTS
-from evat.inference.autoregression import impulse_response
-from evat.inference.noise import differing
+from evat.inference.noise.autoregression import impulse_response
+from evat.inference.noise.estimate import differing
 from evat.inference.whitening import Whitening
 from evat.model import FloatArray
 

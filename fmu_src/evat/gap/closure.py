@@ -10,7 +10,7 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.gap.budget import squares, structural_share
-from evat.gap.compare import Comparison
+from evat.gap.search.compare import Comparison
 from evat.inference.fit import Fit, fit
 from evat.model import BoolArray, FloatArray
 

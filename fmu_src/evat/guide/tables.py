@@ -13,8 +13,8 @@ import evat
 from evat import parameter_sets
 from evat.constants import CONSTANTS, Constant, Value
 from evat.fmu import fmu_facts_of, parts
-from evat.gap import sensitivity
-from evat.gap.constants import in_use
+from evat.gap.verdict import sensitivity
+from evat.gap.verdict.constants import in_use
 from evat.model import Effect, Law, Variable
 from evat.native import kernel
 from evat.native.compile import source_root

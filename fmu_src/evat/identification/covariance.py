@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.identification.objective import Objective
-from evat.inference.autoregression import WHITE, autoregression, correlated, innovation_sd
 from evat.inference.generalised_least_squares import Whitener
+from evat.inference.noise.autoregression import WHITE, autoregression, correlated, innovation_sd
 from evat.model import FloatArray
 
 LOOSE = 1e3  # sd, in widths of the bounds, that a parameter without any influence gets

@@ -10,8 +10,8 @@ import numpy as np
 from evat.experiment import Experiment
 from evat.identification.objective import Objective, relative_error
 from evat.identification.result import ChannelFit
-from evat.inference.autoregression import lag_one_correlation
-from evat.inference.noise import repeatability
+from evat.inference.noise.autoregression import lag_one_correlation
+from evat.inference.noise.estimate import repeatability
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Model
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from evat.identification.covariance import Loss, Optimum, Weights, optimum_at
 from evat.identification.objective import HUBER, Objective
-from evat.inference.autoregression import impulse_response
 from evat.inference.generalised_least_squares import Whitener
 from evat.inference.least_squares import least_squares
-from evat.inference.noise import Noise, estimate_noise
+from evat.inference.noise.autoregression import impulse_response
+from evat.inference.noise.estimate import Noise, estimate_noise
 from evat.model import FloatArray
 
 SMOOTH = 0.1  # of the residual's spread: below it the magnitude of eq. 9 is rounded off, lest its slope jump

@@ -13,8 +13,8 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular, toeplitz
 
 from evat.constants import CONSTANTS
-from evat.inference.autoregression import WHITE, autocovariance, innovations
-from evat.inference.noise import Noise, differing
+from evat.inference.noise.autoregression import WHITE, autocovariance, innovations
+from evat.inference.noise.estimate import Noise, differing
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 

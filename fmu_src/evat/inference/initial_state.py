@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from evat.constants import CONSTANTS
-from evat.inference.autoregression import robust_sd
-from evat.inference.noise import BETWEEN
+from evat.inference.noise.autoregression import robust_sd
+from evat.inference.noise.estimate import BETWEEN
 from evat.inference.prediction import BRISTLE, Prediction
 from evat.model import FloatArray
 from evat.required_inputs import MOTION

@@ -16,11 +16,11 @@ import numpy as np
 import numpy.typing as npt
 
 from evat.constants import CONSTANTS
-from evat.inference.autoregression import WHITE, lag_one_correlation
 from evat.inference.cycles import cycle_samples
-from evat.inference.discontinuities import Discontinuities
 from evat.inference.initial_state import RANDOM
-from evat.inference.noise import Noise, differing
+from evat.inference.noise.autoregression import WHITE, lag_one_correlation
+from evat.inference.noise.discontinuities import Discontinuities
+from evat.inference.noise.estimate import Noise, differing
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 

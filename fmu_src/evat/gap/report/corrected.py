@@ -7,9 +7,9 @@ from pathlib import Path
 
 from evat.files import ssv
 from evat.gap.answer import Diagnosis
-from evat.gap.compare import Comparison
-from evat.gap.judgement import fitted
 from evat.gap.report.words import sentence, with_unit
+from evat.gap.search.compare import Comparison
+from evat.gap.verdict.judgement import fitted
 
 SSV = "corrected.ssv"
 

@@ -9,9 +9,9 @@ import numpy as np
 from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
 from evat.gap.budget import structural_share
-from evat.gap.compare import Comparison
-from evat.gap.judgement import fitted
 from evat.gap.report.words import number, percent, sentence, with_unit
+from evat.gap.search.compare import Comparison
+from evat.gap.verdict.judgement import fitted
 from evat.inference.discrepancy import known
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import NOMINAL

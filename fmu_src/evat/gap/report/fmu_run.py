@@ -16,7 +16,7 @@ from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.fmu.sources import source_files
 from evat.gap.budget import squares
-from evat.gap.compare import Comparison
+from evat.gap.search.compare import Comparison
 from evat.inference.fit import Fit
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray

@@ -12,8 +12,6 @@ from evat import html as pages
 from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
 from evat.gap.budget import structural_share
-from evat.gap.compare import Comparison
-from evat.gap.judgement import UNKNOWN, fitted
 from evat.gap.report import interactive, printed
 from evat.gap.report.chart import BLUE, GREY, ORANGE, RED, YELLOW, Chart
 from evat.gap.report.fmu_run import FmuRun
@@ -21,8 +19,10 @@ from evat.gap.report.parts import TITLES, parts
 from evat.gap.report.pictures import charts
 from evat.gap.report.series import Series, unlike
 from evat.gap.report.words import number, percent, sentence, with_unit
-from evat.inference.autoregression import impulse_response
+from evat.gap.search.compare import Comparison
+from evat.gap.verdict.judgement import UNKNOWN, fitted
 from evat.inference.fit import Fit
+from evat.inference.noise.autoregression import impulse_response
 from evat.plots.cycles import clock_unit
 from evat.units import display
 

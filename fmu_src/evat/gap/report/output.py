@@ -8,11 +8,11 @@ from pathlib import Path
 
 from evat.files.writing import OutputError, as_output_error, scratch, usable
 from evat.gap.answer import FORMAT, Diagnosis
-from evat.gap.compare import Comparison
-from evat.gap.judgement import fitted
 from evat.gap.report import corrected
 from evat.gap.report.fmu_run import FmuRun, run_fmu
 from evat.gap.report.html_report import page
+from evat.gap.search.compare import Comparison
+from evat.gap.verdict.judgement import fitted
 
 JSON, REPORT = "diagnosis.json", "report.html"
 FILES = (JSON, REPORT, corrected.SSV)

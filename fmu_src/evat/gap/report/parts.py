@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.gap.budget import squares
-from evat.gap.compare import Comparison
+from evat.gap.search.compare import Comparison
 from evat.inference.fit import Fit
 
 TITLES = {

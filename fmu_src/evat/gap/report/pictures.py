@@ -11,7 +11,7 @@ from evat.gap.location import Region
 from evat.gap.report.chart import DARK, GREEN, Chart, Line, Panel, axis
 from evat.gap.report.location_pictures import where_charts
 from evat.gap.report.series import CONDITIONS, LOOKS, POINTS, Record, Series, extremes, lines_of, stretch, telling, unit
-from evat.inference.autoregression import impulse_response
+from evat.inference.noise.autoregression import impulse_response
 from evat.model import FloatArray
 from evat.plots.cycles import clock_unit
 

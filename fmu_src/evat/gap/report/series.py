@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from evat.gap.compare import Comparison
 from evat.gap.location import samples_of
 from evat.gap.report.chart import BLUE, GREY, ORANGE, RED, Line, Style
+from evat.gap.search.compare import Comparison
 from evat.inference.whitening import Group
 from evat.model import FloatArray
 

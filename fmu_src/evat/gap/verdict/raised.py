@@ -11,7 +11,7 @@ import math
 
 from evat.constants import CONSTANTS
 from evat.gap.budget import squares
-from evat.gap.compare import Comparison
+from evat.gap.search.compare import Comparison
 from evat.inference.discrepancy import known
 from evat.inference.fit import Fit
 from evat.inference.whitening import Whitening

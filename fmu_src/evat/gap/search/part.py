@@ -9,10 +9,10 @@ import numpy.typing as npt
 
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment
-from evat.gap.portion import portion
+from evat.gap.search.portion import portion
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit
-from evat.inference.noise import Noise
+from evat.inference.noise.estimate import Noise
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Whitening
 from evat.model import FloatArray

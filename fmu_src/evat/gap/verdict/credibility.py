@@ -8,7 +8,7 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.gap.closure import HeldOut
-from evat.gap.compare import Comparison
+from evat.gap.search.compare import Comparison
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
 

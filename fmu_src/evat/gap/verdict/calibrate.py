@@ -14,8 +14,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from evat.constants import CONSTANTS
-from evat.gap.constants import Constants
-from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN, Features, judge
+from evat.gap.verdict.constants import Constants
+from evat.gap.verdict.judgement import MISTUNED, NO_GAP, UNKNOWN, Features, judge
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.model import FloatArray
 

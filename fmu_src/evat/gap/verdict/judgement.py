@@ -1,7 +1,7 @@
 """What is to be believed? From what each model explains to probabilities, a verdict, and which effects cannot be told apart.
 
 Evidence alone is far too sure of itself: it takes the form of every effect for exact. So a model is judged by the share of the structural
-gap that it leaves, by its evidence at a temperature, and by how many effects it takes. The weights are in evat.gap.constants.
+gap that it leaves, by its evidence at a temperature, and by how many effects it takes. The weights are in evat.gap.verdict.constants.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.gap.budget import squares, structural_share
-from evat.gap.compare import Comparison
-from evat.gap.constants import Constants
-from evat.gap.credibility import largest_shift
-from evat.inference.bursts_and_lines import BurstsAndLines
+from evat.gap.search.compare import Comparison
+from evat.gap.verdict.constants import Constants
+from evat.gap.verdict.credibility import largest_shift
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import NOMINAL, Hypothesis
-from evat.inference.noise import estimate_noise
+from evat.inference.noise.bursts_and_lines import BurstsAndLines
+from evat.inference.noise.estimate import estimate_noise
 
 NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL = "no_gap", "mistuned", "effect", "ambiguous", "unknown", "cannot_tell"
 VERDICTS = (NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL)
@@ -119,7 +119,7 @@ def _irregular(comparison: Comparison) -> dict[str, BurstsAndLines]:
 
 @dataclass(frozen=True)
 class Steps:
-    """The numbers on the way to a judgement; evat.gap.gates says in words what each did.
+    """The numbers on the way to a judgement; evat.gap.verdict.gates says in words what each did.
 
     Attributes
     ----------
@@ -151,7 +151,7 @@ class Steps:
 
 
 def steps(features: Features, constants: Constants, reverse: Collection[str] = ()) -> Steps:
-    """From features to probabilities. reverse : gates (evat.gap.gates) that are taken as if they had gone the other way."""
+    """From features to probabilities. reverse : gates (evat.gap.verdict.gates) that are taken as if they had gone the other way."""
     size = _size(features.recalibrated, features, constants)
     seen = 1.0 if "visible_share" in reverse else _seen(size)
     worse = math.inf if "gap_not_larger" in reverse else CONSTANTS.worse_gap

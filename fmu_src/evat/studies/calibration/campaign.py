@@ -1,8 +1,8 @@
 """On which simulated cases is the diagnosis calibrated? A campaign of rigs, machines and ellipses, with a gap or without.
 
-What goes on in them is drawn by evat.studies.simulated_rigs, how it is recorded by evat.studies.simulated_records. What the judgement sees
-of a case is what a diagnosis would: the same way from the recordings on. Case after case is appended to a file, so that a campaign goes on
-where it was stopped; a case depends on its number alone.
+What goes on in them is drawn by `simulated_rigs`, how it is recorded by `simulated_records`. What the judgement sees of a case is what a
+diagnosis would: the same way from the recordings on. Case after case is appended to a file, so that a campaign goes on where it was stopped;
+a case depends on its number alone.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ import numpy as np
 from evat.experiment import Experiment, Nominal
 from evat.files.writing import as_output_error, usable
 from evat.gap import diagnose_with
-from evat.gap.calibrate import CalibrationCase
-from evat.gap.constants import Constants
-from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN
+from evat.gap.verdict.calibrate import CalibrationCase
+from evat.gap.verdict.constants import Constants
+from evat.gap.verdict.judgement import MISTUNED, NO_GAP, UNKNOWN
 from evat.model import EvatError
 from evat.models.contact import ContactModel
 from evat.native.compile import kernel_library_path
-from evat.studies.simulated_records import NOISE, SPARE, STRANGE, Stranger, draw_bench, record
-from evat.studies.simulated_rigs import EXACT, World, draw_form, draw_rig
+from evat.studies.calibration.simulated_records import NOISE, SPARE, STRANGE, Stranger, draw_bench, record
+from evat.studies.calibration.simulated_rigs import EXACT, World, draw_form, draw_rig
 
 KINDS = (NO_GAP, MISTUNED, "single", "single", "single", "pair", UNKNOWN)
 SMALL, CLEAR = (0.3, 10.0), (1.0, 10.0)  # structural rms of a gap over the noise of one recording: of one effect, and of all else

@@ -16,7 +16,7 @@ from scipy.signal import butter, lfilter, lfilter_zi
 
 from evat.experiment import SetupSd, Trial
 from evat.model import FloatArray
-from evat.studies.simulated_rigs import World
+from evat.studies.calibration.simulated_rigs import World
 
 NOISE = (-2.5, -1.5)  # decimal logarithm of its share of the rms of the outputs
 COLOUR = (0.0, 0.8)  # first coefficient of its autoregression

@@ -9,15 +9,15 @@ import numpy as np
 from scipy.stats import qmc
 
 from evat.constants import CONSTANTS
-from evat.gap.audit import Audit, audit
-from evat.gap.form import with_form_of_law
-from evat.gap.part import part_of
-from evat.gap.screen import Screen, Start, linear
+from evat.gap.search.audit import Audit, audit
+from evat.gap.search.form import with_form_of_law
+from evat.gap.search.part import part_of
+from evat.gap.search.screen import Screen, Start, linear
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, Look, fit, likeliest
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.inference.initial_state import begun, with_initial_state
-from evat.inference.noise import Noise, estimate_noise
+from evat.inference.noise.estimate import Noise, estimate_noise
 from evat.inference.parameters import Parameter, Scales, form_parameters, law_parameters, nominal_parameters
 from evat.inference.prediction import Linearised, Prediction
 from evat.inference.whitening import Whitening

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from evat.model import FloatArray, ParameterError, Trace
-from evat.studies.two_scales import FORCES, MODES, TwoScales
+from evat.studies.two_scales.study import FORCES, MODES, TwoScales
 from evat.systems.couple import Coupled, Plan, plan
 from evat.systems.model import Connector, SspError, System
 from evat.systems.values import Value, merged, unit, variable

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.constants import CONSTANTS
-from evat.gap.compare import Comparison
-from evat.gap.judgement import EFFECT, MISTUNED, NO_GAP, Judgement
+from evat.gap.search.compare import Comparison
+from evat.gap.verdict.judgement import EFFECT, MISTUNED, NO_GAP, Judgement
 from evat.inference.hypothesis import Hypothesis
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from evat.constants import CONSTANTS
-from evat.gap.judgement import MISTUNED, NO_GAP, Judgement, judge, steps
+from evat.gap.verdict.judgement import MISTUNED, NO_GAP, Judgement, judge, steps
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,18 +24,18 @@ from evat.experiment import Experiment
 from evat.files.writing import as_output_error, put, usable
 from evat.gap import conclude
 from evat.gap.answer import Diagnosis
-from evat.gap.calibrate import CalibrationCase, probability
-from evat.gap.compare import Comparison, compare
-from evat.gap.constants import in_use, stored
-from evat.gap.judgement import MISTUNED, NO_GAP, UNKNOWN
-from evat.gap.portion import portion
-from evat.gap.sensitivity import STORED, read
+from evat.gap.search.compare import Comparison, compare
+from evat.gap.search.portion import portion
+from evat.gap.verdict.calibrate import CalibrationCase, probability
+from evat.gap.verdict.constants import in_use, stored
+from evat.gap.verdict.judgement import MISTUNED, NO_GAP, UNKNOWN
+from evat.gap.verdict.sensitivity import STORED, read
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import smoothed_inputs
 from evat.model import EvatError, Model, ParameterError
 from evat.models.contact import ContactModel
-from evat.studies.campaign import draw_case, kernel_digest
+from evat.studies.calibration.campaign import draw_case, kernel_digest
 
 CASES = (0, 1, 2, 3, 5, 6, 9, 11, 13, 15, 16, 19)  # numbers of the calibration's cases: every kind and every size of gap
 FACTORS = (0.5, 2.0)

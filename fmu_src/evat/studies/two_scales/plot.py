@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from evat.model import FloatArray
 from evat.plots.cycles import COLOURS, STYLE, new_figure, save_figure
-from evat.studies.two_scales import FORCES, TwoScales
+from evat.studies.two_scales.study import FORCES, TwoScales
 
 
 def _plot_cut(cut: TwoScales, force: Axes, error: Axes) -> None:

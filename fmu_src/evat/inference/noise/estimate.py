@@ -13,10 +13,10 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.experiment import Means
-from evat.inference.autoregression import WHITE, autoregression, innovation_sd, innovations, robust_sd
-from evat.inference.bursts_and_lines import BurstsAndLines, bursts, irregular
-from evat.inference.discontinuities import bends
-from evat.inference.noise_of_means import nugget, replicate_sd
+from evat.inference.noise.autoregression import WHITE, autoregression, innovation_sd, innovations, robust_sd
+from evat.inference.noise.bursts_and_lines import BurstsAndLines, bursts, irregular
+from evat.inference.noise.discontinuities import bends
+from evat.inference.noise.means import nugget, replicate_sd
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import in_step, same_motion
 from evat.model import FloatArray

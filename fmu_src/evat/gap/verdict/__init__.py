@@ -1,0 +1,1 @@
+"""What is to be believed of what was compared, by which constants, and why?"""

@@ -1,0 +1,1 @@
+"""Which weights should the diagnosis judge by? Simulated cases, and what each constant does to them."""

@@ -1,0 +1,1 @@
+"""Do cycle averages lead a slow machine as every cycle does?"""
