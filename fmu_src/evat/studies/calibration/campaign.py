@@ -1,8 +1,8 @@
 """On which simulated cases is the diagnosis calibrated? A campaign of rigs, machines and ellipses, with a gap or without.
 
-What goes on in them is drawn by `simulated_rigs`, how it is recorded by `simulated_records`. What the judgement sees of a case is what a
-diagnosis would: the same way from the recordings on. Case after case is appended to a file, so that a campaign goes on where it was stopped;
-a case depends on its number alone.
+What goes on in them is drawn by `simulated_rigs`, how it is recorded by `simulated_records`. What a judgement sees of a case is what a
+diagnosis would: the same way from the recordings on. Case after case is appended to a file, so that a campaign goes on where it was
+stopped; a case depends on its number alone.
 """
 
 from __future__ import annotations
