@@ -10,7 +10,9 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 from evat import parameter_sets
+from evat.commands.main import app
 from evat.files.table import read_table
+from typer.testing import CliRunner
 
 
 def evat(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -85,3 +87,17 @@ def test_a_saved_set_is_simulated_like_the_shipped_one(tmp_path: Path) -> None:
     for name, output in (("copper.ssv", "a.csv"), ("regularised/copper", "b.csv")):
         assert evat("simulate", "-s", name, "-o", output, folder=tmp_path).returncode == 0
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+def test_help_comes_before_anything_heavy_is_loaded() -> None:
+    """What takes longer to load than the help to read: only where it is used."""
+    code = "import sys; import evat.commands.main; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split()
+    assert not {"pint", "dask", "fmpy", "scipy", "matplotlib", "pandas", "plotly"} & set(loaded)
+
+
+@pytest.mark.parametrize("command", [[], ["simulate"], ["experiment", "check"], ["system", "run"]])
+def test_h_is_help(command: list[str]) -> None:
+    short, long = (CliRunner().invoke(app, [*command, flag]) for flag in ("-h", "--help"))
+    assert (short.exit_code, short.output) == (0, long.output)
+    assert "Usage:" in short.output

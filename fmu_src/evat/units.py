@@ -11,11 +11,12 @@ import re
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
-from typing import Any
-
-import pint
+from typing import TYPE_CHECKING, Any
 
 from evat.model import ParameterError, Variable
+
+if TYPE_CHECKING:  # pint takes longer to load than all the rest: only where a unit is met
+    import pint
 
 # pint's name of each base unit, and what FMI and SSP call it.
 BASE_UNITS = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd", "radian": "rad"}
@@ -39,6 +40,8 @@ class BaseUnit:
 
 @lru_cache(maxsize=1)
 def _registry() -> pint.UnitRegistry[Decimal]:
+    import pint
+
     return pint.UnitRegistry(non_int_type=Decimal)
 
 
@@ -47,6 +50,8 @@ def parse(unit: str) -> Any:
     """The pint unit of a unit's text; "1" has no unit and a dot multiplies ("N.s/m"). ParameterError where it is none."""
     if unit == "1":
         return _registry().parse_units("dimensionless")
+    import pint
+
     problem = "no such unit"
     if _UNIT.fullmatch(unit) and not _BIG_POWER.search(unit):
         try:
@@ -61,6 +66,8 @@ def parse(unit: str) -> Any:
 @lru_cache(maxsize=256)
 def base_unit(unit: str) -> BaseUnit:
     """`unit` by the base units of SI."""
+    import pint
+
     parsed = parse(unit)
     zero, one = (_registry().Quantity(Decimal(number), parsed) for number in (0, 1))
     try:

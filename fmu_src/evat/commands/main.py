@@ -7,7 +7,7 @@ import os
 import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Literal, NoReturn
+from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
 
 import typer
 from rich.table import Table
@@ -28,13 +28,15 @@ from evat.model import Effect, EvatError, Law, Variable
 from evat.native import kernel
 from evat.paper_tables import materials
 from evat.required_inputs import KINEMATICS, MOTION
-from evat.studies.record import Columns
 from evat.units import display
+
+if TYPE_CHECKING:
+    from evat.studies.record import Columns
 
 app = typer.Typer(
     name="evat",
     no_args_is_help=True,
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode="markdown",
     help="Chip-tool friction and elliptical vibration assisted turning as a component.\n\n"
     "`evat build` makes the FMUs, `evat run` shows what they do, `evat simulate` answers a question of your own, "
@@ -236,6 +238,8 @@ def run(
     if record is None:
         _run_materials(family, speed_unit, to)
         return
+    from evat.studies.record import Columns
+
     parameter_set = parameter_sets.load(parameters, speed_unit=speed_unit)
     values = kernel.check_values({**parameter_set.values, **typed_values(value)})
     _run_record(record, Columns(time, force, velocity, position, force_sign), parameter_set, values, (begin, end), to)
