@@ -160,6 +160,8 @@ enum Answer get_values(struct Component *c, const struct Access *as, const uint3
                        void *values);
 enum Answer set_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count,
                        const void *values);
+/* An input that is given a hair outside its bounds is held on them: said once. */
+enum Answer held_on_bound(struct Component *c, int index, double value);
 enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t count, const int *orders,
                        const double *slopes);
 /* Variables of a type that no table has: fine as long as none is asked for. */

@@ -33,9 +33,11 @@ int model_tolerance(void);      /* index of the parameter that FMI's `tolerance`
 /* ---- its values ---- */
 
 enum Status model_check(int index, double value);
+/* How far outside its bounds an input may be given and is held on them, in its unit; 0 for what is no input. */
+double model_bound_slack(int index);
 double model_get(const struct Model *model, int index);
 enum Status model_set(struct Model *model, int index, double value);
-/* Time or a continuous state, unchecked: a solver of Model Exchange leads it. */
+/* Unchecked: time or a continuous state that a solver of Model Exchange leads, an input at the end of its ramp. */
 void model_lead(struct Model *model, int index, double value);
 /* Rate of an input within a communication step, per second; 0: it is held. */
 double model_slope(const struct Model *model, int input);
@@ -64,7 +66,7 @@ enum Status model_derivative(const struct Model *model, int unknown, int known, 
 
 /* What a status means for this model. */
 void model_explain(const struct Model *model, enum Status status, char *text, size_t size);
-/* What is legal but worth one line in the log; a bit each. */
+/* What is legal but worth one line in the log; a bit each, the first WARN_AT_BOUND. */
 uint32_t model_warnings(const struct Model *model);
 int model_warning_count(void);
 const char *model_warning_text(int bit);

@@ -163,6 +163,20 @@ static enum Answer bad_value(struct Component *c, uint32_t reference, double val
                   v->max + offset, space, unit, model_get(c->model, (int)reference) + offset, space, unit);
 }
 
+enum Answer held_on_bound(struct Component *c, int index, double value)
+{
+    const struct Variable *v = model_variable(index);
+    if (c->told & WARN_AT_BOUND)
+        return ANSWER_OK;
+    c->told |= WARN_AT_BOUND;
+    report(c, ANSWER_WARNING,
+           "%s = %g %s lies outside its bounds, %g to %g %s, by no more than %g %s: it is held at %g %s, and so is every "
+           "such input from now on without a word.",
+           v->name, value, v->unit, v->min, v->max, v->unit, model_bound_slack(index), v->unit, within_bounds(v, value),
+           v->unit);
+    return c->host.warned;
+}
+
 enum Answer set_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count,
                        const void *values)
 {
@@ -178,15 +192,18 @@ enum Answer set_values(struct Component *c, const struct Access *as, const uint3
         if (status != STATUS_OK)
             return bad_value(c, references[i], value, status);
     }
+    enum Answer answer = ANSWER_OK;
     for (size_t i = 0; i < count; ++i) {
         const double value = load(values, as->form, i) - item_offset(c, references[i]);
         const enum Status status = model_set(c->model, (int)references[i], value);
         if (status != STATUS_OK)
             return bad_value(c, references[i], value, status);
+        if (model_get(c->model, (int)references[i]) != value)
+            answer = answer == ANSWER_OK ? held_on_bound(c, (int)references[i], value) : answer;
         c->life.tolerance_set |= (int)references[i] == model_tolerance();
     }
     c->life.stale |= count > 0;
-    return ANSWER_OK;
+    return answer;
 }
 
 enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t count, const int *orders,

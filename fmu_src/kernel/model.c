@@ -21,6 +21,7 @@ int model_indicator(int place) { return kernel_indicator(place); }
 int model_tolerance(void) { return VAR_RELATIVE_TOLERANCE; }
 
 enum Status model_check(int index, double value) { return kernel_check(index, value); }
+double model_bound_slack(int index) { return kernel_bound_slack(index); }
 double model_get(const struct Model *model, int index) { return model->contact.value[index][0]; }
 enum Status model_set(struct Model *model, int index, double value)
 {

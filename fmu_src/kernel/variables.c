@@ -269,7 +269,7 @@ const struct Variable base_variables[BASE_COUNT] = {
         .meaning = "sliding_speed, integrated from the start", .source = DEFINITION},
     [VAR_CLAMPED_COUNT] = {.name = "clamped_count", .unit = "1", .type = INTEGER, HELD_RESULT,
         .meaning = "internal steps in which a value had to be clamped: s0 at its floor, a force outside the closed "
-            "form's domain, a temperature below ambient", .source = DEFINITION},
+            "form's domain, a temperature below ambient, an input that was given a hair outside its bounds", .source = DEFINITION},
     [VAR_STEP_COUNT] = {.name = "step_count", .unit = "1", .type = INTEGER, HELD_RESULT,
         .meaning = "internal steps taken by co-simulation", .source = DEFINITION},
     [VAR_AVERAGING_ERROR] = {.name = "averaging_error", FORCE, HELD_RESULT,

@@ -61,7 +61,7 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
         self.first_item: int = tables["first_item"]
         self.values = {row["name"]: row["start"] for row in self.rows if self._is_settable(row)}
         self.refused: dict[str, str] = {}  # what was asked for and could not be done, and is not yet put right
-        self.mode, self.stale, self.warned = "instantiated", True, False
+        self.mode, self.stale, self.warned, self.warned_of_bound = "instantiated", True, False, False
         self.contact: Any = None  # of the class ReferenceContact in reference.py
         self.start_time, self.stop_time = 0.0, math.inf
         self.reference: ModuleType | None = None
@@ -115,11 +115,16 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
                 raise Refused(f"{value} is none of {', '.join(f'{number} {word}' for number, word in words.items())}.")
             number = value - self.first_item
         low, high = (-math.inf if row["min"] is None else row["min"]), (math.inf if row["max"] is None else row["max"])
-        if not low <= number <= high:
+        slack = row["slack"]  # an input that misses its bounds by a hair is held on them
+        if not low - slack <= number <= high + slack:
             raise Refused(f"{value:g}{unit} lies outside {low:g} to {high:g}{unit}.")
         if not self._settable_now(row):
             raise Refused("it cannot be set now." if self._is_settable(row) else "it is calculated, not set.")
-        return number
+        held = min(max(number, low), high)
+        if held != number and not self.warned_of_bound:
+            self.warned_of_bound = True
+            self.log(f"{row['name']} = {value:g}{unit} lies outside {low:g} to {high:g}{unit} by a hair and is held there.", Fmi2Status.warning)
+        return held
 
     def _worded(self, row: dict[str, Any]) -> Any:
         """A value as reference.py takes it."""
@@ -240,7 +245,7 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
 
     # -- state
 
-    _STATE = ("values", "refused", "mode", "stale", "warned", "start_time", "stop_time")
+    _STATE = ("values", "refused", "mode", "stale", "warned", "warned_of_bound", "start_time", "stop_time")
 
     def _get_fmu_state(self) -> dict[str, Any]:
         kept = {name: getattr(self, name) for name in self._STATE}
