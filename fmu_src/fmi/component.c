@@ -15,9 +15,10 @@ static unsigned when_settable(const struct Component *c, int index, const struct
         return before | RUNNING | ASKING;
     if (v->causality == PARAMETER)
         return v->variability == TUNABLE ? before | tuning : before;
+    /* Its start value; and a solver that knows no vector of states, such as CasADi, leads them one by one. */
     for (int i = 0; i < c->state_count; ++i)
         if (c->state[i] == index)
-            return before; /* its start value */
+            return c->life.interface == MODEL_EXCHANGE ? before | EVENT | INTEGRATING : before;
     return 0;
 }
 
@@ -117,8 +118,8 @@ struct Component *component_new(const char *function, const struct Host *host, e
     c->host.name = strcpy(own_name, name);
     c->function = function;
     lay_out(c);
-    learn_tables(c);
     begin(c, interface);
+    learn_tables(c);
     return c;
 }
 

@@ -10,6 +10,10 @@
 
 #include "model.h"
 
+/* The value reference of the first variable; they follow one another. Not 0: importers are about that take the
+ * dependencies of FMI 3 for places in the list, counted from 1 as in FMI 2. So both readings agree. */
+enum { FIRST_REFERENCE = 1 };
+
 /* The numbers of fmi2Status and fmi3Status. */
 enum Answer { ANSWER_OK, ANSWER_WARNING, ANSWER_DISCARD, ANSWER_ERROR, ANSWER_FATAL };
 
@@ -146,6 +150,12 @@ struct Access {
     enum Form form;
     unsigned types;
 };
+/* The index of the variable that a value reference names; -1: it names none. */
+static inline int index_of(const struct Component *c, uint32_t reference)
+{
+    const uint32_t index = reference - FIRST_REFERENCE; /* 0 becomes the largest */
+    return index < (uint32_t)c->count ? (int)index : -1;
+}
 /* Bring outputs up to date. */
 enum Answer refresh(struct Component *c);
 /* Every number that leaves an instance passes here: one that is not finite is an error, told in one line; while a

@@ -3,8 +3,8 @@
  * them.
  *
  * A model is model_size() bytes that the caller owns, aligned as doubles are; it holds no pointer, and copying its
- * bytes copies the model. A variable is named by its place in the table, which is its value reference in FMI; the first
- * is the time. A program has one model: the FMU's shells are linked with the one that it carries.
+ * bytes copies the model. A variable is named by its index in the table, of which the first is the time. A program has
+ * one model: the FMU's shells are linked with the one that it carries.
  */
 #ifndef MODEL_H
 #define MODEL_H

@@ -15,8 +15,9 @@
 #define AS_TEXT_(number) #number
 #define AS_TEXT(number) AS_TEXT_(number)
 #define AT_BOUND_TEXT                                                                                                  \
-    "an input was given a hair outside its bounds, by no more than " AS_TEXT(BOUND_SLACK) " of its nominal value, and " \
-    "is held on them"
+    "an input was given a hair outside its bounds, by no more than " AS_TEXT(                                          \
+        BOUND_SLACK) " of its nominal value, and "                                                                     \
+                     "is held on them"
 double bound_slack(const struct Variable *variable); /* in the variable's unit; 0 where it is no input */
 /* May `variable` (NULL: there is none) have this value, of an input but for the slack? */
 enum Status check_value(const struct Variable *variable, double value);

@@ -22,7 +22,7 @@ from evat.fmu import archive
 from evat.fmu.fmu_facts import load
 from evat.model import EvatError, SimulationError, Variable
 from evat.native import kernel
-from evat.native.compile import compile_library, fmi_headers, host_target
+from evat.native.compile import CONTACT, compile_library, fmi_headers, host_target
 from evat.native.kernel import Contact
 from fmpy import extract, read_model_description, simulate_fmu
 from fmpy.model_description import ModelDescription, read_build_description
@@ -68,7 +68,7 @@ def test_every_variable_is_told_as_the_table_has_it(version: int, description: M
     rows, told = kernel.variables(), description.modelVariables
     assert [v.name for v in told] == [v.name for v in rows]
     for row, described in zip(rows, told, strict=True):
-        assert described.valueReference == row.index, row.name
+        assert described.valueReference == row.index + 1, row.name  # its place in the list, counted from 1
         assert described.type == TYPES[version][row.type], row.name
         assert described.causality == row.causality, row.name
         assert described.variability == row.variability, row.name
@@ -81,6 +81,17 @@ def test_every_variable_is_told_as_the_table_has_it(version: int, description: M
         if row.type in ("real", "integer"):
             assert float(described.min or -math.inf) == row.min, row.name
             assert float(described.max or math.inf) == row.max, row.name
+
+
+@pytest.mark.parametrize("part", fmu.parts())
+def test_references_are_places_so_that_dependencies_read_alike_by_both(version: int, part: str, fmus: dict[str, Path]) -> None:
+    """FMI 3 names dependencies by value reference, FMI 2 by place from 1 on, and importers are about that mix them up."""
+    root = etree.fromstring(content(fmus[f"fmi{version}" if part == CONTACT else f"{part}-fmi{version}"], "modelDescription.xml"))
+    references = [int(v.get("valueReference")) for v in root.find("ModelVariables")]
+    assert references == list(range(1, len(references) + 1))
+    named = {int(number) for u in root.find("ModelStructure").iter() for number in (u.get("dependencies") or "").split()}
+    assert named
+    assert named <= set(references)
 
 
 def test_starts_are_told_where_a_start_may_be_set(description: ModelDescription) -> None:

@@ -59,6 +59,7 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
         self.rows: list[dict[str, Any]] = tables["variables"]
         self.states: list[str] = tables["states"]
         self.first_item: int = tables["first_item"]
+        self.first_reference: int = tables["first_reference"]
         self.values = {row["name"]: row["start"] for row in self.rows if self._is_settable(row)}
         self.refused: dict[str, str] = {}  # what was asked for and could not be done, and is not yet put right
         self.mode, self.stale, self.warned, self.warned_of_bound = "instantiated", True, False, False
@@ -123,7 +124,9 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
         held = min(max(number, low), high)
         if held != number and not self.warned_of_bound:
             self.warned_of_bound = True
-            self.log(f"{row['name']} = {value:g}{unit} lies outside {low:g} to {high:g}{unit} by a hair and is held there.", Fmi2Status.warning)
+            self.log(
+                f"{row['name']} = {value:g}{unit} lies outside {low:g} to {high:g}{unit} by a hair and is held there.", Fmi2Status.warning
+            )
         return held
 
     def _worded(self, row: dict[str, Any]) -> Any:
@@ -141,13 +144,15 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
             self.contact.set(row["name"], self._worded(row))
 
     def _row(self, kind: Any, vr: int) -> dict[str, Any]:
-        if not (0 <= vr < len(self.rows) and _KINDS[self.rows[vr]["type"]] is kind):
+        place = vr - self.first_reference
+        if not (0 <= place < len(self.rows) and _KINDS[self.rows[place]["type"]] is kind):
             raise Refused(f"there is no {kind.__name__} variable with this value reference.")
-        return self.rows[vr]
+        return self.rows[place]
 
     def _set_all(self, kind: Any, vrs: Iterable[int], values: Iterable[Any]) -> None:
         for vr, value in zip(vrs, values, strict=True):
-            name = self.rows[vr]["name"] if 0 <= vr < len(self.rows) else f"value reference {vr}"
+            place = vr - self.first_reference
+            name = self.rows[place]["name"] if 0 <= place < len(self.rows) else f"value reference {vr}"
             self._try(name, partial(self._put, kind, vr, value))
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
@@ -174,7 +179,7 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
         numbers = []
         for vr in vrs:
             known = self._try(f"value reference {vr}", partial(self._row, kind, vr))
-            numbers.append(convert(self._get(vr)) if known else nothing)
+            numbers.append(convert(self._get(vr - self.first_reference)) if known else nothing)
         return numbers
 
     def get_real(self, vrs: list[int]) -> list[float]:
