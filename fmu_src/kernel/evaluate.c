@@ -153,7 +153,8 @@ enum Status show_here(struct Contact *contact, const struct Configuration *w, co
     for (int i = 0; passed && i < LANES; ++i)
         if (whole[i]) {
             copy_lane((lanes *)&x, (const lanes *)passed, POINT_LANES, i);
-            copy_lane(contact->sign, (const lanes *)held, INDICATORS, i);
+            for (int k = 0; k < INDICATORS; ++k)
+                contact->sign[k][i] = held[k][i];
         }
     show_outputs(contact, w, &x, angles);
     for (int k = 0; k < INDICATORS; ++k)

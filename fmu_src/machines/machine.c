@@ -203,7 +203,7 @@ enum Status model_step(struct Model *model, double step, int stop_at_events, dou
 /* The integrals of the response belong to the step and the parameters: a state from outside cannot bring others. */
 static int belongs(const struct Model *model)
 {
-    int state[STATES], rate[STATES];
+    int state[STATES] = {0}, rate[STATES] = {0};
     const int count = model_state_count();
     struct Model own = *model;
     for (int n = 0; n < count; ++n) {
