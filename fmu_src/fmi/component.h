@@ -81,8 +81,7 @@ struct Component {
     int count, state_count; /* of variables, and of continuous states */
     char token[40];
     /* What depends on the model lies behind, in the same block of memory. */
-    struct Model *model, *preview; /* preview, in initialization mode: the model as it would start now */
-    double *before; /* room for the states */
+    struct Model *model, *preview; /* preview: the model as it would start now; as it was before an event */
     int *state, *rate; /* indices of the states and of their rates */
     uint16_t *settable; /* modes in which each variable may be set */
     uint8_t *type;
@@ -134,7 +133,8 @@ struct StepEnd {
 enum Answer component_step(struct Component *c, double time, double step, struct StepEnd *end);
 
 struct News {
-    int states_changed, next_event_defined;
+    int states_changed; /* or their rates */
+    int next_event_defined;
     double next_event; /* [s] */
 };
 enum Answer component_event(struct Component *c, struct News *news);

@@ -50,11 +50,13 @@ enum Status model_start(struct Model *model, double time);
 int model_started(const struct Model *model);
 /* Outputs and rates from the time, the states and the inputs as they stand. */
 enum Status model_evaluate(struct Model *model);
-void model_indicators(const struct Model *model, double *indicators);
+void model_indicators(const struct Model *model, double *indicators); /* as model_evaluate has found them */
 /* A solver of Model Exchange has completed a step that ends at the present time. */
 enum Status model_completed_step(struct Model *model);
 /* An event has happened at the present time. */
 enum Status model_event(struct Model *model);
+/* Has the event between these two turned anything that rates depend on, so that a solver has to begin anew? */
+int model_turned(const struct Model *before, const struct Model *after);
 double model_next_event(const struct Model *model); /* [s]; infinity: none is known ahead */
 /* Advance by `step` [s]. With stop_at_events nonzero, return at the first event, before it is acted upon, *taken
  * telling how far it went. */

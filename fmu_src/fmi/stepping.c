@@ -7,6 +7,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 enum Answer component_warn(struct Component *c)
 {
@@ -139,18 +140,19 @@ enum Answer component_step(struct Component *c, double time, double step, struct
 
 enum Answer component_event(struct Component *c, struct News *news)
 {
-    for (int i = 0; i < c->state_count; ++i)
-        c->before[i] = model_get(c->model, c->state[i]);
+    memcpy(c->preview, c->model, model_size()); /* it has no use of its own but in initialization mode */
     const enum Status status = model_event(c->model);
     if (status != STATUS_OK)
         return report_status(c, ANSWER_ERROR, status);
     c->life.stale = 1;
     c->life.event_pending = 0;
-    *news = (struct News){.next_event = model_next_event(c->model)};
+    /* Also where the states are as they were and their rates jump, as on entry: many hosts restart on this flag only.
+     */
+    *news =
+        (struct News){.next_event = model_next_event(c->model), .states_changed = model_turned(c->preview, c->model)};
     /* Within a step of co-simulation the model acts on its events itself: the host need not stop there. */
     news->next_event_defined = c->life.interface == MODEL_EXCHANGE && isfinite(news->next_event);
-    for (int i = 0; i < c->state_count; ++i)
-        news->states_changed |= model_get(c->model, c->state[i]) != c->before[i];
-    report(c, ANSWER_OK, "event at time %.17g s%s.", present_time(c), news->states_changed ? ", states changed" : "");
+    report(c, ANSWER_OK, "event at time %.17g s%s.", present_time(c),
+           news->states_changed ? ", states or rates changed" : "");
     return component_warn(c);
 }

@@ -298,8 +298,8 @@ enum Status kernel_start(struct Contact *contact, double time);
 /* Outputs and derivatives from value[VAR_TIME], the states and the inputs as they stand. With averaging = cycle outputs
  * hold the means of the last step. */
 enum Status kernel_evaluate(struct Contact *contact);
-/* Event indicators at value[VAR_TIME]; 1 for an event that does not matter at present. kernel_evaluate shows the same
- * as variables. */
+/* Event indicators at value[VAR_TIME], of order 1 and with a hysteresis; 1 for an event that does not matter at
+ * present. kernel_evaluate shows the same as variables. */
 void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS]);
 /* Model exchange: the host's integrator has completed a step that ends at value[VAR_TIME]; effects that look back
  * keep it. */
@@ -307,6 +307,9 @@ enum Status kernel_step_completed(struct Contact *contact);
 /* An event has happened at value[VAR_TIME]: take sides anew, let separated bristles go, close an averaging window that
  * has ended. */
 enum Status kernel_event(struct Contact *contact);
+/* Has an event turned anything that rates depend on: a side, a memory of the law, a state? A solver then begins anew.
+ */
+int kernel_turned(const struct Contact *before, const struct Contact *after);
 /* Time of the next averaging-window end, of lane 0; infinity where no means are formed. */
 double kernel_next_event(const struct Contact *contact);
 /* Advance by `step` [s] in internal steps. With stop_at_events nonzero, return at the first contact event before it is

@@ -254,18 +254,18 @@ const struct Variable base_variables[BASE_COUNT] = {
     [VAR_DISSIPATED_POWER] = {.name = "dissipated_power", .unit = "W", RESULT, .derivative_of = VAR_DISSIPATED_ENERGY,
         .meaning = "friction_force times slip velocity: power that the friction takes up; below 0 while bristles "
             "spring back", .source = DEFINITION},
-    [VAR_DISSIPATED_ENERGY] = {.name = "dissipated_energy", .unit = "J", .nominal = 1e-3, RESULT,
+    [VAR_DISSIPATED_ENERGY] = {.name = "dissipated_energy", .unit = "J", .nominal = 1e-5, RESULT,
         .meaning = "dissipated_power, integrated from the start", .source = DEFINITION},
     [VAR_SHEAR_POWER] = {.name = "shear_power", .unit = "W", RESULT, .derivative_of = VAR_SHEAR_ENERGY,
         .meaning = "power that shears the chip, shear force times shear velocity on the plane that gives the slip: what "
             "chip and tool exchange less dissipated_power. kinematics = external: of the steady chip at that slip and "
             "chip_flow_shear_angle", .source = "Merchant 1945; balance of power"},
-    [VAR_SHEAR_ENERGY] = {.name = "shear_energy", .unit = "J", .nominal = 1e-3, RESULT,
+    [VAR_SHEAR_ENERGY] = {.name = "shear_energy", .unit = "J", .nominal = 1e-5, RESULT,
         .meaning = "shear_power, integrated from the start", .source = DEFINITION},
     [VAR_SLIDING_SPEED] = {.name = "sliding_speed", .unit = "m/s", .display_unit = "m/min", RESULT,
         .derivative_of = VAR_SLIDING_DISTANCE, .meaning = "magnitude of the slip velocity in contact, 0 out of it",
         .source = DEFINITION},
-    [VAR_SLIDING_DISTANCE] = {.name = "sliding_distance", .unit = "m", RESULT,
+    [VAR_SLIDING_DISTANCE] = {.name = "sliding_distance", .unit = "m", .nominal = 1e-5, RESULT,
         .meaning = "sliding_speed, integrated from the start", .source = DEFINITION},
     [VAR_CLAMPED_COUNT] = {.name = "clamped_count", .unit = "1", .type = INTEGER, HELD_RESULT,
         .meaning = "internal steps in which a value had to be clamped: s0 at its floor, a force outside the closed "
@@ -280,36 +280,38 @@ const struct Variable base_variables[BASE_COUNT] = {
 
     [VAR_BRISTLE_RATE] = {.name = "bristle_rate", .unit = "m/s", INNER, .derivative_of = VAR_BRISTLE_DEFLECTION,
         .meaning = "rate of the mean bristle deflection, dz/dt", .source = "Canudas de Wit et al. 1995, eq. 2"},
-    [VAR_FRICTION_IMPULSE] = {.name = "friction_impulse", .unit = "N.s", .nominal = 1e-3, INNER,
+    [VAR_FRICTION_IMPULSE] = {.name = "friction_impulse", .unit = "N.s", .nominal = 1e-5, INNER,
         .meaning = "friction_force, integrated from the start", .source = DEFINITION},
-    [VAR_PRINCIPAL_IMPULSE] = {.name = "principal_impulse", .unit = "N.s", .nominal = 1e-3, INNER,
+    [VAR_PRINCIPAL_IMPULSE] = {.name = "principal_impulse", .unit = "N.s", .nominal = 1e-5, INNER,
         .meaning = "principal_force, integrated from the start", .source = DEFINITION},
-    [VAR_FEED_IMPULSE] = {.name = "feed_impulse", .unit = "N.s", .nominal = 1e-3, INNER,
+    [VAR_FEED_IMPULSE] = {.name = "feed_impulse", .unit = "N.s", .nominal = 1e-5, INNER,
         .meaning = "feed_force, integrated from the start", .source = DEFINITION},
-    [VAR_NORMAL_IMPULSE] = {.name = "normal_impulse", .unit = "N.s", .nominal = 1e-3, INNER,
+    [VAR_NORMAL_IMPULSE] = {.name = "normal_impulse", .unit = "N.s", .nominal = 1e-5, INNER,
         .meaning = "normal_force, integrated from the start", .source = DEFINITION},
-    [VAR_CONTACT_TIME] = {.name = "contact_time", .unit = "s", .nominal = 1e-3, INNER,
+    [VAR_CONTACT_TIME] = {.name = "contact_time", .unit = "s", .nominal = 1e-5, INNER,
         .meaning = "time spent in contact from the start", .source = DEFINITION},
-    [VAR_MEASURED_FRICTION_IMPULSE] = {.name = "measured_friction_impulse", .unit = "N.s", .nominal = 1e-3, INNER,
+    [VAR_MEASURED_FRICTION_IMPULSE] = {.name = "measured_friction_impulse", .unit = "N.s", .nominal = 1e-5, INNER,
         .meaning = "measured_friction_force, integrated from the start", .source = DEFINITION},
-    [VAR_MEASURED_PRINCIPAL_IMPULSE] = {.name = "measured_principal_impulse", .unit = "N.s", .nominal = 1e-3, INNER,
+    [VAR_MEASURED_PRINCIPAL_IMPULSE] = {.name = "measured_principal_impulse", .unit = "N.s", .nominal = 1e-5, INNER,
         .meaning = "measured_principal_force, integrated from the start", .source = DEFINITION},
-    [VAR_MEASURED_FEED_IMPULSE] = {.name = "measured_feed_impulse", .unit = "N.s", .nominal = 1e-3, INNER,
+    [VAR_MEASURED_FEED_IMPULSE] = {.name = "measured_feed_impulse", .unit = "N.s", .nominal = 1e-5, INNER,
         .meaning = "measured_feed_force, integrated from the start", .source = DEFINITION},
     [VAR_CONTACT_RATE] = {.name = "contact_rate", .unit = "1", INNER, .derivative_of = VAR_CONTACT_TIME,
         .meaning = "1 in contact, 0 out of it", .source = DEFINITION},
     [VAR_CONTACT_INDICATOR] = {.name = "contact_indicator", .unit = "1", INNER,
         .meaning = "event indicator: above 0 while the tool is in the material and moving into it; the smaller of the "
-            "uncut thickness in um and the approach velocity in m/s", .source = DEFINITION},
+            "uncut thickness in um and the approach velocity in m/s. Like all event indicators it changes its sign 1e-9 "
+            "behind the event, so that it is not 0 there", .source = DEFINITION},
     [VAR_SURFACE_INDICATOR] = {.name = "surface_indicator", .unit = "1", INNER,
         .meaning = "event indicator: above 0 where the previous cycle has left the surface, below 0 where the nominal "
             "surface stands; a length in units of amplitude_x. Where older strokes count, the distance to the nearest "
             "end of one, whose sign changes at each", .source = DEFINITION},
     [VAR_SLIP_INDICATOR] = {.name = "slip_indicator", .unit = "1", INNER,
-        .meaning = "event indicator: the slip velocity in m/s, whose sign change reverses friction",
+        .meaning = "event indicator: the slip velocity in mm/s, whose sign change reverses friction",
         .source = DEFINITION},
     [VAR_LAW_INDICATOR] = {.name = "law_indicator", .unit = "1", INNER,
-        .meaning = "event indicator of the friction law: above 0 while it sticks; 1 for laws without such an event",
+        .meaning = "event indicator of the friction law: above 0 while it sticks, a deflection over F_C/sigma0 or a "
+            "speed in mm/s; 1 for laws without such an event",
         .source = DEFINITION},
 };
 /* clang-format on */

@@ -68,6 +68,7 @@ int model_indicator_count(void) { return 0; }
 int model_indicator(int place) { return (void)place, -1; }
 void model_indicators(const struct Model *model, double *indicators) { (void)model, (void)indicators; }
 double model_next_event(const struct Model *model) { return (void)model, INFINITY; }
+int model_turned(const struct Model *before, const struct Model *after) { return (void)before, (void)after, 0; }
 enum Status model_event(struct Model *model) { return model_evaluate(model); }
 enum Status model_completed_step(struct Model *model) { return model_evaluate(model); }
 uint32_t model_warnings(const struct Model *model) { return model->warnings; }

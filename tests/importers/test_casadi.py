@@ -33,9 +33,7 @@ def asked(fmu: Path, states: dict[str, float], inputs: dict[str, float]) -> Any:
 
 
 @pytest.mark.parametrize(("deflection", "slip"), [(3e-6, 0.02), (-2e-6, 0.3), (4e-6, -0.05)])
-def test_the_rates_of_the_guideway_are_those_of_the_library(
-    version: int, fmus: dict[str, Path], deflection: float, slip: float
-) -> None:
+def test_the_rates_of_the_guideway_are_those_of_the_library(version: int, fmus: dict[str, Path], deflection: float, slip: float) -> None:
     answered = asked(fmus[f"evat_guideway-fmi{version}"], {"bristle_deflection": deflection}, {"slip_velocity": slip})
     assert set(answered["states"]) == set(kernel.states())
     own = kernel.Contact({"kinematics": "external", "bristle_deflection": deflection, "slip_velocity": slip})
