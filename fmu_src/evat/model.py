@@ -6,7 +6,7 @@ import hashlib
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from typing import Literal, Protocol, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -94,7 +94,8 @@ class Variable:
     `start`, `min` and `max` are in `unit`. A choice holds the place of its name in `choices`. `neutral` is for parameters of effects: with
     all of an effect's at their neutral values it changes nothing; nan where the value has no say in that. Above 0 it is also for shapes of
     a base law that nobody knows exactly: with that value it is the law as published. `required_with` are the kinematics with which an input
-    must be given to whatever reads it (with others it is computed, or its start will do); empty: all.
+    must be given to whatever reads it (with others it is computed, or its start will do); empty: all. An input may be given outside its
+    bounds by no more than `slack`: solvers and extrapolation miss a bound by as much. It then lies on the bound.
     """
 
     name: str
@@ -113,10 +114,19 @@ class Variable:
     derivative_of: str | None = None
     neutral: float = math.nan
     required_with: tuple[str, ...] = ()
+    slack: float = 0.0
     index: int = -1
 
+    @overload
+    def allows(self, number: float) -> bool: ...
+    @overload
+    def allows(self, number: FloatArray) -> BoolArray: ...
+    def allows(self, number: float | FloatArray) -> bool | BoolArray:
+        """Whether a number lies within the bounds, for an input but for the slack; not a number does not."""
+        return (self.min - self.slack <= number) & (number <= self.max + self.slack)
+
     def check(self, value: float | int | bool | str) -> float:
-        """The value as the number that the model holds; ParameterError where it is not one that this variable allows."""
+        """The value as the number that the model is given; ParameterError where it is not one that this variable allows."""
         if isinstance(value, str):
             if value in self.choices:
                 return float(self.choices.index(value))
@@ -128,7 +138,7 @@ class Variable:
             number = math.inf if value > 0 else -math.inf
         if not math.isfinite(number):
             raise ParameterError(f"{self.name} = {number}: a finite number in {self.unit} is needed.")
-        if not self.min <= number <= self.max:
+        if not self.allows(number):
             unit = "" if self.unit == "1" else f" {self.unit}"
             raise ParameterError(f"{self.name} = {number:g}{unit}: allowed is {self.min:g} to {self.max:g}{unit}.")
         if self.type != "real" and number != int(number):

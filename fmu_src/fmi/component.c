@@ -15,9 +15,10 @@ static unsigned when_settable(const struct Component *c, int index, const struct
         return before | RUNNING | ASKING;
     if (v->causality == PARAMETER)
         return v->variability == TUNABLE ? before | tuning : before;
+    /* Its start value; and a solver that knows no vector of states, such as CasADi, leads them one by one. */
     for (int i = 0; i < c->state_count; ++i)
         if (c->state[i] == index)
-            return before; /* its start value */
+            return c->life.interface == MODEL_EXCHANGE ? before | EVENT | INTEGRATING : before;
     return 0;
 }
 
@@ -28,8 +29,7 @@ static size_t block_size(void)
 {
     const size_t variables = (size_t)model_variable_count(), states = (size_t)model_state_count();
     const struct Component *c = NULL; /* whose elements are measured */
-    return aligned(sizeof *c) + 2 * aligned(model_size()) +
-           states * (sizeof *c->before + sizeof *c->state + sizeof *c->rate) +
+    return aligned(sizeof *c) + 2 * aligned(model_size()) + states * (sizeof *c->state + sizeof *c->rate) +
            variables * (sizeof *c->settable + sizeof *c->type);
 }
 
@@ -40,8 +40,7 @@ static void lay_out(struct Component *c)
     unsigned char *at = (unsigned char *)c + aligned(sizeof *c);
     c->model = (struct Model *)at;
     c->preview = (struct Model *)(at += aligned(model_size()));
-    c->before = (double *)(at += aligned(model_size()));
-    c->state = (int *)(c->before + c->state_count);
+    c->state = (int *)(at += aligned(model_size()));
     c->rate = c->state + c->state_count;
     c->settable = (uint16_t *)(c->rate + c->state_count);
     c->type = (uint8_t *)(c->settable + c->count);
@@ -117,8 +116,8 @@ struct Component *component_new(const char *function, const struct Host *host, e
     c->host.name = strcpy(own_name, name);
     c->function = function;
     lay_out(c);
-    learn_tables(c);
     begin(c, interface);
+    learn_tables(c);
     return c;
 }
 

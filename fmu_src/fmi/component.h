@@ -10,6 +10,10 @@
 
 #include "model.h"
 
+/* The value reference of the first variable; they follow one another. Not 0: importers are about that take the
+ * dependencies of FMI 3 for places in the list, counted from 1 as in FMI 2. So both readings agree. */
+enum { FIRST_REFERENCE = 1 };
+
 /* The numbers of fmi2Status and fmi3Status. */
 enum Answer { ANSWER_OK, ANSWER_WARNING, ANSWER_DISCARD, ANSWER_ERROR, ANSWER_FATAL };
 
@@ -77,8 +81,7 @@ struct Component {
     int count, state_count; /* of variables, and of continuous states */
     char token[40];
     /* What depends on the model lies behind, in the same block of memory. */
-    struct Model *model, *preview; /* preview, in initialization mode: the model as it would start now */
-    double *before; /* room for the states */
+    struct Model *model, *preview; /* preview: the model as it would start now; as it was before an event */
     int *state, *rate; /* indices of the states and of their rates */
     uint16_t *settable; /* modes in which each variable may be set */
     uint8_t *type;
@@ -130,7 +133,8 @@ struct StepEnd {
 enum Answer component_step(struct Component *c, double time, double step, struct StepEnd *end);
 
 struct News {
-    int states_changed, next_event_defined;
+    int states_changed; /* or their rates */
+    int next_event_defined;
     double next_event; /* [s] */
 };
 enum Answer component_event(struct Component *c, struct News *news);
@@ -146,6 +150,12 @@ struct Access {
     enum Form form;
     unsigned types;
 };
+/* The index of the variable that a value reference names; -1: it names none. */
+static inline int index_of(const struct Component *c, uint32_t reference)
+{
+    const uint32_t index = reference - FIRST_REFERENCE; /* 0 becomes the largest */
+    return index < (uint32_t)c->count ? (int)index : -1;
+}
 /* Bring outputs up to date. */
 enum Answer refresh(struct Component *c);
 /* Every number that leaves an instance passes here: one that is not finite is an error, told in one line; while a
@@ -160,6 +170,8 @@ enum Answer get_values(struct Component *c, const struct Access *as, const uint3
                        void *values);
 enum Answer set_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count,
                        const void *values);
+/* An input that is given a hair outside its bounds is held on them: said once. */
+enum Answer held_on_bound(struct Component *c, int index, double value);
 enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t count, const int *orders,
                        const double *slopes);
 /* Variables of a type that no table has: fine as long as none is asked for. */

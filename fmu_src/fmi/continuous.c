@@ -107,7 +107,7 @@ static int is_state(const struct Component *c, int index)
 static int derivable(struct Component *c, const uint32_t *references, size_t count, int known)
 {
     for (size_t i = 0; i < count; ++i) {
-        const int there = references[i] < (uint32_t)c->count, index = there ? (int)references[i] : 0;
+        const int there = index_of(c, references[i]) >= 0, index = there ? index_of(c, references[i]) : 0;
         const enum Causality role = model_variable(index)->causality;
         const int fits = there && c->type[index] == REAL &&
                          (known ? role == INPUT || is_state(c, index) : role == OUTPUT || role == LOCAL);
@@ -144,13 +144,14 @@ enum Answer get_derivative(struct Component *c, int adjoint, const uint32_t *unk
             double entry = 0;
             if (weight == 0)
                 continue;
-            const enum Status status = model_derivative(visible_model(c), (int)unknowns[u], (int)knowns[k], &entry);
+            const enum Status status =
+                model_derivative(visible_model(c), index_of(c, unknowns[u]), index_of(c, knowns[k]), &entry);
             if (status != STATUS_OK)
                 return report_status(c, ANSWER_ERROR, status);
             result[adjoint ? k : u] += entry * weight;
         }
     for (size_t i = 0; i < result_count && answer <= ANSWER_WARNING; ++i)
-        answer =
-            give(c, "a derivative by or of ", model_variable((int)(adjoint ? knowns : unknowns)[i])->name, result[i]);
+        answer = give(c, "a derivative by or of ", model_variable(index_of(c, (adjoint ? knowns : unknowns)[i]))->name,
+                      result[i]);
     return answer;
 }

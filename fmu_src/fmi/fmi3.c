@@ -64,7 +64,7 @@ static struct Host host_of(fmi3String name, fmi3Boolean logging, fmi3InstanceEnv
                          .allocate = calloc,
                          .release = free,
                          .name = name ? name : "",
-                         .categories = logging ? STATUS_CATEGORIES : 0,
+                         .categories = logging ? STATUS_CATEGORIES : ERROR_CATEGORIES,
                          .warned = ANSWER_WARNING,
                          .partial_step = ANSWER_ERROR,
                          .modes = ANY_MODE & ~(unsigned)STEP_FAILED};

@@ -3,8 +3,8 @@
  * them.
  *
  * A model is model_size() bytes that the caller owns, aligned as doubles are; it holds no pointer, and copying its
- * bytes copies the model. A variable is named by its place in the table, which is its value reference in FMI; the first
- * is the time. A program has one model: the FMU's shells are linked with the one that it carries.
+ * bytes copies the model. A variable is named by its index in the table, of which the first is the time. A program has
+ * one model: the FMU's shells are linked with the one that it carries.
  */
 #ifndef MODEL_H
 #define MODEL_H
@@ -33,9 +33,11 @@ int model_tolerance(void);      /* index of the parameter that FMI's `tolerance`
 /* ---- its values ---- */
 
 enum Status model_check(int index, double value);
+/* How far outside its bounds an input may be given and is held on them, in its unit; 0 for what is no input. */
+double model_bound_slack(int index);
 double model_get(const struct Model *model, int index);
 enum Status model_set(struct Model *model, int index, double value);
-/* Time or a continuous state, unchecked: a solver of Model Exchange leads it. */
+/* Unchecked: time or a continuous state that a solver of Model Exchange leads, an input at the end of its ramp. */
 void model_lead(struct Model *model, int index, double value);
 /* Rate of an input within a communication step, per second; 0: it is held. */
 double model_slope(const struct Model *model, int input);
@@ -48,11 +50,13 @@ enum Status model_start(struct Model *model, double time);
 int model_started(const struct Model *model);
 /* Outputs and rates from the time, the states and the inputs as they stand. */
 enum Status model_evaluate(struct Model *model);
-void model_indicators(const struct Model *model, double *indicators);
+void model_indicators(const struct Model *model, double *indicators); /* as model_evaluate has found them */
 /* A solver of Model Exchange has completed a step that ends at the present time. */
 enum Status model_completed_step(struct Model *model);
 /* An event has happened at the present time. */
 enum Status model_event(struct Model *model);
+/* Has the event between these two turned anything that rates depend on, so that a solver has to begin anew? */
+int model_turned(const struct Model *before, const struct Model *after);
 double model_next_event(const struct Model *model); /* [s]; infinity: none is known ahead */
 /* Advance by `step` [s]. With stop_at_events nonzero, return at the first event, before it is acted upon, *taken
  * telling how far it went. */
@@ -64,7 +68,7 @@ enum Status model_derivative(const struct Model *model, int unknown, int known, 
 
 /* What a status means for this model. */
 void model_explain(const struct Model *model, enum Status status, char *text, size_t size);
-/* What is legal but worth one line in the log; a bit each. */
+/* What is legal but worth one line in the log; a bit each, the first WARN_AT_BOUND. */
 uint32_t model_warnings(const struct Model *model);
 int model_warning_count(void);
 const char *model_warning_text(int bit);

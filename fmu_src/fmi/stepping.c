@@ -7,6 +7,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 enum Answer component_warn(struct Component *c)
 {
@@ -36,15 +37,22 @@ static enum Answer bad_step(struct Component *c, double time, double step, doubl
     return report(c, ANSWER_ERROR, "the step size %g s is too small to move the time %.17g s.", step, now);
 }
 
-/* Would an input that is ramped by its derivative leave its bounds before the end of the step? */
+/* Would an input that is ramped by its derivative leave its bounds before the end of the step? One that misses them by
+ * a hair is led onto them. */
 static int ramps_stay(struct Component *c, double step)
 {
     for (int place = 0; place < model_input_count() && c->life.slope_set; ++place) {
         const int i = model_input(place);
-        const double end = model_get(c->model, i) + model_slope(c->model, i) * step;
+        const double now = model_get(c->model, i), end = now + model_slope(c->model, i) * step;
         const struct Variable *v = model_variable(i);
-        if (model_check(i, end) == STATUS_OK)
+        if (model_check(i, end) == STATUS_OK) {
+            const double held = within_bounds(v, end);
+            if (held != end)
+                model_set_slope(c->model, i, (held - now) / step);
+            if (fabs(held - end) > 4 * DBL_EPSILON * fabs(now)) /* no rounding of a ramp that means to end there */
+                held_on_bound(c, i, end);
             continue;
+        }
         report(c, ANSWER_ERROR,
                "the derivative of %s would lead it to %g %s at the end of the step; allowed is %g to %g.", v->name, end,
                v->unit, v->min, v->max);
@@ -114,8 +122,11 @@ enum Answer component_step(struct Component *c, double time, double step, struct
     c->life.last_time = end->last_time = present_time(c);
     c->life.stale = 1;
     c->life.event_pending = (uint32_t)end->event;
-    for (int place = 0; place < model_input_count() && c->life.slope_set; ++place)
-        model_set_slope(c->model, model_input(place), 0);
+    for (int place = 0; place < model_input_count() && c->life.slope_set; ++place) {
+        const int i = model_input(place);
+        model_set_slope(c->model, i, 0);
+        model_lead(c->model, i, within_bounds(model_variable(i), model_get(c->model, i))); /* rounding misses them */
+    }
     c->life.slope_set = 0;
     if (status != STATUS_OK) {
         c->life.mode = STEP_FAILED;
@@ -129,18 +140,19 @@ enum Answer component_step(struct Component *c, double time, double step, struct
 
 enum Answer component_event(struct Component *c, struct News *news)
 {
-    for (int i = 0; i < c->state_count; ++i)
-        c->before[i] = model_get(c->model, c->state[i]);
+    memcpy(c->preview, c->model, model_size()); /* it has no use of its own but in initialization mode */
     const enum Status status = model_event(c->model);
     if (status != STATUS_OK)
         return report_status(c, ANSWER_ERROR, status);
     c->life.stale = 1;
     c->life.event_pending = 0;
-    *news = (struct News){.next_event = model_next_event(c->model)};
+    /* Also where the states are as they were and their rates jump, as on entry: many hosts restart on this flag only.
+     */
+    *news =
+        (struct News){.next_event = model_next_event(c->model), .states_changed = model_turned(c->preview, c->model)};
     /* Within a step of co-simulation the model acts on its events itself: the host need not stop there. */
     news->next_event_defined = c->life.interface == MODEL_EXCHANGE && isfinite(news->next_event);
-    for (int i = 0; i < c->state_count; ++i)
-        news->states_changed |= model_get(c->model, c->state[i]) != c->before[i];
-    report(c, ANSWER_OK, "event at time %.17g s%s.", present_time(c), news->states_changed ? ", states changed" : "");
+    report(c, ANSWER_OK, "event at time %.17g s%s.", present_time(c),
+           news->states_changed ? ", states or rates changed" : "");
     return component_warn(c);
 }

@@ -1,5 +1,5 @@
-/* How do a host's value references reach the model's values? Reference = index; type, bounds and roles are asked of
- * the tables.
+/* How do a host's value references reach the model's values? By index_of; type, bounds and roles are asked of the
+ * tables.
  *
  * A call that sets several values checks them all before it sets the first.
  */
@@ -51,18 +51,19 @@ enum Answer give(struct Component *c, const char *what, const char *name, double
                       : "Reset the instance or restore an FMU state, and look for values far from any machine's.");
 }
 
-static int reachable(struct Component *c, const struct Access *as, uint32_t reference)
+/* The index of a variable that this access reaches; else -1, and said why. */
+static int reached(struct Component *c, const struct Access *as, uint32_t reference)
 {
-    if (reference < (uint32_t)c->count && as->types >> c->type[reference] & 1u)
-        return 1;
-    if (reference >= (uint32_t)c->count)
-        report(c, ANSWER_ERROR, "there is no variable with value reference %lu; allowed is 0 to %d.",
-               (unsigned long)reference, c->count - 1);
+    const int index = index_of(c, reference);
+    if (index >= 0 && as->types >> c->type[index] & 1u)
+        return index;
+    if (index < 0)
+        report(c, ANSWER_ERROR, "there is no variable with value reference %lu; allowed is %d to %d.",
+               (unsigned long)reference, FIRST_REFERENCE, FIRST_REFERENCE + c->count - 1);
     else
         report(c, ANSWER_ERROR, "%s (value reference %lu) is %s; this function reaches %s variables only.",
-               model_variable((int)reference)->name, (unsigned long)reference, type_names[c->type[reference]],
-               as->word);
-    return 0;
+               model_variable(index)->name, (unsigned long)reference, type_names[c->type[index]], as->word);
+    return -1;
 }
 
 static int given(struct Component *c, const void *references, const void *values, size_t count)
@@ -75,10 +76,7 @@ static int given(struct Component *c, const void *references, const void *values
 }
 
 /* The items of an FMI enumeration start at 1. */
-static double item_offset(const struct Component *c, uint32_t reference)
-{
-    return c->type[reference] == CHOICE ? 1 : 0;
-}
+static double item_offset(const struct Component *c, int index) { return c->type[index] == CHOICE ? 1 : 0; }
 
 static void store(void *values, enum Form form, size_t i, double x)
 {
@@ -129,38 +127,54 @@ enum Answer get_values(struct Component *c, const struct Access *as, const uint3
         return answer;
     const struct Model *model = visible_model(c);
     for (size_t i = 0; i < count; ++i) {
-        if (!reachable(c, as, references[i]))
+        const int index = reached(c, as, references[i]);
+        if (index < 0)
             return ANSWER_ERROR;
-        const double x = model_get(model, (int)references[i]);
+        const double x = model_get(model, index);
         if (!isfinite(x))
-            return give(c, "", model_variable((int)references[i])->name, x);
-        store(values, as->form, i, x + item_offset(c, references[i]));
+            return give(c, "", model_variable(index)->name, x);
+        store(values, as->form, i, x + item_offset(c, index));
     }
     return ANSWER_OK;
 }
 
-static enum Answer not_settable(struct Component *c, uint32_t reference)
+static enum Answer not_settable(struct Component *c, int index)
 {
-    const struct Variable *v = model_variable((int)reference);
+    const struct Variable *v = model_variable(index);
     const char *fixed = v->causality == PARAMETER && v->variability == FIXED ? " that is fixed" : "";
     char allowed[256];
-    list_modes(c->settable[reference], allowed, sizeof allowed);
+    list_modes(c->settable[index], allowed, sizeof allowed);
     return report(c, ANSWER_ERROR,
-                  "%s (value reference %lu) is %s%s and cannot be set now; allowed in: %s. Its value is kept.", v->name,
-                  (unsigned long)reference, causality_names[v->causality], fixed,
-                  c->settable[reference] ? allowed : "no state");
+                  "%s (value reference %d) is %s%s and cannot be set now; allowed in: %s. Its value is kept.", v->name,
+                  FIRST_REFERENCE + index, causality_names[v->causality], fixed,
+                  c->settable[index] ? allowed : "no state");
 }
 
-static enum Answer bad_value(struct Component *c, uint32_t reference, double value, enum Status status)
+static enum Answer bad_value(struct Component *c, int index, double value, enum Status status)
 {
-    const struct Variable *v = model_variable((int)reference);
-    const double offset = item_offset(c, reference);
+    const struct Variable *v = model_variable(index);
+    const double offset = item_offset(c, index);
     const int bare = v->unit[0] == '1' && v->unit[1] == '\0';
     const char *space = bare ? "" : " ", *unit = bare ? "" : v->unit;
     return report(c, ANSWER_ERROR,
-                  "%s = %g%s%s (value reference %lu): %s; allowed is %g to %g%s%s. The value %g%s%s is kept.", v->name,
-                  value + offset, space, unit, (unsigned long)reference, status_text(status), v->min + offset,
-                  v->max + offset, space, unit, model_get(c->model, (int)reference) + offset, space, unit);
+                  "%s = %g%s%s (value reference %d): %s; allowed is %g to %g%s%s. The value %g%s%s is kept.", v->name,
+                  value + offset, space, unit, FIRST_REFERENCE + index, status_text(status), v->min + offset,
+                  v->max + offset, space, unit, model_get(c->model, index) + offset, space, unit);
+}
+
+enum Answer held_on_bound(struct Component *c, int index, double value)
+{
+    const struct Variable *v = model_variable(index);
+    if (c->told & WARN_AT_BOUND)
+        return ANSWER_OK;
+    c->told |= WARN_AT_BOUND;
+    report(
+        c, ANSWER_WARNING,
+        "%s = %g %s lies outside its bounds, %g to %g %s, by no more than %g %s: it is held at %g %s, and so is every "
+        "such input from now on without a word.",
+        v->name, value, v->unit, v->min, v->max, v->unit, model_bound_slack(index), v->unit, within_bounds(v, value),
+        v->unit);
+    return c->host.warned;
 }
 
 enum Answer set_values(struct Component *c, const struct Access *as, const uint32_t *references, size_t count,
@@ -169,24 +183,29 @@ enum Answer set_values(struct Component *c, const struct Access *as, const uint3
     if (!given(c, references, values, count))
         return ANSWER_ERROR;
     for (size_t i = 0; i < count; ++i) {
-        if (!reachable(c, as, references[i]))
+        const int index = reached(c, as, references[i]);
+        if (index < 0)
             return ANSWER_ERROR;
-        if (!(c->settable[references[i]] & c->life.mode))
-            return not_settable(c, references[i]);
-        const double value = load(values, as->form, i) - item_offset(c, references[i]);
-        const enum Status status = model_check((int)references[i], value);
+        if (!(c->settable[index] & c->life.mode))
+            return not_settable(c, index);
+        const double value = load(values, as->form, i) - item_offset(c, index);
+        const enum Status status = model_check(index, value);
         if (status != STATUS_OK)
-            return bad_value(c, references[i], value, status);
+            return bad_value(c, index, value, status);
     }
+    enum Answer answer = ANSWER_OK;
     for (size_t i = 0; i < count; ++i) {
-        const double value = load(values, as->form, i) - item_offset(c, references[i]);
-        const enum Status status = model_set(c->model, (int)references[i], value);
+        const int index = index_of(c, references[i]);
+        const double value = load(values, as->form, i) - item_offset(c, index);
+        const enum Status status = model_set(c->model, index, value);
         if (status != STATUS_OK)
-            return bad_value(c, references[i], value, status);
-        c->life.tolerance_set |= (int)references[i] == model_tolerance();
+            return bad_value(c, index, value, status);
+        if (model_get(c->model, index) != value && answer == ANSWER_OK)
+            answer = held_on_bound(c, index, value);
+        c->life.tolerance_set |= index == model_tolerance();
     }
     c->life.stale |= count > 0;
-    return ANSWER_OK;
+    return answer;
 }
 
 enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t count, const int *orders,
@@ -196,10 +215,11 @@ enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t c
     if (!given(c, references, orders ? (const void *)slopes : NULL, count))
         return ANSWER_ERROR;
     for (size_t i = 0; i < count; ++i) {
-        if (!reachable(c, &reals, references[i]))
+        const int index = reached(c, &reals, references[i]);
+        if (index < 0)
             return ANSWER_ERROR;
-        const char *name = model_variable((int)references[i])->name;
-        if (model_variable((int)references[i])->causality != INPUT)
+        const char *name = model_variable(index)->name;
+        if (model_variable(index)->causality != INPUT)
             return report(c, ANSWER_ERROR, "%s (value reference %lu) is no input; only inputs take a derivative.", name,
                           (unsigned long)references[i]);
         if (orders[i] != 1)
@@ -209,7 +229,7 @@ enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t c
             return report(c, ANSWER_ERROR, "the derivative of %s is %g; a finite number is needed.", name, slopes[i]);
     }
     for (size_t i = 0; i < count; ++i)
-        model_set_slope(c->model, (int)references[i], slopes[i]);
+        model_set_slope(c->model, index_of(c, references[i]), slopes[i]);
     c->life.slope_set |= count > 0;
     return ANSWER_OK;
 }

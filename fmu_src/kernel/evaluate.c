@@ -7,14 +7,25 @@
 static const lanes here; /* tau = 0 */
 static const int none[LANES] = {0};
 
+/* As a solver outside sees them: of order 1, and with a hysteresis, so that none is 0, or changes its sign by rounding,
+ * where the solver goes on behind an event. The sides held are left so much later: by 1e-15 m, or 1e-9 m/s. */
+#define HYSTERESIS 1e-9
+
 static void watched_indicators(const struct Contact *contact, const struct Configuration *w, const struct Point *x,
                                lanes indicator[INDICATORS])
 {
+    const double thickness = w->kinematics == KINEMATICS_EXTERNAL ? 1e-6 : 1, slip = w->current_angle ? 1 : 1e-3;
+    const int own =
+        w->law->indicator && !w->current_angle; /* a deflection [m] where the law acts on bristles, or a speed */
     indicators(w, x, indicator);
-    for (int k = 0; k < INDICATORS; ++k)
-        EACH_LANE
-            if (!watched(contact, k, i))
-                indicator[k][i] = 1;
+    EACH_LANE {
+        const double law = !own            ? 1
+                           : w->law->event ? x->F_C[i] / x->P[i]
+                                           : 1e-3,
+                     unit[INDICATORS] = {thickness, 1, slip, law};
+        for (int k = 0; k < INDICATORS; ++k)
+            indicator[k][i] = watched(contact, k, i) ? indicator[k][i] / unit[k] + HYSTERESIS * contact->sign[k][i] : 1;
+    }
 }
 
 void warn(struct Contact *contact, const struct Point *x)
@@ -153,12 +164,15 @@ enum Status show_here(struct Contact *contact, const struct Configuration *w, co
     for (int i = 0; passed && i < LANES; ++i)
         if (whole[i]) {
             copy_lane((lanes *)&x, (const lanes *)passed, POINT_LANES, i);
-            copy_lane(contact->sign, (const lanes *)held, INDICATORS, i);
+            for (int k = 0; k < INDICATORS; ++k)
+                contact->sign[k][i] = held[k][i];
         }
     show_outputs(contact, w, &x, angles);
     for (int k = 0; k < INDICATORS; ++k)
         EACH_LANE
             contact->sign[k][i] = held[k][i];
+    if (w->kinematics == KINEMATICS_EXTERNAL)
+        watched_indicators(contact, w, &x, contact->value + VAR_CONTACT_INDICATOR); /* of the sides that are held */
     return shows_finite(contact, w);
 }
 
@@ -232,6 +246,21 @@ enum Status kernel_step_completed(struct Contact *contact)
             return STATUS_HISTORY_SHORT;
     }
     return STATUS_OK;
+}
+
+int kernel_turned(const struct Contact *before, const struct Contact *after)
+{
+    int turned = 0;
+    for (int k = 0; k < INDICATORS; ++k)
+        EACH_LANE
+            turned |= before->sign[k][i] != after->sign[k][i];
+    for (int n = 0; n < MEMORY; ++n)
+        EACH_LANE
+            turned |= before->memory[n][i] != after->memory[n][i];
+    for (int n = 0; n < kernel_state_count() && !turned; ++n)
+        EACH_LANE
+            turned |= before->value[kernel_state(n)][i] != after->value[kernel_state(n)][i];
+    return turned;
 }
 
 double kernel_next_event(const struct Contact *contact)

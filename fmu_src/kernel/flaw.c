@@ -97,7 +97,10 @@ const char *kernel_flaw(const struct Contact *contact)
 {
     const char *(*const looks[])(const struct Contact *) = {flaw_of_values, flaw_of_start, flaw_of_course,
                                                             flaw_of_rings};
-    const char *flaw = contact->started > 1 || contact->warnings >> WARNING_COUNT ? "a flag is not there" : NULL;
+    uint64_t flags = contact->warnings >> WARNING_COUNT;
+    EACH_LANE
+        flags |= contact->at_bound[i] >> (INPUT_END - INPUT_FIRST);
+    const char *flaw = contact->started > 1 || flags ? "a flag is not there" : NULL;
     for (size_t n = 0; n < sizeof looks / sizeof *looks && !flaw; ++n)
         flaw = looks[n](contact);
     return flaw;

@@ -183,16 +183,16 @@ enum Indicator {
     AT_LAW /* the friction law's own, > 0 on its sticking side: break-away of a bristle, Karnopp's band */
 };
 
-/* Things that are legal but worth one line in the log; bits of kernel_warnings. */
+/* Things that are legal but worth one line in the log; bits of struct Contact's warnings, behind WARN_AT_BOUND. */
 enum Warning {
-    WARN_STIFFNESS_FLOOR = 1,
-    WARN_FORCE_DOMAIN = 2,
-    WARN_TEMPERATURE = 4,
-    WARN_UNUSED_SLIP = 8,
-    WARN_NOT_PERIODIC = 16,
-    WARN_FLANK = 32,
-    WARN_ALWAYS_INTO = 64,
-    WARNING_COUNT = 7
+    WARN_STIFFNESS_FLOOR = 2,
+    WARN_FORCE_DOMAIN = 4,
+    WARN_TEMPERATURE = 8,
+    WARN_UNUSED_SLIP = 16,
+    WARN_NOT_PERIODIC = 32,
+    WARN_FLANK = 64,
+    WARN_ALWAYS_INTO = 128,
+    WARNING_COUNT = 8
 };
 
 /* ---- one block of contacts; plain bytes ---- */
@@ -210,6 +210,7 @@ struct Contact {
     uint32_t warnings;
     uint32_t started;
     uint64_t effects_on; /* bit n: effect n, since the start */
+    uint64_t at_bound[LANES]; /* bit n: input n was given a hair outside its bounds, and is held on them */
     /* averaging = cycle: where the effects' slow states strive to, and the mean forces of the two steps before, at
      * their middles [s] */
     lanes steady_state[EFFECT_STATES];
@@ -284,10 +285,12 @@ int kernel_lanes(void);
 
 /* Every value at its start, time 0, nothing running. */
 void kernel_reset(struct Contact *contact);
-/* One value of one lane, checked: the index exists, the number is finite and within the table's bounds. */
+/* One value of one lane, checked: the index exists, the number is finite and within the table's bounds. An input that
+ * is a hair outside them is held on them: a warning, and clamped_count counts the steps. */
 enum Status kernel_set(struct Contact *contact, int index, int lane, double value);
-/* The same check without the setting. */
+/* The same check without the setting; and the hair, in the unit of the variable. */
 enum Status kernel_check(int index, double value);
+double kernel_bound_slack(int index);
 /* What keeps a contact whose bytes come from outside from going on, in words; NULL: nothing. */
 const char *kernel_flaw(const struct Contact *contact);
 /* Begin at `time` [s]: sides of the events, bristles at rest or in the periodic steady state. */
@@ -295,8 +298,8 @@ enum Status kernel_start(struct Contact *contact, double time);
 /* Outputs and derivatives from value[VAR_TIME], the states and the inputs as they stand. With averaging = cycle outputs
  * hold the means of the last step. */
 enum Status kernel_evaluate(struct Contact *contact);
-/* Event indicators at value[VAR_TIME]; 1 for an event that does not matter at present. kernel_evaluate shows the same
- * as variables. */
+/* Event indicators at value[VAR_TIME], of order 1 and with a hysteresis; 1 for an event that does not matter at
+ * present. kernel_evaluate shows the same as variables. */
 void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS]);
 /* Model exchange: the host's integrator has completed a step that ends at value[VAR_TIME]; effects that look back
  * keep it. */
@@ -304,6 +307,9 @@ enum Status kernel_step_completed(struct Contact *contact);
 /* An event has happened at value[VAR_TIME]: take sides anew, let separated bristles go, close an averaging window that
  * has ended. */
 enum Status kernel_event(struct Contact *contact);
+/* Has an event turned anything that rates depend on: a side, a memory of the law, a state? A solver then begins anew.
+ */
+int kernel_turned(const struct Contact *before, const struct Contact *after);
 /* Time of the next averaging-window end, of lane 0; infinity where no means are formed. */
 double kernel_next_event(const struct Contact *contact);
 /* Advance by `step` [s] in internal steps. With stop_at_events nonzero, return at the first contact event before it is

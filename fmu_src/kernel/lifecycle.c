@@ -5,13 +5,28 @@
 #include <math.h>
 
 enum Status kernel_check(int index, double value) { return check_value(kernel_variable(index), value); }
+double kernel_bound_slack(int index)
+{
+    const struct Variable *variable = kernel_variable(index);
+    return variable ? bound_slack(variable) : 0;
+}
+
+void note_bound(struct Contact *contact, int index, int lane, int outside)
+{
+    const uint64_t bit = (uint64_t)1 << (index - INPUT_FIRST);
+    contact->at_bound[lane] = outside ? contact->at_bound[lane] | bit : contact->at_bound[lane] & ~bit;
+    contact->warnings |= outside ? WARN_AT_BOUND : 0u;
+}
 
 enum Status kernel_set(struct Contact *contact, int index, int lane, double value)
 {
     const enum Status status = kernel_check(index, value);
     if (status != STATUS_OK)
         return status;
-    contact->value[index][lane] = value;
+    const double kept = within_bounds(kernel_variable(index), value);
+    contact->value[index][lane] = kept;
+    if (index >= INPUT_FIRST && index < INPUT_END)
+        note_bound(contact, index, lane, kept != value);
     if (index == VAR_SLIP_VELOCITY && value != 0 && contact->started &&
         chosen(contact->value, VAR_KINEMATICS, 0) == KINEMATICS_INTERNAL)
         contact->warnings |= WARN_UNUSED_SLIP;

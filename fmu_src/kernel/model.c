@@ -21,6 +21,7 @@ int model_indicator(int place) { return kernel_indicator(place); }
 int model_tolerance(void) { return VAR_RELATIVE_TOLERANCE; }
 
 enum Status model_check(int index, double value) { return kernel_check(index, value); }
+double model_bound_slack(int index) { return kernel_bound_slack(index); }
 double model_get(const struct Model *model, int index) { return model->contact.value[index][0]; }
 enum Status model_set(struct Model *model, int index, double value)
 {
@@ -39,13 +40,20 @@ int model_started(const struct Model *model) { return model->contact.started != 
 enum Status model_evaluate(struct Model *model) { return kernel_evaluate(&model->contact); }
 void model_indicators(const struct Model *model, double *indicators)
 {
+    /* Where inputs may jump, what is shown follows them at once; a solver has to see the sides that are held. */
+    const int jumps = (int)model->contact.value[VAR_KINEMATICS][0] == KINEMATICS_EXTERNAL;
     lanes indicator[INDICATORS];
-    kernel_indicators(&model->contact, indicator);
+    if (jumps)
+        kernel_indicators(&model->contact, indicator);
     for (int k = 0; k < INDICATORS; ++k)
-        indicators[k] = indicator[k][0];
+        indicators[k] = jumps ? indicator[k][0] : model->contact.value[kernel_indicator(k)][0];
 }
 enum Status model_completed_step(struct Model *model) { return kernel_step_completed(&model->contact); }
 enum Status model_event(struct Model *model) { return kernel_event(&model->contact); }
+int model_turned(const struct Model *before, const struct Model *after)
+{
+    return kernel_turned(&before->contact, &after->contact);
+}
 double model_next_event(const struct Model *model) { return kernel_next_event(&model->contact); }
 enum Status model_step(struct Model *model, double step, int stop_at_events, double *taken)
 {

@@ -163,6 +163,7 @@ void kernel_explain(const struct Contact *contact, enum Status status, char *tex
 }
 
 static const char *const warning_texts[WARNING_COUNT] = {
+    AT_BOUND_TEXT "; clamped_count counts the steps",
     "the thermally softened stiffness reached its floor (the paper's eq. 7, P > v^Q, is violated); clamped_count "
     "counts the steps",
     "a friction force lay outside the domain of the shear-angle principle and the normal force was kept at 0",

@@ -3,15 +3,29 @@
 
 #include <math.h>
 
+double bound_slack(const struct Variable *variable)
+{
+    const double nominal = variable->nominal > 0 ? variable->nominal : 1;
+    return variable->causality == INPUT ? BOUND_SLACK * nominal : 0;
+}
+
 enum Status check_value(const struct Variable *variable, double value)
 {
     if (!variable)
         return STATUS_NO_SUCH_VARIABLE;
     if (!isfinite(value))
         return STATUS_NOT_FINITE;
-    if (value < variable->min || value > variable->max)
-        return STATUS_OUT_OF_BOUNDS;
+    if (value < variable->min || value > variable->max) {
+        const double slack = bound_slack(variable);
+        if (!(value >= variable->min - slack && value <= variable->max + slack) || slack == 0)
+            return STATUS_OUT_OF_BOUNDS;
+    }
     return variable->type != REAL && value != floor(value) ? STATUS_OUT_OF_BOUNDS : STATUS_OK;
+}
+
+double within_bounds(const struct Variable *variable, double value)
+{
+    return value < variable->min ? variable->min : value > variable->max ? variable->max : value;
 }
 
 static const char *const status_texts[STATUS_COUNT] = {

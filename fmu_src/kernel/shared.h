@@ -9,8 +9,20 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* May `variable` (NULL: there is none) have this value? */
+/* How far outside its bounds an input may be given, in units of its nominal value: so far a solver, a step of
+ * extrapolation or rounding misses a bound at which it means to be. It then lies on the bound. */
+#define BOUND_SLACK 1e-6
+#define AS_TEXT_(number) #number
+#define AS_TEXT(number) AS_TEXT_(number)
+#define AT_BOUND_TEXT                                                                                                  \
+    "an input was given a hair outside its bounds, by no more than " AS_TEXT(                                          \
+        BOUND_SLACK) " of its nominal value, and "                                                                     \
+                     "is held on them"
+double bound_slack(const struct Variable *variable); /* in the variable's unit; 0 where it is no input */
+/* May `variable` (NULL: there is none) have this value, of an input but for the slack? */
 enum Status check_value(const struct Variable *variable, double value);
+/* What a model holds where `value` is given and passes the check. */
+double within_bounds(const struct Variable *variable, double value);
 const char *status_text(enum Status status);
 
 /* FNV-1a, 64 bits. A hash begins as HASH_BEGIN and goes on from what it was. */

@@ -302,6 +302,9 @@ void forms_means(const struct Contact *contact, int forms[LANES]); /* is there a
 void open_window(struct Contact *contact, int i);
 void close_window(struct Contact *contact, int i);
 
+/* lifecycle.c: whether an input is given a hair outside its bounds, in one lane. */
+void note_bound(struct Contact *contact, int index, int lane, int outside);
+
 /* lifecycle.c: what relative_tolerance allows a lower order to change in one step. */
 double largest_difference(const struct Contact *contact, int lane);
 

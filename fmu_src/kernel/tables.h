@@ -5,6 +5,8 @@
 #ifndef TABLES_H
 #define TABLES_H
 
+#include "names.h"
+
 enum Type { REAL, INTEGER, BOOLEAN, CHOICE };
 enum Causality { INDEPENDENT, PARAMETER, CALCULATED, INPUT, OUTPUT, LOCAL };
 enum Variability { FIXED, TUNABLE, DISCRETE, CONTINUOUS };
@@ -23,6 +25,9 @@ struct Variable {
     double neutral; /* of an effect's parameter: with all at their neutral values on equals off; NAN: shape, has no say;
                        of a law's parameter: the published law's value, where that is not 0 */
 };
+
+/* Bit of a model's warnings that all models have. */
+enum { WARN_AT_BOUND = 1 }; /* an input was given a hair outside its bounds, and is held on them */
 
 enum Status { /* status_text says each in words */
               STATUS_OK,

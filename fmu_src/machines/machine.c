@@ -62,29 +62,33 @@ int model_state(int place)
     return rate < 0 ? -1 : part.variables[rate].derivative_of;
 }
 
-/* Nothing happens to a partner: no events, no warnings; its step is exact, and any solver can follow it. */
+/* Nothing happens to a partner: no events; its step is exact, and any solver can follow it. */
 int model_tolerance(void) { return -1; }
 int model_indicator_count(void) { return 0; }
 int model_indicator(int place) { return (void)place, -1; }
 void model_indicators(const struct Model *model, double *indicators) { (void)model, (void)indicators; }
 double model_next_event(const struct Model *model) { return (void)model, INFINITY; }
+int model_turned(const struct Model *before, const struct Model *after) { return (void)before, (void)after, 0; }
 enum Status model_event(struct Model *model) { return model_evaluate(model); }
 enum Status model_completed_step(struct Model *model) { return model_evaluate(model); }
-uint32_t model_warnings(const struct Model *model) { return (void)model, 0; }
-int model_warning_count(void) { return 0; }
-const char *model_warning_text(int bit) { return (void)bit, "unknown warning"; }
+uint32_t model_warnings(const struct Model *model) { return model->warnings; }
+int model_warning_count(void) { return 1; }
+const char *model_warning_text(int bit) { return bit == 0 ? AT_BOUND_TEXT : "unknown warning"; }
 const char *model_solver_obstacle(const struct Model *model) { return (void)model, NULL; }
 
 void model_explain(const struct Model *model, enum Status status, char *text, size_t size)
 {
+    const char *const said = status_text(status);
+    const size_t length = strlen(said), room = size > 0 ? size - 1 : 0, used = length < room ? length : room;
     (void)model;
     if (size == 0)
         return;
-    strncpy(text, status_text(status), size - 1);
-    text[size - 1] = '\0';
+    memcpy(text, said, used);
+    text[used] = '\0';
 }
 
 enum Status model_check(int index, double value) { return check_value(model_variable(index), value); }
+double model_bound_slack(int index) { return model_variable(index) ? bound_slack(model_variable(index)) : 0; }
 double model_get(const struct Model *model, int index) { return model->value[index]; }
 void model_lead(struct Model *model, int index, double value) { model->value[index] = value; }
 double model_slope(const struct Model *model, int input) { return model->slope[input - INPUT_FIRST]; }
@@ -95,7 +99,8 @@ enum Status model_set(struct Model *model, int index, double value)
     const enum Status status = model_check(index, value);
     if (status != STATUS_OK)
         return status;
-    model->value[index] = value;
+    model->value[index] = within_bounds(&part.variables[index], value);
+    model->warnings |= model->value[index] != value ? WARN_AT_BOUND : 0u;
     if (part.variables[index].causality == PARAMETER)
         model->step = 0;
     return STATUS_OK;
@@ -199,7 +204,7 @@ enum Status model_step(struct Model *model, double step, int stop_at_events, dou
 /* The integrals of the response belong to the step and the parameters: a state from outside cannot bring others. */
 static int belongs(const struct Model *model)
 {
-    int state[STATES], rate[STATES];
+    int state[STATES] = {0}, rate[STATES] = {0};
     const int count = model_state_count();
     struct Model own = *model;
     for (int n = 0; n < count; ++n) {
@@ -216,7 +221,7 @@ static int belongs(const struct Model *model)
 
 const char *model_flaw(const struct Model *model)
 {
-    if (model->started > 1 || model->reserved)
+    if (model->started > 1 || model->warnings > WARN_AT_BOUND)
         return "a flag is not there";
     if (!isfinite(model->value[VAR_TIME]))
         return "the time is no finite number";

@@ -17,7 +17,7 @@ enum Limits { VAR_TIME = 0, INPUT_FIRST = 1, INPUTS = 8, CAPACITY = 64, STATES =
 struct Model {
     double value[CAPACITY];       /* every variable, by index */
     double slope[INPUTS];         /* rate of each input within a communication step, per second; 0 = held */
-    uint32_t reserved, started; /* reserved is 0 */
+    uint32_t warnings, started; /* WARN_AT_BOUND or 0 */
     double step;                  /* for which the integrals below hold [s]; 0: none */
     double once[STATES * STATES]; /* of the response to a rate that is held over the step, */
     double twice[STATES * STATES]; /* and to one that grows from 0 */

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
+from evat.fmu.description.model_description import FIRST_REFERENCE
 from evat.fmu.description.simple_types import FIRST_ITEM
 from evat.native import kernel
 
@@ -27,7 +28,7 @@ class OpenFmu:
         return fmpy.simulation.instantiate_fmu(self.folder, self.description, kind)
 
     def reference(self, name: str) -> int:
-        return kernel.variable(name).index
+        return kernel.variable(name).index + FIRST_REFERENCE
 
     def started(self, values: Mapping[str, float | str], time: float = 0.0) -> Any:
         """A co-simulation instance with these values that stands at `time`."""

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import ctypes as ct
 import math
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from evat.model import SimulationError, Variable
+from evat import ContactModel
+from evat.experiment.columns import Column
+from evat.experiment.document import ExperimentError
+from evat.model import ParameterError, Run, SimulationError, Variable
 from evat.native import kernel, machine
-from raw_fmi import ERROR, OK, Door, Instance
+from evat.native.batch import run_many
+from raw_fmi import ERROR, OK, WARNING, Door, Instance
 
 ffi, library = kernel.library()
 SHOWN = [v for v in kernel.variables() if v.causality in ("output", "local")]
@@ -170,4 +175,129 @@ def test_an_fmu_takes_a_subnormal_step_from_time_0(version: int, request: pytest
         assert all(map(math.isfinite, one.get("friction_force", "bristle_rate", "measured_friction_force", "mean_friction_force")))
     assert one.step(time, 1e-23) == ERROR  # a host whose clock stands still would call for ever
     assert "too small" in one.said()
+    one.free()
+
+
+# ---- inputs that miss a bound by a hair ----
+
+EXTERNAL = {"kinematics": "external", "slip_velocity": 0.1, "relative_tolerance": 1e-6}
+HAIRS = [  # how the contact is set, the input, what misses its bound by a hair, the bound
+    ({}, "cutting_speed", -1e-15, 0.0),
+    ({**EXTERNAL, "friction_law": "amontons"}, "normal_load", -1e-12, 0.0),
+    ({**EXTERNAL, "proxy_source": "proxy_speed", "thermal_softening": 1.0}, "proxy_speed", -1e-18, 0.0),
+    ({}, "cutting_speed", 1e2 + 9e-7, 1e2),
+]
+
+
+@pytest.mark.parametrize(("values", "name", "value", "bound"), HAIRS)
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_fmu_holds_an_input_on_the_bound_that_it_misses_by_a_hair(
+    version: int, values: dict[str, float | str], name: str, value: float, bound: float, request: pytest.FixtureRequest, tmp_path
+) -> None:
+    door = Door(request.getfixturevalue(f"fmi{version}_fmu"), tmp_path)
+    numbers = {key: number + (kernel.variable(key).type == "choice") for key, number in kernel.check_values(values).items()}
+    ends = []
+    for given in (value, bound):
+        one = Instance(door)
+        one.start(numbers)
+        assert one.step(0.0, 1e-5) == OK
+        assert one.set({name: given}) == (WARNING if given != bound and version == 3 else OK)
+        if given != bound:
+            line = one.said()
+            assert f"{name} = " in line
+            assert "is held at" in line
+            assert one.set({name: given}) == OK  # said once
+        assert one.get(name) == [bound]
+        steps = one.get("step_count")[0]
+        assert one.step(1e-5, 1e-5) == OK
+        ends.append(one.get("friction_force", "dissipated_energy", "mean_friction_force", "bristle_deflection"))
+        held = one.get("step_count")[0] - steps if given != bound else 0
+        assert one.get("clamped_count") == [held]
+        assert one.set({name: kernel.variable(name).start}) == OK
+        assert one.step(2e-5, 1e-5) == OK
+        assert one.get("clamped_count") == [held]  # what is given within the bounds is not clamped
+        one.lines = [line for line in one.lines if "clearance face" not in line[2] and "turns back" not in line[2]]
+        assert not one.lines
+        one.free()
+    assert ends[0] == ends[1]  # the same bits
+
+
+@pytest.mark.parametrize(("values", "name", "value", "bound"), HAIRS)
+def test_python_and_its_records_hold_such_an_input_too(values: dict[str, float | str], name: str, value: float, bound: float) -> None:
+    times = np.arange(5) * 1e-5
+    outputs = ("friction_force", "dissipated_energy", "clamped_count", "step_count")
+    column, on_bound = np.full((2, 5), kernel.variable(name).start)
+    column[2:4], on_bound[2:4] = value, bound
+    lawful = {k: v for k, v in values.items() if k != "thermal_softening"}
+    on = [k for k in values if k == "thermal_softening"]
+    model = ContactModel()
+    extra = {"normal_load": 10.0} if name != "normal_load" else {}
+    traces = [model.simulate(Run(times, {name: given}, outputs), on, {**lawful, **extra}) for given in (column, on_bound)]
+    for output in outputs[:2]:
+        np.testing.assert_array_equal(traces[0][output], traces[1][output])
+    clamped, steps = traces[0]["clamped_count"] - traces[1]["clamped_count"], traces[0]["step_count"]
+    # counted: the steps that begin or end beyond the bound, 1 -> 4
+    np.testing.assert_array_equal(np.diff(clamped) > 0, [False, True, True, True])
+    assert clamped[-1] == steps[-1] - steps[1]
+    assert "a hair outside its bounds" in traces[0].made_by["warnings"]
+    assert "a hair outside its bounds" not in traces[1].made_by["warnings"]
+    many = run_many(Run(times, {name: np.stack([column] * 5)}, outputs), {**lawful, **extra}, on).rows
+    for output in outputs:
+        np.testing.assert_array_equal(many[output], np.broadcast_to(traces[0][output], (5, 5)))
+    held = kernel.Contact({**values, name: value})
+    assert held.get(name) == bound
+    held.set(name, value)
+    assert held.get(name) == bound
+    assert any("a hair outside" in line for line in held.warnings())
+
+
+def test_what_misses_a_bound_by_more_is_refused_everywhere(fmi2_fmu, fmi3_fmu, tmp_path) -> None:
+    known, doors = kernel.variable("cutting_speed"), [Door(fmu, tmp_path) for fmu in (fmi2_fmu, fmi3_fmu)]
+    assert known.slack == 1e-6  # a millionth of its nominal 1 m/s
+    assert kernel.variable("normal_load").slack == pytest.approx(1e-5, rel=1e-15)
+    assert kernel.variable("F_C").slack == 0.0  # a parameter is typed, not computed
+    for value in (-1.1e-6, math.nan, -math.inf, 101.0):
+        with pytest.raises(ParameterError, match="cutting_speed"):
+            kernel.Contact({"cutting_speed": value})
+        with pytest.raises(ParameterError, match="cutting_speed"):
+            ContactModel().simulate(Run(np.array([0.0, 1e-5]), {"cutting_speed": np.array([0.1, value])}, ("feed_force",)), (), {})
+        with pytest.raises(ExperimentError, match=r"cutting_speed|no finite number"):
+            Column.of("v", "cutting_speed", "m/s", known).checked("a.csv", 0, np.array([0.1, value]))
+        for door in doors:
+            one = Instance(door)
+            assert one.set({"cutting_speed": value}) == ERROR
+            assert "cutting_speed" in one.said()
+            one.free()
+    with pytest.raises(ParameterError, match="F_C"):
+        kernel.Contact({"F_C": 1e-6 - 1e-15})
+    column = Column.of("v", "cutting_speed", "m/s", known).checked("a.csv", 0, np.array([0.1, -1e-15]))
+    np.testing.assert_array_equal(column, [0.1, -1e-15])  # the record is kept as it is; the model holds it on the bound
+
+
+def test_a_partner_holds_such_an_input_too() -> None:
+    ends = []
+    for speed in (-1e-15, 0.0):
+        heat = machine.Machine("tool_heat", {"cutting_speed": speed, "shear_power": 50.0})
+        assert heat.get("cutting_speed") == 0.0
+        heat.start()
+        heat.advance(0.1)
+        ends.append(heat.values())
+    np.testing.assert_array_equal(*ends)
+    with pytest.raises(ParameterError, match="cutting_speed"):
+        machine.Machine("tool_heat", {"cutting_speed": -1e-5})
+
+
+def test_a_ramp_that_misses_a_bound_by_a_hair_ends_on_it(fmi2_fmu, tmp_path) -> None:
+    one = Instance(Door(fmi2_fmu, tmp_path))
+    one.start({"cutting_speed": 0.3})
+    reference, first, count = (ct.c_uint * 1)(one.door.reference["cutting_speed"]), (ct.c_int * 1)(1), ct.c_size_t(1)
+    for time, ends_at, said in ((0.0, 0.0, 0), (1e-5, -1e-12, 1), (2e-5, -1e-12, 0)):  # meant to end at 0; a hair below
+        assert one.set({"cutting_speed": 0.3}) == OK
+        slope = (ct.c_double * 1)((ends_at - 0.3) / 1e-5)
+        assert one.call("SetRealInputDerivatives", reference, count, first, slope) == OK
+        assert one.step(time, 1e-5) == OK
+        assert one.get("cutting_speed")[0] == pytest.approx(0.0, abs=1e-16)
+        assert one.get("cutting_speed")[0] >= 0.0
+        assert len(one.lines) == said
+        one.lines.clear()
     one.free()

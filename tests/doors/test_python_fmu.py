@@ -15,6 +15,7 @@ from typing import Any
 
 import fmpy
 import pytest
+from evat.fmu.description.model_description import FIRST_REFERENCE
 from evat.fmu.description.simple_types import FIRST_ITEM
 from evat.fmu.fmu_facts import BuildError
 from evat.fmu.python_fmu import build_python_fmu
@@ -68,7 +69,10 @@ class Instance:
     def set(self, **values: float) -> int:
         """By name, with _ for a dot; a choice by its place in FMI."""
         by_fmi_name = {name.replace(".", "_"): variable for name, variable in kernel.by_name().items()}
-        return max(self.set_as(FUNCTIONS[by_fmi_name[name].type], by_fmi_name[name].index, value) for name, value in values.items())
+        return max(
+            self.set_as(FUNCTIONS[by_fmi_name[name].type], by_fmi_name[name].index + FIRST_REFERENCE, value)
+            for name, value in values.items()
+        )
 
     def get(self, *names: str) -> list[float]:
         values = []
@@ -76,7 +80,7 @@ class Instance:
             variable = kernel.variable(name)
             kind = FUNCTIONS[variable.type]
             value = (ct.c_double if kind == "Real" else ct.c_int)()
-            assert self.call(f"Get{kind}", (ct.c_uint * 1)(variable.index), 1, ct.byref(value)) == OK
+            assert self.call(f"Get{kind}", (ct.c_uint * 1)(variable.index + FIRST_REFERENCE), 1, ct.byref(value)) == OK
             values.append(value.value)
         return values
 
@@ -186,7 +190,8 @@ def test_it_runs_with_the_standard_library_alone(fmu: Path, tmp_path: Path) -> N
         slave.enter_initialization_mode()
         slave.exit_initialization_mode()
         assert slave.do_step(0.0, 1e-6)
-        print(slave.get_real([{kernel.variable("friction_force").index}])[0], "evat" in sys.modules or "numpy" in sys.modules)
+        reference = {kernel.variable("friction_force").index + FIRST_REFERENCE}
+        print(slave.get_real([reference])[0], "evat" in sys.modules or "numpy" in sys.modules)
     """
     done = subprocess.run([sys.executable, "-I", "-S", "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -390,7 +395,8 @@ def test_fixed_parameters_outputs_and_wrong_references_are_refused(one: Instance
     ):
         one.set(**{name: value})
         assert text in one.said()
-    for kind, reference in (("Real", 999), ("Integer", kernel.variable("F_C").index), ("Boolean", kernel.variable("friction_law").index)):
+    references = [kernel.variable(name).index + FIRST_REFERENCE for name in ("F_C", "friction_law")]
+    for kind, reference in (("Real", 999), ("Real", 0), ("Integer", references[0]), ("Boolean", references[1])):
         one.set_as(kind, reference, 1)
         assert f"there is no {kind} variable with this value reference" in one.said()
         value = (ct.c_double if kind == "Real" else ct.c_int)()

@@ -77,10 +77,71 @@ def test_indicators_change_sign_with_contact(one: Instance) -> None:
     assert one.get("in_contact") == [1.0]  # held until the event
     assert one.call("EnterEventMode") == OK
     status, states_changed, next_event = one.update()
-    assert (status, states_changed) == (OK, False)  # the bristles were at rest already
+    assert (status, states_changed) == (OK, True)  # the bristles were at rest already, and the rates have jumped
+    assert one.update()[:2] == (OK, False)
     assert next_event == pytest.approx(PERIOD, rel=1e-12)  # the averaging window ends
     assert one.get("in_contact") == [0.0]
     assert one.get("friction_force") == [0.0]
+
+
+def crossing(one: Instance, place: int, begin: float, end: float) -> tuple[float, float]:
+    """The last two moments between which the indicator changes its sign, as a host finds them: by halving."""
+
+    def side(time: float) -> bool:
+        assert one.call("SetTime", time) == OK
+        return vector(one, "GetEventIndicators", 4)[place] > 0
+
+    low, high, before = begin, end, side(begin)
+    assert side(end) != before
+    while low < (middle := (low + high) / 2) < high:
+        low, high = (middle, high) if side(middle) == before else (low, middle)
+    return low, high
+
+
+@pytest.mark.parametrize("behind", [0, 1], ids=["just before", "just behind"])
+def test_every_event_says_that_rates_have_jumped_and_no_indicator_is_0_behind_it(one: Instance, behind: int) -> None:
+    """Exit, entry, the surface that stands, reversal, as a host meets them that stops on either side of what it has found. Hosts restart
+    their solver on valuesOfContinuousStatesChanged only; at entry no state has changed, and all rates have."""
+    integrating(one, {"cutting_speed": 0.3 * 2 * math.pi * 5e-6 / PERIOD})
+    time, met = 0.0, []
+    while time < 2.2 * PERIOD:
+        held = [x > 0 for x in vector(one, "GetEventIndicators", 4)]
+        for n in range(1, 4000):
+            later = time + n * PERIOD / 1000
+            assert one.call("SetTime", later) == OK
+            turned = [k for k, x in enumerate(vector(one, "GetEventIndicators", 4)) if (x > 0) != held[k]]
+            if turned:
+                break
+        place = min(turned, key=lambda k: crossing(one, k, later - PERIOD / 1000, later))
+        time = crossing(one, place, later - PERIOD / 1000, later)[behind]
+        assert one.call("SetTime", time) == OK
+        assert one.call("EnterEventMode") == OK
+        states, rates = (vector(one, name) for name in ("GetContinuousStates", "GetContinuousStateDerivatives"))
+        contact = one.get("in_contact")
+        assert one.update()[:2] == (OK, True)
+        indicators = vector(one, "GetEventIndicators", 4)
+        assert min(map(abs, indicators)) > 0.99e-9, indicators
+        assert (indicators[place] > 0) != held[place]
+        if one.get("in_contact") > contact:  # entry
+            assert vector(one, "GetContinuousStates") == states
+            assert vector(one, "GetContinuousStateDerivatives") != rates
+        assert one.update()[:2] == (OK, False)
+        assert one.call("EnterContinuousTimeMode") == OK
+        met.append((place, one.get("in_contact")[0]))
+    # from the bottom: friction turns round, exit; the tool comes in again on what the cycle before left, up to the nominal surface
+    assert [place for place, _ in met[:2]] == [2, 0]
+    assert [side for place, side in met if place == 0] == [0, 1, 0, 1, 0]
+    assert {place for place, _ in met} >= {0, 1, 2}
+
+
+def test_indicators_are_of_order_1(one: Instance) -> None:
+    """Of a guideway that creeps under a chip of 50 um, at 1 mm/s: as a solver weighs them."""
+    integrating(one, {"kinematics": 2, "slip_velocity": 1e-3, "uncut_thickness": 5e-5, "friction_law": 6})
+    contact, surface, slip, law = vector(one, "GetEventIndicators", 4)
+    assert contact == pytest.approx(50.0, rel=1e-9)
+    assert (surface, slip, law) == pytest.approx((1.0, 1.0, 1.0), rel=1e-7)
+    if one.door.version == 3:  # there they are variables
+        assert one.get(*kernel.indicators()) == [contact, surface, slip, law]
 
 
 def test_bristles_that_lose_contact_are_let_go_at_the_event(one: Instance) -> None:

@@ -46,9 +46,13 @@ def machine(tmp_path: Path) -> Terminal:
     return terminals(path)["tool_post"]
 
 
-@pytest.fixture(params=["fmi2_fmu", "fmi3_fmu"])
-def tool(request: pytest.FixtureRequest) -> Terminal:
-    return terminals(request.getfixturevalue(request.param))["tool"]
+@pytest.fixture
+def tool(fmi3_fmu: Path) -> Terminal:
+    return terminals(fmi3_fmu)["tool"]
+
+
+def test_an_fmu_of_fmi2_describes_no_terminals(fmi2_fmu: Path) -> None:
+    assert terminals(fmi2_fmu) == {}
 
 
 def test_members_of_one_name_are_connected(tool: Terminal, machine: Terminal) -> None:

@@ -56,11 +56,11 @@ def test_of_an_array_with_one_wrong_value_nothing_is_set(one: Instance) -> None:
 
 def test_an_unknown_reference_or_another_type_is_refused(one: Instance) -> None:
     of, count = one.door.reference, len(one.door.reference)
-    for kind, reference in ((REAL, count), (REAL, 2**32 - 1), (INTEGER, count), (BOOLEAN, count)):
+    for kind, reference in ((REAL, 0), (REAL, count + 1), (REAL, 2**32 - 1), (INTEGER, count + 1), (BOOLEAN, 0)):
         assert one.set_as(kind, [reference], [1]) == ERROR
         line = one.said()
         assert f"value reference {reference}" in line
-        assert f"0 to {count - 1}" in line
+        assert f"1 to {count}" in line
         assert one.call("Reset") == OK
         assert one.get_as(kind, [reference])[0] == ERROR
         one.lines.clear()
@@ -127,6 +127,18 @@ def test_a_state_has_a_start_value_and_nothing_more(one: Instance) -> None:
     assert one.get("friction_force") == pytest.approx([2.0], rel=1e-12)
     assert one.set({"bristle_deflection": 1e-6}) == ERROR
     assert "bristle_deflection" in one.said()
+
+
+def test_a_solver_may_lead_the_states_one_by_one(door: Door) -> None:
+    """CasADi sets them by their value references, as Reference-FMUs let it. At rest a bent bristle is a spring."""
+    one = Instance(door, model_exchange=True)
+    one.start({"kinematics": 2, "uncut_thickness": 1e-4})
+    for enter, deflection in ((None, 3e-6), ("EnterContinuousTimeMode", 2e-6)):
+        assert enter is None or one.call(enter) == OK
+        assert one.set({"bristle_deflection": deflection, "friction_impulse": 7.0}) == OK
+        assert one.get("friction_force", "bristle_deflection", "friction_impulse") == pytest.approx([1e6 * deflection, deflection, 7.0])
+    assert one.set({"friction_force": 1.0}) == ERROR
+    one.free()
 
 
 def test_outputs_follow_what_is_set(one: Instance) -> None:

@@ -26,7 +26,10 @@ extern const char *const get_names[2][4];
 
 /* ---- numbers.c ---- */
 
-int get_numbers(struct One *one, enum Sort form, const unsigned *reference, size_t count, double *value);
+/* The value references of variables by their indices; the array is the caller's. */
+const unsigned *references_of(const unsigned *index, size_t count, unsigned *reference);
+/* Variables by their indices. */
+int get_numbers(struct One *one, enum Sort form, const unsigned *index, size_t count, double *value);
 int get_all(struct One *one);
 int is_allowed(const struct Variable *v, double x);
 void get_some(struct One *one);

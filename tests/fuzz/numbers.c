@@ -4,8 +4,17 @@
 #include <math.h>
 #include <stdio.h>
 
-int get_numbers(struct One *one, enum Sort form, const unsigned *reference, size_t count, double *value)
+const unsigned *references_of(const unsigned *index, size_t count, unsigned *reference)
 {
+    for (size_t i = 0; index && i < count; ++i)
+        reference[i] = index[i] + FIRST_REFERENCE;
+    return index ? reference : NULL;
+}
+
+int get_numbers(struct One *one, enum Sort form, const unsigned *index, size_t count, double *value)
+{
+    unsigned room[CAPACITY];
+    const unsigned *const reference = references_of(index, count, room);
     fmi2Integer small[CAPACITY];
     fmi3Int64 large[CAPACITY];
     fmi3Boolean truth[CAPACITY];
@@ -29,8 +38,10 @@ int get_numbers(struct One *one, enum Sort form, const unsigned *reference, size
     return status;
 }
 
-static int set_numbers(struct One *one, enum Sort form, const unsigned *reference, size_t count, const double *value)
+static int set_numbers(struct One *one, enum Sort form, const unsigned *index, size_t count, const double *value)
 {
+    unsigned room[CAPACITY];
+    const unsigned *const reference = references_of(index, count, room);
     fmi2Integer small[CAPACITY];
     fmi3Int64 large[CAPACITY];
     fmi3Boolean truth[CAPACITY];
@@ -122,13 +133,12 @@ static unsigned settable(const struct One *one, int index)
     if (v->causality == PARAMETER)
         return v->variability != TUNABLE ? INSTANTIATED | INITIALIZING
                                          : INSTANTIATED | INITIALIZING | EVENT | (one->event_mode ? 0 : STEPPING);
-    return is_start[index] ? INSTANTIATED | INITIALIZING : 0;
+    if (is_start[index]) /* a solver may lead states one by one */
+        return INSTANTIATED | INITIALIZING | (one->interface == MODEL_EXCHANGE ? EVENT | INTEGRATING : 0);
+    return 0;
 }
 
-int is_allowed(const struct Variable *v, double x)
-{
-    return isfinite(x) && x >= v->min && x <= v->max && (v->type == REAL || x == floor(x));
-}
+int is_allowed(const struct Variable *v, double x) { return check_value(v, x) == STATUS_OK; }
 
 /* One variable, or several of a type, of which one wrong one must leave all others. */
 static void set_these(struct One *one, enum Sort form, unsigned *reference, double *value, size_t count)
@@ -151,7 +161,9 @@ static void set_these(struct One *one, enum Sort form, unsigned *reference, doub
         return;
     for (size_t i = 0; i < count; ++i)
         if (reference[i] < (unsigned)variables)
-            one->given[reference[i]] = is_start[reference[i]] ? NAN : value[i] == 0 ? 0 : value[i];
+            one->given[reference[i]] = is_start[reference[i]] ? NAN
+                                       : value[i] == 0 ? 0
+                                                       : within_bounds(model_variable((int)reference[i]), value[i]);
 }
 
 void set_one(struct One *one, int index, double value)
@@ -196,6 +208,7 @@ void ramp_inputs(struct One *one)
 {
     const unsigned legal = INSTANTIATED | INITIALIZING | STEPPING;
     unsigned reference[1] = {(unsigned)(model_input(0) + below(model_input_count() + 1))};
+    unsigned room[1];
     if (one->version == 3)
         return; /* FMI 3 ramps its inputs otherwise */
     const int there = reference[0] < (unsigned)variables;
@@ -208,7 +221,7 @@ void ramp_inputs(struct One *one)
             ? MUST_PASS
             : MUST_FAIL;
     if (CALL(one, "fmi2SetRealInputDerivatives", legal, verdict,
-             fmi2SetRealInputDerivatives(one->c, reference, 1, order, slope)) <= WARNING)
+             fmi2SetRealInputDerivatives(one->c, references_of(reference, 1, room), 1, order, slope)) <= WARNING)
         one->ramped = 1;
 }
 

@@ -132,7 +132,7 @@ void integrate(struct One *one)
 
 void differentiate(struct One *one)
 {
-    unsigned unknown[3], known[3];
+    unsigned unknown[3], known[3], unknown_reference[3], known_reference[3];
     double seed[3], result[3] = {0, 0, 0};
     const size_t unknowns = (size_t)below(4), knowns = (size_t)below(4);
     const int adjoint = one->version == 3 && chance(0.5);
@@ -148,17 +148,18 @@ void differentiate(struct One *one)
         seed[i] = chance(0.9) ? between(-1, 1) : strange();
     }
     const size_t seeds = adjoint ? unknowns : knowns, results = adjoint ? knowns : unknowns;
+    const unsigned *const of = references_of(unknown, 3, unknown_reference), *const by = references_of(known, 3,
+                                                                                                       known_reference);
     int status;
     if (one->version == 2)
         status = CALL(one, "fmi2GetDirectionalDerivative", SHOWING, MAY_FAIL,
-                      fmi2GetDirectionalDerivative(one->c, unknown, unknowns, known, knowns, seed, result));
+                      fmi2GetDirectionalDerivative(one->c, of, unknowns, by, knowns, seed, result));
     else if (adjoint)
         status = CALL(one, "fmi3GetAdjointDerivative", SHOWING, MAY_FAIL,
-                      fmi3GetAdjointDerivative(one->c, unknown, unknowns, known, knowns, seed, seeds, result, results));
+                      fmi3GetAdjointDerivative(one->c, of, unknowns, by, knowns, seed, seeds, result, results));
     else
-        status =
-            CALL(one, "fmi3GetDirectionalDerivative", SHOWING, MAY_FAIL,
-                 fmi3GetDirectionalDerivative(one->c, unknown, unknowns, known, knowns, seed, seeds, result, results));
+        status = CALL(one, "fmi3GetDirectionalDerivative", SHOWING, MAY_FAIL,
+                      fmi3GetDirectionalDerivative(one->c, of, unknowns, by, knowns, seed, seeds, result, results));
     judge(one, status, "derivative", result, results);
 }
 

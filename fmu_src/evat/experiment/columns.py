@@ -30,6 +30,7 @@ class Column:
     high: float
     variable_low: float = -np.inf
     variable_high: float = np.inf
+    slack: float = 0.0  # how far outside the bounds a value may lie: see Variable
 
     @classmethod
     def of_signal(cls, signal: Signal, known: Variable | None) -> Column:
@@ -39,13 +40,14 @@ class Column:
         own = (low, high)
         if signal.of:
             low, high = -np.inf, np.inf
-        return cls(signal.column, signal.name, signal.unit, *to_variable(signal, si), si, low, high, *own)
+        slack = known.slack if known else 0.0
+        return cls(signal.column, signal.name, signal.unit, *to_variable(signal, si), si, low, high, *own, slack)
 
     @classmethod
     def of(cls, header: str, name: str, unit: str, known: Variable | None) -> Column:
         """The column of a variable, or of the clock where there is none; ParameterError where the unit does not fit."""
         si, low, high = (known.unit, known.min, known.max) if known else ("s", -np.inf, np.inf)
-        return cls(header, name, unit, *affine(unit, si), si, low, high)
+        return cls(header, name, unit, *affine(unit, si), si, low, high, slack=known.slack if known else 0.0)
 
     def checked(self, file: str, first_row: int, raw: FloatArray) -> FloatArray:
         """The column in SI; an error names the row (from 1) of what is no number or lies outside the variable's bounds."""
@@ -56,8 +58,9 @@ class Column:
             raise ExperimentError(
                 f"{file}, column {self.header!r}, data row {row}: no finite number. Nothing is filled in; mend or cut it."
             )
-        if low < self.low or high > self.high:
-            place = int(np.argmax((column < self.low) | (column > self.high)))
+        least, most = self.low - self.slack, self.high + self.slack
+        if low < least or high > most:
+            place = int(np.argmax((column < least) | (column > most)))
             raise ExperimentError(
                 f"{file}, column {self.header!r}, data row {first_row + place + 1}: {self.name} = {column[place]:g} {self.si}; allowed is "
                 f"{self.low:g} to {self.high:g} {self.si}. Its unit is given as {self.unit}: is that right?"

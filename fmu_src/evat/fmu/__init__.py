@@ -114,7 +114,7 @@ def build_fmu(
     files = {
         "modelDescription.xml": model_description(version, part),
         **model.documentation(fmu_facts),
-        **terminal_files(fmu_facts, model.variables, model.icon()),
+        **(terminal_files(fmu_facts, model.variables, model.icon()) if version == 3 else {}),
         **reference_files(fmu_facts, tolerance, model.follow),
         **source_files(version, fmu_facts),
     }

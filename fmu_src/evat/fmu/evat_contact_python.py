@@ -59,9 +59,10 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
         self.rows: list[dict[str, Any]] = tables["variables"]
         self.states: list[str] = tables["states"]
         self.first_item: int = tables["first_item"]
+        self.first_reference: int = tables["first_reference"]
         self.values = {row["name"]: row["start"] for row in self.rows if self._is_settable(row)}
         self.refused: dict[str, str] = {}  # what was asked for and could not be done, and is not yet put right
-        self.mode, self.stale, self.warned = "instantiated", True, False
+        self.mode, self.stale, self.warned, self.warned_of_bound = "instantiated", True, False, False
         self.contact: Any = None  # of the class ReferenceContact in reference.py
         self.start_time, self.stop_time = 0.0, math.inf
         self.reference: ModuleType | None = None
@@ -115,11 +116,18 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
                 raise Refused(f"{value} is none of {', '.join(f'{number} {word}' for number, word in words.items())}.")
             number = value - self.first_item
         low, high = (-math.inf if row["min"] is None else row["min"]), (math.inf if row["max"] is None else row["max"])
-        if not low <= number <= high:
+        slack = row["slack"]  # an input that misses its bounds by a hair is held on them
+        if not low - slack <= number <= high + slack:
             raise Refused(f"{value:g}{unit} lies outside {low:g} to {high:g}{unit}.")
         if not self._settable_now(row):
             raise Refused("it cannot be set now." if self._is_settable(row) else "it is calculated, not set.")
-        return number
+        held = min(max(number, low), high)
+        if held != number and not self.warned_of_bound:
+            self.warned_of_bound = True
+            self.log(
+                f"{row['name']} = {value:g}{unit} lies outside {low:g} to {high:g}{unit} by a hair and is held there.", Fmi2Status.warning
+            )
+        return held
 
     def _worded(self, row: dict[str, Any]) -> Any:
         """A value as reference.py takes it."""
@@ -136,13 +144,15 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
             self.contact.set(row["name"], self._worded(row))
 
     def _row(self, kind: Any, vr: int) -> dict[str, Any]:
-        if not (0 <= vr < len(self.rows) and _KINDS[self.rows[vr]["type"]] is kind):
+        place = vr - self.first_reference
+        if not (0 <= place < len(self.rows) and _KINDS[self.rows[place]["type"]] is kind):
             raise Refused(f"there is no {kind.__name__} variable with this value reference.")
-        return self.rows[vr]
+        return self.rows[place]
 
     def _set_all(self, kind: Any, vrs: Iterable[int], values: Iterable[Any]) -> None:
         for vr, value in zip(vrs, values, strict=True):
-            name = self.rows[vr]["name"] if 0 <= vr < len(self.rows) else f"value reference {vr}"
+            place = vr - self.first_reference
+            name = self.rows[place]["name"] if 0 <= place < len(self.rows) else f"value reference {vr}"
             self._try(name, partial(self._put, kind, vr, value))
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
@@ -169,7 +179,7 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
         numbers = []
         for vr in vrs:
             known = self._try(f"value reference {vr}", partial(self._row, kind, vr))
-            numbers.append(convert(self._get(vr)) if known else nothing)
+            numbers.append(convert(self._get(vr - self.first_reference)) if known else nothing)
         return numbers
 
     def get_real(self, vrs: list[int]) -> list[float]:
@@ -240,7 +250,7 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
 
     # -- state
 
-    _STATE = ("values", "refused", "mode", "stale", "warned", "start_time", "stop_time")
+    _STATE = ("values", "refused", "mode", "stale", "warned", "warned_of_bound", "start_time", "stop_time")
 
     def _get_fmu_state(self) -> dict[str, Any]:
         kept = {name: getattr(self, name) for name in self._STATE}

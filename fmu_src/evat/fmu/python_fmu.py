@@ -26,6 +26,7 @@ from evat import __version__, fmu
 from evat.files.writing import put, temporary
 from evat.fmu import archive
 from evat.fmu.description import fmi2
+from evat.fmu.description.model_description import FIRST_REFERENCE
 from evat.fmu.description.simple_types import FIRST_ITEM
 from evat.fmu.documentation.contact import license_text
 from evat.fmu.fmu_facts import FmuFacts
@@ -52,7 +53,7 @@ def tables() -> bytes:
     rows = [dataclasses.asdict(variable) for variable in kernel.variables()]
     for row in rows:
         row.update({limit: row[limit] if math.isfinite(row[limit]) else None for limit in ("min", "max", "neutral")})
-    content = {"first_item": FIRST_ITEM, "states": kernel.states(), "variables": rows}
+    content = {"first_item": FIRST_ITEM, "first_reference": FIRST_REFERENCE, "states": kernel.states(), "variables": rows}
     return json.dumps(content, indent=1, sort_keys=True, allow_nan=False).encode() + b"\n"
 
 

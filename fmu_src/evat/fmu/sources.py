@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from evat.files.writing import put
@@ -22,6 +23,10 @@ from evat.native.compile import (
 )
 
 STARTS = "fmi/starts.c"  # which an FMU may have of its own
+NAMES = "kernel/names.h"  # which the sources in an FMU have of their own
+
+# A function or an object that a C file defines for others, as clang-format sets it: from the first column, nothing static.
+_SHARED = re.compile(r"^(?!static\b|extern\b|typedef\b)(?:[A-Za-z_]\w*[ *]+)+(\w+)(?:\(|(?:\[[^\]]*\])* = )", re.MULTILINE)
 
 
 def compiled_sources(version: Version, fmu_facts: FmuFacts) -> list[Path]:
@@ -42,6 +47,7 @@ def source_files(version: Version, fmu_facts: FmuFacts) -> dict[str, bytes]:
     paths = (*compiled_sources(version, fmu_facts), *model_headers(root, fmu_facts.model))
     files = {f"sources/{path.relative_to(root).as_posix()}": path.read_bytes() for path in paths}
     files[f"sources/{STARTS}"] = starts(fmu_facts)
+    files[f"sources/{NAMES}"] = names(version, fmu_facts)
     files["sources/buildDescription.xml"] = build_description(version, fmu_facts)
     return files
 
@@ -60,6 +66,15 @@ def starts(fmu_facts: FmuFacts) -> bytes:
         "/* Which values does this FMU start with, beside those of its model's tables? */\n"
         f'#include "component.h"\n\nconst struct Start fmu_starts[] = {{\n{rows}    {{MODEL_TIME, 0}},\n}};\n'
     ).encode()
+
+
+def names(version: Version, fmu_facts: FmuFacts) -> bytes:
+    """The FMU's names.h: the names that its files share, with the FMU's in front. Those of FMI have the importer's prefix."""
+    shared = {name for path in compiled_sources(version, fmu_facts) for name in _SHARED.findall(path.read_text(encoding="utf-8"))}
+    front = f"{fmu_facts.model_name}_fmi{version}_"
+    rows = "".join(f"#define {name} {front}{name}\n" for name in sorted(shared) if not name.startswith(f"fmi{version}"))
+    question = "By which names does a linker know what these files share? With the FMU's in front, so that nothing else has them."
+    return f"/* {question} */\n{rows}".encode()
 
 
 def build_description(version: Version, fmu_facts: FmuFacts) -> bytes:

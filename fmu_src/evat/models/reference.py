@@ -576,6 +576,24 @@ class ReferenceContact:
             return [-self._along(m, z, way)[0] for way in (1.0, -1.0)]
         return [direction * point.x.v, side * self.law.switch(point.x, z), *point.x.kinks]
 
+    def _indicators(self, m: Moment, x: Slide) -> dict[str, float]:
+        """The event indicators, of order 1, each with a hysteresis towards the side that is held."""
+        late, p = 1e-9, self.p
+        thickness = m.h / 1e-6 if p["kinematics"] == "external" else min(m.h / 1e-6, m.approach)
+        shown = dict.fromkeys(("surface_indicator", "slip_indicator", "law_indicator"), 1.0)
+        if m.in_contact:
+            law = 1.0 if self._current_angle else self.law.switch(x, self.z)
+            if self._current_angle:
+                pass
+            elif isinstance(self.law, Karnopp):
+                law /= 1e-3
+            elif isinstance(self.law, ResetIntegrator):
+                law /= self.law.z0(x)
+            slip = 1.0 if self._current_angle else m.v / 1e-3
+            sides = (math.copysign(1.0, m.reach), 1.0 if self._current_angle else self.direction, self.side)
+            shown = {name: value + late * side for name, value, side in zip(shown, (m.reach, slip, law), sides, strict=True)}
+        return {"contact_indicator": thickness + late * (1.0 if m.in_contact else -1.0), **shown}
+
     def evaluate(self) -> None:
         """Outputs at the present time, from the state and the inputs as they stand."""
         m, p = self._moment(0.0), self.p
@@ -613,10 +631,7 @@ class ReferenceContact:
             "step_count": self.steps,
             "averaging_error": 0.0,
             "clamped_count": self.clamped,
-            "contact_indicator": m.h if p["kinematics"] == "external" else min(m.h / 1e-6, m.approach),
-            "surface_indicator": m.reach if m.in_contact else 1.0,
-            "slip_indicator": m.v if m.in_contact and not self._current_angle else 1.0,
-            "law_indicator": self.law.switch(point.x, self.z) if m.in_contact and not self._current_angle else 1.0,
+            **self._indicators(m, point.x),
             **self.integral,
         }
         if self._window() == 0:

@@ -78,7 +78,7 @@ def value_sets(
         known, column = kernel.variable(name), np.asarray(value, dtype=np.float64)
         if column.ndim != 1:
             raise ParameterError(f"{name}: one number for each set is needed, this has the shape {column.shape}.")
-        for bad in column[~((column >= known.min) & (column <= known.max))][:1]:
+        for bad in column[~known.allows(column)][:1]:
             known.check(float(bad))
         if known.type != "real":
             for some in np.unique(column):
@@ -172,6 +172,9 @@ def _follow(
     table = plan.shared if plan.each is None else np.ascontiguousarray(np.moveaxis(plan.each[filled], 0, -1))
     for place, index in enumerate(plan.inputs):
         held[index] = table[0, place]
+    for index in {*plan.constants, *plan.columns, *plan.inputs} & set(range(loaded.INPUT_FIRST, loaded.INPUT_END)):
+        for lane in range(lanes):  # one that misses its bounds by a hair is held on them
+            loaded.kernel_set(block, index, lane, held[index, lane])
     status = loaded.kernel_start(block, plan.times[0])
     if status != loaded.STATUS_OK:
         return status, {}

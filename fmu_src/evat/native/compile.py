@@ -166,7 +166,7 @@ def model_headers(root: Path, part: str = CONTACT) -> list[Path]:
     """The headers that model and shell of `part` are compiled with."""
     model = sorted((root / "kernel").rglob("*.h"))
     if part != CONTACT:
-        model = [*sorted((root / "machines").rglob("*.h")), root / "kernel" / "shared.h", root / "kernel" / "tables.h"]
+        model = [*sorted((root / "machines").rglob("*.h")), *(root / "kernel" / name for name in ("names.h", "shared.h", "tables.h"))]
     return [*model, *sorted((root / "fmi").glob("*.h"))]
 
 

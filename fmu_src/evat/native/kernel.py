@@ -89,10 +89,12 @@ def variables() -> tuple[Variable, ...]:
     """
     ffi, loaded = library()
     rows = [loaded.kernel_variable(index) for index in range(loaded.kernel_variable_count())]
-    return read_table(ffi, rows, loaded.kernel_derivative_of)
+    return read_table(ffi, rows, loaded.kernel_derivative_of, loaded.kernel_bound_slack)
 
 
-def read_table(ffi: Any, rows: Sequence[Any], derivative_of: Callable[[int], int]) -> tuple[Variable, ...]:
+def read_table(
+    ffi: Any, rows: Sequence[Any], derivative_of: Callable[[int], int], bound_slack: Callable[[int], float]
+) -> tuple[Variable, ...]:
     """Every quantity of a compiled model, from the rows of its table, in the order of its value references."""
     table = []
     for index, row in enumerate(rows):
@@ -117,6 +119,7 @@ def read_table(ffi: Any, rows: Sequence[Any], derivative_of: Callable[[int], int
                 derivative_of=cffi_text(ffi, rows[of].name) if (of := derivative_of(index)) else None,
                 neutral=row.neutral,
                 required_with=_names(cffi_text(ffi, row.required_with)),
+                slack=bound_slack(index),
                 index=index,
             )
         )
@@ -311,7 +314,7 @@ class Contact:
         self._taken = ffi.new("double *")
         self._library.kernel_reset(self._contact)
         for name, number in check_values(values or {}, on).items():
-            self._contact.value[variable(name).index][0] = number
+            self._done(self._library.kernel_set(self._contact, variable(name).index, 0, number), f"setting {name}")
 
     def _done(self, status: int, doing: str) -> None:
         if status != self._library.STATUS_OK:
@@ -333,7 +336,7 @@ class Contact:
         return int(self._ffi.sizeof("struct Contact"))
 
     def set(self, name: str, value: float | int | bool | str) -> None:
-        """Set one parameter, input or state; ParameterError outside its bounds."""
+        """Set one parameter, input or state; ParameterError outside its bounds. An input that misses them by a hair is held on them."""
         known = variable(name)
         self._done(self._library.kernel_set(self._contact, known.index, 0, known.check(value)), f"setting {name}")
 
@@ -440,7 +443,7 @@ class Contact:
 
 
 def check_column(known: Variable, column: FloatArray) -> None:
-    bad = ~np.isfinite(column) | (column < known.min) | (column > known.max)
+    bad = ~known.allows(column)
     if np.any(bad):
         row = int(np.argmax(bad))
         raise ParameterError(

@@ -33,7 +33,7 @@ def variables(part: str) -> tuple[Variable, ...]:
     """Every quantity of a partner, in the order of its value references."""
     ffi, library = _loaded(part)
     rows = [library.model_variable(index) for index in range(library.model_variable_count())]
-    return read_table(ffi, rows, library.model_derivative_of)
+    return read_table(ffi, rows, library.model_derivative_of, library.model_bound_slack)
 
 
 @functools.cache

@@ -29,7 +29,8 @@ static void accumulate(struct Contact *contact, const struct Configuration *w, c
         value[VAR_MEASURED_PRINCIPAL_IMPULSE][i] += SUM(measured[1]);
         value[VAR_MEASURED_FEED_IMPULSE][i] += SUM(measured[2]);
         value[VAR_STEP_COUNT][i] += h[i] > 0;
-        value[VAR_CLAMPED_COUNT][i] += (h[i] > 0) & (b->cutting[i] != 0) & (b->clamped[i] + b->outside[i] > 0);
+        value[VAR_CLAMPED_COUNT][i] +=
+            (h[i] > 0) & ((contact->at_bound[i] != 0) | ((b->cutting[i] != 0) & (b->clamped[i] + b->outside[i] > 0)));
     }
     if (w->drivers)
         store_states(contact, w, b);

@@ -1,10 +1,11 @@
 /* How does a contact follow a record? Sample by sample with inputs linear in between, giving whole rows, or sums
  * against data. */
+#include "../shared.h"
 #include "../stages.h"
 
 #include <math.h>
 
-/* Input j at sample n: one number, or one for each lane. */
+/* Input j at sample n as it is given: one number, or one for each lane. */
 static const double *sample_of(const struct Record *r, int64_t n, int j)
 {
     return r->inputs + (n * r->input_count + j) * (r->per_lane ? LANES : 1);
@@ -15,20 +16,27 @@ static enum Status set_slopes(struct Contact *contact, const struct Record *r, i
 {
     const double step = n > 0 ? r->times[n] - r->times[n - 1] : 1;
     for (int j = 0; j < r->input_count; ++j) {
+        const int index = r->input_index[j];
+        const struct Variable *const v = kernel_variable(index);
         const double *const now = sample_of(r, n, j), *const before = n > 0 ? sample_of(r, n - 1, j) : now;
-        double *const slope = contact->slope[r->input_index[j] - INPUT_FIRST];
+        double *const slope = contact->slope[index - INPUT_FIRST];
         for (int i = 0; i < (r->per_lane ? LANES : 1); ++i) {
-            const enum Status status = kernel_check(r->input_index[j], now[i]);
+            const enum Status status = check_value(v, now[i]);
             if (status != STATUS_OK)
                 return status;
         }
         if (r->per_lane)
             EACH_LANE
-                slope[i] = (now[i] - before[i]) / step;
+                slope[i] = (within_bounds(v, now[i]) - within_bounds(v, before[i])) / step;
         else {
-            const double shared = (*now - *before) / step;
+            const double shared = (within_bounds(v, *now) - within_bounds(v, *before)) / step;
             EACH_LANE
                 slope[i] = shared;
+        }
+        for (int i = 0; i < LANES; ++i) { /* a step is clamped that begins or ends so */
+            const double given = now[r->per_lane ? i : 0];
+            if (given < v->min || given > v->max)
+                note_bound(contact, index, i, 1);
         }
     }
     return STATUS_OK;
@@ -40,19 +48,22 @@ static void land(struct Contact *contact, const struct Record *r, int64_t n)
     EACH_LANE
         contact->value[VAR_TIME][i] = time;
     for (int j = 0; j < r->input_count; ++j) {
+        const struct Variable *const v = kernel_variable(r->input_index[j]);
         const double *const now = sample_of(r, n, j);
         double *const value = contact->value[r->input_index[j]], *const slope =
                                                                      contact->slope[r->input_index[j] - INPUT_FIRST];
         if (r->per_lane)
             EACH_LANE
-                value[i] = now[i];
+                value[i] = within_bounds(v, now[i]);
         else {
-            const double shared = *now;
+            const double shared = within_bounds(v, *now);
             EACH_LANE
                 value[i] = shared;
         }
         EACH_LANE
             slope[i] = 0;
+        for (int i = 0; i < LANES; ++i)
+            note_bound(contact, r->input_index[j], i, now[r->per_lane ? i : 0] != value[i]);
     }
 }
 

@@ -15,6 +15,7 @@ from evat.fmu.description.model_description import (
     initial,
     real_attributes,
     real_type,
+    reference,
     root,
     start,
 )
@@ -49,7 +50,7 @@ def _add_types(parent: Element, facts: Facts) -> None:
 def _add_variable(parent: Element, variable: Variable, facts: Facts, places: dict[str, int]) -> None:
     head: dict[str, Scalar | None] = {
         "name": variable.name,
-        "valueReference": variable.index,
+        "valueReference": reference(variable),
         "description": described(variable),
         "causality": CAUSALITIES[variable.causality],
         "variability": variable.variability,

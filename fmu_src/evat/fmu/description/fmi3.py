@@ -15,6 +15,7 @@ from evat.fmu.description.model_description import (
     initial,
     real_attributes,
     real_type,
+    reference,
     root,
     start,
 )
@@ -37,7 +38,7 @@ def _add_types(parent: Element, facts: Facts) -> None:
 def _add_variable(parent: Element, variable: Variable, facts: Facts, references: dict[str, int]) -> None:
     head: dict[str, Scalar | None] = {
         "name": variable.name,
-        "valueReference": variable.index,
+        "valueReference": reference(variable),
         "description": described(variable),
         "causality": CAUSALITIES[variable.causality],
         "variability": variable.variability,
@@ -56,8 +57,8 @@ def _add_variable(parent: Element, variable: Variable, facts: Facts, references:
 def _add_unknowns(parent: Element, tag: str, unknowns: Sequence[Unknown]) -> None:
     for unknown in unknowns:
         pairs: dict[str, Scalar | None] = {
-            "valueReference": unknown.variable.index,
-            "dependencies": " ".join(str(known.index) for known in unknown.knowns),
+            "valueReference": reference(unknown.variable),
+            "dependencies": " ".join(str(reference(known)) for known in unknown.knowns),
             "dependenciesKind": " ".join(unknown.kinds),
         }
         add(parent, tag, pairs)
@@ -72,7 +73,7 @@ def model_description(facts: Facts) -> bytes:
     _add_types(document, facts)
     add_experiment(document, facts)
     variables = add(document, "ModelVariables")
-    references = {variable.name: variable.index for variable in facts.variables}
+    references = {variable.name: reference(variable) for variable in facts.variables}
     for variable in facts.variables:
         _add_variable(variables, variable, facts, references)
     structure = add(document, "ModelStructure")

@@ -16,6 +16,7 @@ from evat.fmu.structure.model_structure import Structure
 from evat.fmu.xml import Element, Scalar, add, top
 from evat.model import Law, Variable
 
+FIRST_REFERENCE = 1
 CAUSALITIES = {
     "independent": "independent",
     "parameter": "parameter",
@@ -43,6 +44,11 @@ class Facts:
     def types(self) -> SimpleTypes:
         """The type definitions."""
         return simple_types(self.variables, self.laws, self.fmu.quantities)
+
+
+def reference(variable: Variable) -> int:
+    """The value reference of a variable, from 1 on: see FIRST_REFERENCE in fmi/component.h."""
+    return variable.index + FIRST_REFERENCE
 
 
 def value_of(variable: Variable, number: float) -> Scalar:

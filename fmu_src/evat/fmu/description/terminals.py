@@ -1,4 +1,4 @@
-"""Which variables belong together at a connection? terminalsAndIcons.xml and its pictures (FMI 3; harmless in FMI 2)."""
+"""Which variables belong together at a connection? terminalsAndIcons.xml and its pictures, of FMI 3 alone."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def terminals_xml(fmu_facts: FmuFacts, variables: Sequence[Variable]) -> bytes:
     graphics = add(document, "GraphicalRepresentation")
     add(graphics, "CoordinateSystem", {**_EXTENT, "suggestedScalingFactorTo_mm": 0.1})
     add(graphics, "Icon", _EXTENT)
-    parent = add(document, "Terminals")
+    parent = add(document, "Terminals") if fmu_facts.terminals else document  # the schema allows no empty list
     for terminal in fmu_facts.terminals:
         head = {
             "name": terminal["name"],
