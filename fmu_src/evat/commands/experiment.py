@@ -11,6 +11,7 @@ import typer
 from rich.table import Table
 
 from evat import parameter_sets
+from evat.commands.begin import init
 from evat.commands.recovery import recovery
 from evat.commands.shared import SpeedUnit, Values, share_done, typed_values
 from evat.console import err, marked, out
@@ -29,8 +30,9 @@ EVEN = 1.01  # longest over shortest step up to which a clock is called even
 experiment = typer.Typer(
     name="experiment",
     no_args_is_help=True,
-    help="Measured experiments: check one, or simulate orthogonal cutting tests of a contact whose parameters are known.",
+    help="Measured experiments: begin with a folder of data files, check one, or simulate tests of a contact whose parameters are known.",
 )
+experiment.command()(init)
 experiment.command()(recovery)
 Folder = Annotated[Path, typer.Argument(help="A folder with an experiment.toml, or such a file.")]
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from evat.experiment import ExperimentError, Signal
 from evat.experiment.document import BESIDE, CLOCK, Document, TrialEntry, to_variable
+from evat.files.spelling import unit_meant
 from evat.files.stream import Bytes, headers, open_batches
 from evat.files.table import unit_in
 from evat.files.text import RecordError, TextForm
@@ -91,8 +92,11 @@ def check_header(signal: Signal, file: str) -> None:
     """ExperimentError where the brackets at the end of a header state another unit than the document.
 
     They may hold text that is no unit; round ones may also hold a unit of another kind, which is then text too: "T (C)" is no charge.
+    A unit may be spelt as people do: [1/min] of a spindle, [Nm] of a torque.
     """
     stated = unit_in(signal.column)
+    if stated is not None and unit_meant(stated) == signal.unit:
+        return
     try:
         base_unit(stated or "")
     except ParameterError:
