@@ -19,6 +19,7 @@ from evat.model import ParameterError
 from evat.motions import KINDS
 from evat.native import kernel
 from evat.required_inputs import unread_inputs
+from evat.studies.examples import EXAMPLES
 from evat.units import display, to_si
 
 if TYPE_CHECKING:
@@ -164,6 +165,31 @@ def orthogonal(
             parameter_set.name, parameter_set.title, whole, effects, parameter_set.sources, notes, parameter_set.speed_range
         )
         out.print(f"wrote {parameter_sets.save_ssv(kept, truth)}")
+
+
+@experiment.command()
+def example(
+    name: Annotated[str, typer.Argument(help=f"Which one: {', '.join(EXAMPLES)}.")],
+    to: Annotated[Path, typer.Option("--out", "-o", help="A new folder for the experiment.")],
+    seed: Annotated[int, typer.Option(help="Of the noise; the same seed gives the same files.", min=0)] = 0,
+) -> None:
+    """Write a small simulated experiment to try things on, and a picture of it.
+
+    rig: strokes of a friction rig; cut: forces of elliptical vibration cutting; averages: mean forces over cutting speed; axis: a motor's
+    angle and current.
+
+    Example: evat experiment example axis -o my-axis
+    """
+    from evat.experiment.read import read_experiment
+    from evat.models.contact import ContactModel
+    from evat.plots.experiment import plot_experiment
+    from evat.studies.examples import write_example
+
+    out.print(f"wrote {write_example(name, to, seed)}")
+    made = read_experiment(to, ContactModel())
+    if made.trials:
+        out.print(f"wrote {plot_experiment(made, to / 'experiment.png')}")
+    out.print(f"next: evat experiment check {to}", soft_wrap=True)
 
 
 def _shown(value: float, name: str) -> str:
