@@ -192,5 +192,41 @@ def example(
     out.print(f"next: evat experiment check {to}", soft_wrap=True)
 
 
+@experiment.command()
+def advise(
+    parameters: Annotated[
+        str | None, typer.Option("--set", "-s", help="What is believed of the contact: a shipped set or an .ssv file.")
+    ] = None,
+    value: Values = None,
+    speed_unit: SpeedUnit = "m/min",
+) -> None:
+    """Say what to record, how long, how fast sampled and how often, so that the parameters of a contact show.
+
+    Scaled by F_C, F_S, sigma0 and v_s, as far as you believe to know them.
+
+    Example: evat experiment advise -v 'F_C=12 N' -v 'sigma0=0.5 N/um' -v 'v_s=5 mm/s'
+    """
+    from evat.studies.recording import recordings
+
+    believed = {} if parameters is None else dict(parameter_sets.load(parameters, speed_unit=speed_unit).values)
+    table = Table("motion", "conditions", "each at least", "sampled at", "repeats", title="What to record", title_justify="left")
+    advised = recordings({**believed, **typed_values(value)})
+    for each in advised:
+        conditions = ", ".join(_millimetres(number, "/s" * bool(each.speeds)) for number in each.speeds or each.strokes)
+        table.add_row(each.motion, conditions, f"{each.seconds:.3g} s", f"{each.rate:.0f} Hz", str(each.repeats))
+    out.print(table)
+    for each in advised:
+        out.print(f"{each.motion} (for {', '.join(each.shows)}): {each.why}.")
+    out.print(
+        "Record time, velocity (or position) and force with one clock, the normal load beside them, unfiltered; begin and end each "
+        "recording at rest; keep temperature and lubrication; give repeats the same name with _rep1, _rep2.\n"
+        "next: evat experiment init FOLDER"
+    )
+
+
+def _millimetres(number: float, per: str) -> str:
+    return f"{1e3 * number:.3g} mm{per}" if number >= 1e-4 else f"{1e6 * number:.3g} um{per}"
+
+
 def _shown(value: float, name: str) -> str:
     return display(value, kernel.variable(name), digits=4)
