@@ -38,13 +38,11 @@ TABLES: dict[str, tuple[Key, ...]] = {
         Key("rows_after_header", "whole number", "0", "lines between the headers and the first numbers, such as one of units"),
     ),
     "[nominal]": (
-        Key("friction", "a friction law", "that of `parameters`", "the law by which the contact rubs"),
-        Key(
-            "kinematics", "external or internal", "that of `parameters`", "external: the slip velocity is a signal; internal: the path runs"
-        ),
+        Key("friction", "a friction law", "that of parameters", "the law by which the contact rubs"),
+        Key("kinematics", "external or internal", "that of parameters", "external: the slip velocity is a signal; internal: the path runs"),
         Key("parameters", "text", "", "a shipped set, or a path to an .ssv file beside this one"),
-        Key("effects", "list of names", "those of `parameters`", "effects that are in the nominal model already"),
-        Key("values", "table of numbers", "", "SI, by the component's names; they come over `parameters`"),
+        Key("effects", "list of names", "those of parameters", "effects that are in the nominal model already"),
+        Key("values", "table of numbers", "", "SI, by the component's names; they come over parameters"),
         Key("relative_sd", "table of numbers", "0.1 each", "how well each value is known, as a share of it; 0 is exact"),
         Key("proxy_source", "a choice", "slip_speed", "what heats the contact; a recorded temperature counts where it is named"),
         Key("initial_bristle", "free, relaxed or slid_in", "free", "how bristles are bent when a trial begins"),
