@@ -79,6 +79,9 @@ def typed(*words: str) -> tuple[Any, str, str]:
         ("Reibkraft", "force", ""),
         ("force de frottement (N)", "force", "N"),
         ("Fuerza_N", "force", "N"),
+        ("effort tangentiel (N)", "force", "N"),
+        ("effort normal (N)", "normal_load", "N"),
+        ("FRICTION FORCE(N)", "force", "N"),
         ("Normalkraft [N]", "normal_load", "N"),
         ("F_N [N]", "normal_load", "N"),
         ("Fn (N)", "normal_load", "N"),
@@ -190,6 +193,23 @@ def test_a_motor_constant_becomes_a_scale(tmp_path: Path, unit: str, number: flo
     answers = Answers({"friction_force": f"CH1 [{unit}]"}, radius=0.02, motor_constant=(number, given))
     force = next(signal for signal in understood(tmp_path, answers).signals if signal.name == "friction_force")
     assert force.table["scale"] == pytest.approx(scale)
+
+
+def test_what_was_measured_is_taken_and_not_what_was_commanded(tmp_path: Path) -> None:
+    table(
+        tmp_path / "a.csv", "Zeit[s];v_soll[mm/s];v_ist[mm/s];F_R[N];F_N[N];mu[-]", [TIMES, SPEED, SPEED, FORCE, 0 * TIMES + 10, FORCE], ";"
+    )
+    begun = understood(tmp_path)
+    columns = {signal.name: signal.table["column"] for signal in begun.signals}
+    assert columns == {"time": "Zeit[s]", "slip_velocity": "v_ist[mm/s]", "friction_force": "F_R[N]", "normal_load": "F_N[N]"}
+    assert begun.left == ("column 'v_soll[mm/s]': not used", "column 'mu[-]': not used")
+
+
+def test_three_forces_of_a_dynamometer_are_asked_about(tmp_path: Path) -> None:
+    table(tmp_path / "a.csv", "Time,Fx,Fy,Fz,v\ns,N,N,N,m/s", [TIMES, FORCE, 0 * TIMES, 0 * TIMES + 20, SPEED])
+    begun, questions = begin(tmp_path, Answers())
+    assert begun is None
+    assert [(question.option, question.choices) for question in questions] == [("--signal friction_force=COLUMN", ("Fx", "Fy", "Fz"))]
 
 
 def test_averages_become_means_and_remarks_are_left_out(tmp_path: Path) -> None:

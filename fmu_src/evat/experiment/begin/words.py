@@ -17,7 +17,8 @@ Kind = Literal[
 ]  # fmt: skip
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
-# Whole words and beginnings of words (ending in *); the longest that fits decides, so that "normal force" is no friction force.
+# Whole words and beginnings of words (ending in *); the longest that fits decides, so that "normal force" is no friction
+# force, and of equally long ones the first.
 WORDS: Mapping[Kind, str] = {
     "time": "t time zeit* uhrzeit temps tiempo tempo tijd tid czas cas timestamp elapsed clock время 时间 時間 abtastzeit",
     "velocity": (
@@ -30,10 +31,6 @@ WORDS: Mapping[Kind, str] = {
         "deplacement* desplazamiento spostamento q qm angle* winkel* drehwinkel* phi angulo angolo положение 位置 "
         "verschiebung"
     ),
-    "force": (
-        "f force* kraft* reibkraft* reibungskraft* friction* reibung* frottement* effort* fuerza* forza* forca "
-        "friccion attrito kracht sila ft f_t ffr fr f_r fric tangential* сила 力 摩擦力 friction_force friction_n"
-    ),
     "normal_load": (
         "fn f_n normal* normalkraft* normal_force normal_load anpress* load last charge carga carico pruefkraft prufkraft 法向力"
     ),
@@ -41,6 +38,10 @@ WORDS: Mapping[Kind, str] = {
         "fc f_c cutting_force* schnittkraft* hauptkraft principal_force main_force effort_de_coupe fuerza_de_corte tangential_force_cut"
     ),
     "feed_force": "ff f_f feed_force* vorschubkraft* effort_d_avance fuerza_de_avance thrust*",
+    "force": (
+        "f force* kraft* reibkraft* reibungskraft* friction* reibung* frottement* effort* fuerza* forza* forca "
+        "friccion attrito kracht sila ft f_t ffr fr f_r fric tangential* tangentiel* tangenzial* сила 力 摩擦力 friction_force friction_n"
+    ),
     "current": "i iq i_q current* strom* motorstrom* motor_current courant* corriente corrente stroom ток 电流",
     "torque": "torque* moment* drehmoment* couple* par coppia motor_torque m_motor момент 转矩",
     "temperature": "temp temperature* temperatur* temperatura* theta",
