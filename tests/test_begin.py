@@ -21,7 +21,10 @@ from evat.experiment.read import read_experiment
 from evat.files.sniff import encoding_of, sniff
 from evat.files.table import write_columns
 from evat.files.text import RecordError, TextForm
+from evat.model import EvatError
 from evat.models.contact import ContactModel
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 MODEL = ContactModel()
@@ -329,3 +332,41 @@ def test_files_written_differently_are_told_apart(tmp_path: Path) -> None:
     assert "a.csv" in str(error.value)
     with pytest.raises(RecordError, match="no rows of numbers"):
         sniff(tmp_path / "a.csv", TextForm(delimiter="|"), ["delimiter"])
+
+
+HEADERS = st.text(st.characters(codec="utf-8", exclude_characters="\r\n"), max_size=12) | st.sampled_from(
+    ["t [s]", "v [mm/s]", "F [N]", "Fn (N)", "time", "", '"', "angle [deg]", "i [A]", "M [Nm]", "Fc [N]", "vc", "s", "trigger [V]"]
+)
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    headers=st.lists(HEADERS, min_size=1, max_size=5),
+    delimiter=st.sampled_from([";", ",", "\t", "|", " "]),
+    decimal=st.sampled_from([".", ","]),
+    above=st.text(max_size=30),
+    garbage=st.sampled_from(["", "x", "1e999", "nan", "\0", '"', "1,2.3"]),
+    encoding=st.sampled_from(["utf-8", "cp1252", "utf-16"]),
+)
+def test_whatever_lies_there_is_understood_or_refused_in_words(
+    tmp_path: Path, headers: list[str], delimiter: str, decimal: str, above: str, garbage: str, encoding: str
+) -> None:
+    """No other exception than ours; and what is written is read, or refused by the reader in its own words."""
+    rows = [[f"{row * 0.5 + column}".replace(".", decimal) for column in range(len(headers))] for row in range(6)]
+    rows[3][-1] += garbage
+    text = "\n".join([above, delimiter.join(headers), *(delimiter.join(row) for row in rows)])
+    (tmp_path / "a.csv").write_bytes(text.encode(encoding, errors="replace"))
+    (tmp_path / "experiment.toml").unlink(missing_ok=True)
+    with contextlib.suppress(EvatError):
+        begun, _ = begin(tmp_path, Answers(radius=0.1, motor_constant=(1.0, "N/A")))
+        if begun is not None:
+            write_begun(begun, Believed(), force=False)
+            read_experiment(tmp_path, MODEL)
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.binary(max_size=400))
+def test_any_bytes_are_refused_in_words(tmp_path: Path, data: bytes) -> None:
+    (tmp_path / "a.csv").write_bytes(data)
+    with contextlib.suppress(EvatError):
+        begin(tmp_path, Answers())
