@@ -505,7 +505,7 @@ def test_a_number_that_cannot_be_used_is_named_by_its_row(
             "there is no column 'F' for friction_force; it has 't [ms]', 'v'. Name the right one as signals.friction_force.column",
         ),
         ("t [ms],F,F,v\n1,1,1,1\n2,2,2,2\n", "two columns have the header 'F'"),
-        ("t [ms],v,F\n1,1\n2,2,2\n", "Expected 3 columns"),
+        ("t [ms],v,F\n1,1\n2,2,2\n", "line 2: 2 cells where the headers are 3"),
         ("\0" * 50, "no table of numbers|there is no column"),
     ],
 )

@@ -17,6 +17,8 @@ import pytest
 from evat import guide
 from evat.commands.main import main
 from evat.constants import CONSTANTS
+from evat.experiment.keys import TABLES
+from evat.files.read_toml import read_toml
 from evat.guide import seal, tables
 from evat.native import kernel
 from evat.native.compile import source_root
@@ -137,6 +139,35 @@ def test_the_experiment_that_is_shown_is_one(tmp_path: Path) -> None:
     recorded = evat.read_experiment(tmp_path, evat.ContactModel())
     assert recorded.trials[0].inputs["slip_velocity"][1] == pytest.approx(0.01)
     assert recorded.nominal.relative_sd == {"F_C": 0.2}
+
+
+def test_the_documents_of_the_page_on_the_format_are_whole(tmp_path: Path) -> None:
+    """Each is read with data files that have the columns it names, written as it says."""
+    shown = [block for block in blocks(PAGES["experiment-format.md"]) if block.kind == "toml"]
+    assert len(shown) == 3
+    for place, block in enumerate(shown):
+        folder = tmp_path / str(place)
+        folder.mkdir()
+        (folder / "experiment.toml").write_text(block.text, encoding="utf-8")
+        told = read_toml(folder / "experiment.toml")
+        form = {"delimiter": ",", "decimal": ".", "encoding": "utf-8", "rows_after_header": 0, **told.get("reader", {})}
+        columns = [signal["column"] for signal in told["signals"].values()] + told.get("means", {}).get("ignore", [])
+        rows = [columns, *[["-"] * len(columns)] * form["rows_after_header"]]
+        rows += [[f"{row + 1.5}".replace(".", form["decimal"])] * len(columns) for row in range(5)]
+        for entry in [*told.get("trials", []), *([told["means"]] if "means" in told else [])]:
+            text = "\n".join(form["delimiter"].join(row) for row in rows)
+            (folder / entry["file"]).write_text(text, encoding=form["encoding"])
+        recorded = evat.read_experiment(folder, evat.ContactModel())
+        assert recorded.samples > 0
+        assert len(recorded.trials) == len(told.get("trials", []))
+
+
+def test_the_table_of_keys_is_the_one_that_documents_are_checked_by(site: Path) -> None:
+    page = (site / "experiment-format.html").read_text(encoding="utf-8").replace("&#95;", "_")
+    for keys in TABLES.values():
+        for key in keys:
+            assert f'<code class="name">{key.name}</code>' in page
+            assert html.escape(key.meaning, quote=False) in page.replace("&quot;", '"'), key.name
 
 
 def test_the_readme_is_short_and_uses_the_front_door_alone() -> None:

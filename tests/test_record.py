@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat import parameter_sets
-from evat.files.table import RecordError
+from evat.files.text import RecordError
 from evat.model import ParameterError
 from evat.native import kernel
 from evat.studies.record import Columns, follow_record, read_record, velocity_from_position

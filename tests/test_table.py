@@ -11,7 +11,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 import pytest
-from evat.files.table import RecordError, read_table, write_trace
+from evat.files.table import read_table, write_trace
+from evat.files.text import RecordError
 from evat.files.writing import OutputError
 from evat.model import Trace
 
@@ -146,7 +147,7 @@ def test_a_column_that_is_not_all_numbers_is_called_so(tmp_path: Path, text: str
     [
         (b"a,a\n1,2\n", "file.csv", "two columns have the header 'a'"),
         (b"t [\xb5s],F\n1,2\n", "file.csv", "UTF-8"),
-        (b"a,b\n1\n", "file.csv", "Expected 2 columns"),
+        (b"a,b\n1\n", "file.csv", "line 2: 1 cells where the headers are 2"),
         (b"a,b\nx,y\n", "file.csv", "no column of numbers"),
         (b"\0" * 100, "file.csv", "no table of numbers"),
         (b"", "file.parquet", "no table of numbers"),

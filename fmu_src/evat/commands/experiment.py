@@ -11,6 +11,7 @@ import typer
 from rich.table import Table
 
 from evat import parameter_sets
+from evat.commands.begin import init
 from evat.commands.recovery import recovery
 from evat.commands.shared import SpeedUnit, Values, share_done, typed_values
 from evat.console import err, marked, out
@@ -18,6 +19,7 @@ from evat.model import ParameterError
 from evat.motions import KINDS
 from evat.native import kernel
 from evat.required_inputs import unread_inputs
+from evat.studies.examples import EXAMPLES
 from evat.units import display, to_si
 
 if TYPE_CHECKING:
@@ -29,8 +31,9 @@ EVEN = 1.01  # longest over shortest step up to which a clock is called even
 experiment = typer.Typer(
     name="experiment",
     no_args_is_help=True,
-    help="Measured experiments: check one, or simulate orthogonal cutting tests of a contact whose parameters are known.",
+    help="Measured experiments: begin with a folder of data files, check one, or simulate tests of a contact whose parameters are known.",
 )
+experiment.command()(init)
 experiment.command()(recovery)
 Folder = Annotated[Path, typer.Argument(help="A folder with an experiment.toml, or such a file.")]
 
@@ -162,6 +165,67 @@ def orthogonal(
             parameter_set.name, parameter_set.title, whole, effects, parameter_set.sources, notes, parameter_set.speed_range
         )
         out.print(f"wrote {parameter_sets.save_ssv(kept, truth)}")
+
+
+@experiment.command()
+def example(
+    name: Annotated[str, typer.Argument(help=f"Which one: {', '.join(EXAMPLES)}.")],
+    to: Annotated[Path, typer.Option("--out", "-o", help="A new folder for the experiment.")],
+    seed: Annotated[int, typer.Option(help="Of the noise; the same seed gives the same files.", min=0)] = 0,
+) -> None:
+    """Write a small simulated experiment to try things on, and a picture of it.
+
+    rig: strokes of a friction rig; cut: forces of elliptical vibration cutting; averages: mean forces over cutting speed; axis: a motor's
+    angle and current.
+
+    Example: evat experiment example axis -o my-axis
+    """
+    from evat.experiment.read import read_experiment
+    from evat.models.contact import ContactModel
+    from evat.plots.experiment import plot_experiment
+    from evat.studies.examples import write_example
+
+    out.print(f"wrote {write_example(name, to, seed)}")
+    made = read_experiment(to, ContactModel())
+    if made.trials:
+        out.print(f"wrote {plot_experiment(made, to / 'experiment.png')}")
+    out.print(f"next: evat experiment check {to}", soft_wrap=True)
+
+
+@experiment.command()
+def advise(
+    parameters: Annotated[
+        str | None, typer.Option("--set", "-s", help="What is believed of the contact: a shipped set or an .ssv file.")
+    ] = None,
+    value: Values = None,
+    speed_unit: SpeedUnit = "m/min",
+) -> None:
+    """Say what to record, how long, how fast sampled and how often, so that the parameters of a contact show.
+
+    Scaled by F_C, F_S, sigma0 and v_s, as far as you believe to know them.
+
+    Example: evat experiment advise -v 'F_C=12 N' -v 'sigma0=0.5 N/um' -v 'v_s=5 mm/s'
+    """
+    from evat.studies.recording import recordings
+
+    believed = {} if parameters is None else dict(parameter_sets.load(parameters, speed_unit=speed_unit).values)
+    table = Table("motion", "conditions", "each at least", "sampled at", "repeats", title="What to record", title_justify="left")
+    advised = recordings({**believed, **typed_values(value)})
+    for each in advised:
+        conditions = ", ".join(_millimetres(number, "/s" * bool(each.speeds)) for number in each.speeds or each.strokes)
+        table.add_row(each.motion, conditions, f"{each.seconds:.3g} s", f"{each.rate:.0f} Hz", str(each.repeats))
+    out.print(table)
+    for each in advised:
+        out.print(f"{each.motion} (for {', '.join(each.shows)}): {each.why}.")
+    out.print(
+        "Record time, velocity (or position) and force with one clock, the normal load beside them, unfiltered; begin and end each "
+        "recording at rest; keep temperature and lubrication; give repeats the same name with _rep1, _rep2.\n"
+        "next: evat experiment init FOLDER"
+    )
+
+
+def _millimetres(number: float, per: str) -> str:
+    return f"{1e3 * number:.3g} mm{per}" if number >= 1e-4 else f"{1e6 * number:.3g} um{per}"
 
 
 def _shown(value: float, name: str) -> str:

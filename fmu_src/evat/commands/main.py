@@ -173,7 +173,8 @@ def simulate(
 
     Example: evat simulate -s regularised/al-7075-t6 --law lugre -v 'cutting_speed=20 m/min' -v feed=50um -o cut.csv
     """
-    from evat.files.table import RecordError, read_table, write_trace
+    from evat.files.table import read_table, write_trace
+    from evat.files.text import RecordError
     from evat.models.simulate import SHOWN
     from evat.models.simulate import simulate as run_contact
     from evat.plots.cycles import plot_trace

@@ -9,8 +9,10 @@ import numpy as np
 
 from evat.experiment import ExperimentError, Signal
 from evat.experiment.document import BESIDE, CLOCK, Document, TrialEntry, to_variable
+from evat.files.spelling import unit_meant
 from evat.files.stream import Bytes, headers, open_batches
-from evat.files.table import RecordError, unit_in
+from evat.files.table import unit_in
+from evat.files.text import RecordError, TextForm
 from evat.model import FloatArray, Model, ParameterError, Variable
 from evat.units import affine, base_unit
 
@@ -72,7 +74,7 @@ def trial_columns(document: Document, entry: TrialEntry, model: Model) -> list[C
     """The columns that a trial's file must have, the clock first."""
     by_name = {variable.name: variable for variable in model.variables}
     try:
-        header = headers(entry.path)
+        header = headers(entry.path, document.form)
     except RecordError as error:
         raise ExperimentError(f"{entry.file}: {error}") from error
     columns = []
@@ -93,8 +95,11 @@ def check_header(signal: Signal, file: str) -> None:
     """ExperimentError where the brackets at the end of a header state another unit than the document.
 
     They may hold text that is no unit; round ones may also hold a unit of another kind, which is then text too: "T (C)" is no charge.
+    A unit may be spelt as people do: [1/min] of a spindle, [Nm] of a torque.
     """
     stated = unit_in(signal.column)
+    if stated is not None and unit_meant(stated) == signal.unit:
+        return
     try:
         base_unit(stated or "")
     except ParameterError:
@@ -110,11 +115,13 @@ def check_header(signal: Signal, file: str) -> None:
         )
 
 
-def trial_batches(entry: TrialEntry, columns: list[Column], done: Bytes, rows: Callable[[int], None]) -> Iterator[list[FloatArray]]:
+def trial_batches(
+    entry: TrialEntry, columns: list[Column], done: Bytes, rows: Callable[[int], None], form: TextForm
+) -> Iterator[list[FloatArray]]:
     """A trial's file in batches, in SI and checked. `rows` is told how many there will be where the file says so."""
     at, last = 0, -np.inf
     try:
-        with open_batches(entry.path, [column.header for column in columns], done) as batches:
+        with open_batches(entry.path, [column.header for column in columns], done, form) as batches:
             if batches.rows is not None:
                 rows(batches.rows)
             for raw in batches.each:

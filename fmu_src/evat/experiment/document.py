@@ -11,8 +11,10 @@ from typing import Any
 
 from evat.experiment import ExperimentError, Nominal, Role, SetupSd, Signal
 from evat.experiment.checks import SETTABLE, Checks, is_number
+from evat.experiment.keys import keys, needed
 from evat.experiment.nominal import read_nominal
 from evat.files.read_toml import TomlError, read_toml
+from evat.files.text import PLAIN, TextForm, known_encoding
 from evat.model import Model, ParameterError, Variable
 from evat.required_inputs import KINEMATICS, MOTION, lacks_motion
 from evat.units import affine, base_unit
@@ -24,13 +26,10 @@ TRIGGER = "trigger"  # a signal that is on in the rows that count
 BESIDE = (CLOCK, TRIGGER)  # signals that are no variables of the component
 FRICTION = "friction_force"
 MEAN = "mean_"  # how the names of averages begin
+MOST_LINES = 100_000  # above the numbers
 
-KEYS = ("format", "title", "intended_use", "nominal", "signals", "setup_sd", "trials", "means")
-SIGNAL_KEYS = ("column", "unit", "role", "full_scale", "sign", "scale", "offset", "from", "radius")
 POSITION = "position"
 ANGULAR = {"m/s": "rad/s", "N": "N.m"}  # what a column with a lever arm measures in place of the variable
-TRIAL_KEYS = ("file", "condition", "values")
-SETUP_KEYS = ("gain", "zero", "clock")
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +64,8 @@ class Document:
     files: tuple[Path, ...]
     setup_sd: Mapping[str, SetupSd]
     inertia: Inertia | None = None
+    form: TextForm = PLAIN
+    ignored: tuple[str, ...] = ()
 
     @property
     def recorded(self) -> tuple[Signal, ...]:
@@ -95,7 +96,7 @@ class _Reader(Checks):
             table = read_toml(self.path)
         except TomlError as error:
             raise ExperimentError(str(error)) from error
-        self.keys("", table, KEYS, ("format", "title", "nominal"))
+        self.keys("", table, keys(""), needed(""))
         if table["format"] != FORMAT or isinstance(table["format"], bool):
             raise self.error("format", f"{table['format']!r}; this version reads format {FORMAT}.")
         signals = self.signals(self.table("signals", table.get("signals", {})))
@@ -103,10 +104,12 @@ class _Reader(Checks):
         if not isinstance(entries, list):
             raise self.error("trials", "write each recording as a table [[trials]], with two brackets.")
         trials = tuple(self.trial(f"trials {place + 1}", entry) for place, entry in enumerate(entries))
-        means = None
+        form = self.form(self.table("reader", table.get("reader", {})))
+        means, ignored = None, tuple[str, ...]()
         if "means" in table:
-            self.keys("means", self.table("means", table["means"]), ("file",), ("file",))
+            self.keys("means", self.table("means", table["means"]), keys("[means]"), needed("[means]"))
             means = (file := self.text("means.file", table["means"]["file"]), self.inside("means.file", file))
+            ignored = self.ignored(table["means"].get("ignore", []))
         self.contents(signals, trials, means)
         believed = dict(self.table("nominal", table["nominal"]))
         inertia = self.inertia(believed, signals)
@@ -120,14 +123,48 @@ class _Reader(Checks):
             )
         setup_sd = self.setup_sd(self.table("setup_sd", table.get("setup_sd", {})), signals)
         return Document(
-            self.path.parent, title, intended_use, nominal, signals, trials, means, (self.path, *files, *data), setup_sd, inertia
+            self.path.parent,
+            title,
+            intended_use,
+            nominal,
+            signals,
+            trials,
+            means,
+            (self.path, *files, *data),
+            setup_sd,
+            inertia,
+            form,
+            ignored,
         )
+
+    def form(self, table: Mapping[str, Any]) -> TextForm:
+        """How the text files are written."""
+        self.keys("reader", table, keys("[reader]"), ())
+        for key in ("skip_rows", "rows_after_header"):
+            if not isinstance(count := table.get(key, 0), int) or isinstance(count, bool) or not 0 <= count <= MOST_LINES:
+                raise self.error(f"reader.{key}", f"{count!r}; a whole number of lines from 0 to {MOST_LINES} is needed.")
+        delimiter, decimal, encoding = (self.text(f"reader.{key}", table.get(key, "")) for key in ("delimiter", "decimal", "encoding"))
+        if delimiter and (len(delimiter) != 1 or not delimiter.isascii() or delimiter in '"\n\r\0' or delimiter.isalnum()):
+            raise self.error("reader.delimiter", f'{delimiter!r}; one character between columns is needed, such as ";" or "\\t".')
+        if decimal not in ("", ".", ","):
+            raise self.error("reader.decimal", f"{decimal!r}; allowed are '.' and ','.")
+        if decimal == delimiter == ",":
+            raise self.error("reader.decimal", "',' stands between the columns, too; one of them must be something else.")
+        if encoding and not known_encoding(encoding):
+            raise self.error("reader.encoding", f"{encoding[:40]!r}; no such encoding of text, write it like utf-8, cp1252 or utf-16.")
+        return TextForm(**{key: table[key] for key in keys("[reader]") if key in table})
+
+    def ignored(self, names: Any) -> tuple[str, ...]:
+        if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+            raise self.error("means.ignore", f'{names!r}; a list of headers is needed, such as ["remark"].')
+        return tuple(names)
 
     def setup_sd(self, table: Mapping[str, Any], signals: Mapping[str, Signal]) -> dict[str, SetupSd]:
         """Of the channels that are named: gain as a number, zero in the unit of the signal, clock in that of the time."""
         setups = {}
         for name, entry in table.items():
             where = f"setup_sd.{name}"
+<<<<<<< HEAD
             if self.variable(where, name).causality != "output" and name != MOTION:
                 raise self.error(where, f"set-up errors are those of what was measured; name an output, or {MOTION}.")
             self.keys(where, self.table(where, entry), SETUP_KEYS, ())
@@ -137,6 +174,11 @@ class _Reader(Checks):
                     f"only the zero of {MOTION} is a set-up error: its gain is one of the law's parameters, its clock that of the force. "
                     "State `zero`, or a clock for the force.",
                 )
+=======
+            if self.variable(where, name).causality != "output":
+                raise self.error(where, "set-up errors are those of what was measured; name an output.")
+            self.keys(where, self.table(where, entry), keys("[setup_sd.NAME]"), ())
+>>>>>>> wt-init
             known = {}
             for key, number in entry.items():
                 if not is_number(number) or not 0 <= number < math.inf:
@@ -191,7 +233,7 @@ class _Reader(Checks):
 
     def signal(self, name: str, table: Mapping[str, Any]) -> Signal:
         where = f"signals.{name}"
-        self.keys(where, table, SIGNAL_KEYS, ("unit",))
+        self.keys(where, table, keys("[signals.NAME]"), needed("[signals.NAME]"))
         known = self.variable(where, name) if name not in BESIDE else None
         unit, role = self.text(f"{where}.unit", table["unit"]), table.get("role")
         self.check_role(where, known, role)
@@ -262,7 +304,7 @@ class _Reader(Checks):
             raise self.error(f"{where}.role", f'{wrong}; {known.name} is an {right} of the component: role = "{right}".')
 
     def trial(self, where: str, entry: Any) -> TrialEntry:
-        self.keys(where, self.table(where, entry), TRIAL_KEYS, ("file", "condition"))
+        self.keys(where, self.table(where, entry), keys("[[trials]]"), needed("[[trials]]"))
         file, condition = self.text(f"{where}.file", entry["file"]), self.text(f"{where}.condition", entry["condition"])
         if not condition.strip():
             raise self.error(f"{where}.condition", "it is empty; trials of one condition are repeats of each other, so name it.")

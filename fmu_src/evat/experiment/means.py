@@ -13,7 +13,8 @@ from evat.experiment import ExperimentError, Means
 from evat.experiment.checks import SETTABLE
 from evat.experiment.columns import Column, check_header
 from evat.experiment.document import MEAN, Document, TrialEntry, check_inputs
-from evat.files.table import HEADER, RecordError, Table, read_table, read_texts, unit_in
+from evat.files.table import HEADER, Table, read_table, read_texts, unit_in
+from evat.files.text import RecordError
 from evat.model import Model, ParameterError, Variable
 
 CONDITION = "condition"  # header of the names of the conditions; without it they are named after what varied
@@ -24,8 +25,8 @@ SAME = 1e-9  # relative: a trial and a row whose values agree like this were run
 def read_means(document: Document, file: str, path: Path, model: Model) -> Means:
     """The averages of an experiment; ExperimentError where a column or a row cannot be used."""
     try:
-        table = read_table(path)
-        names = read_texts(path, CONDITION) if CONDITION in (*table.columns, *table.without_numbers) else None
+        table = read_table(path, document.form)
+        names = read_texts(path, CONDITION, document.form) if CONDITION in (*table.columns, *table.without_numbers) else None
     except RecordError as error:
         raise ExperimentError(f"{file}: {error}") from error
     by_name = {variable.name: variable for variable in model.variables}
@@ -59,8 +60,10 @@ def _columns(document: Document, file: str, table: Table, by_name: Mapping[str, 
     """Which column is which variable: by a signal that names it, else by its header."""
     signals = {signal.column: signal for signal in document.signals.values()}
     columns: list[Column] = []
+    if unknown := [header for header in document.ignored if header not in (*table.columns, *table.without_numbers)]:
+        raise ExperimentError(f"{file}: means.ignore names {unknown[0]!r}, and there is no such column; correct or remove it.")
     for header in (*table.columns, *table.without_numbers):
-        if header == CONDITION:
+        if header == CONDITION or header in document.ignored:
             continue
         if header in table.without_numbers:
             raise ExperimentError(
@@ -99,7 +102,7 @@ def _known(file: str, header: str, name: str, by_name: Mapping[str, Variable]) -
     hint = f"did you mean {', '.join(near)}? " if near else ""
     raise ExperimentError(
         f"{file}, column {header!r}: {name!r} is no number that can be set and no mean; {hint}Columns are {CONDITION}, values "
-        f"set, means ({', '.join(_means(by_name))}) and means with {SD} at the end. Remove or rename the column."
+        f"set, means ({', '.join(_means(by_name))}) and means with {SD} at the end. Rename the column, or name it in means.ignore."
     )
 
 

@@ -10,12 +10,13 @@ from typing import Any, get_args
 from evat import parameter_sets
 from evat.experiment import InitialBristle, Nominal
 from evat.experiment.checks import Checks, is_number, near
+from evat.experiment.keys import keys
 from evat.model import EvatError
 from evat.required_inputs import SOURCE
 
 CHOICES = {"friction": "friction_law", "kinematics": "kinematics"}  # key of [nominal] -> the component's variable
 INITIAL_BRISTLE = "initial_bristle"
-KEYS = (*CHOICES, SOURCE, "parameters", "effects", "values", "relative_sd", INITIAL_BRISTLE)
+KEYS = tuple(name for name in keys("[nominal]") if name not in ("mass", "gravity_load"))  # which the document takes out before
 
 
 def read_nominal(checks: Checks, table: Mapping[str, Any]) -> tuple[Nominal, list[Path]]:

@@ -21,6 +21,7 @@ from evat.experiment.means import read_means
 from evat.experiment.smoothing import derivative
 from evat.experiment.trigger import triggered
 from evat.experiment.write import write_experiment
+from evat.files.text import TextForm
 from evat.model import FloatArray, Model
 from evat.required_inputs import MOTION
 
@@ -120,7 +121,7 @@ def scan_experiment(folder_or_toml: Path, model: Model, *, progress: Progress | 
     document = read_document(Path(folder_or_toml), model)
     done = _ShareDone(document, progress)
     data_hash = _hash(document, done)
-    trials = tuple(_scan_trial(entry, trial_columns(document, entry, model), done) for entry in document.trials)
+    trials = tuple(_scan_trial(entry, trial_columns(document, entry, model), done, document.form) for entry in document.trials)
     return Scan(document, trials, None if document.means is None else read_means(document, *document.means, model), data_hash)
 
 
@@ -169,7 +170,7 @@ def _read_trial(entry: TrialEntry, columns: list[Column], document: Document, do
         for column in held:
             column.resize(rows if most is None else min(rows, most), refcheck=False)
 
-    for batch in trial_batches(entry, columns, done, room):
+    for batch in trial_batches(entry, columns, done, room, document.form):
         end = at + batch[0].size if most is None else min(at + batch[0].size, most)
         if end > held[0].size:
             room(max(end, int(GROWTH * held[0].size)))
@@ -225,9 +226,9 @@ def even_step(file: str, times: FloatArray) -> float:
     return step
 
 
-def _scan_trial(entry: TrialEntry, columns: list[Column], done: Callable[[int], None]) -> TrialFacts:
+def _scan_trial(entry: TrialEntry, columns: list[Column], done: Callable[[int], None], form: TextForm) -> TrialFacts:
     facts, squares = TrialFacts(entry.file, entry.condition), np.zeros(len(columns))
-    for batch in trial_batches(entry, columns, done, lambda rows: None):
+    for batch in trial_batches(entry, columns, done, lambda rows: None, form):
         times = batch[0]
         steps = np.diff(times, prepend=facts.end) if facts.rows else np.diff(times)
         facts.begin, facts.end = (facts.begin if facts.rows else float(times[0])), float(times[-1])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path, PurePosixPath
@@ -69,17 +70,24 @@ def write_experiment(experiment: Experiment, folder: str | PathLike[str], *, suf
     experiment = replace(experiment, signals=signals)
     if unsigned := sorted(recorded - set(experiment.signals)):
         raise ExperimentError(f"{', '.join(unsigned)}: recorded, but no signal gives its column and unit; add a Signal for each.")
+    with new_folder(folder) as made:
+        _write(experiment, made, suffix)
+    return folder
+
+
+@contextmanager
+def new_folder(folder: Path) -> Iterator[Path]:
+    """A place to write a folder in, which becomes `folder` where the block ends well; ExperimentError where there is something already."""
     with as_output_error(folder):
         if folder.is_symlink() or (folder.exists() and (not folder.is_dir() or any(folder.iterdir()))):
             raise ExperimentError(f"{folder}: there is something already, and measurements are not overwritten; name a new folder.")
         with scratch(folder.parent) as beside:
             made = beside / "experiment"
             made.mkdir()
-            _write(experiment, made, suffix)
+            yield made
             if folder.exists():
                 folder.rmdir()
             os.replace(made, folder)
-    return folder
 
 
 def _write(experiment: Experiment, folder: Path, suffix: str) -> None:

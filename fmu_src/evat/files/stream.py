@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +12,8 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
-from evat.files.table import RecordError, delimiter_of, is_parquet
+from evat.files.table import is_parquet
+from evat.files.text import PLAIN, RecordError, TextForm, bad_line, text_options
 from evat.model import FloatArray
 
 CSV_BLOCK = 1 << 22  # bytes; a row must fit into one
@@ -30,39 +31,36 @@ class Batches:
     each: Iterator[list[FloatArray]]
 
 
-def headers(path: Path) -> tuple[str, ...]:
+def headers(path: Path, form: TextForm = PLAIN) -> tuple[str, ...]:
     """The headers of a file, as they stand in it; RecordError where there are none that can be read."""
-    with _explained(path):
+    with _explained(path, form):
         if is_parquet(path):
             with pa.parquet.ParquetFile(path) as file:
                 names = tuple(file.schema_arrow.names)
         else:
-            options = pa.csv.ParseOptions(delimiter=delimiter_of(path))
-            with pa.csv.open_csv(path, read_options=pa.csv.ReadOptions(block_size=CSV_BLOCK), parse_options=options) as reader:
+            source, options = text_options(path, form, block_size=CSV_BLOCK)
+            with pa.csv.open_csv(source, **options) as reader:
                 names = tuple(reader.schema.names)
     for name in names:
-        if names.count(name) > 1:
+        if name and names.count(name) > 1:
             raise RecordError(f"{path.name}: two columns have the header {name!r}; give each its own.")
     return names
 
 
-def open_batches(path: Path, wanted: Sequence[str], done: Bytes) -> AbstractContextManager[Batches]:
+def open_batches(path: Path, wanted: Sequence[str], done: Bytes, form: TextForm = PLAIN) -> AbstractContextManager[Batches]:
     """Some columns of a file as numbers. RecordError, when it is opened or on the way, where it holds something else."""
-    return _parquet(path, wanted, done) if is_parquet(path) else _csv(path, wanted, done)
+    return _parquet(path, wanted, done) if is_parquet(path) else _csv(path, wanted, done, form)
 
 
 @contextmanager
-def _csv(path: Path, wanted: Sequence[str], done: Bytes) -> Iterator[Batches]:
+def _csv(path: Path, wanted: Sequence[str], done: Bytes, form: TextForm) -> Iterator[Batches]:
     types = dict.fromkeys(wanted, pa.float64())  # by the whole column, not by what its first block looks like
-    with (
-        _explained(path),
-        pa.csv.open_csv(  # by its name: a file of Python's may be closed, or the interpreter gone, while Arrow still reads ahead
-            path,
-            read_options=pa.csv.ReadOptions(block_size=CSV_BLOCK),
-            parse_options=pa.csv.ParseOptions(delimiter=delimiter_of(path)),
-            convert_options=pa.csv.ConvertOptions(include_columns=list(wanted), column_types=types),
-        ) as reader,
-    ):
+    convert = pa.csv.ConvertOptions(include_columns=list(wanted), column_types=types, decimal_point=form.decimal)
+    with ExitStack() as stack:
+        stack.enter_context(_explained(path, form, wanted))
+        # By its name: a file of Python's may be closed, or the interpreter gone, while Arrow still reads ahead.
+        source, options = text_options(path, form, block_size=CSV_BLOCK)
+        reader = stack.enter_context(pa.csv.open_csv(source, convert_options=convert, **options))
         yield Batches(None, _told(_columns(reader), path.stat().st_size, None, done))
 
 
@@ -97,16 +95,20 @@ def _told(batches: Iterator[list[FloatArray]], size: int, rows: int | None, done
 
 
 @contextmanager
-def _explained(path: Path) -> Iterator[None]:
+def _explained(path: Path, form: TextForm = PLAIN, wanted: Sequence[str] = ()) -> Iterator[None]:
     try:
         yield
     except OSError as error:
         raise RecordError(f"{path.name}: {error.strerror or error}.") from error
     except pa.ArrowException as error:
+        where = "" if is_parquet(path) else bad_line(path, form, wanted)
         raise RecordError(
-            f"{path.name}: this is no table of numbers ({error}). Numbers have a decimal point; missing ones are left empty."
+            f"{path.name}: this is no table of numbers ({where or error}). Numbers have a decimal point, or what reader.decimal says; "
+            "missing ones are left empty."
         ) from error
     except UnicodeEncodeError as error:
         raise RecordError(f"{path.name}: the file's name is no text (UTF-8); rename it.") from error
     except UnicodeDecodeError as error:
-        raise RecordError(f"{path.name}: the headers are not written in UTF-8; save the file anew in that encoding.") from error
+        raise RecordError(
+            f"{path.name}: the headers are not written in UTF-8; name their encoding as reader.encoding, or save the file anew."
+        ) from error

@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
+from evat.files.text import PLAIN, RecordError, TextForm, bad_line, text_options
 from evat.files.writing import whole
 from evat.model import EvatError, FloatArray, Trace
 from evat.units import affine
@@ -27,10 +28,6 @@ def unit_in(header: str) -> str | None:
     """What stands in the brackets at the end of a header, None where there are none."""
     match = HEADER.fullmatch(header)
     return None if match is None else (match["round"] if match["square"] is None else match["square"]).strip()
-
-
-class RecordError(EvatError):
-    """A data file that does not hold what is needed; names file, column and row."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,30 +83,27 @@ def is_parquet(path: Path) -> bool:
     return path.suffix.lower() in PARQUET
 
 
-def delimiter_of(path: Path) -> str:
-    """What stands between the columns of a CSV file: a tab, semicolon or comma."""
-    with path.open(encoding="utf-8", errors="replace") as file:
-        first = file.readline(1 << 20)
-    return max("\t;,", key=first.count)
-
-
-def read_table(path: Path) -> Table:
+def read_table(path: Path, form: TextForm = PLAIN) -> Table:
     """All numeric columns of a CSV (comma, semicolon or tab) or Parquet file; RecordError where it cannot be read."""
     try:
         if is_parquet(path):
             table = pa.parquet.read_table(path)
         else:
-            table = pa.csv.read_csv(path, parse_options=pa.csv.ParseOptions(delimiter=delimiter_of(path)))
+            source, options = text_options(path, form)
+            table = pa.csv.read_csv(source, convert_options=pa.csv.ConvertOptions(decimal_point=form.decimal), **options)
     except OSError as error:
         raise RecordError(f"{path}: {error.strerror or error}.") from error
     except UnicodeEncodeError as error:
         raise RecordError(f"{path.name}: the file's name is no text (UTF-8); rename it.") from error
     except pa.ArrowException as error:
-        raise RecordError(f"{path.name}: this is no table of numbers ({error}).") from error
+        where = "" if is_parquet(path) else bad_line(path, form)
+        raise RecordError(f"{path.name}: this is no table of numbers ({where or error}).") from error
     try:
         names = table.column_names
     except UnicodeDecodeError as error:
-        raise RecordError(f"{path.name}: the headers are not written in UTF-8; save the file anew in that encoding.") from error
+        raise RecordError(
+            f"{path.name}: the headers are not written in UTF-8; name their encoding as reader.encoding, or save the file anew."
+        ) from error
     columns = {}
     for field, column in zip(table.schema, table.columns, strict=True):
         if field.name in columns:
@@ -121,7 +115,7 @@ def read_table(path: Path) -> Table:
     return Table(path, columns, tuple(name for name in names if name not in columns))
 
 
-def read_texts(path: Path, header: str) -> tuple[str, ...]:
+def read_texts(path: Path, header: str, form: TextForm = PLAIN) -> tuple[str, ...]:
     """One column as the texts that stand in it, such as names; RecordError where a row has none."""
     try:
         if is_parquet(path):
@@ -130,8 +124,8 @@ def read_texts(path: Path, header: str) -> tuple[str, ...]:
             convert = pa.csv.ConvertOptions(
                 include_columns=[header], column_types={header: pa.string()}, strings_can_be_null=True, null_values=[""]
             )  # "NA" is a name
-            options = pa.csv.ParseOptions(delimiter=delimiter_of(path))
-            column = pa.csv.read_csv(path, parse_options=options, convert_options=convert)[header]
+            source, options = text_options(path, form)
+            column = pa.csv.read_csv(source, convert_options=convert, **options)[header]
     except (OSError, pa.ArrowException) as error:
         raise RecordError(f"{path.name}, column {header!r}: it cannot be read as text ({error}).") from error
     texts = column.to_pylist()

@@ -12,6 +12,7 @@ from typing import Any
 import evat
 from evat import parameter_sets
 from evat.constants import CONSTANTS, Constant, Value
+from evat.experiment import keys as experiment_keys
 from evat.fmu import fmu_facts_of, parts
 from evat.gap.verdict import sensitivity
 from evat.gap.verdict.constants import in_use
@@ -175,6 +176,16 @@ def _constants() -> str:
     return f"Measured: {len(lines) - missing} of {len(lines)} constants; {missing} not yet.\n\n" + _table(headers, lines)
 
 
+def _keys() -> str:
+    """Every table of an experiment.toml."""
+    lines: list[str] = []
+    for head, keys in experiment_keys.TABLES.items():
+        rows = ((_code(key.name) + " (needed)" * key.needed, _text(key.takes), _text(key.default), _text(key.meaning)) for key in keys)
+        title = f"`{head}`" if head else "At the top"
+        lines.append(f"### {title}\n\n{_table(('key', 'takes', 'where it is missing', 'meaning'), rows)}")
+    return "\n".join(lines)
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "laws": _laws,
     "effects": _effects,
@@ -184,6 +195,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "outputs": lambda: _outputs(_of_the_contact("output")),
     "sets": _sets,
     "constants": _constants,
+    "keys": _keys,
     "parts": _parts,
     "names": lambda: _names("evat", sorted((name for name in evat.__all__ if name != "parameter_sets"), key=str.lower)),
     "names of parameter_sets": lambda: _names("evat.parameter_sets", OF_SETS),

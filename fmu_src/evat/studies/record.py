@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from evat.files.table import RecordError, read_table
+from evat.files.table import read_table
+from evat.files.text import RecordError
 from evat.model import FloatArray, ParameterError, Run, Trace
 from evat.models.drive import Progress, drive
 

@@ -11,7 +11,8 @@ import fmpy
 import numpy as np
 
 from evat import parameter_sets
-from evat.files.table import RecordError, read_table
+from evat.files.table import read_table
+from evat.files.text import RecordError
 from evat.model import ParameterError
 from evat.native import kernel
 from evat.systems.couple import Given

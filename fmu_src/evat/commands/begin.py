@@ -1,0 +1,203 @@
+"""`evat experiment init`: how does a folder of data files become an experiment? Asks in a terminal, takes all as options without one."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.table import Table
+
+from evat.commands.shared import Values, typed_values
+from evat.console import err, marked, out
+from evat.model import EvatError, ParameterError
+from evat.units import to_si
+
+if TYPE_CHECKING:
+    from evat.experiment.begin.guess import Answers, Begun, Question
+
+PICTURE = "experiment.png"
+MOST_SAMPLES = 20_000  # of a recording, in the picture
+
+
+def init(
+    folder: Annotated[Path, typer.Argument(help="A folder with recordings or averages: CSV, text or Parquet.")],
+    signal: Annotated[
+        list[str] | None, typer.Option("--signal", help="NAME=COLUMN: which column a variable is, such as slip_velocity='CH 2'; repeat it.")
+    ] = None,
+    unit: Annotated[list[str] | None, typer.Option("--unit", "-u", help="COLUMN=UNIT where the header does not say; repeat it.")] = None,
+    radius: Annotated[
+        str | None, typer.Option(help="Lever arm of an angle or a torque, such as '20 mm'; of a screw its lead/2/pi.")
+    ] = None,
+    motor_constant: Annotated[
+        str | None, typer.Option(help="Force or torque that a column in A or V stands for, such as '52 N/A', '0.5 N.m/A' or '10 N/V'.")
+    ] = None,
+    mass: Annotated[str | None, typer.Option(help="What a drive accelerates, such as '30 kg'.")] = None,
+    title: Annotated[str, typer.Option(help="Heads every report.")] = "",
+    parameters: Annotated[str, typer.Option("--set", "-s", help="The nominal model: a shipped set, or an .ssv file in the folder.")] = "",
+    friction: Annotated[str, typer.Option(help="The nominal friction law.")] = "",
+    value: Values = None,
+    delimiter: Annotated[str | None, typer.Option(help="What stands between the columns; \\t is a tab.")] = None,
+    decimal: Annotated[str | None, typer.Option(help="Decimal mark, . or ,")] = None,
+    encoding: Annotated[str | None, typer.Option(help="Of the headers, such as cp1252.")] = None,
+    skip_rows: Annotated[int | None, typer.Option(help="Lines above the line of headers.", min=0)] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an experiment.toml that is there.")] = False,
+) -> None:
+    """Look at a folder of data files and write an experiment.toml with every guess marked, and a picture of what was understood.
+
+    Example: evat experiment init measurements --radius '20 mm' --motor-constant '0.5 N.m/A'
+    """
+    from evat.experiment.begin.guess import begin
+    from evat.experiment.begin.write import Believed, check_free, to_look_at, write_begun
+
+    check_free(folder, force=force)
+    answers = _answers(signal, unit, radius, motor_constant)
+    _known_form(answers, delimiter=delimiter and delimiter.replace("\\t", "\t"), decimal=decimal, encoding=encoding, skip_rows=skip_rows)
+    believed = Believed(title, parameters, friction, typed_values(value), None if mass is None else to_si(mass, "kg", name="mass"))
+    begun, questions = begin(folder, answers)
+    while begun is None:
+        if not sys.stdin.isatty():
+            raise ParameterError(_missing(folder, questions))
+        for question in questions:
+            _ask(question, answers)
+        begun, questions = begin(folder, answers)
+    written = write_begun(begun, believed, force=force)
+    out.print(_table(begun))
+    for reason in begun.left:
+        err.print(f"not used: {reason}")
+    out.print(f"wrote {written}")
+    _picture(folder)
+    for sentence in to_look_at(begun, believed):
+        out.print(marked("look:", "bold yellow", sentence), soft_wrap=True)
+    out.print(f"next: look at {written} and the picture, then: evat experiment check {folder}", soft_wrap=True)
+
+
+def _answers(signal: Sequence[str] | None, unit: Sequence[str] | None, radius: str | None, motor_constant: str | None) -> Answers:
+    from evat.experiment.begin.guess import Answers
+
+    answers = Answers()
+    for text in signal or ():
+        _told_signal(answers, *_pair("--signal", text))
+    for text in unit or ():
+        _told_unit(answers, *reversed(_pair("--unit", text, last=True)))
+    if radius is not None:
+        _told_radius(answers, radius)
+    if motor_constant is not None:
+        _told_constant(answers, motor_constant)
+    return answers
+
+
+def _known_form(answers: Answers, **stated: Any) -> None:
+    """What is told of how the files are written; checked as the document's own [reader] is, where it is read."""
+    from evat.files.text import TextForm, known_encoding
+
+    told = {name: entry for name, entry in stated.items() if entry is not None}
+    if not known_encoding(told.get("encoding", "utf-8")):
+        raise ParameterError(f"--encoding {told['encoding']!r}: no such encoding of text; write it like utf-8 or cp1252.")
+    if len(told.get("delimiter", ";")) != 1:
+        raise ParameterError(f"--delimiter {told['delimiter']!r}: one character is needed.")
+    if told.get("decimal", ".") not in (".", ","):
+        raise ParameterError(f"--decimal {told['decimal']!r}: allowed are . and ,")
+    answers.form, answers.stated = TextForm(**told), tuple(told)
+
+
+def _pair(option: str, text: str, *, last: bool = False) -> tuple[str, str]:
+    name, equals, entry = text.rpartition("=") if last else text.partition("=")
+    if not equals or not name.strip() or not entry.strip():
+        raise ParameterError(f"{option} {text!r}: write {'COLUMN=UNIT' if last else 'NAME=COLUMN'}.")
+    return name.strip(), entry.strip()
+
+
+def _told_signal(answers: Answers, name: str, column: str) -> None:
+    from evat.experiment.document import BESIDE
+    from evat.native import kernel
+
+    if name not in BESIDE and kernel.variable(name).type != "real":
+        raise ParameterError(f"--signal {name}: only numbers are recorded.")
+    answers.signals[name] = column
+
+
+def _told_unit(answers: Answers, unit: str, column: str) -> None:
+    from evat.files.spelling import unit_meant
+    from evat.units import base_unit
+
+    known = unit_meant(unit) or unit
+    base_unit(known)
+    answers.units[column] = known
+
+
+def _told_radius(answers: Answers, text: str) -> None:
+    answers.radius = to_si(text, "m", name="radius")
+    if not answers.radius > 0:
+        raise ParameterError(f"radius = {text!r}: a length above 0 is needed.")
+
+
+def _told_constant(answers: Answers, text: str) -> None:
+    number, _, unit = text.strip().partition(" ")
+    try:
+        answers.motor_constant = (float(number), unit.strip())
+    except ValueError:
+        raise ParameterError(f"motor constant = {text!r}: a number and a unit are needed, such as '0.5 N.m/A'.") from None
+
+
+def _missing(folder: Path, questions: Sequence[Question]) -> str:
+    """What to say where nobody can be asked: each question, and the options that would answer them all."""
+    asked = []
+    for question in questions:
+        among = f" ({', '.join(map(repr, question.choices[:12]))})" if question.choices else ""
+        asked.append(f"{question.asked}{among} Say {question.option}.")
+    return f"{folder}: {' '.join(asked)} (In a terminal these are asked.)"
+
+
+def _ask(question: Question, answers: Answers) -> None:
+    """Until there is an answer that can be used."""
+    while True:
+        for number, choice in enumerate(question.choices, 1):
+            err.print(f"  {number}: {choice}", highlight=False)
+        told = str(typer.prompt(question.asked, err=True)).strip()
+        if question.choices and told.isdigit() and 1 <= int(told) <= len(question.choices):
+            told = question.choices[int(told) - 1]
+        try:
+            if question.choices and told not in question.choices:
+                raise ParameterError(f"{told!r}: answer with a number or a name of the list.")
+            if question.option.startswith("--signal"):
+                _told_signal(answers, question.key, told)
+            elif question.option.startswith("--unit"):
+                _told_unit(answers, told, question.key)
+            elif question.key == "radius":
+                _told_radius(answers, told)
+            else:
+                _told_constant(answers, told)
+            return
+        except EvatError as error:
+            err.print(marked("no:", "bold red", str(error)), soft_wrap=True)
+
+
+def _table(begun: Begun) -> Table:
+    table = Table("variable", "column", "unit", "what it goes by", title=f"{len(begun.recorded.files)} files", title_justify="left")
+    for signal in begun.signals:
+        more = [f"{key} {signal.table[key]}" for key in ("from", "sign", "radius", "scale") if key in signal.table]
+        table.add_row(signal.name, str(signal.table["column"]), ", ".join([str(signal.table["unit"]), *more]), signal.why or "you said so")
+    conditions: dict[str, int] = {}
+    for trial in begun.trials:
+        conditions[trial.condition] = conditions.get(trial.condition, 0) + 1
+    if conditions:
+        table.caption = "conditions: " + ", ".join(f"{name} ({count})" for name, count in conditions.items())
+    return table
+
+
+def _picture(folder: Path) -> None:
+    """What was understood, read back as every other command will read it; or what is wrong with it."""
+    from evat.experiment import ExperimentError
+    from evat.experiment.read import read_experiment
+    from evat.models.contact import ContactModel
+    from evat.plots.experiment import plot_experiment
+
+    try:
+        experiment = read_experiment(folder, ContactModel(), most=MOST_SAMPLES)
+        if experiment.trials:
+            out.print(f"wrote {plot_experiment(experiment, folder / PICTURE)}")
+    except ExperimentError as error:
+        err.print(marked("not yet fit:", "bold red", str(error)), soft_wrap=True)

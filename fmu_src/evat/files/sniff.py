@@ -1,0 +1,132 @@
+"""How was a file of numbers written, if nobody says so? Encoding, delimiter, decimal mark, and the lines above the numbers, from its first
+lines."""
+
+from __future__ import annotations
+
+import codecs
+import csv
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import charset_normalizer
+
+from evat.files.spelling import unit_meant
+from evat.files.text import LONGEST_LINE, MISSING, NUMBER, RecordError, TextForm
+
+HEAD = 256 << 10  # bytes that are looked at
+MOST_BYTES = 8 << 30
+DELIMITERS = ("\t", ";", ",", "|", " ")
+FEWEST_ROWS = 2
+MARKS = {codecs.BOM_UTF8: "utf-8", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
+# What measuring programs write, the commonest first; a few letters in a line of headers leave the choice between all others open.
+ENCODINGS = ["cp1252", "latin_1", "cp1250", "cp1251", "cp932", "gb18030"]
+
+
+@dataclass(frozen=True, slots=True)
+class Sniffed:
+    """What a file looks like: its form, its headers, and what a line of units below them says of each, "" where it says nothing."""
+
+    form: TextForm
+    headers: tuple[str, ...]
+    units: tuple[str, ...]
+
+
+def sniff(path: Path, known: TextForm | None = None, stated: Sequence[str] = ()) -> Sniffed:
+    """The form of a text file; fields of `known` that are `stated` are taken from there. RecordError where it is no text with numbers."""
+    size = path.stat().st_size
+    if size > MOST_BYTES:
+        raise RecordError(f"{path.name}: {size / 2**30:.3g} GiB; at most {MOST_BYTES >> 30} GiB are looked at. Cut it into recordings.")
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+    known = known or TextForm()
+    encoding = known.encoding if "encoding" in stated else encoding_of(head, path.name)
+    text = codecs.getincrementaldecoder("utf-8-sig" if encoding == "utf-8" else encoding)(errors="replace").decode(head)
+    lines = text.splitlines()[: None if size <= HEAD else -1]
+    if any(len(line) > LONGEST_LINE // 8 for line in lines) or (not lines and size):
+        raise RecordError(f"{path.name}: a line of more than {LONGEST_LINE // 8} characters; this is no table with a row a line.")
+    best: tuple[tuple[int, int], str, str, list[bool]] | None = None
+    for delimiter in DELIMITERS if "delimiter" not in stated else (known.delimiter,):
+        for decimal in (".", ",") if "decimal" not in stated else (known.decimal,):
+            if decimal == delimiter:
+                continue
+            rows = [_cells(line, delimiter) for line in lines]
+            width = max((len(row) for row in rows), key=[len(row) for row in rows if len(row) > 1].count, default=0)
+            numeric = [len(row) == width > 1 and _numeric(row, decimal) for row in rows]
+            count = _numbers_of(decimal)
+            score = (sum(numeric), sum(count(row) for row, is_numeric in zip(rows, numeric, strict=True) if is_numeric))
+            if best is None or score > best[0]:
+                best = (score, delimiter, decimal, numeric)
+    if best is None or best[0][0] < FEWEST_ROWS:
+        raise RecordError(
+            f"{path.name}: no rows of numbers were seen in its first {min(len(lines), 1000)} lines, with tab, semicolon, comma, bar or one "
+            "blank between the columns (runs of blanks are not read; save the file with tabs)."
+        )
+    _, delimiter, decimal, numeric = best
+    form = TextForm(delimiter, decimal, encoding)
+    return _headed(path, lines, numeric.index(True), form, known, stated)
+
+
+def _headed(path: Path, lines: list[str], first: int, form: TextForm, known: TextForm, stated: Sequence[str]) -> Sniffed:
+    """Which of the lines above the numbers are headers, which are units."""
+    width = len(_cells(lines[first], form.delimiter))
+    above = [place for place in range(first) if len(_cells(lines[place], form.delimiter)) == width]
+    if "skip_rows" in stated:
+        above = [place for place in above if place >= known.skip_rows]
+    if not above:
+        raise RecordError(
+            f"{path.name}: line {first + 1} is the first of {width} numbers, and no line of {width} headers stands above it; add one."
+        )
+    header, units = above[0] if "skip_rows" in stated else above[-1], [""] * width
+    rows = {place: _cells(lines[place], form.delimiter) for place in above}
+    if "skip_rows" not in stated and len(above) > 1 and _is_units(rows[header], rows[above[-2]]):
+        header = above[-2]
+    if header != above[-1]:
+        units = rows[above[-1]]
+    form = replace(form, skip_rows=header, rows_after_header=first - header - 1)
+    return Sniffed(form, tuple(_cells(lines[header], form.delimiter)), tuple(unit.strip().strip("[]()") for unit in units))
+
+
+def encoding_of(head: bytes, name: str) -> str:
+    """The encoding of a file's first bytes; RecordError where they are no text."""
+    for mark, encoding in MARKS.items():
+        if head.startswith(mark):
+            return encoding
+    if b"\0" in head:
+        raise RecordError(f"{name}: it holds bytes that no text has; this is a binary file. Export it as CSV or Parquet.")
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(head)
+    except UnicodeDecodeError:
+        # Only lines with such letters tell anything; the many digits beside them would hide them.
+        telling = b"\n".join(line for line in head.splitlines() if not line.isascii())[:4096]
+        likeliest = charset_normalizer.from_bytes(telling, cp_isolation=ENCODINGS, preemptive_behaviour=False).best()
+        if likeliest is None:
+            raise RecordError(f"{name}: its encoding cannot be told; give it as --encoding, such as cp1252, or save it as UTF-8.") from None
+        # Where several read the same, the commonest is meant; bytes that one of them has not stand for no letter there.
+        return "cp1252" if telling.decode("cp1252", "replace") == str(likeliest) else likeliest.encoding
+    return "utf-8"
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    try:
+        return next(csv.reader([line], delimiter=delimiter), [])
+    except csv.Error:
+        return [line]
+
+
+def _numbers_of(decimal: str) -> Callable[[Sequence[str]], int]:
+    other = "," if decimal == "." else "."
+    return lambda row: sum(NUMBER.fullmatch(cell) is not None and other not in cell for cell in row)
+
+
+def _numeric(row: Sequence[str], decimal: str) -> bool:
+    """Whether most of what is filled in is numbers."""
+    filled = [cell for cell in row if cell.strip().lower() not in MISSING]
+    return bool(filled) and 2 * _numbers_of(decimal)(filled) >= len(filled)
+
+
+def _is_units(cells: Sequence[str], above: Sequence[str]) -> bool:
+    """Whether a line below one of names holds their units."""
+    filled = [cell for cell in cells if cell.strip()]
+    units = sum(unit_meant(cell.strip().strip("[]()")) is not None for cell in filled)
+    return 2 * units >= len(filled) > 0 and sum(bool(cell.strip()) for cell in above) >= len(filled)

@@ -1,0 +1,132 @@
+"""How is a text file of numbers written, and which line of it is wrong? Options of Arrow's reader, and a look at where it gives up.
+
+Arrow's own transcoding calls Python from its threads and may hang when the interpreter ends in the midst of it. Numbers are ASCII in all
+encodings that hold ASCII, so only the headers are decoded, here; what is left, UTF-16 and its like, is decoded whole, in memory.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import itertools
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.csv
+
+from evat.model import EvatError
+
+LONGEST_LINE = 1 << 20  # characters
+MOST_DECODED = 256 << 20  # bytes of a file whose encoding does not hold ASCII
+NUMBER = re.compile(r"\s*[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?\s*")
+MISSING = ("", "nan", "na", "n/a", "null", "inf", "-inf", "+inf")  # what Arrow takes for a number that is none
+
+
+class RecordError(EvatError):
+    """A data file that does not hold what is needed; names file, column and row."""
+
+
+@dataclass(frozen=True, slots=True)
+class TextForm:
+    """How the text files of an experiment are written. Without a `delimiter` it is the commonest of three in the header line;
+    `rows_after_header` stand between the headers and the numbers, such as one of units."""
+
+    delimiter: str = ""
+    decimal: str = "."
+    encoding: str = "utf-8"
+    skip_rows: int = 0
+    rows_after_header: int = 0
+
+    @property
+    def is_utf8(self) -> bool:
+        return codecs.lookup(self.encoding).name in ("utf-8", "utf-8-sig", "ascii")
+
+    @property
+    def holds_ascii(self) -> bool:
+        return "a;1".encode(self.encoding) == b"a;1"
+
+
+PLAIN = TextForm()
+
+
+def known_encoding(name: str) -> bool:
+    """Whether Python can read text that is written so."""
+    try:
+        return bool("1".encode(codecs.lookup(name).name).decode(name) == "1") and not name.lower().startswith("idna")
+    except (LookupError, UnicodeError, TypeError, ValueError):
+        return False
+
+
+def lines_of(path: Path, form: TextForm, most: int) -> list[str]:
+    """Its first lines, as text; each at most LONGEST_LINE long."""
+    encoding = "utf-8-sig" if form.is_utf8 else form.encoding
+    with path.open(encoding=encoding, errors="replace", newline="") as file:
+        return list(itertools.takewhile(bool, (file.readline(LONGEST_LINE) for _ in range(most))))
+
+
+def delimiter_of(path: Path, form: TextForm = PLAIN) -> str:
+    """What stands between the columns of a text file: a tab, semicolon or comma, where the form does not say."""
+    if form.delimiter:
+        return form.delimiter
+    lines = lines_of(path, form, form.skip_rows + 1)
+    return max("\t;,", key=lines[-1].count if len(lines) > form.skip_rows else "".count)
+
+
+def text_options(path: Path, form: TextForm, **read: Any) -> tuple[Any, dict[str, Any]]:
+    """What Arrow's readers are given: the source, and the options to read and to parse it."""
+    delimiter = delimiter_of(path, form)
+    source: Any = path
+    options: dict[str, Any] = {"skip_rows": form.skip_rows, "skip_rows_after_names": form.rows_after_header}
+    if not form.holds_ascii:
+        size = path.stat().st_size
+        if size > MOST_DECODED:
+            raise RecordError(f"{path.name}: {size >> 20} MiB in {form.encoding}; a file that large is read in UTF-8 alone, save it anew.")
+        try:
+            source = pa.BufferReader(path.read_bytes().decode(form.encoding).encode())
+        except UnicodeError as error:
+            raise RecordError(f"{path.name}: this is no text in {form.encoding} ({error}); see reader.encoding.") from error
+    elif not form.is_utf8:
+        lines = lines_of(path, form, form.skip_rows + 1)
+        names = next(csv.reader(lines[form.skip_rows :], delimiter=delimiter), [])
+        if not names:
+            raise RecordError(
+                f"{path.name}: it has {len(lines)} lines, and no line of headers after {form.skip_rows}; see reader.skip_rows."
+            )
+        options = {"skip_rows": form.skip_rows + 1 + form.rows_after_header, "column_names": names}
+    return source, {
+        "read_options": pa.csv.ReadOptions(**options, **read),
+        "parse_options": pa.csv.ParseOptions(delimiter=delimiter),
+    }
+
+
+def bad_line(path: Path, form: TextForm, wanted: Sequence[str] = ()) -> str:
+    """The first line after the headers that has too many or too few cells, or no number where one is wanted, in words; "" where all are
+    right."""
+    encoding, delimiter = "utf-8-sig" if form.is_utf8 else form.encoding, delimiter_of(path, form)
+    numbers = tuple(MISSING)
+    try:
+        with path.open(encoding=encoding, errors="replace", newline="") as file:
+            for _ in range(form.skip_rows):
+                file.readline(LONGEST_LINE)
+            rows = csv.reader(file, delimiter=delimiter)
+            header = next(rows, [])
+            for _ in range(form.rows_after_header):
+                next(rows, None)
+            places = [place for place, name in enumerate(header) if name in wanted]
+            for row in rows:
+                line = f"line {form.skip_rows + rows.line_num}"
+                if row and len(row) != len(header):
+                    return f"{line}: {len(row)} cells where the headers are {len(header)}: {delimiter.join(row)[:60]!r}"
+                for place in places if row else ():
+                    cell = row[place].strip()
+                    wrong_mark = "," in cell if form.decimal == "." else "." in cell
+                    if cell.lower() not in numbers and (not NUMBER.fullmatch(cell) or wrong_mark):
+                        hint = f"; the decimal mark is {form.decimal!r}, see reader.decimal" if NUMBER.fullmatch(cell) else ""
+                        return f"{line}, column {header[place]!r}: {cell[:40]!r} is no number{hint}"
+    except (OSError, csv.Error) as error:
+        return f"({error})"
+    return ""

@@ -1,0 +1,372 @@
+"""Does a folder of data files become an experiment, whatever laboratories call their columns, and is every guess marked as one?"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from evat.commands import begin as command
+from evat.commands.main import main
+from evat.experiment import ExperimentError
+from evat.experiment.begin.guess import Answers, Begun, begin
+from evat.experiment.begin.names import named
+from evat.experiment.begin.words import meant
+from evat.experiment.begin.write import Believed, write_begun
+from evat.experiment.read import read_experiment
+from evat.files.sniff import encoding_of, sniff
+from evat.files.table import write_columns
+from evat.files.text import RecordError, TextForm
+from evat.model import EvatError
+from evat.models.contact import ContactModel
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+MODEL = ContactModel()
+TIMES = np.arange(200) / 100
+SPEED = 0.1 * np.sin(2 * np.pi * TIMES)
+FORCE = 5 * np.tanh(SPEED / 0.001)
+
+
+def table(path: Path, headers: str, columns: list[NDArray[np.float64]], delimiter: str = ",", above: str = "") -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    rows = (delimiter.join(f"{value:.7g}" for value in row) for row in zip(*columns, strict=True))
+    path.write_text("\n".join([*([above] if above else []), headers, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+def understood(folder: Path, answers: Answers | None = None) -> Begun:
+    begun, questions = begin(folder, answers or Answers())
+    assert begun is not None, questions
+    return begun
+
+
+def typed(*words: str) -> tuple[Any, str, str]:
+    """Exit status, output and complaints of a command without a terminal."""
+    printed, complaints = io.StringIO(), io.StringIO()
+    argv, sys.argv = sys.argv, ["evat", *words]
+    try:
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(complaints), pytest.raises(SystemExit) as end:
+            main()
+    finally:
+        sys.argv = argv
+    return end.value.code, printed.getvalue(), complaints.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("header", "kind", "unit"),
+    [
+        ("Zeit_ms", "time", "ms"),
+        ("t [s]", "time", "s"),
+        ("temps (s)", "time", "s"),
+        ("tiempo / s", "time", "s"),
+        ("Время, с", "time", "s"),
+        ("Timestamp", "time", ""),
+        ("Gleitgeschw. in mm/s", "velocity", "mm/s"),
+        ("vitesse [m/min]", "velocity", "m/min"),
+        ("belt_speed_mm_per_s", "velocity", "mm/s"),
+        ("Drehzahl [1/min]", "velocity", "rpm"),
+        ("n (U/min)", "velocity", "rpm"),
+        ("速度 [mm/s]", "velocity", "mm/s"),
+        ("Weg_µm", "position", "um"),
+        ("Encoder angle [°]", "position", "deg"),
+        ("déplacement (mm)", "position", "mm"),
+        ("F / N", "force", "N"),
+        ("Kraft [N]", "force", "N"),
+        ("Kraft [V]", "force", "V"),
+        ("Reibkraft", "force", ""),
+        ("force de frottement (N)", "force", "N"),
+        ("Fuerza_N", "force", "N"),
+        ("effort tangentiel (N)", "force", "N"),
+        ("effort normal (N)", "normal_load", "N"),
+        ("FRICTION FORCE(N)", "force", "N"),
+        ("Normalkraft [N]", "normal_load", "N"),
+        ("F_N [N]", "normal_load", "N"),
+        ("Fn (N)", "normal_load", "N"),
+        ("Schnittkraft Fc [N]", "principal_force", "N"),
+        ("Vorschubkraft [N]", "feed_force", "N"),
+        ("Motorstrom [A]", "current", "A"),
+        ("iq_A", "current", "A"),
+        ("Drehmoment [Nm]", "torque", "N.m"),
+        ("Temperatur [°C]", "temperature", "degC"),
+        ("v_s", "velocity", ""),
+        ("CH 3", "", ""),
+        ("Reibwert [-]", "", "1"),
+    ],
+)
+def test_a_header_is_understood(header: str, kind: str, unit: str) -> None:
+    told = meant(header)
+    assert (told.kind, told.unit) == (kind, unit)
+
+
+@pytest.mark.parametrize(
+    ("files", "conditions"),
+    [
+        (["run_50N_rep1.csv", "run_50N_rep2.csv", "run_80N_rep1.csv"], ["50N", "50N", "80N"]),
+        (["slow_01.txt", "slow_02.txt", "fast_01.txt"], ["slow", "slow", "fast"]),
+        (["Versuch 20mms Nr1.csv", "Versuch 20mms Nr2.csv", "Versuch 40mms Nr1.csv"], ["20mms", "20mms", "40mms"]),
+        (["a/1.csv", "a/2.csv", "b/1.csv", "b/2.csv"], ["a", "a", "b", "b"]),
+        (["m (1).csv", "m (2).csv", "k (1).csv"], ["m", "m", "k"]),
+        (["test1.csv", "test2.csv"], ["test1", "test2"]),
+        (["only.csv"], ["only"]),
+    ],
+)
+def test_repeats_are_told_by_the_names_of_files(files: list[str], conditions: list[str]) -> None:
+    told, _ = named(files)
+    assert [told[file].condition for file in files] == conditions
+
+
+def test_a_name_tells_what_a_cut_was_made_at() -> None:
+    told, _ = named(["al_vc120_f0.1_rep1.csv", "al_vc120_f0.1_rep2.csv", "al_vc60_f0p2_rep1.csv"])
+    assert set(told["al_vc60_f0p2_rep1.csv"].values) == {("cutting_speed", 60.0, "m/min"), ("feed", 0.2, "mm")}
+
+
+@pytest.mark.parametrize(
+    ("text", "form"),
+    [
+        ("t;v\n0,5;1\n0,6;2\n", TextForm(";", ",")),
+        ("t,v\n0.5,1\n0.6,2\n", TextForm(",", ".")),
+        ("t\tv\n0,5\t1\n0,6\t2\n", TextForm("\t", ",")),
+        ("a\nb\n\nt v\ns m/s\n0.5 1\n0.6 2\n", TextForm(" ", ".", skip_rows=3, rows_after_header=1)),
+        ("Messung 1;;\nt;v;F\n0,5;1;2\n0,6;2;2\n", TextForm(";", ",", skip_rows=1)),
+    ],
+)
+def test_a_form_is_seen(tmp_path: Path, text: str, form: TextForm) -> None:
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
+    assert sniff(tmp_path / "a.csv").form == form
+
+
+def test_encodings_are_told_by_the_lines_that_tell() -> None:
+    digits = b"0,5;1\r\n" * 2000
+    assert encoding_of("Gehäuse °C;Maß\r\n".encode("cp1252") + digits, "a") == "cp1252"
+    assert encoding_of("Gehäuse °C".encode() + digits, "a") == "utf-8"
+    assert encoding_of("t;v".encode("utf-16"), "a") == "utf-16"
+    russian = "Время;Скорость скольжения;Сила трения;Температура\r\n"
+    assert russian.encode("cp1251").decode(encoding_of(russian.encode("cp1251") + digits, "a")) == russian
+
+
+def test_what_runs_against_the_motion_is_turned(tmp_path: Path) -> None:
+    table(tmp_path / "a.csv", "t [s],v [m/s],F [N]", [TIMES, SPEED, -FORCE])
+    begun = understood(tmp_path)
+    assert {signal.name: signal.table.get("sign") for signal in begun.signals}["friction_force"] == -1
+    assert any("runs against the motion" in sentence for sentence in begun.look)
+    write_begun(begun, Believed(), force=False)
+    trial = read_experiment(tmp_path, MODEL).trials[0]
+    assert float(trial.inputs["slip_velocity"] @ trial.outputs["friction_force"]) > 0
+
+
+def test_a_clock_without_a_unit_is_read_off_its_steps(tmp_path: Path) -> None:
+    for name, factor, unit in (("s", 1.0, "s"), ("ms", 1e3, "ms")):
+        table(tmp_path / name / "a.csv", "time,v [m/s],F [N]", [TIMES * factor, SPEED, FORCE])
+        begun = understood(tmp_path / name)
+        clock = next(signal for signal in begun.signals if signal.name == "time")
+        assert clock.table["unit"] == unit
+        assert "the header states none" in clock.why
+
+
+def test_recordings_alike_repeat_each_other_where_names_do_not_tell(tmp_path: Path) -> None:
+    for name, share in (("test1", 1.0), ("test2", 1.001), ("test3", 3.0), ("test4", 3.003)):
+        table(tmp_path / f"{name}.csv", "t [s],v [m/s],F [N]", [TIMES, share * SPEED, FORCE])
+    begun = understood(tmp_path)
+    assert [trial.condition for trial in begun.trials] == ["test1", "test1", "test3", "test3"]
+    assert "repeat each other" in begun.repeats
+
+
+def test_turns_a_minute_and_a_torque_are_read_at_a_radius(tmp_path: Path) -> None:
+    table(tmp_path / "a.csv", "t [s],Drehzahl [1/min],Drehmoment [Nm]", [TIMES, 60 * SPEED, FORCE])
+    begun, questions = begin(tmp_path, Answers())
+    assert begun is None
+    assert [question.option for question in questions] == ["--radius '20 mm'"]
+    write_begun(understood(tmp_path, Answers(radius=0.5)), Believed(), force=False)
+    trial = read_experiment(tmp_path, MODEL).trials[0]
+    np.testing.assert_allclose(trial.inputs["slip_velocity"], 2 * np.pi * SPEED * 0.5, atol=1e-7)
+    np.testing.assert_allclose(trial.outputs["friction_force"], FORCE / 0.5, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("unit", "number", "given", "scale"), [("A", 52.0, "N/A", 52.0), ("mA", 0.5, "N.m/A", 25.0), ("V", 8.0, "N/V", 8.0)]
+)
+def test_a_motor_constant_becomes_a_scale(tmp_path: Path, unit: str, number: float, given: str, scale: float) -> None:
+    table(tmp_path / "a.csv", f"t [s],v [m/s],CH1 [{unit}]", [TIMES, SPEED, FORCE])
+    answers = Answers({"friction_force": f"CH1 [{unit}]"}, radius=0.02, motor_constant=(number, given))
+    force = next(signal for signal in understood(tmp_path, answers).signals if signal.name == "friction_force")
+    assert force.table["scale"] == pytest.approx(scale)
+
+
+def test_what_was_measured_is_taken_and_not_what_was_commanded(tmp_path: Path) -> None:
+    table(
+        tmp_path / "a.csv", "Zeit[s];v_soll[mm/s];v_ist[mm/s];F_R[N];F_N[N];mu[-]", [TIMES, SPEED, SPEED, FORCE, 0 * TIMES + 10, FORCE], ";"
+    )
+    begun = understood(tmp_path)
+    columns = {signal.name: signal.table["column"] for signal in begun.signals}
+    assert columns == {"time": "Zeit[s]", "slip_velocity": "v_ist[mm/s]", "friction_force": "F_R[N]", "normal_load": "F_N[N]"}
+    assert begun.left == ("column 'v_soll[mm/s]': not used", "column 'mu[-]': not used")
+
+
+def test_three_forces_of_a_dynamometer_are_asked_about(tmp_path: Path) -> None:
+    table(tmp_path / "a.csv", "Time,Fx,Fy,Fz,v\ns,N,N,N,m/s", [TIMES, FORCE, 0 * TIMES, 0 * TIMES + 20, SPEED])
+    begun, questions = begin(tmp_path, Answers())
+    assert begun is None
+    assert [(question.option, question.choices) for question in questions] == [("--signal friction_force=COLUMN", ("Fx", "Fy", "Fz"))]
+
+
+def test_averages_become_means_and_remarks_are_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "means.csv"
+    path.write_text(
+        "vc [m/min];f [mm];Fc [N];Ff [N];Werkstoff\n60;0,1;120,5;80,1;Cu\n120;0,1;110,2;71;Cu\n180;0,1;101;66,4;Cu\n", encoding="utf-8"
+    )
+    write_begun(understood(tmp_path), Believed(), force=False)
+    means = read_experiment(tmp_path, MODEL).means
+    assert means is not None
+    np.testing.assert_allclose(means.values["cutting_speed"], [1.0, 2.0, 3.0])
+    np.testing.assert_allclose(means.values["feed"], 1e-4)
+    np.testing.assert_array_equal(means.outputs["mean_principal_force"], [120.5, 110.2, 101.0])
+    np.testing.assert_array_equal(means.outputs["mean_feed_force"], [80.1, 71.0, 66.4])
+
+
+def test_a_cut_runs_along_its_own_path(tmp_path: Path) -> None:
+    for name in ("al_vc60_rep1", "al_vc60_rep2", "al_vc120_rep1"):
+        table(tmp_path / f"{name}.csv", "Time;Fx;Fc;Ff\ns;N;N;N", [TIMES, 0 * TIMES, 100 + FORCE, 60 + FORCE], ";")
+    write_begun(understood(tmp_path), Believed(), force=False)
+    experiment = read_experiment(tmp_path, MODEL)
+    assert experiment.nominal.values["kinematics"] == "internal"
+    assert experiment.outputs == ("principal_force", "feed_force")
+    assert [trial.values["cutting_speed"] for trial in experiment.trials] == [2.0, 1.0, 1.0]
+    assert experiment.conditions == ("vc120", "vc60")
+
+
+def test_parquet_is_taken_too(tmp_path: Path) -> None:
+    write_columns({"t [s]": TIMES, "v [m/s]": SPEED, "F [N]": FORCE}, tmp_path / "a.parquet")
+    write_begun(understood(tmp_path), Believed(), force=False)
+    np.testing.assert_array_equal(read_experiment(tmp_path, MODEL).trials[0].outputs["friction_force"], FORCE)
+
+
+def test_without_a_terminal_the_missing_options_are_named(tmp_path: Path) -> None:
+    table(tmp_path / "a.csv", "CH1,CH2,CH3", [TIMES, SPEED, FORCE])
+    status, _, complaint = typed("experiment", "init", str(tmp_path))
+    assert status == 2
+    assert "--signal time=COLUMN" in complaint
+    status, _, complaint = typed(
+        "experiment", "init", str(tmp_path), *(f"--signal={name}" for name in ("time=CH1", "slip_velocity=CH2", "friction_force=CH3"))
+    )
+    assert status == 2
+    assert "--unit 'CH2=UNIT'" in complaint
+    assert not (tmp_path / "experiment.toml").exists()
+
+
+def test_in_a_terminal_it_asks_until_it_knows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    table(tmp_path / "a.csv", "CH1,CH2,CH3", [TIMES, SPEED, FORCE])
+    told = iter(["9", "1", "CH2", "CH3", "furlong/", "mm/s"])
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(command.typer, "prompt", lambda *_, **__: next(told))
+    status, printed, complaint = typed("experiment", "init", str(tmp_path))
+    assert status in (0, None), complaint
+    assert next(told, None) is None
+    assert "evat experiment check" in printed
+    np.testing.assert_allclose(read_experiment(tmp_path, MODEL).trials[0].inputs["slip_velocity"], SPEED / 1000, atol=1e-9)
+    assert (tmp_path / "experiment.png").stat().st_size > 10_000
+
+
+def test_a_document_that_is_there_is_not_replaced(tmp_path: Path) -> None:
+    table(tmp_path / "a.csv", "t [s],v [m/s],F [N]", [TIMES, SPEED, FORCE])
+    (tmp_path / "experiment.toml").write_text("mine", encoding="utf-8")
+    status, _, complaint = typed("experiment", "init", str(tmp_path))
+    assert status == 2
+    assert "--force" in complaint
+    assert (tmp_path / "experiment.toml").read_text(encoding="utf-8") == "mine"
+    assert typed("experiment", "init", str(tmp_path), "--force")[0] in (0, None)
+    assert "# guessed:" in (tmp_path / "experiment.toml").read_text(encoding="utf-8")
+
+
+def test_what_is_no_recording_is_refused_or_left_aside(tmp_path: Path) -> None:
+    with pytest.raises(ExperimentError, match="no recording was found"):
+        begin(tmp_path, Answers())
+    (tmp_path / "dump.dat").write_bytes(bytes(range(256)) * 100)
+    (tmp_path / "line.txt").write_text("1;2;" * 100_000, encoding="utf-8")
+    (tmp_path / "bare.csv").write_text("1,2,3\n2,3,4\n3,4,5\n", encoding="utf-8")
+    with pytest.raises(ExperimentError) as error:
+        begin(tmp_path, Answers())
+    for said in (
+        "dump.dat: it holds bytes that no text has",
+        "line.txt: a line of more than",
+        "bare.csv: line 1 is the first of 3 numbers",
+    ):
+        assert said in str(error.value)
+    (tmp_path / "in").mkdir()
+    table(tmp_path / "in" / "a.csv", "t [s],v [m/s],F [N]", [TIMES, SPEED, FORCE])
+    outside = table(tmp_path / "b.csv", "t [s],v [m/s],F [N]", [TIMES, SPEED, FORCE])
+    (tmp_path / "in" / "link.csv").symlink_to(outside)
+    begun = understood(tmp_path / "in")
+    assert [trial.file for trial in begun.trials] == ["a.csv"]
+    assert any("leads out of the folder" in reason for reason in begun.left)
+
+
+def test_a_line_of_garbage_is_named(tmp_path: Path) -> None:
+    path = table(tmp_path / "a.csv", "t [s],v [m/s],F [N]", [TIMES, SPEED, FORCE])
+    lines = path.read_text(encoding="utf-8").splitlines()
+    lines[100] = "1.0,overflow,3"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(ExperimentError, match=r"line 101, column 'v \[m/s\]': 'overflow' is no number"):
+        begin(tmp_path, Answers())
+
+
+def test_headers_are_text_in_the_document_whatever_stands_in_them(tmp_path: Path) -> None:
+    """Quotes, an escape sequence and what looks like TOML."""
+    hostile = 't [s],"v ""]\\n[x" [m/s],F\x1b[31m [N],note # = "a"'
+    table(tmp_path / "a.csv", hostile, [TIMES, SPEED, FORCE, TIMES])
+    path = write_begun(understood(tmp_path), Believed(title='a "b"\n[nominal]'), force=False)
+    assert "\x1b" not in path.read_text(encoding="utf-8")
+    assert read_experiment(tmp_path, MODEL).trials[0].times.size == TIMES.size
+
+
+def test_files_written_differently_are_told_apart(tmp_path: Path) -> None:
+    table(tmp_path / "a.csv", "t,v,F", [TIMES, SPEED, FORCE])
+    table(tmp_path / "b.csv", "t;v;F", [TIMES, SPEED, FORCE], ";")
+    with pytest.raises(ExperimentError, match="are written differently") as error:
+        begin(tmp_path, Answers())
+    assert "a.csv" in str(error.value)
+    with pytest.raises(RecordError, match="no rows of numbers"):
+        sniff(tmp_path / "a.csv", TextForm(delimiter="|"), ["delimiter"])
+
+
+HEADERS = st.text(st.characters(codec="utf-8", exclude_characters="\r\n"), max_size=12) | st.sampled_from(
+    ["t [s]", "v [mm/s]", "F [N]", "Fn (N)", "time", "", '"', "angle [deg]", "i [A]", "M [Nm]", "Fc [N]", "vc", "s", "trigger [V]"]
+)
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    headers=st.lists(HEADERS, min_size=1, max_size=5),
+    delimiter=st.sampled_from([";", ",", "\t", "|", " "]),
+    decimal=st.sampled_from([".", ","]),
+    above=st.text(max_size=30),
+    garbage=st.sampled_from(["", "x", "1e999", "nan", "\0", '"', "1,2.3"]),
+    encoding=st.sampled_from(["utf-8", "cp1252", "utf-16"]),
+)
+def test_whatever_lies_there_is_understood_or_refused_in_words(
+    tmp_path: Path, headers: list[str], delimiter: str, decimal: str, above: str, garbage: str, encoding: str
+) -> None:
+    """No other exception than ours; and what is written is read, or refused by the reader in its own words."""
+    rows = [[f"{row * 0.5 + column}".replace(".", decimal) for column in range(len(headers))] for row in range(6)]
+    rows[3][-1] += garbage
+    text = "\n".join([above, delimiter.join(headers), *(delimiter.join(row) for row in rows)])
+    (tmp_path / "a.csv").write_bytes(text.encode(encoding, errors="replace"))
+    (tmp_path / "experiment.toml").unlink(missing_ok=True)
+    with contextlib.suppress(EvatError):
+        begun, _ = begin(tmp_path, Answers(radius=0.1, motor_constant=(1.0, "N/A")))
+        if begun is not None:
+            write_begun(begun, Believed(), force=False)
+            read_experiment(tmp_path, MODEL)
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.binary(max_size=400))
+def test_any_bytes_are_refused_in_words(tmp_path: Path, data: bytes) -> None:
+    (tmp_path / "a.csv").write_bytes(data)
+    with contextlib.suppress(EvatError):
+        begin(tmp_path, Answers())
