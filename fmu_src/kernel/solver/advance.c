@@ -138,6 +138,7 @@ struct Trial {
 
 static void compute(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t)
 {
+    int acted[LANES];        /* whether a jump at its start has been acted on and has changed no side */
     try_step(contact, w, s, t->h, t->start, t->middle, t->end, t->difference);
 }
 
@@ -176,7 +177,7 @@ static int cut_short(const struct Contact *contact, const struct Configuration *
         cut_at_touch(contact, w, i, s, t->h, t->start, t->middle, t->end, t->cut);
         asked[i] = t->cut[i] == NO_EVENT && t->h[i] > 0 && sees_event(contact, w, i, t->middle, t->end);
     }
-    cut_at_events(contact, w, asked, known, s, t->h, t->start, t->middle, t->end, t->cut);
+    cut_at_events(contact, w, asked, known, t->acted, s, t->h, t->start, t->middle, t->end, t->cut);
     for (int i = 0; i < LANES; ++i) {
         shorter |= t->h[i] < wanted[i];
         t->to_window[i] *= t->cut[i] == NO_EVENT;
@@ -202,7 +203,7 @@ static int settle(const struct Contact *contact, const struct Configuration *w, 
             t->cut[i] = NO_EVENT;
             wanted[i] = t->h[i];
         }
-        cut_at_events(contact, w, asked, known, s, t->h, t->start, t->middle, t->end, t->cut);
+        cut_at_events(contact, w, asked, known, t->acted, s, t->h, t->start, t->middle, t->end, t->cut);
         for (int i = 0; i < LANES; ++i) {
             t->cut[i] = t->cut[i] >= 0 ? t->cut[i] : known[i];
             shorter |= t->h[i] < wanted[i];
@@ -264,6 +265,23 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
 {
     struct Patience patience = patience_with(w);
     const double most_steps = course->most_steps > 0 ? course->most_steps : INFINITY;
+/* An event that has happened before the start, as where an input has jumped. Where no side changes the start lies
+ * beside it by roundings only, and it may still lie ahead. */
+static void act_on_jump(struct Contact *contact, const struct Configuration *w, const lanes s, double ahead,
+                        const int chased[LANES], const int acts[LANES], struct Trial *t)
+{
+    lanes before[INDICATORS];
+    for (int i = 0; i < LANES; ++i)
+        copy_lane(before, (const lanes *)contact->sign, INDICATORS, i);
+    act_in_lanes(contact, w, s, ahead, chased, acts, t->start);
+    for (int i = 0; i < LANES; ++i) {
+        int same = acts[i];
+        for (int k = 0; k < INDICATORS; ++k)
+            same &= before[k][i] == contact->sign[k][i];
+        t->acted[i] |= same;
+    }
+}
+
     struct Room *const room = course->room;
     struct Trial t = {.start = &room[course->now].point,
                       .middle = &room[(course->now + 1) % 3].point,
@@ -278,6 +296,9 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             s[i] = step;
         course->known = 0;
         return STATUS_OK;
+        t.acted[i] = 0;
+    }
+    take_patience(contact, w, patience);
     }
     if (w->delays) {
         const enum Status felt = feel_slip_now(contact, w);
@@ -311,7 +332,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         if (is_any(t.cut, 1) && jumps++ < INDICATORS) { /* an input has jumped across an event */
             EACH_LANE
                 acts[i] = t.cut[i] == JUMP; /* the same step again: it says nothing yet of a longer one */
-            act_in_lanes(contact, w, s, ahead, chased, acts, t.start);
+            act_on_jump(contact, w, s, ahead, chased, acts, &t);
             continue;
         }
         jumps = 0;
@@ -327,6 +348,8 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             break;
         struct Point *const reached = t.end;
         t.end = t.start;
+        EACH_LANE
+            t.acted[i] = 0;
         t.start = reached;
         for (int i = 0; i < LANES; ++i) {
             acts[i] = t.cut[i] >= 0;
