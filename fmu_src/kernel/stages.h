@@ -197,7 +197,10 @@ void point_at(const struct Contact *contact, const struct Configuration *w, cons
 /* point.c: sides of the events. */
 void indicators(const struct Configuration *w, const struct Point *x, lanes indicator[INDICATORS]);
 int watched(const struct Contact *contact, int k, int i);
-void let_go(struct Contact *contact, const struct Configuration *w, const struct Point *x);
+/* point.c: what a law remembers where each contact begins, alike and by no level of the moment: it must not hang on
+ * when this is asked. */
+void rest_law(const struct Configuration *w, lanes *memory);
+void let_go(struct Contact *contact, const struct Configuration *w);
 void settle_sides(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,
                   const int chased[LANES], struct Point *x);
 void act_on_event(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pytest
 from evat.model import FloatArray
 from evat.native.kernel import Contact
 from judged import Case, Motion, judge, reference, sensitivity
@@ -73,6 +74,32 @@ def after(on: str, own: Mapping[str, float], course: list[tuple[str, float, floa
                     contact.event()
         forces.append(contact.get("friction_force"))
     return forces
+
+
+def test_bonds_that_have_become_too_long_break_at_once() -> None:
+    """Both ways, as the equation says: where friction falls with the speed, those that the slip relieves, too."""
+    own = {"rate_and_state.a": 0.5, "rate_and_state.b": 0.0, "rate_and_state.v_0": 1e-3}
+    asked, without = after("rate_and_state", own, [("slip_velocity", v, t) for v, t in ((2e-2, 8e-4), (-2e-2, 1e-6), (-1e-5, 1e-4))])
+    assert without == pytest.approx(asked, rel=1e-9)
+
+
+def test_asking_for_an_event_out_of_the_work_breaks_no_bond() -> None:
+    """Where the friction of the moment, of a slip that goes the other way, says nothing."""
+    own = {"direction_asymmetry.a": 0.5, "release_time": 1e-3}
+    apart = [("slip_velocity", 2e-2, 1e-2), ("uncut_thickness", -1e-5, 1e-5), ("slip_velocity", -1e-4, 1e-5)]
+    back = [("slip_velocity", 2e-2, 1e-5), ("uncut_thickness", 1e-4, 1e-4)]
+    asked, without = after("direction_asymmetry", own, [*apart, *back])
+    assert without == pytest.approx(asked, rel=1e-6)
+
+
+def test_bonds_begin_alike_whenever_the_tool_is_looked_at() -> None:
+    """Out of the work, where friction goes by the speed of the moment: the next contact must not hang on the communication steps."""
+    values: dict[str, Any] = {
+        "kinematics": "internal", "friction_law": "bristle", "sigma0": 66805.0, "F_C": 0.11, "vibration_frequency": 3430.0,
+        "amplitude_x": 5e-6, "amplitude_y": 7.6e-6, "feed": 2.9e-6, "chip_flow_shear_angle": 0.406, "rate_and_state.v_0": 1.2e-4,
+        "rate_and_state.d_c": 1.1e-5, "rate_and_state.a": 0.05,
+    }  # fmt: skip
+    assert worst(vibrates(values, ("rate_and_state",), 1e-5, cycles=2.5, points=46, speed=0.0517), "friction_force") < 3
 
 
 # ---- the measure ----

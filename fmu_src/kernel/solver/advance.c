@@ -309,7 +309,7 @@ static void act_on_jump(struct Contact *contact, const struct Configuration *w, 
     const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][0];
     if (!course->known) {
         point_at(contact, w, s, t.start);
-        let_go(contact, w, t.start);
+        let_go(contact, w);
         EACH_LANE {
             t.start->z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
             course->window_end[i] = window_end(contact, i);
