@@ -102,6 +102,21 @@ def test_bonds_begin_alike_whenever_the_tool_is_looked_at() -> None:
     assert worst(vibrates(values, ("rate_and_state",), 1e-5, cycles=2.5, points=46, speed=0.0517), "friction_force") < 3
 
 
+# ---- slip that comes to rest ----
+
+
+def test_a_slip_that_is_given_down_to_zero_has_not_turned_round() -> None:
+    """Ramps whose roundings miss 0 on either side, of a reset_integrator that slides: it slides on (F_C), and would stick (F_S)."""
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        times = np.cumsum(rng.uniform(1e-2, 0.1, 4))
+        contact = Contact({**GIVEN, "friction_law": "reset_integrator", "F_C": 9.0, "F_S": 15.0, "slip_velocity": 0.1})
+        contact.start(float(times[0]))
+        slip = np.array([0.1, rng.uniform(0.01, 0.2), 0, 0])
+        force = contact.run(times, {"slip_velocity": slip}, ["friction_force"])[-1, 0]
+        assert force == pytest.approx(9.0, rel=1e-12), seed
+
+
 # ---- the measure ----
 
 
