@@ -117,6 +117,27 @@ def test_a_slip_that_is_given_down_to_zero_has_not_turned_round() -> None:
         assert force == pytest.approx(9.0, rel=1e-12), seed
 
 
+# ---- states of effects ----
+
+
+def test_a_state_that_follows_the_slip_is_in_the_step_control() -> None:
+    """Slip that slows down by less than a factor of 3 in a step, over hundreds of renewals of the contact: 20 tolerances."""
+    times = np.array([0, 0.067, 0.134, 0.2212, 0.2237, 0.2262, 0.2293, 0.2325, 0.2378, 0.2432])
+    slip = np.array([-0.507, -0.254, -1e-6, -1e-6, 0.127, 0.254, 0.094, -0.066, -0.033, -1e-6])
+    own = {"rate_and_state.a": 0.018, "rate_and_state.b": 0.053, "rate_and_state.v_0": 5.7e-5, "rate_and_state.d_c": 1.08e-6}
+    assert worst(slides(times, slip, own, ("rate_and_state",), 1e-5, stepped=True), "friction_force", "bristle_deflection") < 3
+
+
+def test_an_age_that_the_force_shows_later_is_in_the_step_control() -> None:
+    """A reset_integrator slides at F_C, whatever the age of its contact, and sticks with it after the slip has turned: 6 600 tolerances."""
+    times, slip = np.array([0, 0.05, 0.1, 0.15, 0.1505, 0.1507]), np.array([0.5, 0.25, 0.13, 0.07, -0.01, -0.02])
+    own = {
+        "friction_law": "reset_integrator", "dwell_strengthening.D_c": 1e-6, "dwell_strengthening.t_ref": 1e-6,
+        "dwell_strengthening.beta": 0.3,
+    }  # fmt: skip
+    assert worst(slides(times, slip, own, ("dwell_strengthening",), 1e-5, stepped=True), "friction_force") < 3
+
+
 # ---- the measure ----
 
 
