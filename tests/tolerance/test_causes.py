@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from evat.model import FloatArray
 from evat.native.kernel import Contact
-from judged import Case, Motion, judge, reference, sensitivity
+from judged import MEANS, Case, Motion, judge, reference, sensitivity
 
 GIVEN = {"kinematics": "external"}
 
@@ -136,6 +136,19 @@ def test_an_age_that_the_force_shows_later_is_in_the_step_control() -> None:
         "dwell_strengthening.beta": 0.3,
     }  # fmt: skip
     assert worst(slides(times, slip, own, ("dwell_strengthening",), 1e-5, stepped=True), "friction_force") < 3
+
+
+# ---- what else a step must show ----
+
+
+def test_the_mean_feed_force_is_in_the_step_control() -> None:
+    """A force across the cut alone, which rises and falls between the points that friction asks for."""
+    values = {
+        "kinematics": "internal", "friction_law": "karnopp", "F_C": 9.97, "F_S": 0.1309, "karnopp.zero_velocity_band": 5.2e-4,
+        "vibration_frequency": 1549.0, "amplitude_x": 1.07e-6, "amplitude_y": 1.816e-5, "feed": 4.98e-4, "chip_flow_shear_angle": 0.83,
+        "shear_angle_principle": "minimum_energy", "process_damping.C": 4600.0, "process_damping.steepest": 0.8355,
+    }  # fmt: skip
+    assert worst(vibrates(values, ("process_damping",), 1e-5, cycles=2.9, points=51.7, speed=0.00456), *MEANS) < 3
 
 
 # ---- the measure ----
