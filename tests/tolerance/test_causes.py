@@ -151,6 +151,19 @@ def test_the_mean_feed_force_is_in_the_step_control() -> None:
     assert worst(vibrates(values, ("process_damping",), 1e-5, cycles=2.9, points=51.7, speed=0.00456), *MEANS) < 3
 
 
+def test_a_sensor_hears_the_kink_at_which_sticking_gives_way() -> None:
+    """karnopp: the applied force passes F_S within a step, beyond which friction stays."""
+    times = np.array([0.0, 0.0137, 0.03, 0.04])
+    case = Case(
+        "test",
+        {**GIVEN, "friction_law": "karnopp", "F_C": 2.0, "F_S": 3.0, "dynamometer_resonance.natural_period": 2e-3},
+        ("dynamometer_resonance",),
+        Motion.record(times, {"slip_velocity": np.zeros(4), "applied_force": np.array([0, 3.3, -3.1, 0.5])}, stepped=True),
+        1e-4,
+    )
+    assert worst(case, "measured_friction_force") < 3
+
+
 # ---- the measure ----
 
 

@@ -46,6 +46,7 @@ static int dips(const struct Point *a, const struct Point *m, const struct Point
  * lets them, lies below the first. */
 #define CURVED 200
 #define CURVED_ENOUGH_TO_RECALL 20
+#define CURVED_AT_A_KINK 20 /* what has no bristle is smooth up to where it jumps or reaches a limit */
 
 static int curved(const struct Configuration *w, double by, const struct Point *a, const struct Point *m,
                   const struct Point *b, int i)
@@ -60,7 +61,8 @@ int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a
              const struct Point *b, int doubtful[LANES])
 {
     const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers),
-              of_angle = w->current_angle && w->law->relaxes;
+              of_angle = w->current_angle && w->law->relaxes, of_state = w->drivers >> DRIVEN_BY_MOTION & 1;
+    const double bent = w->law->relaxes ? CURVED : CURVED_AT_A_KINK;
     int any = 0;
     for (int i = 0; i < LANES; ++i)
         doubtful[i] = 0;
@@ -70,7 +72,7 @@ int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a
             (of_angle || slows_down(of_state ? LITTLE : factor_of(w->p[VAR_RELATIVE_TOLERANCE][i]), a, m, b, i) ||
              dips(a, m, b, i));
         const int sensors = w->sensors > 0 ? sensors_that_remember(w, i) : 0;
-        const int heard = sensors > 1 || (sensors > 0 && curved(w, CURVED, a, m, b, i));
+        const int heard = sensors > 1 || (sensors > 0 && curved(w, bent, a, m, b, i));
         doubtful[i] =
             h[i] > 0 && (hidden || heard ||
                          (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
@@ -160,11 +162,11 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
                      reach = larger(b->F_C[i], b->F_S[i]) / b->P[i];
         const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
         const double remembered = w->looks_back && look_back(w, i) > 0 ? RECALLED_ONCE * recalled[i] : 0;
-        const double own = larger(
-            larger(levels, apart(b->z[i], whole.z[i], z) + hidden[i] / z),
         /* levels that states of effects have moved, and that the force shows only later, as where it sticks */
         const double levels =
             w->drivers ? larger(apart(b->F_C[i], whole.F_C[i], force), apart(b->F_S[i], whole.F_S[i], force)) : 0;
+        const double own = larger(
+            larger(levels, apart(b->z[i], whole.z[i], z) + hidden[i] / z),
             larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i])))));
         error[i] =
             doubtful[i]
