@@ -258,6 +258,11 @@ void take_law_side(struct Contact *contact, const struct Configuration *w, const
 
 /* advance.c: from value[VAR_TIME] on by `step`, s telling how far it went; the point reached is room[now],
  * where known. */
+struct Patience {
+    double length, begun; /* of a stretch of time [s], and when it began; length 0: none has */
+    double taken, most;   /* steps in it */
+    double events, most_events; /* a cycle has a dozen; forces that chase one another have no end of them */
+};
 struct Course {
     struct Room {
         ON_LINES struct Point point;
@@ -265,6 +270,7 @@ struct Course {
     lanes window_end; /* as window_end(), where known */
     int now, known;
     double most_steps; /* internal steps that may still be taken, 0: as many as it takes */
+    struct Patience patience;
 };
 enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
                              lanes s, struct Course *course);

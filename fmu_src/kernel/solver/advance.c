@@ -90,32 +90,37 @@ static int all_finite(const struct Point *x)
 /* Steps without end: contact that opens and closes at no speed, forces that chase one another. A stretch of time that
  * the steps pass in `few` where nothing happens may take so many times more. An ellipse takes up to 60 a cycle at the
  * usual tolerance, steps shrink with its fourth root, a law with events of its own may break bonds at each of them, and
- * a ripple of friction over a long way has thousands of periods.
+ * a ripple of friction over a long way has thousands of periods. A record's samples may lie so near to one another that
+ * none of them alone shows it: the stretch goes on over them.
  */
-struct Patience {
-    double length, begun, taken, most;
-};
-
-static struct Patience patience_with(const struct Configuration *w)
+static void take_patience(const struct Contact *contact, const struct Configuration *w, struct Patience *p)
 {
     const double few = 20, tight = larger(1, sqrt(sqrt(1e-4 / w->p[VAR_RELATIVE_TOLERANCE][0]))),
-                 usual = w->current_angle ? 1000 : 4000;
-    const struct Patience p = {few * w->longest[0], 0, 0,
-                               usual * tight * (w->law->rest ? 25 : 1) * (w->comes_back ? 100 : 1)};
-    return p;
+                 usual = w->current_angle ? 1000 : 4000, breaks = w->law->rest ? 25 : 1;
+    const int goes_on = p->length > 0 && p->length < INFINITY;
+    p->length = few * w->longest[0];
+    p->most = usual * tight * breaks * (w->comes_back ? 100 : 1);
+    p->most_events = 200 * breaks;
+    if (!goes_on) {
+        p->begun = contact->value[VAR_TIME][0];
+        p->taken = p->events = 0;
+    }
 }
 
-/* Is the step that begins at s one too many? The slowest lane counts; each lane moves on in each step. */
-static int worn_out(struct Patience *p, double step, const lanes s)
+/* Is the step that begins at s, the n-th of this communication step, one too many? The slowest lane counts; each lane
+ * moves on in each step. Two steps are what a communication step takes in any case. */
+static int worn_out(const struct Contact *contact, struct Patience *p, double step, const lanes s, double n)
 {
     double slowest = INFINITY;
     EACH_LANE
         slowest = s[i] < step ? smaller(slowest, s[i]) : slowest;
+    slowest += contact->value[VAR_TIME][0];
     if (slowest > p->begun + p->length) {
         p->begun = slowest;
-        p->taken = 0;
+        p->taken = p->events = 0;
     }
-    return p->taken++ >= p->most;
+    p->taken += n >= 2;
+    return p->taken > p->most || p->events > p->most_events;
 }
 
 /* Where the chip flows by the angle of the moment and friction falls with speed, slip and shear angle have more than
@@ -133,12 +138,12 @@ struct Trial {
     lanes next, difference;  /* the step that the tolerance asks for [s], and what a lower order would change */
     double shortest;         /* length at which the tolerance gives way [s] */
     int cut[LANES];          /* the event that h ends at, NO_EVENT or JUMP */
+    int acted[LANES];        /* whether a jump at its start has been acted on and has changed no side */
     int fits[LANES];         /* whether it is within the tolerance */
 };
 
 static void compute(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t)
 {
-    int acted[LANES];        /* whether a jump at its start has been acted on and has changed no side */
     try_step(contact, w, s, t->h, t->start, t->middle, t->end, t->difference);
 }
 
@@ -260,11 +265,6 @@ static int is_any(const int cut[LANES], int jumps)
     return any;
 }
 
-enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
-                             lanes s, struct Course *course)
-{
-    struct Patience patience = patience_with(w);
-    const double most_steps = course->most_steps > 0 ? course->most_steps : INFINITY;
 /* An event that has happened before the start, as where an input has jumped. Where no side changes the start lies
  * beside it by roundings only, and it may still lie ahead. */
 static void act_on_jump(struct Contact *contact, const struct Configuration *w, const lanes s, double ahead,
@@ -282,6 +282,11 @@ static void act_on_jump(struct Contact *contact, const struct Configuration *w, 
     }
 }
 
+enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
+                             lanes s, struct Course *course)
+{
+    struct Patience *const patience = &course->patience;
+    const double most_steps = course->most_steps > 0 ? course->most_steps : INFINITY;
     struct Room *const room = course->room;
     struct Trial t = {.start = &room[course->now].point,
                       .middle = &room[(course->now + 1) % 3].point,
@@ -289,16 +294,16 @@ static void act_on_jump(struct Contact *contact, const struct Configuration *w, 
                       .shortest = shortest_step(w, step)};
     int jumps = 0, acts[LANES], chased[LANES] = {0};
     lanes quiet_for;
-    EACH_LANE
+    EACH_LANE {
         quiet_for[i] = INFINITY; /* since the last event [s] */
+        t.acted[i] = 0;
+    }
+    take_patience(contact, w, patience);
     if (step < NO_STEP) {
         EACH_LANE
             s[i] = step;
         course->known = 0;
         return STATUS_OK;
-        t.acted[i] = 0;
-    }
-    take_patience(contact, w, patience);
     }
     if (w->delays) {
         const enum Status felt = feel_slip_now(contact, w);
@@ -319,7 +324,7 @@ static void act_on_jump(struct Contact *contact, const struct Configuration *w, 
     for (double n = 0; choose_step(contact, w, step, s, course->window_end, t.start, t.h, t.to_window); ++n) {
         EACH_LANE
             t.next[i] = contact->next_step[i];
-        if (n >= most_steps || worn_out(&patience, step, s))
+        if (n >= most_steps || worn_out(contact, patience, step, s, n))
             return STATUS_TOO_MANY_STEPS;
         compute(contact, w, s, &t);
         if (!all_finite(t.end))
@@ -341,15 +346,16 @@ static void act_on_jump(struct Contact *contact, const struct Configuration *w, 
             continue;
         }
         const int event = is_any(t.cut, 0);
+        patience->events += event;
         const enum Status taken = take(contact, w, step, s, &t, course);
+        EACH_LANE
+            t.acted[i] = 0;
         if (taken != STATUS_OK)
             return taken;
         if (event && stop_at_events)
             break;
         struct Point *const reached = t.end;
         t.end = t.start;
-        EACH_LANE
-            t.acted[i] = 0;
         t.start = reached;
         for (int i = 0; i < LANES; ++i) {
             acts[i] = t.cut[i] >= 0;
@@ -408,7 +414,7 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
     const struct Configuration w = wire(contact);
     struct Course course;
     course.now = course.known = 0;
-    course.most_steps = 0;
+    course.most_steps = course.patience.length = 0;
     lanes s = {0};
     for (int i = 0; w.delays && i < LANES; ++i)
         if (slip_lead(&w, i) > 0)
