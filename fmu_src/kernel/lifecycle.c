@@ -57,23 +57,14 @@ double largest_difference(const struct Contact *contact, int i)
 static enum Status begin(struct Contact *contact)
 {
     const struct Configuration w = wire(contact);
-    struct Point x;
-    const lanes now = {0};
     if (w.delays)
         feel_slip_now(contact, &w); /* nothing is known but what is given now */
     EACH_LANE {
         contact->next_step[i] = 1 / (200 * contact->value[VAR_VIBRATION_FREQUENCY][i]);
         contact->largest_difference[i] = largest_difference(contact, i);
     }
-    if (w.law->rest) {
-        load_states(contact, &w, &x);
-        engage_point(contact, &w, now, &x);
-        EACH_LANE
-            x.direction[i] = x.cutting[i] = 1;
-        load_at(contact, &w, now, &x);
-        friction_open(contact, &w, now, &x);
-        w.law->rest(w.law_p, &x, contact->memory);
-    }
+    if (w.law->rest)
+        rest_law(&w, contact->memory);
     return kernel_event(contact);
 }
 

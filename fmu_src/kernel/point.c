@@ -87,13 +87,23 @@ void indicators(const struct Configuration *w, const struct Point *x, lanes indi
 /* Does event k matter to this lane? Out of contact only the contact itself does. */
 int watched(const struct Contact *contact, int k, int i) { return k == AT_CONTACT || contact->sign[AT_CONTACT][i] > 0; }
 
+void rest_law(const struct Configuration *w, lanes *memory)
+{
+    struct Point alike;
+    EACH_LANE {
+        alike.F_C[i] = w->p[VAR_F_C][i];
+        alike.P[i] = w->p[VAR_SIGMA0][i];
+    }
+    w->law->rest(w->law_p, &alike, memory);
+}
+
 /* Bristles that are out of contact slide no longer, and those that have no release time are let go; doing it again
  * changes nothing. */
-void let_go(struct Contact *contact, const struct Configuration *w, const struct Point *x)
+void let_go(struct Contact *contact, const struct Configuration *w)
 {
     lanes fresh[MEMORY] = {{0}};
     if (w->law->rest)
-        w->law->rest(w->law_p, x, fresh);
+        rest_law(w, fresh);
     EACH_LANE {
         if (contact->sign[AT_CONTACT][i] > 0)
             continue;
@@ -187,7 +197,7 @@ void act_on_event(struct Contact *contact, const struct Configuration *w, const 
                   const int chased[LANES], struct Point *x)
 {
     settle_sides(contact, w, tau, ahead, chased, x);
-    let_go(contact, w, x);
+    let_go(contact, w);
     if (w->law->event) {
         w->law->event(w->law_p, x, contact->value[VAR_BRISTLE_DEFLECTION], contact->memory);
         settle_sides(contact, w, tau, ahead, chased, x);

@@ -197,7 +197,10 @@ void point_at(const struct Contact *contact, const struct Configuration *w, cons
 /* point.c: sides of the events. */
 void indicators(const struct Configuration *w, const struct Point *x, lanes indicator[INDICATORS]);
 int watched(const struct Contact *contact, int k, int i);
-void let_go(struct Contact *contact, const struct Configuration *w, const struct Point *x);
+/* point.c: what a law remembers where each contact begins, alike and by no level of the moment: it must not hang on
+ * when this is asked. */
+void rest_law(const struct Configuration *w, lanes *memory);
+void let_go(struct Contact *contact, const struct Configuration *w);
 void settle_sides(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,
                   const int chased[LANES], struct Point *x);
 void act_on_event(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,
@@ -234,11 +237,12 @@ int sees_event(const struct Contact *contact, const struct Configuration *w, int
 int any_event(const struct Contact *contact, const struct Configuration *w, const struct Point *start,
               const struct Point *middle, const struct Point *end);
 /* event_search.c: does an event fall into the step? In the lanes that are asked, and say NO_EVENT before: if so h is
- * shortened to it and `cut` says which; JUMP: it has happened already, before the start. The event `known` to lie at
- * the end is passed over. cut_at_touch: the same of one lane for a contact that start, middle and end do not show. */
+ * shortened to it and `cut` says which; JUMP: it has happened already, before the start; `acted`: which has been acted
+ * on and has changed nothing. The event `known` to lie at the end is passed over. cut_at_touch: the same of one lane
+ * for a contact that start, middle and end do not show. */
 enum Cut { NO_EVENT = -1, JUMP = -2 };
 void cut_at_events(const struct Contact *contact, const struct Configuration *w, const int asked[LANES],
-                   const int known[LANES], const lanes s, lanes h, const struct Point *start,
+                   const int known[LANES], const int acted[LANES], const lanes s, lanes h, const struct Point *start,
                    const struct Point *middle, const struct Point *end, int cut[LANES]);
 void cut_at_touch(const struct Contact *contact, const struct Configuration *w, int lane, const lanes s, lanes h,
                   const struct Point *start, const struct Point *middle, const struct Point *end, int cut[LANES]);
@@ -254,6 +258,11 @@ void take_law_side(struct Contact *contact, const struct Configuration *w, const
 
 /* advance.c: from value[VAR_TIME] on by `step`, s telling how far it went; the point reached is room[now],
  * where known. */
+struct Patience {
+    double length, begun; /* of a stretch of time [s], and when it began; length 0: none has */
+    double taken, most;   /* steps in it */
+    double events, most_events; /* a cycle has a dozen; forces that chase one another have no end of them */
+};
 struct Course {
     struct Room {
         ON_LINES struct Point point;
@@ -261,6 +270,7 @@ struct Course {
     lanes window_end; /* as window_end(), where known */
     int now, known;
     double most_steps; /* internal steps that may still be taken, 0: as many as it takes */
+    struct Patience patience;
 };
 enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
                              lanes s, struct Course *course);

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import numpy as np
 from draws import draw
-from judged import FORCES, MEANS, MEASURED, Care, Judgement, judge
+from judged import FORCES, MEANS, MEASURED, Care, Judgement, judge, sensitivity
 
 ALL = (*FORCES, *MEASURED, *MEANS, "bristle_deflection")
 
@@ -40,6 +40,10 @@ class Line:
     steps: int
     seconds: float
     reference_seconds: float
+    moves: float = 0.0  # the right answer, in tolerances, where what is given moves by one; asked only beyond FAR
+
+
+FAR = 10  # tolerances, which no judged draw may be away
 
 
 def line(seed: int, number: int, care: Care | None = None) -> Line:
@@ -47,6 +51,8 @@ def line(seed: int, number: int, care: Care | None = None) -> Line:
     judgement = judge(draw(seed, number), care)
     case, errors = judgement.case, {name: judgement.worst([name]) for name in ALL if name in judgement.names}
     output = max(errors, key=lambda name: errors[name])
+    far = [name for name in (output, "friction_force") if errors[name] > FAR]
+    moves = [sensitivity(case, judgement.reference, name, care) for name in dict.fromkeys(far)]
     return Line(
         number,
         case.kind,
@@ -62,6 +68,7 @@ def line(seed: int, number: int, care: Care | None = None) -> Line:
         judgement.answer.steps,
         judgement.answer.seconds,
         judgement.reference.seconds,
+        min(moves, default=0.0),
     )
 
 
@@ -70,8 +77,17 @@ def run(seed: int, first: int, count: int, care: Care | None = None) -> list[Lin
     return [line(seed, number, care) for number in range(first, first + count)]
 
 
-def is_judged(line: Line) -> bool:
+def is_solved(line: Line) -> bool:
     return line.verdict == "done" and line.status == "done"
+
+
+def is_ill_conditioned(line: Line) -> bool:
+    """Far from the right answer, which itself moves as far where what is given moves by a tolerance."""
+    return is_solved(line) and line.moves > FAR
+
+
+def is_judged(line: Line) -> bool:
+    return is_solved(line) and not is_ill_conditioned(line)
 
 
 def table(title: str, lines: Sequence[Line], groups: Iterable[tuple[str, Callable[[Line], bool]]], error: str = "any") -> str:
@@ -118,21 +134,40 @@ def report(lines: Sequence[Line], seed: int) -> str:
 def _unjudged(lines: Sequence[Line]) -> str:
     by_verdict: dict[tuple[str, str], list[int]] = {}
     for one in lines:
-        if not is_judged(one):
+        if not is_solved(one):
             by_verdict.setdefault((one.verdict, one.status), []).append(one.number)
-    rows = [f"not judged: {sum(map(len, by_verdict.values()))} of {len(lines)}"]
+    rows = [f"not solved: {sum(map(len, by_verdict.values()))} of {len(lines)}"]
     for (verdict, status), numbers in sorted(by_verdict.items()):
         rows.append(f"  reference: {verdict}; kernel: {status}: {len(numbers)}, draws {', '.join(map(str, numbers[:8]))}")
-    return "\n".join(rows)
+    return "\n".join([*rows, "", *_ill_conditioned(lines)])
+
+
+def _ill_conditioned(lines: Sequence[Line]) -> list[str]:
+    """Counted apart: each of them, and what the shares would be with them."""
+    apart, solved = [one for one in lines if is_ill_conditioned(one)], [one for one in lines if is_solved(one)]
+    rows = [
+        f"ill-conditioned, and left out of the tables above: {len(apart)} of {len(lines)} (further off than {FAR} tolerances, and the "
+        f"right answer moves by more than {FAR} where inputs or friction levels move by one)"
+    ]
+    for of in ("friction", "any"):
+        errors = np.array([getattr(one, of) for one in solved])
+        rows.append(f"  {of} with them: {np.mean(errors <= 3):.2%} within 3, {np.mean(errors <= FAR):.2%} within {FAR}")
+    for one in sorted(apart, key=lambda one: -one.any):
+        rows.append(f"  draw {one.number}: {one.any:.4g}, moves by {one.moves:.4g}; {_what(one)}")
+    return rows
+
+
+def _what(one: Line) -> str:
+    driven = "stepped" if one.stepped else "record"
+    return f"{one.kind}, {one.law}, {'+'.join(one.on) or 'no effect'}, {one.tolerance:g}, {driven}, {one.steps} steps"
 
 
 def _worst(lines: Sequence[Line], seed: int, count: int = 20) -> str:
     rows = ["worst draws (python tests/tolerance/campaign.py --seed SEED --draw NUMBER shows one over time)"]
     for one in sorted(filter(is_judged, lines), key=lambda one: -one.any)[:count]:
-        driven = "stepped" if one.stepped else "record"
         rows.append(
-            f"  --seed {seed} --draw {one.number:<6}{one.any:>10.4g} tolerances of {one.output}, friction_force {one.friction:.4g}; "
-            f"{one.kind}, {one.law}, {'+'.join(one.on) or 'no effect'}, {one.tolerance:g}, {driven}, {one.steps} steps"
+            f"  --seed {seed} --draw {one.number:<6}{one.any:>10.4g} tolerances of {one.output}, friction_force "
+            f"{one.friction:.4g}; {_what(one)}"
         )
     kernel_seconds, reference_seconds = (sum(getattr(one, name) for one in lines) for name in ("seconds", "reference_seconds"))
     slow = max(lines, key=lambda one: one.seconds)
@@ -146,11 +181,7 @@ def _over_the_median(lines: Sequence[Line], most: float = 100) -> str:
     median = float(np.median([one.seconds for one in lines]))
     slow = [one for one in sorted(lines, key=lambda one: -one.seconds) if one.seconds > most * median]
     head = f"more than {most:g} times the median of {1e3 * median:.2g} ms: {len(slow)} of {len(lines)}"
-    rows = [
-        f"  draw {one.number}: {one.seconds / median:.0f} times, {one.kind}, {one.law}, {'+'.join(one.on) or 'no effect'}, "
-        f"{one.tolerance:g}, {one.steps} steps, {one.status}"
-        for one in slow[:20]
-    ]
+    rows = [f"  draw {one.number}: {one.seconds / median:.0f} times, {_what(one)}, {one.status}" for one in slow[:20]]
     return "\n".join([head, *rows])
 
 

@@ -5,6 +5,11 @@ output, over relative_tolerance. Size of friction_force: the largest of F_C, F_S
 deflection is only ever known to a share of its full reach, sigma0 times which is F_S, and the force may come to rest at any small value.
 Principal, feed and measured forces are sums with the friction force in them: the same size, or their own where they are larger.
 
+A draw that is beyond 10 tolerances is asked a second question: does the right answer itself move by more than 10 of them where what is
+given moves by one? Inputs and friction levels are taken a tolerance larger and smaller, and a given slip a rounding error (1e-12 of its
+size) higher and lower, which is what hangs on a slip of just 0. Where it does the draw is ill-conditioned: no solver that keeps to the
+tolerance can be held to that answer, and the campaign counts it apart.
+
 Forces jump where contact ends, bonds break, a law slips. A communication point so near to a jump that the kernel may find it a little
 before or after is measured like a curve: a jump that comes early or late by the time in which the motion changes a spring force by one
 tolerance counts as one tolerance of error.
@@ -293,6 +298,42 @@ class Judgement:
     def worst(self, names: Sequence[str]) -> float:
         places = [self.names.index(name) for name in names if name in self.names]
         return float(np.max(self.errors[:, places], initial=0.0))
+
+
+ROUNDING = 1e-12  # of a slip's size
+
+
+def _moved(motion: Motion, factor: float, share: float) -> Motion:
+    """All inputs times a factor, and the slip higher by a share of its size."""
+
+    def side(columns: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        return {name: column * factor + (raised if name == "slip_velocity" else 0) for name, column in columns.items()}
+
+    slip = [np.abs(columns["slip_velocity"]) for columns in (motion.begin, motion.end) if "slip_velocity" in columns]
+    raised = share * float(np.max(slip, initial=0))
+    return replace(motion, begin=side(motion.begin), end=side(motion.end))
+
+
+def neighbours(case: Case) -> list[Case]:
+    """What is given, a tolerance or a rounding error away."""
+    near = [1 + sign * case.relative_tolerance for sign in (1, -1)]
+    levels = {name: float(case.values.get(name, kernel.variable(name).start)) for name in ("F_C", "F_S")}
+    beside = [replace(case, motion=_moved(case.motion, factor, 0)) for factor in near]
+    beside += [replace(case, values={**case.values, **{name: level * factor for name, level in levels.items()}}) for factor in near]
+    slides = "slip_velocity" in case.motion.begin
+    return beside + [replace(case, motion=_moved(case.motion, 1, sign * ROUNDING)) for sign in (1, -1) if slides]
+
+
+def sensitivity(case: Case, right: Reference, output: str, care: Care | None = None) -> float:
+    """How far the right answer for one output moves between a case and its neighbours, at most, in tolerances."""
+    names = outputs(case)
+    place, furthest = names.index(output), 0.0
+    for neighbour in neighbours(case):
+        moved = reference(neighbour, care)
+        if moved.verdict != "done":
+            return math.inf
+        furthest = max(furthest, float(np.max(errors(case, moved.rows, right, names)[:, place])))
+    return furthest
 
 
 def sizes(case: Case, right: FloatArray, names: Sequence[str]) -> FloatArray:

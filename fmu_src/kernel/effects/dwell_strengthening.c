@@ -41,14 +41,45 @@ static double aged(double age, double h, double M, double D)
     return age * exp(-D) - h / D * expm1(-D);
 }
 
+/* Rates of renewal at start, middle and end of a step. */
+struct Rates {
+    double r_0, r_m, r_1;
+};
+
+/* Many renewals at a pace that changes little: the age follows 1/r, a parabola in the renewals through the three
+ * points, M and D of them after half and whole of the step; over `to` of them. */
+static double followed(double age, const struct Rates *r, double M, double D, double to)
+{
+    const double q_0 = 1 / r->r_0, first = (1 / r->r_m - q_0) / M, last = (1 / r->r_1 - 1 / r->r_m) / (D - M);
+    const double bend = (last - first) / D, slope = first - bend * M;
+    double I[3];
+    moments(to, I);
+    return age + (q_0 - age) * I[0] + slope * I[1] + bend * I[2];
+}
+
+#define MANY 0.5      /* renewals: below, 1/r may be anything and the time counts */
+#define LIKE 4        /* rates of a step whose 1/r is near a parabola */
+
+static int follows(const struct Rates *r, double D)
+{
+    const double low = smaller(smaller(r->r_0, r->r_m), r->r_1), high = larger(larger(r->r_0, r->r_m), r->r_1);
+    return D >= MANY && high < LIKE * low;
+}
+
 static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b,
                  const lanes *from, lanes *half, lanes *whole)
 {
-    EACH_LANE {
+    for (int i = 0; i < LANES; ++i) {
         const double r_0 = renewal(p, a, i), r_m = renewal(p, m, i), r_1 = renewal(p, b, i), on = a->cutting[i];
         const double M = h[i] / 24 * larger(5 * r_0 + 8 * r_m - r_1, 0),
                      D = larger(h[i] / 6 * (r_0 + 4 * r_m + r_1), M);
         const double quarter = h[i] / 48 * (8 * r_0 + 5 * r_m - r_1); /* all three of the parabola through the rates */
+        const struct Rates r = {r_0, r_m, r_1};
+        if (on != 0 && follows(&r, D)) {
+            half[0][i] = followed(from[0][i], &r, M, D, M);
+            whole[0][i] = followed(from[0][i], &r, M, D, D);
+            continue;
+        }
         half[0][i] = on != 0 ? aged(from[0][i], 0.5 * h[i], smaller(larger(quarter, 0), M), M) : from[0][i];
         whole[0][i] = on != 0 ? aged(from[0][i], h[i], M, D) : from[0][i];
     }

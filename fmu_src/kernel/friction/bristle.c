@@ -48,7 +48,7 @@ static void indicator(const lanes *p, const lanes *memory, struct Point *x)
     EACH_LANE {
         double furthest = -INFINITY;
         for (int n = 0; n < BONDS; ++n)
-            furthest = larger(furthest, x->direction[i] * (x->z[i] + memory[n][i]));
+            furthest = larger(furthest, fabs(x->z[i] + memory[n][i]));
         x->law[i] = break_away(x, i) - furthest;
     }
 }
@@ -71,9 +71,11 @@ static void force(const lanes *p, struct Point *x)
 
 static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
 {
-    EACH_LANE {
+    for (int i = 0; i < LANES; ++i) {
         const double limit = break_away(x, i);
         double mean = 0;
+        if (x->cutting[i] == 0) /* what relaxes breaks no bond; what is too long when the tool comes back breaks then */
+            continue;
         for (int n = 0; n < BONDS; ++n) {
             double deflection = z[i] + memory[n][i];
             if (fabs(deflection) >= limit * (1 - 1e-9)) { /* hosts stop at the event to some roundings */

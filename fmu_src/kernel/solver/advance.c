@@ -91,32 +91,37 @@ static int all_finite(const struct Point *x)
 /* Steps without end: contact that opens and closes at no speed, forces that chase one another. A stretch of time that
  * the steps pass in `few` where nothing happens may take so many times more. An ellipse takes up to 60 a cycle at the
  * usual tolerance, steps shrink with its fourth root, a law with events of its own may break bonds at each of them, and
- * a ripple of friction over a long way has thousands of periods.
+ * a ripple of friction over a long way has thousands of periods. A record's samples may lie so near to one another that
+ * none of them alone shows it: the stretch goes on over them.
  */
-struct Patience {
-    double length, begun, taken, most;
-};
-
-static struct Patience patience_with(const struct Configuration *w)
+static void take_patience(const struct Contact *contact, const struct Configuration *w, struct Patience *p)
 {
     const double few = 20, tight = larger(1, sqrt(sqrt(1e-4 / w->p[VAR_RELATIVE_TOLERANCE][0]))),
-                 usual = w->current_angle ? 1000 : 4000;
-    const struct Patience p = {few * w->longest[0], 0, 0,
-                               usual * tight * (w->law->rest ? 25 : 1) * (w->comes_back ? 100 : 1)};
-    return p;
+                 usual = w->current_angle ? 1000 : 4000, breaks = w->law->rest ? 25 : 1;
+    const int goes_on = p->length > 0 && p->length < INFINITY;
+    p->length = few * w->longest[0];
+    p->most = usual * tight * breaks * (w->comes_back ? 100 : 1);
+    p->most_events = 200 * breaks;
+    if (!goes_on) {
+        p->begun = contact->value[VAR_TIME][0];
+        p->taken = p->events = 0;
+    }
 }
 
-/* Is the step that begins at s one too many? The slowest lane counts; each lane moves on in each step. */
-static int worn_out(struct Patience *p, double step, const lanes s)
+/* Is the step that begins at s, the n-th of this communication step, one too many? The slowest lane counts; each lane
+ * moves on in each step. Two steps are what a communication step takes in any case. */
+static int worn_out(const struct Contact *contact, struct Patience *p, double step, const lanes s, double n)
 {
     double slowest = INFINITY;
     EACH_LANE
         slowest = s[i] < step ? smaller(slowest, s[i]) : slowest;
+    slowest += contact->value[VAR_TIME][0];
     if (slowest > p->begun + p->length) {
         p->begun = slowest;
-        p->taken = 0;
+        p->taken = p->events = 0;
     }
-    return p->taken++ >= p->most;
+    p->taken += n >= 2;
+    return p->taken > p->most || p->events > p->most_events;
 }
 
 /* Where the chip flows by the angle of the moment and friction falls with speed, slip and shear angle have more than
@@ -134,6 +139,7 @@ struct Trial {
     lanes next, difference;  /* the step that the tolerance asks for [s], and what a lower order would change */
     double shortest;         /* length at which the tolerance gives way [s] */
     int cut[LANES];          /* the event that h ends at, NO_EVENT or JUMP */
+    int acted[LANES];        /* whether a jump at its start has been acted on and has changed no side */
     int fits[LANES];         /* whether it is within the tolerance */
 };
 
@@ -177,7 +183,7 @@ static int cut_short(const struct Contact *contact, const struct Configuration *
         cut_at_touch(contact, w, i, s, t->h, t->start, t->middle, t->end, t->cut);
         asked[i] = t->cut[i] == NO_EVENT && t->h[i] > 0 && sees_event(contact, w, i, t->middle, t->end);
     }
-    cut_at_events(contact, w, asked, known, s, t->h, t->start, t->middle, t->end, t->cut);
+    cut_at_events(contact, w, asked, known, t->acted, s, t->h, t->start, t->middle, t->end, t->cut);
     for (int i = 0; i < LANES; ++i) {
         shorter |= t->h[i] < wanted[i];
         t->to_window[i] *= t->cut[i] == NO_EVENT;
@@ -203,7 +209,7 @@ static int settle(const struct Contact *contact, const struct Configuration *w, 
             t->cut[i] = NO_EVENT;
             wanted[i] = t->h[i];
         }
-        cut_at_events(contact, w, asked, known, s, t->h, t->start, t->middle, t->end, t->cut);
+        cut_at_events(contact, w, asked, known, t->acted, s, t->h, t->start, t->middle, t->end, t->cut);
         for (int i = 0; i < LANES; ++i) {
             t->cut[i] = t->cut[i] >= 0 ? t->cut[i] : known[i];
             shorter |= t->h[i] < wanted[i];
@@ -260,10 +266,27 @@ static int is_any(const int cut[LANES], int jumps)
     return any;
 }
 
+/* An event that has happened before the start, as where an input has jumped. Where no side changes the start lies
+ * beside it by roundings only, and it may still lie ahead. */
+static void act_on_jump(struct Contact *contact, const struct Configuration *w, const lanes s, double ahead,
+                        const int chased[LANES], const int acts[LANES], struct Trial *t)
+{
+    lanes before[INDICATORS];
+    for (int i = 0; i < LANES; ++i)
+        copy_lane(before, (const lanes *)contact->sign, INDICATORS, i);
+    act_in_lanes(contact, w, s, ahead, chased, acts, t->start);
+    for (int i = 0; i < LANES; ++i) {
+        int same = acts[i];
+        for (int k = 0; k < INDICATORS; ++k)
+            same &= before[k][i] == contact->sign[k][i];
+        t->acted[i] |= same;
+    }
+}
+
 enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
                              lanes s, struct Course *course)
 {
-    struct Patience patience = patience_with(w);
+    struct Patience *const patience = &course->patience;
     const double most_steps = course->most_steps > 0 ? course->most_steps : INFINITY;
     struct Room *const room = course->room;
     struct Trial t = {.start = &room[course->now].point,
@@ -272,8 +295,11 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
                       .shortest = shortest_step(w, step)};
     int jumps = 0, acts[LANES], chased[LANES] = {0};
     lanes quiet_for;
-    EACH_LANE
+    EACH_LANE {
         quiet_for[i] = INFINITY; /* since the last event [s] */
+        t.acted[i] = 0;
+    }
+    take_patience(contact, w, patience);
     if (step < NO_STEP) {
         EACH_LANE
             s[i] = step;
@@ -289,7 +315,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
     const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][0];
     if (!course->known) {
         point_at(contact, w, s, t.start);
-        let_go(contact, w, t.start);
+        let_go(contact, w);
         EACH_LANE {
             t.start->z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
             course->window_end[i] = window_end(contact, i);
@@ -299,7 +325,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
     for (double n = 0; choose_step(contact, w, step, s, course->window_end, t.start, t.h, t.to_window); ++n) {
         EACH_LANE
             t.next[i] = contact->next_step[i];
-        if (n >= most_steps || worn_out(&patience, step, s))
+        if (n >= most_steps || worn_out(contact, patience, step, s, n))
             return STATUS_TOO_MANY_STEPS;
         compute(contact, w, s, &t);
         if (!all_finite(t.end))
@@ -312,7 +338,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         if (is_any(t.cut, 1) && jumps++ < INDICATORS) { /* an input has jumped across an event */
             EACH_LANE
                 acts[i] = t.cut[i] == JUMP; /* the same step again: it says nothing yet of a longer one */
-            act_in_lanes(contact, w, s, ahead, chased, acts, t.start);
+            act_on_jump(contact, w, s, ahead, chased, acts, &t);
             continue;
         }
         jumps = 0;
@@ -321,7 +347,10 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             continue;
         }
         const int event = is_any(t.cut, 0);
+        patience->events += event;
         const enum Status taken = take(contact, w, step, s, &t, course);
+        EACH_LANE
+            t.acted[i] = 0;
         if (taken != STATUS_OK)
             return taken;
         if (event && stop_at_events)
@@ -386,7 +415,7 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
     const struct Configuration w = wire(contact);
     struct Course course;
     course.now = course.known = 0;
-    course.most_steps = 0;
+    course.most_steps = course.patience.length = 0;
     lanes s = {0};
     for (int i = 0; w.delays && i < LANES; ++i)
         if (slip_lead(&w, i) > 0)

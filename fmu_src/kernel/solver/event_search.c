@@ -23,6 +23,7 @@ void point_within(const struct Contact *contact, const struct Configuration *w, 
 struct Search {
     lanes low, high, at_low, at_high;
     int open[LANES];
+    int blind[LANES]; /* whether the low end is past it by roundings: infinity where nothing else is before it */
 };
 
 /* In each lane the first tau in (low, high] at which indicator k is on the other side, to a thousandth of the
@@ -57,7 +58,7 @@ static void locate(const struct Contact *contact, const struct Configuration *w,
         }
     }
     for (int i = 0; i < LANES; ++i)
-        crossing[i] = b[i].high;
+        crossing[i] = search->blind[i] && !(b[i].low > search->low[i]) ? INFINITY : b[i].high;
 }
 
 /* The sides of some events that are watched wherever a point is, and of those that are not where the slip is solved
@@ -98,7 +99,7 @@ int any_event(const struct Contact *contact, const struct Configuration *w, cons
 }
 
 void cut_at_events(const struct Contact *contact, const struct Configuration *w, const int asked[LANES],
-                   const int known[LANES], const lanes s, lanes h, const struct Point *start,
+                   const int known[LANES], const int acted[LANES], const lanes s, lanes h, const struct Point *start,
                    const struct Point *middle, const struct Point *end, int cut[LANES])
 {
     lanes at_start[INDICATORS], at_middle[INDICATORS], at_end[INDICATORS], step, crossing;
@@ -108,28 +109,29 @@ void cut_at_events(const struct Contact *contact, const struct Configuration *w,
     EACH_LANE
         step[i] = h[i];
     for (int k = 0; k < INDICATORS; ++k) {
-        struct Search search = {{0}, {0}, {0}, {0}, {0}};
+        struct Search search = {{0}, {0}, {0}, {0}, {0}, {0}};
         int any = 0;
         for (int i = 0; i < LANES; ++i) {
             const double side = contact->sign[k][i], half = s[i] + 0.5 * h[i];
             const int early = side * at_middle[k][i] < 0, late = side * at_end[k][i] < 0;
             if (!asked[i] || cut[i] == JUMP || k == known[i] || !watched(contact, k, i) || !(early || late))
                 continue;
-            if (early && side * at_start[k][i] < 0) {
+            search.blind[i] = early && side * at_start[k][i] < 0;
+            if (search.blind[i] && !acted[i]) {
                 cut[i] = JUMP;
                 continue;
             }
             any = search.open[i] = 1;
             search.low[i] = early ? s[i] : half;
             search.high[i] = early ? half : s[i] + h[i];
-            search.at_low[i] = early ? at_start[k][i] : at_middle[k][i];
+            search.at_low[i] = search.blind[i] ? 0 : early ? at_start[k][i] : at_middle[k][i];
             search.at_high[i] = early ? at_middle[k][i] : at_end[k][i];
         }
         if (any)
             locate(contact, w, k, s, &search, start, crossing);
         for (int i = 0; any && i < LANES; ++i) {
             const double at = crossing[i] - s[i];
-            if (!search.open[i] || !(cut[i] == NO_EVENT || at < step[i]))
+            if (!search.open[i] || !(at < INFINITY) || !(cut[i] == NO_EVENT || at < step[i]))
                 continue;
             cut[i] = k;
             step[i] = at;
@@ -145,7 +147,7 @@ void cut_at_touch(const struct Contact *contact, const struct Configuration *w, 
     double tau[2], indicator[2];
     if (!(h[i] > 0) || !touches_within(contact, w, i, s[i], h[i], start, middle, end, tau, indicator))
         return;
-    struct Search search = {{0}, {0}, {0}, {0}, {0}};
+    struct Search search = {{0}, {0}, {0}, {0}, {0}, {0}};
     lanes crossing;
     search.open[i] = 1;
     search.low[i] = tau[0];

@@ -11,8 +11,9 @@
 
 #include <math.h>
 
-/* Speeds of a step that differ by more than this do not show the law between them; where static friction is felt, by
- * little more than 1. What is left of a parabola is of third order in the step, so that a tighter tolerance than usual
+/* Speeds of a step that differ by more than this do not show the law between them; where static friction is felt, and
+ * where a state of an effect follows the motion, whose error no difference in tolerance.c shows, by little more than 1.
+ * What is left of a parabola is of third order in the step, so that a tighter tolerance than usual
  * asks for less. */
 #define FACTOR 3
 #define LITTLE 1.02
@@ -45,6 +46,7 @@ static int dips(const struct Point *a, const struct Point *m, const struct Point
  * lets them, lies below the first. */
 #define CURVED 200
 #define CURVED_ENOUGH_TO_RECALL 20
+#define CURVED_AT_A_KINK 20 /* what has no bristle is smooth up to where it jumps or reaches a limit */
 
 static int curved(const struct Configuration *w, double by, const struct Point *a, const struct Point *m,
                   const struct Point *b, int i)
@@ -59,16 +61,18 @@ int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a
              const struct Point *b, int doubtful[LANES])
 {
     const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers),
-              of_angle = w->current_angle && w->law->relaxes;
+              of_angle = w->current_angle && w->law->relaxes, of_state = w->drivers >> DRIVEN_BY_MOTION & 1;
+    const double bent = w->law->relaxes ? CURVED : CURVED_AT_A_KINK;
     int any = 0;
     for (int i = 0; i < LANES; ++i)
         doubtful[i] = 0;
     for (int i = 0; (of_slip || w->sensors || w->looks_back) && i < LANES; ++i) {
         const int hidden =
             of_slip && a->cutting[i] != 0 &&
-            (of_angle || slows_down(factor_of(w->p[VAR_RELATIVE_TOLERANCE][i]), a, m, b, i) || dips(a, m, b, i));
+            (of_angle || slows_down(of_state ? LITTLE : factor_of(w->p[VAR_RELATIVE_TOLERANCE][i]), a, m, b, i) ||
+             dips(a, m, b, i));
         const int sensors = w->sensors > 0 ? sensors_that_remember(w, i) : 0;
-        const int heard = sensors > 1 || (sensors > 0 && curved(w, CURVED, a, m, b, i));
+        const int heard = sensors > 1 || (sensors > 0 && curved(w, bent, a, m, b, i));
         doubtful[i] =
             h[i] > 0 && (hidden || heard ||
                          (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
@@ -158,8 +162,11 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
                      reach = larger(b->F_C[i], b->F_S[i]) / b->P[i];
         const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
         const double remembered = w->looks_back && look_back(w, i) > 0 ? RECALLED_ONCE * recalled[i] : 0;
+        /* levels that states of effects have moved, and that the force shows only later, as where it sticks */
+        const double levels =
+            w->drivers ? larger(apart(b->F_C[i], whole.F_C[i], force), apart(b->F_S[i], whole.F_S[i], force)) : 0;
         const double own = larger(
-            apart(b->z[i], whole.z[i], z) + hidden[i] / z,
+            larger(levels, apart(b->z[i], whole.z[i], z) + hidden[i] / z),
             larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i])))));
         error[i] =
             doubtful[i]

@@ -3,31 +3,37 @@
 
 #include <math.h>
 
-/* How much a lower order would change, and in which units: deflection, friction force, principal force. `reach` of a
- * loaded bristle. */
+/* How much a lower order would change, and in which units: deflection, friction force, principal force, feed force.
+ * `reach` of a loaded bristle. */
 struct Change {
-    double of[3], in[3];
+    double of[4], in[4];
 };
 
-static inline struct Change change(int i, const struct Point *a, const struct Point *m, const struct Point *b,
+/* Does a force act across the cut that the other two do not show? */
+static inline int loads_feed(const struct Configuration *w) { return w->stages >> STAGE_LOAD & 1; }
+
+static inline struct Change change(int i, int feed, const struct Point *a, const struct Point *m, const struct Point *b,
                                    double difference, double reach)
 {
     const double force = larger(a->F_C[i], a->F_S[i]);
     const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
     const double F = larger(larger(fabs(a->F[i]), fabs(b->F[i])), force),
-                 F_p = larger(larger(fabs(a->F_p[i]), fabs(b->F_p[i])), force);
-    return (struct Change){
-        {difference, fabs(a->F[i] - 2 * m->F[i] + b->F[i]), fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i])},
-        {z, 3 * F, 3 * F_p}};
+                 F_p = larger(larger(fabs(a->F_p[i]), fabs(b->F_p[i])), force),
+                 F_f = larger(larger(fabs(a->F_f[i]), fabs(b->F_f[i])), force);
+    return (struct Change){{difference, fabs(a->F[i] - 2 * m->F[i] + b->F[i]),
+                            fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]),
+                            feed * fabs(a->F_f[i] - 2 * m->F_f[i] + b->F_f[i])},
+                           {z, 3 * F, 3 * F_p, 3 * F_f}};
 }
 
 /* How far a step is from the tolerance: 1 is just right. The measured differences are those of a second-order solution,
  * h^3; the step's own error is of h^5 and taken as a tenth of their power 5/3. */
-static inline double badness(const struct Contact *contact, int i, const struct Point *a, const struct Point *m,
-                             const struct Point *b, double difference, double of_late)
+static inline double badness(const struct Contact *contact, int i, int feed, const struct Point *a,
+                             const struct Point *m, const struct Point *b, double difference, double of_late)
 {
-    const struct Change c = change(i, a, m, b, difference, larger(a->F_C[i], a->F_S[i]) / b->P[i]);
-    const double worst = larger(c.of[0] / c.in[0], larger(c.of[1] / c.in[1], c.of[2] / c.in[2]));
+    const struct Change c = change(i, feed, a, m, b, difference, larger(a->F_C[i], a->F_S[i]) / b->P[i]);
+    const double worst =
+        larger(larger(c.of[0] / c.in[0], c.of[1] / c.in[1]), larger(c.of[2] / c.in[2], c.of[3] / c.in[3]));
     return a->cutting[i] == 0 ? of_late : larger(worst / contact->largest_difference[i], of_late);
 }
 
@@ -35,15 +41,15 @@ static inline double badness(const struct Contact *contact, int i, const struct 
 #define WELL_WITHIN 0.011
 
 /* Is the badness surely below in every lane? By products, which are cheaper than quotients. */
-static int all_well_within(const struct Contact *contact, const struct Point *a, const struct Point *m,
+static int all_well_within(const struct Contact *contact, int feed, const struct Point *a, const struct Point *m,
                            const struct Point *b, const lanes difference)
 {
     int beyond = 0;
     EACH_LANE {
-        const struct Change c = change(i, a, m, b, difference[i], 0);
+        const struct Change c = change(i, feed, a, m, b, difference[i], 0);
         const double allowed = 0.99 * WELL_WITHIN * contact->largest_difference[i];
-        const double excess =
-            larger(c.of[0] - allowed * c.in[0], larger(c.of[1] - allowed * c.in[1], c.of[2] - allowed * c.in[2]));
+        const double excess = larger(larger(c.of[0] - allowed * c.in[0], c.of[1] - allowed * c.in[1]),
+                                     larger(c.of[2] - allowed * c.in[2], c.of[3] - allowed * c.in[3]));
         beyond |= (a->cutting[i] != 0) & !(excess <= 0);
     }
     return !beyond;
@@ -57,8 +63,9 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
              const struct Point *start, const struct Point *middle, const struct Point *end, const lanes difference,
              lanes next, int fits[LANES])
 {
+    const int feed = loads_feed(w);
     int all = 1, coarse = 0;
-    if (!w->looks_back && !w->comes_back && all_well_within(contact, start, middle, end, difference)) {
+    if (!w->looks_back && !w->comes_back && all_well_within(contact, feed, start, middle, end, difference)) {
         EACH_LANE
             next[i] = smaller(larger(4 * h[i], next[i]), w->longest[i]);
         return 1;
@@ -71,7 +78,7 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
         of_late[i] = larger(of_late[i], part * part * part / (10 * w->p[VAR_RELATIVE_TOLERANCE][i]));
     }
     EACH_LANE {
-        bad[i] = badness(contact, i, start, middle, end, difference[i], of_late[i]);
+        bad[i] = badness(contact, i, feed, start, middle, end, difference[i], of_late[i]);
         factor[i] = 4;
         coarse |= bad[i] > WELL_WITHIN;
     }

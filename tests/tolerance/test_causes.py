@@ -1,0 +1,190 @@
+"""Is each cause that once led a run beyond its tolerance still mended? One motion for each, small enough to look into."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from evat.model import FloatArray, SimulationError
+from evat.native.kernel import Contact
+from judged import MEANS, Case, Motion, judge, reference, sensitivity
+
+GIVEN = {"kinematics": "external"}
+
+
+def worst(case: Case, *names: str) -> float:
+    """Largest error of these outputs, in tolerances."""
+    judgement = judge(case)
+    assert (judgement.answer.status, judgement.reference.verdict) == ("done", "done")
+    return judgement.worst(names)
+
+
+def slides(times: FloatArray, slip: FloatArray, values: Mapping[str, Any], on: tuple[str, ...], tolerance: float, *, stepped: bool) -> Case:
+    """A slip that is given."""
+    return Case("test", {**GIVEN, **values}, on, Motion.record(times, {"slip_velocity": slip}, stepped=stepped), tolerance)
+
+
+def vibrates(values: Mapping[str, Any], on: tuple[str, ...], tolerance: float, *, cycles: float, points: float, speed: float) -> Case:
+    """An ellipse, looked at in so many points a cycle."""
+    times = np.arange(0, cycles, 1 / points) / values["vibration_frequency"]
+    return Case("test", values, on, Motion.record(times, {"cutting_speed": np.full(times.shape, speed)}, stepped=True), tolerance)
+
+
+# ---- events ----
+
+NARROW: dict[str, Any] = {
+    "kinematics": "internal", "friction_law": "karnopp", "F_C": 0.7379, "F_S": 2.56, "karnopp.zero_velocity_band": 1.725249730623923e-4,
+    "vibration_frequency": 3341.148583375648, "amplitude_x": 8.956607293869459e-6, "amplitude_y": 2.939542601804317e-6,
+    "feed": 4.150291788312933e-5, "chip_flow_shear_angle": 0.4949623694445969, "shear_angle_principle": "minimum_energy",
+    "amplitude_loss.kappa": 0.13092034666932229, "amplitude_loss.F_ref": 22.394371195711088,
+    "amplitude_loss.response_time": 9.567795178976349e-4,
+}  # fmt: skip
+
+
+def test_a_band_that_is_left_as_soon_as_it_is_met_is_left() -> None:
+    """The slip crosses a narrow band of sticking while the load shrinks its amplitude: the point behind an event lay outside the band by
+    roundings, so the next event was taken for one that had happened, and the tool stuck for a whole step. Roundings decide where."""
+    case = vibrates(NARROW, ("amplitude_loss",), 1e-5, cycles=5.9, points=56.521, speed=0.0552838099)
+    right = reference(case)
+    for tolerance in (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8):
+        judgement = judge(replace(case, relative_tolerance=tolerance), right=right)
+        assert judgement.answer.status == "done"
+        assert judgement.worst(("friction_force", "mean_friction_force")) < 10, tolerance
+
+
+# ---- bonds ----
+
+BONDS: dict[str, Any] = {"friction_law": "bristle", "sigma0": 1e6, "F_C": 9.0}
+
+
+def after(on: str, own: Mapping[str, float], course: list[tuple[str, float, float]]) -> list[float]:
+    """Friction force of bonds after inputs that are set to a value and held for a time: with a host that asks for events, and without."""
+    forces = []
+    for asks in (True, False):
+        contact = Contact({**GIVEN, **BONDS, **own, "slip_velocity": 2e-2}, (on,))
+        contact.start(0.0)
+        for name, value, length in course:
+            contact.set(name, value)
+            for _ in range(4):
+                contact.advance(length / 4)
+                if asks:
+                    contact.event()
+        forces.append(contact.get("friction_force"))
+    return forces
+
+
+def test_bonds_that_have_become_too_long_break_at_once() -> None:
+    """Both ways, as the equation says: where friction falls with the speed, those that the slip relieves, too."""
+    own = {"rate_and_state.a": 0.5, "rate_and_state.b": 0.0, "rate_and_state.v_0": 1e-3}
+    asked, without = after("rate_and_state", own, [("slip_velocity", v, t) for v, t in ((2e-2, 8e-4), (-2e-2, 1e-6), (-1e-5, 1e-4))])
+    assert without == pytest.approx(asked, rel=1e-9)
+
+
+def test_asking_for_an_event_out_of_the_work_breaks_no_bond() -> None:
+    """Where the friction of the moment, of a slip that goes the other way, says nothing."""
+    own = {"direction_asymmetry.a": 0.5, "release_time": 1e-3}
+    apart = [("slip_velocity", 2e-2, 1e-2), ("uncut_thickness", -1e-5, 1e-5), ("slip_velocity", -1e-4, 1e-5)]
+    back = [("slip_velocity", 2e-2, 1e-5), ("uncut_thickness", 1e-4, 1e-4)]
+    asked, without = after("direction_asymmetry", own, [*apart, *back])
+    assert without == pytest.approx(asked, rel=1e-6)
+
+
+def test_bonds_begin_alike_whenever_the_tool_is_looked_at() -> None:
+    """Out of the work, where friction goes by the speed of the moment: the next contact must not hang on the communication steps."""
+    values: dict[str, Any] = {
+        "kinematics": "internal", "friction_law": "bristle", "sigma0": 66805.0, "F_C": 0.11, "vibration_frequency": 3430.0,
+        "amplitude_x": 5e-6, "amplitude_y": 7.6e-6, "feed": 2.9e-6, "chip_flow_shear_angle": 0.406, "rate_and_state.v_0": 1.2e-4,
+        "rate_and_state.d_c": 1.1e-5, "rate_and_state.a": 0.05,
+    }  # fmt: skip
+    assert worst(vibrates(values, ("rate_and_state",), 1e-5, cycles=2.5, points=46, speed=0.0517), "friction_force") < 3
+
+
+# ---- slip that comes to rest ----
+
+
+def test_a_slip_that_is_given_down_to_zero_has_not_turned_round() -> None:
+    """Ramps whose roundings miss 0 on either side, of a reset_integrator that slides: it slides on (F_C), and would stick (F_S)."""
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        times = np.cumsum(rng.uniform(1e-2, 0.1, 4))
+        contact = Contact({**GIVEN, "friction_law": "reset_integrator", "F_C": 9.0, "F_S": 15.0, "slip_velocity": 0.1})
+        contact.start(float(times[0]))
+        slip = np.array([0.1, rng.uniform(0.01, 0.2), 0, 0])
+        force = contact.run(times, {"slip_velocity": slip}, ["friction_force"])[-1, 0]
+        assert force == pytest.approx(9.0, rel=1e-12), seed
+
+
+# ---- states of effects ----
+
+
+def test_a_state_that_follows_the_slip_is_in_the_step_control() -> None:
+    """Slip that slows down by less than a factor of 3 in a step, over hundreds of renewals of the contact: 20 tolerances."""
+    times = np.array([0, 0.067, 0.134, 0.2212, 0.2237, 0.2262, 0.2293, 0.2325, 0.2378, 0.2432])
+    slip = np.array([-0.507, -0.254, -1e-6, -1e-6, 0.127, 0.254, 0.094, -0.066, -0.033, -1e-6])
+    own = {"rate_and_state.a": 0.018, "rate_and_state.b": 0.053, "rate_and_state.v_0": 5.7e-5, "rate_and_state.d_c": 1.08e-6}
+    assert worst(slides(times, slip, own, ("rate_and_state",), 1e-5, stepped=True), "friction_force", "bristle_deflection") < 3
+
+
+def test_an_age_that_the_force_shows_later_is_in_the_step_control() -> None:
+    """A reset_integrator slides at F_C, whatever the age of its contact, and sticks with it after the slip has turned: 6 600 tolerances."""
+    times, slip = np.array([0, 0.05, 0.1, 0.15, 0.1505, 0.1507]), np.array([0.5, 0.25, 0.13, 0.07, -0.01, -0.02])
+    own = {
+        "friction_law": "reset_integrator", "dwell_strengthening.D_c": 1e-6, "dwell_strengthening.t_ref": 1e-6,
+        "dwell_strengthening.beta": 0.3,
+    }  # fmt: skip
+    assert worst(slides(times, slip, own, ("dwell_strengthening",), 1e-5, stepped=True), "friction_force") < 3
+
+
+# ---- what else a step must show ----
+
+
+def test_the_mean_feed_force_is_in_the_step_control() -> None:
+    """A force across the cut alone, which rises and falls between the points that friction asks for."""
+    values = {
+        "kinematics": "internal", "friction_law": "karnopp", "F_C": 9.97, "F_S": 0.1309, "karnopp.zero_velocity_band": 5.2e-4,
+        "vibration_frequency": 1549.0, "amplitude_x": 1.07e-6, "amplitude_y": 1.816e-5, "feed": 4.98e-4, "chip_flow_shear_angle": 0.83,
+        "shear_angle_principle": "minimum_energy", "process_damping.C": 4600.0, "process_damping.steepest": 0.8355,
+    }  # fmt: skip
+    assert worst(vibrates(values, ("process_damping",), 1e-5, cycles=2.9, points=51.7, speed=0.00456), *MEANS) < 3
+
+
+def test_a_sensor_hears_the_kink_at_which_sticking_gives_way() -> None:
+    """karnopp: the applied force passes F_S within a step, beyond which friction stays."""
+    times = np.array([0.0, 0.0137, 0.03, 0.04])
+    case = Case(
+        "test",
+        {**GIVEN, "friction_law": "karnopp", "F_C": 2.0, "F_S": 3.0, "dynamometer_resonance.natural_period": 2e-3},
+        ("dynamometer_resonance",),
+        Motion.record(times, {"slip_velocity": np.zeros(4), "applied_force": np.array([0, 3.3, -3.1, 0.5])}, stepped=True),
+        1e-4,
+    )
+    assert worst(case, "measured_friction_force") < 3
+
+
+def test_what_is_stiff_between_near_samples_is_refused_soon() -> None:
+    """Published damping (5.9e6 N s/m) on a holder that gives way: no sample alone took many steps, all of them 440 000."""
+    values = {
+        **GIVEN, "friction_law": "reset_integrator", "sigma0": 482200.0, "sigma1": 5899980.0, "F_C": 0.74, "F_S": 2.56,
+        "damping_mode": "as_published",
+    }  # fmt: skip
+    times = np.linspace(0, 0.05, 1001)
+    contact = Contact(values, ("holder_compliance",))
+    contact.start(0.0)
+    with pytest.raises(SimulationError, match="holder_compliance"):
+        contact.run(times, {"slip_velocity": 1e-2 * np.sin(2 * np.pi * 60 * times)}, ["friction_force"])
+    assert contact.get("step_count") < 20_000
+
+
+# ---- the measure ----
+
+
+def test_a_draw_is_ill_conditioned_where_its_own_answer_moves() -> None:
+    """A reset_integrator that stands at just 0 on its limit: a rounding decides whether it has turned. One that slides does not."""
+    times = np.array([0, 0.1, 0.2, 0.3])
+    values = {"friction_law": "reset_integrator", "F_C": 9.0, "F_S": 15.0}
+    for slip, moves in ((np.array([0.1, 0.05, 0, 0]), True), (np.array([0.1, 0.05, 0.02, 0.02]), False)):
+        case = slides(times, slip, values, (), 1e-4, stepped=False)
+        assert (sensitivity(case, judge(case).reference, "friction_force") > 10) == moves
