@@ -164,21 +164,15 @@ class _Reader(Checks):
         setups = {}
         for name, entry in table.items():
             where = f"setup_sd.{name}"
-<<<<<<< HEAD
             if self.variable(where, name).causality != "output" and name != MOTION:
                 raise self.error(where, f"set-up errors are those of what was measured; name an output, or {MOTION}.")
-            self.keys(where, self.table(where, entry), SETUP_KEYS, ())
+            self.keys(where, self.table(where, entry), keys("[setup_sd.NAME]"), ())
             if name == MOTION and set(entry) - {"zero"}:
                 raise self.error(
                     where,
                     f"only the zero of {MOTION} is a set-up error: its gain is one of the law's parameters, its clock that of the force. "
                     "State `zero`, or a clock for the force.",
                 )
-=======
-            if self.variable(where, name).causality != "output":
-                raise self.error(where, "set-up errors are those of what was measured; name an output.")
-            self.keys(where, self.table(where, entry), keys("[setup_sd.NAME]"), ())
->>>>>>> wt-init
             known = {}
             for key, number in entry.items():
                 if not is_number(number) or not 0 <= number < math.inf:
