@@ -175,6 +175,11 @@ def test_recordings_alike_repeat_each_other_where_names_do_not_tell(tmp_path: Pa
     begun = understood(tmp_path)
     assert [trial.condition for trial in begun.trials] == ["test1", "test1", "test3", "test3"]
     assert "repeat each other" in begun.repeats
+    path = write_begun(begun, Believed(values={"friction_law": "coulomb", "F_C": 5.0}), force=False)
+    text = path.read_text(encoding="utf-8")
+    assert text.count('condition = "test1"  # guessed: recordings as long') == 2
+    assert 'friction = "coulomb"\n' in text
+    assert "F_S" not in text
 
 
 def test_turns_a_minute_and_a_torque_are_read_at_a_radius(tmp_path: Path) -> None:

@@ -151,6 +151,17 @@ def test_the_mean_feed_force_is_in_the_step_control() -> None:
     assert worst(vibrates(values, ("process_damping",), 1e-5, cycles=2.9, points=51.7, speed=0.00456), *MEANS) < 3
 
 
+def test_forces_of_a_law_without_bristles_are_in_the_step_control_where_the_slip_is_solved_for() -> None:
+    """Coulomb friction within its jump and beside it: kinks between the points of a step, which the means missed by 10 tolerances."""
+    values = {
+        "kinematics": "internal", "friction_law": "coulomb", "F_C": 9.229, "vibration_frequency": 1518.73, "amplitude_x": 1.6282e-6,
+        "amplitude_y": 1.7457e-6, "feed": 1.67435e-6, "chip_flow_shear_angle": 0.7454, "phase_x": -1.63712, "phase_y": 3.15505,
+        "chip_flow_angle": "current_shear_angle", "release_time": 1.77e-6,
+    }  # fmt: skip
+    errors = [worst(vibrates(values, (), 1e-5, cycles=3, points=37.28, speed=speed), *MEANS) for speed in (0.0135, 0.0145, 0.0155)]
+    assert max(errors) < 3
+
+
 def test_a_sensor_hears_the_kink_at_which_sticking_gives_way() -> None:
     """karnopp: the applied force passes F_S within a step, beyond which friction stays."""
     times = np.array([0.0, 0.0137, 0.03, 0.04])

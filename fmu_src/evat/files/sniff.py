@@ -15,6 +15,7 @@ from evat.files.spelling import unit_meant
 from evat.files.text import LONGEST_LINE, MISSING, NUMBER, RecordError, TextForm
 
 HEAD = 256 << 10  # bytes that are looked at
+MOST_LINES = 500  # of them: more take time and tell nothing new
 MOST_BYTES = 8 << 30
 DELIMITERS = ("\t", ";", ",", "|", " ")
 FEWEST_ROWS = 2
@@ -42,7 +43,7 @@ def sniff(path: Path, known: TextForm | None = None, stated: Sequence[str] = ())
     known = known or TextForm()
     encoding = known.encoding if "encoding" in stated else encoding_of(head, path.name)
     text = codecs.getincrementaldecoder("utf-8-sig" if encoding == "utf-8" else encoding)(errors="replace").decode(head)
-    lines = text.splitlines()[: None if size <= HEAD else -1]
+    lines = text.splitlines()[: None if size <= HEAD else -1][:MOST_LINES]
     if any(len(line) > LONGEST_LINE // 8 for line in lines) or (not lines and size):
         raise RecordError(f"{path.name}: a line of more than {LONGEST_LINE // 8} characters; this is no table with a row a line.")
     best: tuple[tuple[int, int], str, str, list[bool]] | None = None
@@ -59,7 +60,7 @@ def sniff(path: Path, known: TextForm | None = None, stated: Sequence[str] = ())
                 best = (score, delimiter, decimal, numeric)
     if best is None or best[0][0] < FEWEST_ROWS:
         raise RecordError(
-            f"{path.name}: no rows of numbers were seen in its first {min(len(lines), 1000)} lines, with tab, semicolon, comma, bar or one "
+            f"{path.name}: no rows of numbers were seen in its first {len(lines)} lines, with tab, semicolon, comma, bar or one "
             "blank between the columns (runs of blanks are not read; save the file with tabs)."
         )
     _, delimiter, decimal, numeric = best

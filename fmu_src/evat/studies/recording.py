@@ -22,7 +22,7 @@ LONGEST = 100  # lengths z that a recording at a steady speed slides at least
 
 
 @dataclass(frozen=True, slots=True)
-class Recording:
+class Advised:
     """A motion, what it shows, and how to record it: SI; `speeds` [m/s] or `strokes` [m], one condition each."""
 
     motion: str
@@ -35,7 +35,7 @@ class Recording:
     repeats: int = REPEATS
 
 
-def recordings(values: Mapping[str, float | str]) -> tuple[Recording, ...]:
+def recordings(values: Mapping[str, float | str]) -> tuple[Advised, ...]:
     """What to record of a contact with these values; what they lack is as the component starts."""
     force = max(_value(values, "F_C"), _value(values, "F_S"))
     length, stribeck = force / _value(values, "sigma0"), _value(values, "v_s")
@@ -48,13 +48,13 @@ def recordings(values: Mapping[str, float | str]) -> tuple[Recording, ...]:
     stroke_rate = PER_BEND * speeds[0] / length
     strokes = tuple(share * length for share in AMPLITUDES)
     return (
-        Recording("steady speeds, both ways", ("F_C", "F_S", "v_s", "sigma2"), speeds, (), period, max(50.0, 100 / period),
+        Advised("steady speeds, both ways", ("F_C", "F_S", "v_s", "sigma2"), speeds, (), period, max(50.0, 100 / period),
                   "the friction curve, over a decade on either side of v_s; both ways, so that a zero is not taken for friction"),
-        Recording("reversals", ("F_S", "sigma1", "sensor_delay", "direction_asymmetry"), (stribeck, 10 * stribeck), (), SECONDS, crossing,
+        Advised("reversals", ("F_S", "sigma1", "sensor_delay", "direction_asymmetry"), (stribeck, 10 * stribeck), (), SECONDS, crossing,
                   "break-away and what happens about rest; so fast sampled that the bend has some samples"),
-        Recording("small strokes", ("sigma0", "sigma1"), (), strokes, STROKES * STROKE / stroke_rate, stroke_rate,
+        Advised("small strokes", ("sigma0", "sigma1"), (), strokes, STROKES * STROKE / stroke_rate, stroke_rate,
                    "spring, yielding and break-away; a position sensor that resolves a tenth of the shortest is needed"),
-        Recording("one of these once more, at the end", ("sensor_drift", "friction_wear"), (stribeck,), (), period, max(50.0, 100 / period),
+        Advised("one of these once more, at the end", ("sensor_drift", "friction_wear"), (stribeck,), (), period, max(50.0, 100 / period),
                   "whether anything changed while you measured", 1),
     )  # fmt: skip
 

@@ -101,7 +101,7 @@ static void take_patience(const struct Contact *contact, const struct Configurat
     const int goes_on = p->length > 0 && p->length < INFINITY;
     p->length = few * w->longest[0];
     p->most = usual * tight * breaks * (w->comes_back ? 100 : 1);
-    p->most_events = 200 * breaks;
+    p->most_events = w->law->rest ? INFINITY : 200;
     if (!goes_on) {
         p->begun = contact->value[VAR_TIME][0];
         p->taken = p->events = 0;

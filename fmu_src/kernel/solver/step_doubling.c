@@ -60,8 +60,8 @@ static int curved(const struct Configuration *w, double by, const struct Point *
 int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
              const struct Point *b, int doubtful[LANES])
 {
-    const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers),
-              of_angle = w->current_angle && w->law->relaxes, of_state = w->drivers >> DRIVEN_BY_MOTION & 1;
+    const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers || w->current_angle),
+              of_angle = w->current_angle, of_state = w->drivers >> DRIVEN_BY_MOTION & 1;
     const double bent = w->law->relaxes ? CURVED : CURVED_AT_A_KINK;
     int any = 0;
     for (int i = 0; i < LANES; ++i)

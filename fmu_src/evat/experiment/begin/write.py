@@ -64,7 +64,7 @@ def document(begun: Begun, believed: Believed) -> str:
     if begun.trials:
         lines.append(f"# {meaning('[[trials]]', 'condition')}{': ' + begun.repeats if begun.repeats else ''}")
     for trial in begun.trials:
-        lines += ["[[trials]]", _line("file", trial.file), _line("condition", trial.condition, "from the file's name")]
+        lines += ["[[trials]]", _line("file", trial.file), _line("condition", trial.condition, begun.repeats or "from the file's name")]
         if trial.values:
             table = tomlkit.inline_table()
             table.update(trial.values)
@@ -89,8 +89,8 @@ def _nominal(begun: Begun, believed: Believed) -> list[str]:
     lines = [f"[nominal]  # {meaning('', 'nominal')}"]
     guessed = not believed.parameters and not believed.values
     if believed.friction or not believed.parameters:
-        law = believed.friction or str(believed.values.get("friction_law", "lugre"))
-        lines.append(_line("friction", law, "" if believed.friction else "evat info lists the laws"))
+        told = believed.friction or believed.values.get("friction_law")
+        lines.append(_line("friction", told or "lugre", "" if told else "evat info lists the laws"))
     lines.append(
         _line("kinematics", begun.kinematics, "a motion is recorded" if begun.kinematics == "external" else "no motion is recorded")
     )
