@@ -15,14 +15,18 @@ import pyarrow as pa
 import pyarrow.parquet
 import pytest
 from evat import parameter_sets
-from evat.experiment import Experiment, ExperimentError, Means, Nominal, Signal, Trial
+from evat.commands.main import app
+from evat.experiment import Experiment, ExperimentError, Means, Nominal, Signal, Trial, as_typed
 from evat.experiment import write as experiment_writer
 from evat.experiment.read import read_experiment, scan_experiment, write_experiment
 from evat.files import stream
 from evat.files.writing import OutputError
 from evat.models.contact import ContactModel
+from evat.native import kernel
+from evat.plots.cycles import in_display_unit
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from typer.testing import CliRunner
 
 MODEL = ContactModel()
 TOML = """
@@ -747,3 +751,16 @@ def test_suspicious_but_legal_data_are_read(tmp_path: Path) -> None:
     data = "t [ms],v,F\n" + "".join(f"{k},0,0\n" for k in range(50))
     recorded = read_experiment(folder(tmp_path / "rig", data=data), MODEL)
     assert math.fsum(recorded.trials[0].outputs["friction_force"]) == 0
+
+
+def test_what_was_typed_in_mm_s_is_shown_in_mm_s(tmp_path: Path) -> None:
+    """By the table of `evat experiment check` and on the axes of the picture; a value of the model as the component shows it."""
+    shown = CliRunner().invoke(app, ["experiment", "check", str(folder(tmp_path / "rig"))], env={"COLUMNS": "250"}).output
+    assert " 3 mm/s " in shown
+    assert "m/min" not in shown.partition("nominal model")[0]
+    experiment = read_experiment(tmp_path / "rig", MODEL)
+    as_it_is, typed = kernel.variable("slip_velocity"), as_typed(kernel.variable("slip_velocity"), experiment.signals)
+    assert in_display_unit(typed, np.array([0.003])) == (pytest.approx([3.0]), "slip velocity [mm/s]")
+    assert in_display_unit("slip_velocity", np.array([0.003]))[1] == "slip velocity [m/min]"
+    turned = dataclasses.replace(experiment.signals["slip_velocity"], sign=-1)
+    assert as_typed(as_it_is, {"slip_velocity": turned}) is as_it_is

@@ -52,7 +52,7 @@ def check(folder: Folder) -> None:
     document, means = scan.document, scan.means
     channels = [signal.name for signal in document.recorded if signal.role is not None]
     if scan.trials:
-        out.print(_trials(document.title, scan.trials, channels))
+        out.print(_trials(document.title, document.signals, scan.trials, channels))
         out.print(_channels(document.signals, scan.trials, channels))
     if means is not None:
         columns = {**means.values, **means.outputs}
@@ -71,7 +71,7 @@ def check(folder: Folder) -> None:
     out.print(f"data {scan.data_hash}", highlight=False, soft_wrap=True)
 
 
-def _trials(title: str, trials: Sequence[TrialFacts], channels: Sequence[str]) -> Table:
+def _trials(title: str, signals: Mapping[str, Signal], trials: Sequence[TrialFacts], channels: Sequence[str]) -> Table:
     heads = (f"rms {name}" for name in channels)
     table = Table("file", "condition", "rows", "from, to [s]", "rate [Hz]", *heads, title=title, title_justify="left")
     for trial in trials:
@@ -79,7 +79,7 @@ def _trials(title: str, trials: Sequence[TrialFacts], channels: Sequence[str]) -
         if trial.longest > EVEN * trial.shortest:
             rate += f" (steps {trial.shortest:.3g} to {trial.longest:.3g} s)"
         facts = (trial.file, trial.condition, str(trial.rows), f"{trial.begin:g}, {trial.end:g}", rate)
-        table.add_row(*facts, *(_shown(trial.rms[name], name) for name in channels))
+        table.add_row(*facts, *(_shown(trial.rms[name], name, signals) for name in channels))
     return table
 
 
@@ -88,7 +88,7 @@ def _channels(signals: Mapping[str, Signal], trials: Sequence[TrialFacts], chann
     for name in channels:
         least, most = min(trial.least[name] for trial in trials), max(trial.most[name] for trial in trials)
         signal = signals[name]
-        table.add_row(name, signal.role, signal.column, signal.unit, _shown(least, name), _shown(most, name))
+        table.add_row(name, signal.role, signal.column, signal.unit, _shown(least, name, signals), _shown(most, name, signals))
     return table
 
 
@@ -228,5 +228,8 @@ def _millimetres(number: float, per: str) -> str:
     return f"{1e3 * number:.3g} mm{per}" if number >= 1e-4 else f"{1e6 * number:.3g} um{per}"
 
 
-def _shown(value: float, name: str) -> str:
-    return display(value, kernel.variable(name), digits=4)
+def _shown(value: float, name: str, signals: Mapping[str, Signal] | None = None) -> str:
+    """In the unit of the owner's files, where these have it."""
+    from evat.experiment import as_typed
+
+    return display(value, as_typed(kernel.variable(name), signals or {}), digits=4)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar, Literal
 
-from evat.model import EvatError, FloatArray
+from evat.model import EvatError, FloatArray, Variable
 
 Role = Literal["input", "output"]
 InitialBristle = Literal["relaxed", "slid_in", "free"]
@@ -52,6 +52,12 @@ class Signal:
     def converted(self) -> bool:
         """Whether more than its unit is changed where it is read."""
         return self.sign != 1 or self.scale is not None or self.offset != 0 or bool(self.of) or self.radius is not None
+
+
+def as_typed(variable: Variable, signals: Mapping[str, Signal]) -> Variable:
+    """The variable as its owner's files have it: to be shown in their unit, where they measure it itself."""
+    signal = signals.get(variable.name)
+    return variable if signal is None or signal.converted else replace(variable, display_unit=signal.unit)
 
 
 @dataclass(frozen=True, slots=True)

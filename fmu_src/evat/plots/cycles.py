@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from evat.console import printable
 from evat.files.writing import OutputError, whole
-from evat.model import FloatArray, Trace
+from evat.model import FloatArray, Trace, Variable
 from evat.native import kernel
 from evat.units import affine
 
@@ -70,12 +70,12 @@ def label(name: str, unit: str) -> str:
     return f"{words} {unit}" if len(words) + len(unit) < 23 else f"{words}\n{unit}"
 
 
-def in_display_unit(name: str, column: FloatArray) -> tuple[FloatArray, str]:
-    """A column in its display unit, and the label of its axis."""
-    variable = kernel.variable(name)
+def in_display_unit(shown: str | Variable, column: FloatArray) -> tuple[FloatArray, str]:
+    """A column of a variable, which may be given by its name, in its display unit, and the label of its axis."""
+    variable = kernel.variable(shown) if isinstance(shown, str) else shown
     unit = variable.display_unit or variable.unit
     factor, offset = affine(variable.unit, unit)
-    return column * factor + offset, label(name, unit)
+    return column * factor + offset, label(variable.name, unit)
 
 
 def clock_unit(span: float) -> tuple[float, str]:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import matplotlib as mpl
 
-from evat.experiment import Experiment, ExperimentError
+from evat.experiment import Experiment, ExperimentError, as_typed
+from evat.native import kernel
 from evat.plots.cycles import COLOURS, STYLE, clock_unit, in_display_unit, label, new_figure, save_figure
 
 MOST_POINTS = 20_000  # of a line; beyond that every so many are drawn
@@ -21,6 +22,7 @@ def plot_experiment(experiment: Experiment, path: Path) -> Path:
     colours = dict(zip(experiment.conditions, COLOURS * (1 + len(experiment.conditions) // len(COLOURS)), strict=False))
     factor, unit = clock_unit(max(float(trial.times[-1] - trial.times[0]) for trial in experiment.trials))
     over = outputs if inputs else []
+    typed = {name: as_typed(kernel.variable(name), experiment.signals) for name in (*inputs, *outputs)}
     with mpl.rc_context(STYLE):
         figure, axes = new_figure(
             len(inputs) + len(outputs), 1 + bool(over), (12 if over else 8, 1.2 + 2.4 * (len(inputs) + len(outputs))), False
@@ -30,12 +32,12 @@ def plot_experiment(experiment: Experiment, path: Path) -> Path:
             times = (trial.times[every] - trial.times[0]) * factor
             line = {"color": colours[trial.condition], "lw": 0.8, "alpha": 0.8}
             for row, (name, column) in enumerate({**trial.inputs, **trial.outputs}.items()):
-                values, text = in_display_unit(name, column[every])
+                values, text = in_display_unit(typed[name], column[every])
                 axes[row, 0].plot(times, values, label=trial.condition, **line)
                 axes[row, 0].set(xlabel=label("time", unit), ylabel=text)
             for row, name in enumerate(over):
-                against, along = in_display_unit(inputs[0], trial.inputs[inputs[0]][every])
-                values, text = in_display_unit(name, trial.outputs[name][every])
+                against, along = in_display_unit(typed[inputs[0]], trial.inputs[inputs[0]][every])
+                values, text = in_display_unit(typed[name], trial.outputs[name][every])
                 axes[row, 1].plot(against, values, **line)
                 axes[row, 1].set(xlabel=along.replace("\n", " "), ylabel=text)
         for row in range(len(over), len(axes)) if over else ():
