@@ -113,7 +113,7 @@ int after(struct One *one, int status, enum Verdict verdict)
 {
     within = 0;
     tally.calls += 1;
-    const int illegal = one->illegal, due = one->logging && status >= DISCARD && !one->failed_within;
+    const int illegal = one->illegal, due = status >= (one->logging ? DISCARD : ERROR) && !one->failed_within;
     if (verbose)
         printf("    answers %d%s\n", status, illegal ? ", illegal" : verdict == MUST_FAIL ? ", wrong" : "");
     if (status < OK || status > ERROR) {

@@ -138,7 +138,12 @@ static unsigned settable(const struct One *one, int index)
     return 0;
 }
 
-int is_allowed(const struct Variable *v, double x) { return check_value(v, x) == STATUS_OK; }
+/* Said anew: what the model says of it is what is tried. An input may miss its bounds by a hair. */
+int is_allowed(const struct Variable *v, double x)
+{
+    const double slack = v->causality == INPUT ? 1e-6 * (v->nominal > 0 ? v->nominal : 1) : 0;
+    return isfinite(x) && x >= v->min - slack && x <= v->max + slack && (v->type == REAL || x == floor(x));
+}
 
 /* One variable, or several of a type, of which one wrong one must leave all others. */
 static void set_these(struct One *one, enum Sort form, unsigned *reference, double *value, size_t count)
@@ -160,10 +165,11 @@ static void set_these(struct One *one, enum Sort form, unsigned *reference, doub
         WARNING)
         return;
     for (size_t i = 0; i < count; ++i)
-        if (reference[i] < (unsigned)variables)
-            one->given[reference[i]] = is_start[reference[i]] ? NAN
-                                       : value[i] == 0 ? 0
-                                                       : within_bounds(model_variable((int)reference[i]), value[i]);
+        if (reference[i] < (unsigned)variables) {
+            const struct Variable *v = model_variable((int)reference[i]);
+            const double held = v->causality == INPUT ? fmin(fmax(value[i], v->min), v->max) : value[i];
+            one->given[reference[i]] = is_start[reference[i]] ? NAN : held == 0 ? 0 : held;
+        }
 }
 
 void set_one(struct One *one, int index, double value)

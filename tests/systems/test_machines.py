@@ -248,7 +248,7 @@ def test_what_a_partner_has_come_to_has_no_flaw_and_what_is_forged_has_one(part:
         ("step", None, -1.0),
         ("step", None, np.inf),
         ("started", None, 2),
-        ("reserved", None, 1),
+        ("warnings", None, 2),
         ("value", 0, np.nan),
         ("slope", 2, np.inf),
     ]
