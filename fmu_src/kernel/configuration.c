@@ -38,6 +38,21 @@ uint64_t effects_switched_on(const struct Contact *contact)
     return on;
 }
 
+/* Is an effect more than on? One at its neutral values leaves all the rest as it is, the steps among it. */
+static int acts(const struct Effect *effect, const lanes *p, int lane)
+{
+    int has_neutral = 0;
+    for (int k = 1; k < effect->count - 2 * effect->states; ++k) {
+        const double neutral = effect->variables[k].neutral;
+        if (isnan(neutral))
+            continue;
+        has_neutral = 1;
+        if (p[k][lane] != neutral)
+            return 1;
+    }
+    return !has_neutral;
+}
+
 static void wire_effects(const struct Contact *contact, struct Configuration *w)
 {
     uint64_t left = contact->effects_on;
@@ -50,6 +65,8 @@ static void wire_effects(const struct Contact *contact, struct Configuration *w)
             w->on_value[w->on_count++] = at + effect->count - 2 * effect->states;
             w->stages |= 1 << effect->stage;
             w->drivers |= (effect->driver != NO_STATES) << effect->driver;
+            for (int i = 0; i < LANES && effect->driver != NO_STATES; ++i)
+                w->acting[i] |= acts(effect, contact->value + at, i) << effect->driver;
             w->sensors += effect->driver == DRIVEN_BY_SENSOR;
             w->looks_back |= effect->looks_back != NULL;
             w->comes_back |= effect->periods != NULL;
@@ -78,6 +95,8 @@ struct Configuration wire(const struct Contact *contact)
         chosen(contact->value, VAR_CHIP_FLOW_ANGLE, 0) == CURRENT_ANGLE && w.kinematics != KINEMATICS_EXTERNAL;
     w.on_count = w.stages = w.drivers = w.sensors = w.looks_back = w.delays = w.comes_back = w.bends = w.meets_again =
         0;
+    for (int i = 0; i < LANES; ++i)
+        w.acting[i] = 0;
     if (contact->effects_on)
         wire_effects(contact, &w);
     w.record = NULL;

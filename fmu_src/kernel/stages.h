@@ -49,7 +49,8 @@ struct Configuration {
     int on_value[EFFECT_COUNT];               /* and its index in the table */
     int on_count;
     int stages;                     /* bit n: an effect acts in stage n */
-    int drivers;                    /* bit n: states of an effect are driven by enum Driver n */
+    int drivers;                    /* bit n: states of an effect are driven by enum Driver n; */
+    int acting[LANES];              /* the same, of effects that are not at their neutral values in a lane */
     int sensors;                    /* effects with states of a sensor */
     int looks_back, bends, meets_again; /* whether an effect does; */
     int yields;                     /* and the law */

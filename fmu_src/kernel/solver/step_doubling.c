@@ -61,12 +61,13 @@ int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a
              const struct Point *b, int doubtful[LANES])
 {
     const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers || w->current_angle),
-              of_angle = w->current_angle, of_state = w->drivers >> DRIVEN_BY_MOTION & 1;
+              of_angle = w->current_angle;
     const double bent = w->law->relaxes ? CURVED : CURVED_AT_A_KINK;
     int any = 0;
     for (int i = 0; i < LANES; ++i)
         doubtful[i] = 0;
     for (int i = 0; (of_slip || w->sensors || w->looks_back) && i < LANES; ++i) {
+        const int of_state = w->acting[i] >> DRIVEN_BY_MOTION & 1;
         const int hidden =
             of_slip && a->cutting[i] != 0 &&
             (of_angle || slows_down(of_state ? LITTLE : factor_of(w->p[VAR_RELATIVE_TOLERANCE][i]), a, m, b, i) ||
@@ -164,7 +165,7 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
         const double remembered = w->looks_back && look_back(w, i) > 0 ? RECALLED_ONCE * recalled[i] : 0;
         /* levels that states of effects have moved, and that the force shows only later, as where it sticks */
         const double levels =
-            w->drivers ? larger(apart(b->F_C[i], whole.F_C[i], force), apart(b->F_S[i], whole.F_S[i], force)) : 0;
+            w->acting[i] ? larger(apart(b->F_C[i], whole.F_C[i], force), apart(b->F_S[i], whole.F_S[i], force)) : 0;
         const double own = larger(
             larger(levels, apart(b->z[i], whole.z[i], z) + hidden[i] / z),
             larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i])))));
