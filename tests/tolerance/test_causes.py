@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -187,6 +188,27 @@ def test_what_is_stiff_between_near_samples_is_refused_soon() -> None:
     with pytest.raises(SimulationError, match="holder_compliance"):
         contact.run(times, {"slip_velocity": 1e-2 * np.sin(2 * np.pi * 60 * times)}, ["friction_force"])
     assert contact.get("step_count") < 20_000
+
+
+def test_a_step_that_cannot_get_shorter_is_not_tried_again() -> None:
+    """Forces that do not settle at the shortest step: it was tried over a thousand times more, each time with the same result."""
+    values = {
+        "kinematics": "internal", "friction_law": "dahl", "sigma0": 7491159.770088532, "sigma1": 690.9919717332978,
+        "F_C": 5.132271964309883, "F_S": 3.311333969827075, "vibration_frequency": 38015.613083852506, "amplitude_x": 2.1330618858609e-6,
+        "amplitude_y": 1.063450585745529e-6, "feed": 4.5834986164113787e-7, "chip_flow_shear_angle": 0.2534637206687684,
+        "chip_flow_angle": "current_shear_angle", "release_time": 2.3885735024120537e-5, "rate_stiffness": "thermal",
+        "elasto_plastic.share": 0.9263987570305614, "elasto_plastic.break_away": 0.40658429713634664, "relative_tolerance": 1e-5,
+        "cutting_speed": 0.15608415,
+    }  # fmt: skip
+    took = []
+    for _ in range(3):
+        contact = Contact(values, ("elasto_plastic",))
+        contact.start(0.0)
+        begun = time.process_time()
+        with pytest.raises(SimulationError, match="elasto_plastic"):
+            contact.advance(1.3e-4)
+        took.append(time.process_time() - begun)
+    assert min(took) < 0.05
 
 
 # ---- the measure ----

@@ -168,6 +168,16 @@ static void ask_again(struct Contact *contact, const struct Trial *t)
     try_again(contact, misfits, t->next);
 }
 
+/* Is a lane beyond the tolerance, by forces that do not settle, at the step that would be tried again? The same step
+ * says the same again. */
+static int repeats(const struct Trial *t)
+{
+    int same = 0;
+    EACH_LANE
+        same |= !t->fits[i] & (t->h[i] > 0) & (t->h[i] <= t->shortest) & (t->next[i] >= t->h[i]);
+    return same;
+}
+
 /* Which events fall into the step? It is cut short at the first; true where it is shorter then. */
 static int cut_short(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t)
 {
@@ -331,6 +341,8 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         if (!all_finite(t.end))
             return STATUS_DIVERGED;
         if (!is_accurate(contact, w, &t)) {
+            if (repeats(&t))
+                return STATUS_TOO_MANY_STEPS;
             ask_again(contact, &t);
             continue;
         }
