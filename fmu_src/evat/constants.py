@@ -164,6 +164,9 @@ class _Constants(ConstantTable):
         0.05, "of the rms of a channel", "so much of an effect in which friction laws differ anyway is the form of the base law"
     )
 
+    least_rest = Constant(0.03, "of a recording", "in a row that is flat and near 0 is rest")
+    fewest_rest_samples = Constant(5, "samples", "of rest, that tell of a zero")
+    flat_rest = Constant(0.5, "of the widest zero", "the velocity may range over so much at rest")
     zeros_tried = Constant(9, "values", "of the zero of a velocity, before it enters linearly")
 
     # How bristles were bent at the start

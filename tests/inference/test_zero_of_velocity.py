@@ -44,6 +44,12 @@ def test_a_prediction_is_by_the_velocity_without_it() -> None:
     assert np.max(np.abs(off.one() - right.one())) > 10 * NOISE
 
 
+def test_where_nothing_rests_there_is_none() -> None:
+    """Strokes to and fro without a wait: what a lean of the force does there, a zero would do as well."""
+    assert Prediction(model(), world(STILL, "relaxed", WAIT)).input_zeros
+    assert not Prediction(model(), world(STILL, "relaxed", 0.0)).input_zeros
+
+
 def test_a_velocity_from_a_position_has_none() -> None:
     made = world(STILL, "relaxed")
     signals = {**made.signals, "slip_velocity": Signal("slip_velocity", "x", "m", "input", of="position")}

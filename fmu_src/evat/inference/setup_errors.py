@@ -6,6 +6,7 @@ the motion by a sample. Model parameters run away where they have to stand in fo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -98,8 +99,9 @@ class SetupErrors:
 
 
 def zeros_of_inputs(experiment: Experiment, units: Mapping[str, str]) -> tuple[Parameter, ...]:
-    """How far the zero of a recorded slip velocity may be off: a contact at rest creeps by it. A velocity that was differentiated from a
-    position has none. Its gain is one of the law's parameters, its clock that of the force."""
+    """How far the zero of a recorded slip velocity may be off: a contact at rest creeps by it, and where none rests it would stand in for
+    what leans. A velocity that was differentiated from a position has none. Its gain is one of the law's parameters, its clock that of the
+    force."""
     columns = [trial.inputs[MOTION] for trial in experiment.trials if MOTION in trial.inputs]
     signal = experiment.signals.get(MOTION)
     if not columns or (signal is not None and signal.of):
@@ -107,7 +109,19 @@ def zeros_of_inputs(experiment: Experiment, units: Mapping[str, str]) -> tuple[P
     stated = experiment.setup_sd.get(MOTION, SetupSd()).zero
     sd = stated if stated is not None else SetupSd.ZERO_OF_RMS * float(np.sqrt(np.mean(np.concatenate(columns) ** 2)))
     widest = CONSTANTS.widest_setup_error * sd
-    return (Parameter(_name(MOTION, ZERO), units.get(MOTION, "1"), 0.0, sd, -widest, widest),) if sd > 0 else ()
+    if sd == 0 or not any(_rests(column, widest) for column in columns):
+        return ()
+    return (Parameter(_name(MOTION, ZERO), units.get(MOTION, "1"), 0.0, sd, -widest, widest),)
+
+
+def _rests(velocity: FloatArray, widest: float) -> bool:
+    """Whether a part of a recording (n,) is as flat and as near to 0 as rest may be recorded."""
+    size = math.ceil(CONSTANTS.least_rest * velocity.size)
+    if size < CONSTANTS.fewest_rest_samples or velocity.size < size:
+        return False
+    windows = np.lib.stride_tricks.sliding_window_view(velocity, size)
+    low, high = windows.min(axis=1), windows.max(axis=1)
+    return bool(np.any((high - low <= CONSTANTS.flat_rest * widest) & (np.maximum(np.abs(low), np.abs(high)) <= 2 * widest)))
 
 
 def without_zero(inputs: Mapping[str, FloatArray], values: Mapping[str, float | str | FloatArray]) -> dict[str, FloatArray]:
