@@ -258,7 +258,7 @@ def test_what_is_not_listed_does_not_react(description: ModelDescription) -> Non
 
 @pytest.mark.slow
 def test_what_is_listed_reacts_somewhere(fmi2_fmu: Path) -> None:
-    """All but one in thirty-five: what takes one choice, one effect and one motion together, or a moment 1e-9 of a period before an event, to
+    """All but one in 35: what takes one choice, one effect and one motion together, or a moment 1e-9 of a period before an event, to
     which the swing of a holder leads, is seldom drawn."""
     description = read_model_description(str(fmi2_fmu))
     states = kernel.states()
