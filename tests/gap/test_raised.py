@@ -47,7 +47,7 @@ def made_with(scatter: float) -> Experiment:
         slip = 0.004 * (1 + place) * np.sin(2 * np.pi * 5 * np.maximum(times - 0.08, 0))
         run = Run(times, {"slip_velocity": slip}, ("friction_force",))
         force = MODEL.simulate(run, (), {**VALUES, "sigma0": 2e5})["friction_force"]
-        force = np.interp(times - 0.003, times, force)
+        force = np.interp(times - 0.002, times, force)
         for repeat in range(2):
             gain = 1 + 0.05 * np.sign(force) + scatter * draw.normal()
             noise = lfilter([1.0], [1.0, -0.9], 0.02 * draw.normal(size=times.size + 500))[500:]

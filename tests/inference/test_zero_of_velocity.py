@@ -16,6 +16,7 @@ from independent_lugre import NOISE, world
 
 ZERO = "setup.slip_velocity.zero"
 STILL, WAIT = (0.0, 0.0, 0.0), 0.25
+OFF = 2e-5  # m/s
 
 
 def model() -> ContactModel:
@@ -46,19 +47,23 @@ def test_a_prediction_is_by_the_velocity_without_it() -> None:
 
 def test_where_nothing_rests_there_is_none() -> None:
     """Strokes to and fro without a wait: what a lean of the force does there, a zero would do as well."""
-    assert Prediction(model(), world(STILL, "relaxed", WAIT)).input_zeros
-    assert not Prediction(model(), world(STILL, "relaxed", 0.0)).input_zeros
+    assert Prediction(model(), world(STILL, "relaxed", WAIT, OFF)).input_zeros
+    assert not Prediction(model(), world(STILL, "relaxed", 0.0, OFF)).input_zeros
+
+
+def test_a_velocity_that_is_0_at_rest_has_none() -> None:
+    assert not Prediction(model(), world(STILL, "relaxed", WAIT)).input_zeros
 
 
 def test_a_velocity_from_a_position_has_none() -> None:
-    made = world(STILL, "relaxed")
+    made = world(STILL, "relaxed", WAIT, OFF)
     signals = {**made.signals, "slip_velocity": Signal("slip_velocity", "x", "m", "input", of="position")}
     assert Prediction(model(), made).input_zeros
     assert not Prediction(model(), replace(made, signals=signals)).input_zeros
 
 
 def test_what_is_stated_is_written_and_read(tmp_path: Path) -> None:
-    write_experiment(replace(world(STILL, "relaxed"), setup_sd={"slip_velocity": SetupSd(zero=2e-5)}), tmp_path / "rig")
+    write_experiment(replace(world(STILL, "relaxed", WAIT, OFF), setup_sd={"slip_velocity": SetupSd(zero=2e-5)}), tmp_path / "rig")
     experiment = read_experiment(tmp_path / "rig", model())
     (zero,) = Prediction(model(), experiment).input_zeros
     assert zero.sd == pytest.approx(2e-5)

@@ -100,8 +100,8 @@ class SetupErrors:
 
 def zeros_of_inputs(experiment: Experiment, units: Mapping[str, str]) -> tuple[Parameter, ...]:
     """How far the zero of a recorded slip velocity may be off: a contact at rest creeps by it, and where none rests it would stand in for
-    what leans. A velocity that was differentiated from a position has none. Its gain is one of the law's parameters, its clock that of the
-    force."""
+    what leans. One that is 0 at rest has none, nor has one that was differentiated from a position. Its gain is one of the law's
+    parameters, its clock that of the force."""
     columns = [trial.inputs[MOTION] for trial in experiment.trials if MOTION in trial.inputs]
     signal = experiment.signals.get(MOTION)
     if not columns or (signal is not None and signal.of):
@@ -109,19 +109,24 @@ def zeros_of_inputs(experiment: Experiment, units: Mapping[str, str]) -> tuple[P
     stated = experiment.setup_sd.get(MOTION, SetupSd()).zero
     sd = stated if stated is not None else SetupSd.ZERO_OF_RMS * float(np.sqrt(np.mean(np.concatenate(columns) ** 2)))
     widest = CONSTANTS.widest_setup_error * sd
-    if sd == 0 or not any(_rests(column, widest) for column in columns):
+    resting = [rest for column in columns if (rest := _rest(column, widest)) is not None]
+    if sd == 0 or not resting or any(rest == 0 for rest in resting):
         return ()
     return (Parameter(_name(MOTION, ZERO), units.get(MOTION, "1"), 0.0, sd, -widest, widest),)
 
 
-def _rests(velocity: FloatArray, widest: float) -> bool:
-    """Whether a part of a recording (n,) is as flat and as near to 0 as rest may be recorded."""
+def _rest(velocity: FloatArray, widest: float) -> float | None:
+    """What a recording (n,) shows of a contact at rest: the largest value of the flattest part that is as near to 0 as rest may be
+    recorded; None where there is no such part."""
     size = math.ceil(CONSTANTS.least_rest * velocity.size)
     if size < CONSTANTS.fewest_rest_samples or velocity.size < size:
-        return False
+        return None
     windows = np.lib.stride_tricks.sliding_window_view(velocity, size)
     low, high = windows.min(axis=1), windows.max(axis=1)
-    return bool(np.any((high - low <= CONSTANTS.flat_rest * widest) & (np.maximum(np.abs(low), np.abs(high)) <= 2 * widest)))
+    largest = np.maximum(np.abs(low), np.abs(high))
+    flattest = int(np.argmin(np.where(largest <= 2 * widest, high - low, np.inf)))
+    near = largest[flattest] <= 2 * widest and (high - low)[flattest] <= CONSTANTS.flat_rest * widest
+    return float(largest[flattest]) if near else None
 
 
 def without_zero(inputs: Mapping[str, FloatArray], values: Mapping[str, float | str | FloatArray]) -> dict[str, FloatArray]:
