@@ -47,7 +47,7 @@ static int acts(const struct Effect *effect, const lanes *p, int lane)
         if (isnan(neutral))
             continue;
         has_neutral = 1;
-        if (p[k][lane] != neutral)
+        if (fabs(p[k][lane] - neutral) >= NO_TIME) /* a time or an amplitude: below it it means nothing */
             return 1;
     }
     return !has_neutral;
