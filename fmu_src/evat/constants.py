@@ -166,6 +166,7 @@ class _Constants(ConstantTable):
 
     least_rest = Constant(0.03, "of a recording", "in a row that is flat and near 0 is rest")
     fewest_rest_samples = Constant(5, "samples", "of rest, that tell of a zero")
+    nearest_rest = Constant(2.0, "of the widest zero", "a velocity that is further from 0 is no rest")
     flat_rest = Constant(0.5, "of the widest zero", "the velocity may range over so much at rest")
     zeros_tried = Constant(9, "values", "of the zero of a velocity, before it enters linearly")
 

@@ -11,10 +11,10 @@ from evat.experiment import ExperimentError, SetupSd, Signal
 from evat.experiment.read import read_experiment, write_experiment
 from evat.gap import diagnose_with
 from evat.inference.prediction import Prediction
+from evat.inference.setup_errors import ZERO_OF_MOTION as ZERO
 from evat.models.contact import ContactModel
 from independent_lugre import NOISE, world
 
-ZERO = "setup.slip_velocity.zero"
 STILL, WAIT = (0.0, 0.0, 0.0), 0.25
 OFF = 2e-5  # m/s
 
@@ -43,6 +43,20 @@ def test_a_prediction_is_by_the_velocity_without_it() -> None:
     off, right = (Prediction(model(), world(STILL, "relaxed", WAIT, zero)) for zero in (5e-5, 0.0))
     assert off.one({ZERO: 5e-5}) == pytest.approx(right.one(), abs=1e-9)
     assert np.max(np.abs(off.one() - right.one())) > 10 * NOISE
+
+
+def test_a_part_in_which_nothing_rests_knows_it_too() -> None:
+    """The heads that effects are tried on, and the conditions that an FMU runs, need not hold a rest."""
+    off, right = (world(STILL, "relaxed", WAIT, zero) for zero in (OFF, 0.0))
+    late = slice(int(WAIT * 1000), None)
+    parts = []
+    for made in (off, right):
+        trials = [replace(t, times=t.times[late], inputs={"slip_velocity": t.inputs["slip_velocity"][late]}) for t in made.trials]
+        trials = [replace(t, outputs={"friction_force": t.outputs["friction_force"][late]}) for t in trials]
+        parts.append(replace(made, trials=tuple(trials)))
+    part = Prediction(model(), off).of(parts[0])
+    assert not part.input_zeros
+    assert part.one({ZERO: OFF}) == pytest.approx(Prediction(model(), parts[1]).one(), abs=1e-9)
 
 
 def test_where_nothing_rests_there_is_none() -> None:

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, ExperimentError, Means, Trial
 from evat.inference.parameters import Parameter
-from evat.inference.setup_errors import Recording, SetupErrors, without_zero, zeros_of_inputs
+from evat.inference.setup_errors import ZERO_OF_MOTION, Recording, SetupErrors, without_zero, zeros_of_inputs
 from evat.model import FloatArray, Model, Run
 
 Values = Mapping[str, float | str | FloatArray]
@@ -82,7 +82,7 @@ class Prediction:
         units = {v.name: v.unit for v in model.variables}
         self.setup = SetupErrors(experiment, recordings, self.measured, units)
         self.input_zeros = zeros_of_inputs(experiment, units)
-        self.setup_names = self.setup.names | {parameter.name for parameter in self.input_zeros}
+        self.setup_names = self.setup.names | {ZERO_OF_MOTION}
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -112,7 +112,7 @@ def zeros_of_inputs(experiment: Experiment, units: Mapping[str, str]) -> tuple[P
     resting = [rest for column in columns if (rest := _rest(column, widest)) is not None]
     if sd == 0 or not resting or any(rest == 0 for rest in resting):
         return ()
-    return (Parameter(_name(MOTION, ZERO), units.get(MOTION, "1"), 0.0, sd, -widest, widest),)
+    return (Parameter(ZERO_OF_MOTION, units.get(MOTION, "1"), 0.0, sd, -widest, widest),)
 
 
 def _rest(velocity: FloatArray, widest: float) -> float | None:
@@ -124,8 +124,8 @@ def _rest(velocity: FloatArray, widest: float) -> float | None:
     windows = np.lib.stride_tricks.sliding_window_view(velocity, size)
     low, high = windows.min(axis=1), windows.max(axis=1)
     largest = np.maximum(np.abs(low), np.abs(high))
-    flattest = int(np.argmin(np.where(largest <= 2 * widest, high - low, np.inf)))
-    near = largest[flattest] <= 2 * widest and (high - low)[flattest] <= CONSTANTS.flat_rest * widest
+    flattest = int(np.argmin(np.where(largest <= CONSTANTS.nearest_rest * widest, high - low, np.inf)))
+    near = largest[flattest] <= CONSTANTS.nearest_rest * widest and (high - low)[flattest] <= CONSTANTS.flat_rest * widest
     return float(largest[flattest]) if near else None
 
 
@@ -137,6 +137,9 @@ def without_zero(inputs: Mapping[str, FloatArray], values: Mapping[str, float | 
 
 def _name(channel: str, kind: str) -> str:
     return f"setup.{channel}.{kind}"
+
+
+ZERO_OF_MOTION = _name(MOTION, ZERO)  # whatever part of an experiment is looked at, and whether the contact rests in it
 
 
 def by_channel(name: str) -> tuple[str, str]:
