@@ -104,19 +104,19 @@ class _Guess:
         self.rows: dict[str, dict[str, FloatArray]] = {}
 
     def begun(self) -> tuple[Begun | None, list[Question]]:
-        clock = self.chosen(CLOCK, ("time",), ask=False)
+        clock = self.chosen(CLOCK, ("time",))
         if clock is None and self.of("principal_force", "feed_force", "force") and (self.of(*SET) or self.counted() < 50):
             return self.averages()
         if clock is None:
             self.ask_column(CLOCK, "which column is the clock")
             return None, self.questions
-        motion = self.chosen(MOTION, ("velocity", "position"), ask=False)
-        cut = [column for kind in CUTTING if (column := self.chosen(kind, (kind,), ask=False)) is not None]
+        motion = self.chosen(MOTION, ("velocity", "position"))
+        cut = [column for kind in CUTTING if (column := self.chosen(kind, (kind,))) is not None]
         force = None
         if motion is not None or not cut:
             if motion is None:
                 self.ask_column(MOTION, "which column is the slip velocity, or the position")
-            force = self.chosen(FRICTION, ("force", "torque", "current"), ask=False)
+            force = self.chosen(FRICTION, ("force", "torque", "current"))
             if force is None and not cut:
                 self.ask_column(FRICTION, "which column is the friction force, a torque or the motor's current")
         if self.questions:
@@ -130,7 +130,7 @@ class _Guess:
         for each in cut if force is None else [force]:
             self.force(each, motion, FRICTION if each is force else str(self.told.get(each.header, each.kind)))
         for name, kind in (("normal_load", "normal_load"), ("uncut_thickness", "uncut_thickness"), (TRIGGER, "trigger")):
-            more = self.chosen(name, (kind,), ask=False)
+            more = self.chosen(name, (kind,))
             if more is not None and more not in read and (motion is not None or name == TRIGGER):
                 self.plain(name, more)
         for name, header in self.answers.signals.items():
@@ -147,7 +147,7 @@ class _Guess:
     def of(self, *kinds: str) -> list[Meant]:
         return [each for each in self.columns.values() if each.kind in kinds and each.header not in self.told]
 
-    def chosen(self, name: str, kinds: Sequence[str], *, ask: bool) -> Meant | None:
+    def chosen(self, name: str, kinds: Sequence[str]) -> Meant | None:
         """The column that was told, else the only one of the first kind that there is, measured rather than commanded."""
         if name in self.answers.signals:
             return self.columns[self.answers.signals[name]]
@@ -286,14 +286,20 @@ class _Guess:
         table = next((signal.table for signal in self.signals if signal.name == MOTION), {})
         return np.gradient(column) if table.get("from") and column.size > 1 else column
 
-    def with_direction(self, motion: Meant, force: Meant) -> float:
-        """Correlation of the force with the direction of motion, over all recordings."""
-        pairs = []
+    def sliding(self, motion: Meant, force: Meant) -> tuple[FloatArray, FloatArray]:
+        """Slip velocity and force in units of their columns, over all recordings, where the contact moves."""
+        speeds, forces = [], []
         for rows in self.rows.values():
             speed = self.speed(rows, motion)
             moving = np.abs(speed) > MOVING * np.max(np.abs(speed), initial=0.0)
-            pairs.append((np.sign(speed[moving]), rows[force.header][moving]))
-        direction, column = (np.concatenate(each) for each in zip(*pairs, strict=True))
+            speeds.append(speed[moving])
+            forces.append(rows[force.header][moving])
+        return np.concatenate(speeds), np.concatenate(forces)
+
+    def with_direction(self, motion: Meant, force: Meant) -> float:
+        """Correlation of the force with the direction of motion, over all recordings."""
+        speed, column = self.sliding(motion, force)
+        direction = np.sign(speed)
         if direction.size < 3 or not np.ptp(direction) or not np.ptp(column) > 0:
             return float(np.sign(np.mean(direction * column))) if direction.size else math.nan
         return float(np.corrcoef(direction, column)[0, 1])
@@ -359,12 +365,8 @@ class _Guess:
 
     def level(self, motion: Meant, force: Meant, table: Mapping[str, Any]) -> float:
         """Median size of the friction force while it slides [N]."""
-        sizes = []
-        for rows in self.rows.values():
-            speed = self.speed(rows, motion)
-            moving = np.abs(speed) > MOVING * np.max(np.abs(speed), initial=0.0)
-            sizes.append(np.abs(rows[force.header][moving]))
-        median = float(np.median(np.concatenate(sizes))) if sum(map(np.size, sizes)) else 0.0
+        _, forces = self.sliding(motion, force)
+        median = float(np.median(np.abs(forces))) if forces.size else 0.0
         factor = float(base_unit(str(table["unit"])).factor) * float(table.get("scale", 1.0)) / float(table.get("radius", 1.0))
         return median * factor
 
@@ -379,7 +381,7 @@ class _Guess:
         used: set[str] = set()
         wanted = [(f"mean_{kind}", kind) for kind in CUTTING] + [(name, name) for name in SET]
         for name, kind in wanted:
-            column = self.chosen(name, (kind,), ask=False)
+            column = self.chosen(name, (kind,))
             if column is None:
                 continue
             usual = "N" if kind in CUTTING else {"cutting_speed": "m/min"}.get(kind, "mm")
