@@ -52,7 +52,8 @@ def test_the_tribometer_asks_lugre_for_an_elasto_plastic_break_away() -> None:
     law = {"friction_law": "lugre", "F_C": 2.69, "F_S": 2.69, "sigma0": 3.6e4, "sigma1": 0.0, "sigma2": 0.0}
     answer = diagnose(_tribometer(law), STILL)
     assert answer.verdict in ("effect", "ambiguous")
-    assert all("elasto_plastic" in on for on in answer.judgement.likely)
+    # "no effect" may be among the likely, where a law is held to follow a force no closer than to 2 %
+    assert all("elasto_plastic" in on for on in answer.judgement.likely if on)
     assert _probability(answer, "elasto_plastic") > 0.9
     rms = answer.closure.rms["friction_force"]
     assert rms["corrected"] < 0.7 * rms["recalibrated"]
@@ -142,7 +143,7 @@ def _softened(material: str) -> Experiment:
     return _experiment(material, values, trials)
 
 
-@pytest.mark.parametrize("material", ["al-6061", "inconel-718"])
+@pytest.mark.parametrize("material", [pytest.param("al-6061", marks=pytest.mark.campaign), "inconel-718"])
 def test_the_papers_step_is_found_where_the_stiffness_changes(material: str) -> None:
     answer = diagnose(_softened(material), STILL)
     assert [effect.name for effect in answer.effects] == ["thermal_softening"]
@@ -150,7 +151,7 @@ def test_the_papers_step_is_found_where_the_stiffness_changes(material: str) -> 
     assert not any("thermal_softening" in line for line in answer.cannot_tell)
 
 
-@pytest.mark.parametrize("material", ["copper", "al-7075-t6"])
+@pytest.mark.parametrize("material", ["copper", pytest.param("al-7075-t6", marks=pytest.mark.campaign)])
 def test_the_papers_step_is_not_identifiable_where_it_does_not(material: str) -> None:
     """The paper's own coefficients of these change the stiffness by less than 3e-5."""
     answer = diagnose(_softened(material), STILL)
