@@ -1,11 +1,13 @@
-"""Is an amplitude probed to where it does what is plausible, whatever the last bit of a response says?"""
+"""Is an amplitude probed to where it does what is plausible, and is a point of the design given the evidence that it has?"""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from evat.constants import CONSTANTS
-from evat.gap.search.screen import _spreads_of
+from evat.gap.search.screen import _expected, _spreads_of
+from evat.inference.parameters import Parameter
+from scipy.stats import multivariate_normal
 
 
 @pytest.mark.parametrize("slope", [0.02, 0.727, 3.1, 40.0])
@@ -17,3 +19,23 @@ def test_a_linear_response_is_met_but_for_rounding(slope: float, rounding: float
 
 def test_what_never_shows_has_no_amplitude() -> None:
     assert np.isnan(_spreads_of(lambda tried, rows: 0 * tried, 1e-4, 1e6, 3)).all()
+
+
+def test_the_evidence_of_a_linear_model_is_that_of_the_normal_distribution_of_its_data() -> None:
+    """Data = slopes u + unit noise with u standard normal are normal with covariance 1 + slopes slopes'. Both orders of two candidates."""
+    draw = np.random.default_rng(4)
+    data, evidences, exact = draw.normal(size=30) * 3, [], []
+    for _ in range(2):
+        slopes = draw.normal(size=(30, 3))
+        columns = np.column_stack([slopes, data])
+        evidences.append(_expected(columns.T @ columns, np.zeros(3), ()))
+        exact.append(multivariate_normal(cov=np.eye(30) + slopes @ slopes.T).logpdf(data))
+    assert evidences[1] - evidences[0] == pytest.approx(exact[1] - exact[0], rel=1e-9)
+
+
+def test_a_parameter_that_would_leave_its_bounds_stays_on_them() -> None:
+    """Of one slope a and a bound of b: -((y - a b)^2 + b^2)/2, whatever lies beyond."""
+    slope, data, bound = np.array([1.0, 2.0, -1.0]), np.array([5.0, 9.0, -4.0]), 0.5
+    columns = np.column_stack([slope, data])
+    evidence = _expected(columns.T @ columns, np.zeros(1), (Parameter("a", "1", 0.0, 1.0, -bound, bound),))
+    assert evidence == pytest.approx(-0.5 * (np.sum((data - slope * bound) ** 2) + bound**2), rel=1e-12)

@@ -55,9 +55,11 @@ def likelihood(
     its discrepancy.
     """
     kept = np.ones(len(whitening.groups), dtype=bool) if held_out is None else np.logical_not(held_out)
-    trust = whitening.trust[kept]
-    counts, grams = whitening.counts[kept] * trust, sums.grams[kept] * trust[..., None, None]
-    tail = grams[..., point.size :, point.size :].reshape(*trust.shape, -1)  # of the residual, and of what differs between trials
+    trust, grams = whitening.trust[kept], sums.grams[kept]
+    counts = whitening.counts[kept] * trust
+    tail = (grams[..., point.size :, point.size :] * trust[..., None, None]).reshape(
+        *trust.shape, -1
+    )  # residual, and what trials have apart
     log, size, length = -np.inf, 0.0, 0
     squares = float(point @ point)
     # Size and length from the residual as it stands; slopes do not enter, which keeps the search cheap.
@@ -70,7 +72,7 @@ def likelihood(
         if logs.max() > log:
             log, size, length = float(logs.max()), float(sizes[int(np.argmax(logs))]), place
     weights = 1 / (whitening.least + size**2 * whitening.unexplained[length])
-    total = known(grams, weights[kept])
+    total = known(grams, weights[kept] * trust)
     normal = total[:-1, :-1] + np.eye(point.size)
     step = np.asarray(np.linalg.solve(normal, total[:-1, -1] - point), dtype=np.float64)
     covariance = np.asarray(np.linalg.inv(normal), dtype=np.float64)
@@ -99,7 +101,7 @@ def _between_trials(tail: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def known(grams: FloatArray, weights: FloatArray) -> FloatArray:
     """Information on [slopes, residual] (p + 1, p + 1), from grams (groups, bands, w, w) and what their squares count (groups, bands)."""
-    products = np.einsum("sb,sbij->sij", weights, grams, optimize=True)
+    products = (weights[:, None, :] @ grams.reshape(*weights.shape, -1))[:, 0].reshape(len(grams), *grams.shape[-2:])
     first = products.shape[-1] - RANDOM
     inner, across = np.eye(RANDOM) + products[:, first:, first:], products[:, first:, :first]
     information: FloatArray = (products[:, :first, :first] - across.transpose(0, 2, 1) @ np.linalg.solve(inner, across)).sum(axis=0)

@@ -16,7 +16,7 @@ from scipy.stats import qmc
 
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment
-from evat.inference.discrepancy import Likelihood, likelihood
+from evat.inference.discrepancy import known, likelihood
 from evat.inference.fit import Fit
 from evat.inference.initial_state import RANDOM
 from evat.inference.parameters import Parameter, Scales, amplitude_parameter, amplitudes, shape_parameter, shapes
@@ -93,25 +93,25 @@ class Screen:
         predicted = self.prediction.many(lanes, (*base.on, effect.name))
         slopes = np.nan_to_num(predicted - base.predicted).T / np.repeat(reach, len(strengths))  # (N, G q)
         everything = self.whitening.sums(base.predicted, np.column_stack([base.slopes, slopes])).grams
+        information = known(everything, base.likelihood.weights * self.whitening.trust)
         fitted, width = base.slopes.shape[1], len(strengths)
-        rows = list[tuple[float, FloatArray, Sums, FloatArray, tuple[Parameter, ...], list[int]]]()
+        start = np.concatenate([base.point, np.zeros(width)])
+        rows = list[tuple[float, FloatArray, tuple[Parameter, ...], list[int]]]()
         for row, shape in enumerate(design):
             own = [fitted + row * width + place for place in range(width)]
             if not np.any(slopes[:, [column - fitted for column in own]]):
                 continue
-            kept = [*range(fitted), *own, *range(everything.shape[-1] - 1 - RANDOM, everything.shape[-1])]
-            sums = Sums(everything[:, :, kept][:, :, :, kept])
-            start = np.concatenate([base.point, np.zeros(width)])
             parameters = (
                 *(amplitude_parameter(v, float(np.repeat(spreads[v.name], reach.size // spreads[v.name].size)[row])) for v in strengths),
                 *unknown,
             )
             if not all(math.isfinite(parameter.sd) and parameter.sd > 0 for parameter in parameters):
                 continue
-            evidence, _ = linear(self.whitening, sums, start, parameters[:width], 1, base.likelihood)
-            rows.append((evidence, shape, sums, start, parameters, own))
-        for _, shape, sums, start, parameters, own in sorted(rows, key=lambda each: -each[0])[: CONSTANTS.refined_points]:
-            evidence, point = linear(self.whitening, sums, start, parameters[:width])
+            kept = [*range(fitted), *own, -1]
+            rows.append((_expected(information[np.ix_(kept, kept)], start, parameters[:width]), shape, parameters, own))
+        for _, shape, parameters, own in sorted(rows, key=lambda each: -each[0])[: CONSTANTS.refined_points]:
+            kept = [*range(fitted), *own, *range(everything.shape[-1] - 1 - RANDOM, everything.shape[-1])]
+            evidence, point = linear(self.whitening, Sums(everything[:, :, kept][:, :, :, kept]), start, parameters[:width])
             starts.append(
                 Start(effect, parameters, np.concatenate([point[fitted:], shape]), evidence, slopes[:, [column - fitted for column in own]])
             )
@@ -221,22 +221,35 @@ def _spreads_of(sizes: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray],
     return spreads
 
 
+def _bounds(parameters: Sequence[Parameter]) -> FloatArray:
+    """Least and greatest places, (2, q)."""
+    return np.array([[p.within(-math.inf), p.within(math.inf)] for p in parameters]).reshape(-1, 2).T
+
+
+def _expected(information: FloatArray, point: FloatArray, parameters: Sequence[Parameter]) -> float:
+    """Evidence, but for a constant, of a model that is linear in its parameters, with a discrepancy that is given.
+
+    information : (p + 1, p + 1), on [slopes, residual] at `point` (p,); the last of its parameters keep their bounds.
+    """
+    first, bounds = point.size - len(parameters), _bounds(parameters)
+    step = np.linalg.solve(information[:-1, :-1] + np.eye(point.size), information[:-1, -1] - point)
+    wanted = point[first:] + step[first:]
+    step[first:] = np.clip(wanted, *bounds) - point[first:]
+    free = np.append(np.ones(first), (wanted >= bounds[0]) & (wanted <= bounds[1]))
+    change, there = np.append(-step, 1.0), point + step
+    normal = information[:-1, :-1] * np.outer(free, free) + np.eye(point.size)
+    return -0.5 * float(change @ information @ change + there @ there + np.linalg.slogdet(normal)[1])
+
+
 def linear(
-    whitening: Whitening,
-    sums: Sums,
-    point: FloatArray,
-    parameters: Sequence[Parameter],
-    rounds: int = 3,
-    like: Likelihood | None = None,
+    whitening: Whitening, sums: Sums, point: FloatArray, parameters: Sequence[Parameter], rounds: int = 3
 ) -> tuple[float, FloatArray]:
     """Evidence and best point (p,) of a model that is linear in its parameters; as `sums` stand at `point`. `parameters` are the last of
-    them, whose bounds are kept: one that would leave them stays there. like : take its discrepancy instead of finding one."""
-    first = point.size - len(parameters)
-    bounds = np.array([[p.within(-math.inf), p.within(math.inf)] for p in parameters]).reshape(-1, 2).T
+    them, whose bounds are kept: one that would leave them stays there."""
+    first, bounds = point.size - len(parameters), _bounds(parameters)
     free = np.ones(sums.grams.shape[-1])
-    discrepancy = like
     for _ in range(rounds):
-        discrepancy = likelihood(whitening, sums, point, like=discrepancy)
+        discrepancy = likelihood(whitening, sums, point)
         step = np.where(free[: point.size] > 0, discrepancy.step, 0.0)
         wanted = point[first:] + step[first:]
         step[first:] = np.clip(wanted, *bounds) - point[first:]
@@ -244,7 +257,7 @@ def linear(
         sums = Sums(_moved(sums.grams, step) * np.outer(free, free))
         free[first : point.size] *= (wanted >= bounds[0]) & (wanted <= bounds[1])
     sums = Sums(sums.grams * np.outer(free, free))
-    return likelihood(whitening, sums, point, like=like).evidence, point
+    return likelihood(whitening, sums, point).evidence, point
 
 
 def _moved(grams: FloatArray, step: FloatArray) -> FloatArray:
