@@ -38,7 +38,7 @@ def table_of(name: str, motion: str) -> tuple[Experiment, dict[str, int], FloatA
     ("name", "motion", "rate"),
     [
         ("lugre-1995", "presliding", 1000.0),
-        pytest.param("regularised/copper", "heated_presliding", 1000.0, marks=pytest.mark.slow),
+        pytest.param("regularised/copper", "heated_presliding", 1000.0, marks=pytest.mark.campaign),
     ],
 )
 def test_the_forecast_is_what_fits_scatter_by(name: str, motion: str, rate: float) -> None:

@@ -32,7 +32,8 @@ def module(name: str) -> ModuleType:
 draw, ellipse, generate, law, noise, radau, rigs, scene, score, statistics = map(
     module, ("draw", "ellipse", "generate", "law", "noise", "radau", "rigs", "scene", "score", "statistics_of_scores")
 )
-SEED, COUNT = 5, 8
+SEED = 5
+MOTIONS = {"rig": (8, {"kinematics": ["rig"]}), "all": (8, {})}  # so many cases have some of every truth; ellipses and means take minutes
 
 
 def made(out: Path, count: int, **only: list[str]) -> Path:
@@ -40,10 +41,11 @@ def made(out: Path, count: int, **only: list[str]) -> Path:
     return out
 
 
-@pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A small benchmark with some of every truth and motion."""
-    return made(tmp_path_factory.mktemp("blind") / "out", COUNT)
+@pytest.fixture(scope="module", params=["rig", pytest.param("all", marks=pytest.mark.campaign)])
+def bench(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small benchmark with some of every truth."""
+    count, only = MOTIONS[request.param]
+    return made(tmp_path_factory.mktemp("blind") / "out", count, **only)
 
 
 @pytest.fixture(scope="module")
@@ -54,8 +56,9 @@ def labels(bench: Path) -> dict[str, Any]:
 # ---- what is made
 
 
-def test_the_same_seed_gives_the_same_bytes(tmp_path: Path) -> None:
-    one, two = (made(tmp_path / name, 2, kinematics=["rig", "means"]) for name in ("one", "two"))
+@pytest.mark.parametrize("motion", ["rig", *(pytest.param(name, marks=pytest.mark.campaign) for name in ("ellipse", "means"))])
+def test_the_same_seed_gives_the_same_bytes(motion: str, tmp_path: Path) -> None:
+    one, two = (made(tmp_path / name, 1, kinematics=[motion], truth=["single"]) for name in ("one", "two"))
     files = sorted(path.relative_to(one) for path in one.rglob("*") if path.is_file())
     assert files == sorted(path.relative_to(two) for path in two.rglob("*") if path.is_file())
     assert [file for file in files if (one / file).read_bytes() != (two / file).read_bytes()] == []
@@ -335,7 +338,7 @@ def test_intervals_are_the_textbook_ones() -> None:
     assert statistics.calibration_error([0.95] * 4, [True, True, True, False]).value == pytest.approx(0.2)
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_the_baselines_answer_in_the_format(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a library of a few effects: the baselines fit each of them."""
     baselines = module("baselines")

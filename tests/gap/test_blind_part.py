@@ -12,6 +12,7 @@ import pytest
 from evat.commands.main import app
 from typer.testing import CliRunner
 
+pytestmark = pytest.mark.campaign  # minutes
 BLIND = Path(__file__).resolve().parent / "blind"
 CASES = ["--seed", "5", "--count", "4", "--kinematics", "rig"]
 RIGHT, WITHIN = 3, 3  # of four single effects, two in another base form: named exactly, and in the set of 90 %

@@ -15,6 +15,7 @@ from evat.model import FloatArray, Variable
 from rig import MODEL, SAMPLES, STEP, STILL, VALUES, measured
 
 LEAN = {"direction_asymmetry.a": 0.06}
+AGAIN = pytest.mark.campaign  # a diagnosis takes ten seconds: more of one kind are made where they are asked for
 
 
 def names(answer: Diagnosis) -> list[str]:
@@ -45,7 +46,7 @@ def test_the_larger_of_two_effects_is_found_at_least() -> None:
     ("extra", "swings"),
     [
         (lambda times: 1.2 * np.sin(2 * np.pi * 87.3 * times), True),  # a chatter line
-        (lambda times: 2.0 * (np.mod(11.3 * times, 1.0) - 0.5), False),  # the sawtooth of a built-up edge
+        pytest.param(lambda times: 2.0 * (np.mod(11.3 * times, 1.0) - 0.5), False, marks=AGAIN),  # the sawtooth of a built-up edge
         (lambda times: 4.0 * (np.mod(17.7 * times, 1.0) < 0.06), False),  # adhesion
     ],
     ids=["line", "sawtooth", "spikes"],
@@ -68,7 +69,12 @@ def _outliers(draw: np.random.Generator, size: int) -> FloatArray:
     return row
 
 
-@pytest.mark.parametrize("noise", [lambda draw, size: draw.standard_t(3, size=size), _outliers], ids=["t3", "outliers"])
+def _t3(draw: np.random.Generator, size: int) -> FloatArray:
+    row: FloatArray = draw.standard_t(3, size=size)
+    return row
+
+
+@pytest.mark.parametrize("noise", [pytest.param(_t3, marks=AGAIN), _outliers], ids=["t3", "outliers"])
 def test_heavy_tails_do_not_change_the_answer(noise: object) -> None:
     answer = diagnose(measured(["direction_asymmetry"], LEAN, noise=noise), STILL)  # type: ignore[arg-type]
     assert names(answer) == ["direction_asymmetry"]
@@ -80,7 +86,7 @@ def test_a_clock_that_is_late_is_a_delay() -> None:
     assert names(diagnose(measured(late=6e-3), STILL)) == ["sensor_delay"]
 
 
-@pytest.mark.parametrize("late", [2e-3, -2e-3])
+@pytest.mark.parametrize("late", [pytest.param(2e-3, marks=AGAIN), -2e-3])
 def test_a_clock_that_is_late_or_early_by_two_samples_is_the_set_up(late: float) -> None:
     answer = diagnose(measured(late=late), STILL)
     assert names(answer) == []
@@ -172,14 +178,13 @@ def test_a_channel_of_noise_changes_nothing(on: tuple[str, ...]) -> None:
         assert answer.where.channels["F"] == pytest.approx(1.0, abs=1e-6)
 
 
-def test_sides_that_are_the_same_have_no_gap() -> None:
+@pytest.mark.parametrize("start", [pytest.param(0, marks=AGAIN), 1])
+def test_sides_that_are_the_same_have_no_gap(start: int) -> None:
     """Repeats of one condition against each other: halves of the record, whose difference is noise alone."""
     experiment = measured(["direction_asymmetry"], LEAN, repeats=4)
-    halves = [replace(experiment, trials=experiment.trials[start::2]) for start in (0, 1)]
-    truth = {**VALUES, **LEAN}
-    for half in halves:
-        known = replace(half, nominal=replace(half.nominal, values=truth, effects=("direction_asymmetry",)))
-        assert diagnose(known, STILL).verdict == "no_gap"
+    half, truth = replace(experiment, trials=experiment.trials[start::2]), {**VALUES, **LEAN}
+    known = replace(half, nominal=replace(half.nominal, values=truth, effects=("direction_asymmetry",)))
+    assert diagnose(known, STILL).verdict == "no_gap"
 
 
 def test_what_drifts_is_no_heat() -> None:
