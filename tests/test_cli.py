@@ -9,15 +9,11 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet
 import pytest
+from command_line import evat
 from evat import parameter_sets
 from evat.commands.main import app
 from evat.files.table import read_table
 from typer.testing import CliRunner
-
-
-def evat(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from evat.commands.main import main; main()", *arguments]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
 
 
 def test_simulate_writes_a_table_and_a_picture(tmp_path: Path) -> None:

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
-import sys
 from pathlib import Path
 
+import command_line
 import pytest
 from evat.native import kernel
 from matplotlib.image import imread
 
 
 def evat(*arguments: str, folder: Path, columns: int = 100) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from evat.commands.main import main; main()", "effects", *arguments]
-    environment = {**os.environ, "COLUMNS": str(columns), "PYTHONIOENCODING": "utf-8"}
-    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, encoding="utf-8", timeout=300, check=False)
+    return command_line.evat("effects", *arguments, folder=folder, columns=columns)
 
 
 def test_the_list_tells_all_within_100_columns(tmp_path: Path) -> None:

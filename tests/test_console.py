@@ -9,12 +9,11 @@ import subprocess
 import sys
 import warnings
 import zipfile
-from contextlib import redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 
+import command_line
 import pytest
 from evat import console
-from evat.commands.main import main
 from evat.console import PrintableConsole, printable
 from rich.progress import Progress, TextColumn
 from rich.table import Table
@@ -28,23 +27,15 @@ UTF8 = pytest.mark.skipif(sys.platform != "linux", reason="names of files are te
 
 def evat(*arguments: str, folder: Path, colour: bool = False) -> str:
     """All that the command prints; with colour as a terminal gets it, from a process of its own, since consoles ask for that once."""
-    environment = {**({"FORCE_COLOR": "1"} if colour else {}), "COLUMNS": "200", "PYTHONIOENCODING": "utf-8"}
-    if colour:
-        line = [sys.executable, "-c", "from evat.commands.main import main; main()", *arguments]
-        done = subprocess.run(line, cwd=folder, stdout=-1, stderr=-2, env={**os.environ, **environment}, timeout=120, check=False)
-        said = done.stdout.decode()
-        assert "Traceback" not in said, said
-        return said
-    shown = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
-    with pytest.MonkeyPatch.context() as patched, redirect_stdout(shown), redirect_stderr(shown):
-        patched.chdir(folder)
-        patched.setattr(sys, "argv", ["evat", *arguments])
-        patched.setattr(warnings, "showwarning", warnings.showwarning)
-        for name, value in environment.items():
-            patched.setenv(name, value)
-        with suppress(SystemExit):
-            main()
-    return shown.buffer.getvalue().decode()  # type: ignore[attr-defined,no-any-return]
+    if not colour:
+        shown = command_line.evat(*arguments, folder=folder, columns=200)
+        return shown.stdout + shown.stderr
+    environment = {**os.environ, "FORCE_COLOR": "1", "COLUMNS": "200", "PYTHONIOENCODING": "utf-8"}
+    line = [sys.executable, "-c", "from evat.commands.main import main; main()", *arguments]
+    done = subprocess.run(line, cwd=folder, stdout=-1, stderr=-2, env=environment, timeout=120, check=False)
+    said = done.stdout.decode()
+    assert "Traceback" not in said, said
+    return said
 
 
 DOCUMENT = r"""format = 1

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+import command_line
 import numpy as np
 import pytest
 from evat import parameter_sets
@@ -234,9 +233,7 @@ def test_tests_that_make_no_sense_are_refused(options: dict[str, object], what: 
 
 
 def evat(*arguments: str, at: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from evat.commands.main import main; main()", "experiment", *arguments]
-    environment = {**os.environ, "COLUMNS": "120", "PYTHONIOENCODING": "utf-8"}
-    return subprocess.run(command, cwd=at, env=environment, capture_output=True, text=True, encoding="utf-8", timeout=300, check=False)
+    return command_line.evat("experiment", *arguments, folder=at, columns=120)
 
 
 def test_the_truth_is_kept_apart_and_explains_the_data(tmp_path: Path) -> None:
