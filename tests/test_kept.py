@@ -40,18 +40,32 @@ def asked(folder: Path, code: str = ASK, **environment: str) -> subprocess.Compl
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("damage", ["empty", "torn", "a bit", "nothing says that it is whole"])
-def test_a_damaged_library_is_compiled_anew(copied: Path, damage: str) -> None:
+def damaged(library: Path, damage: str) -> None:
     """Half of a library, once loaded, ends the process with a bus error; an empty one was a traceback; a bit is another model."""
-    library = copied / "evat" / "_lib" / kernel_library_path().name
     whole = library.read_bytes()
     if damage == "nothing says that it is whole":
         seal_of(library).unlink()
-    else:
-        bit = bytearray(whole)
-        bit[len(bit) // 2] ^= 1
-        library.unlink()  # it may be loaded
-        library.write_bytes({"empty": b"", "torn": whole[: len(whole) // 2], "a bit": bytes(bit)}[damage])
+        return
+    bit = bytearray(whole)
+    bit[len(bit) // 2] ^= 1
+    library.unlink()  # it may be loaded
+    library.write_bytes({"empty": b"", "torn": whole[: len(whole) // 2], "a bit": bytes(bit)}[damage])
+
+
+@pytest.mark.parametrize("damage", ["empty", "torn", "a bit", "nothing says that it is whole"])
+def test_a_damaged_library_is_seen_to_be(damage: str, tmp_path: Path) -> None:
+    library = tmp_path / kernel_library_path().name
+    for path in (kernel_library_path(), seal_of(kernel_library_path())):
+        shutil.copy(path, tmp_path)
+    assert is_whole(library)
+    damaged(library, damage)
+    assert not is_whole(library)
+
+
+def test_a_damaged_library_is_compiled_anew(copied: Path) -> None:
+    library = copied / "evat" / "_lib" / kernel_library_path().name
+    whole = library.read_bytes()
+    damaged(library, "torn")
     done = asked(copied)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == kernel.token()

@@ -29,7 +29,10 @@ from evat.native.compile import (
 )
 
 HERE = Path(__file__).resolve().parent
-TESTED = ("test_values", "test_fmu_state", "test_life_cycle", "test_event_mode", "test_solver_side", "test_same_bits")
+TESTED = {
+    "some": ("test_values", "test_life_cycle", "test_event_mode"),
+    "others": ("test_fmu_state", "test_solver_side", "test_same_bits"),  # minutes, under sanitizers
+}
 # The library shows the kernel beside the FMI functions; and a step of 100 000 internal ones is slow under sanitizers.
 LEFT_OUT = "not nothing_else and not ends_halfway"
 
@@ -105,9 +108,12 @@ def run(preload: str, folder: Path, script: str, *arguments: str) -> subprocess.
     return subprocess.run(command, cwd=HERE, env=environment, capture_output=True, text=True, errors="replace", check=False)
 
 
-def test_the_tests_of_the_doors_under_sanitizers(preload: str, sound: dict[str, Path], fmus: dict[str, Path], tmp_path: Path) -> None:
+@pytest.mark.parametrize("tested", ["some", pytest.param("others", marks=pytest.mark.campaign)])
+def test_the_tests_of_the_doors_under_sanitizers(
+    tested: str, preload: str, sound: dict[str, Path], fmus: dict[str, Path], tmp_path: Path
+) -> None:
     library = sanitized(sound, tmp_path, fmus)
-    files = [f"{name}.py" for name in TESTED]
+    files = [f"{name}.py" for name in TESTED[tested]]
     options = ["-q", "-x", "-p", "no:cacheprovider", "--capture=sys", "-k", LEFT_OUT, f"--basetemp={tmp_path / 'inner'}"]
     done = run(preload, tmp_path, UNDER_TEST, str(library), *options, *files)
     assert "AddressSanitizer" not in done.stderr, done.stderr[:5000]
