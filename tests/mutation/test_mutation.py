@@ -1,4 +1,4 @@
-"""Are mistakes made where there is code, are those found that once were not, and how many does a campaign find?"""
+"""Are mutants made where there is code, are those killed that once survived, and how many does a campaign kill?"""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_mistakes_in_python_are_those_of_cosmic_ray(tmp_path: Path) -> None:
     assert not any("def" in line for line in mistakes)
 
 
-@pytest.mark.parametrize("kind", ["equivalent", "found"])
+@pytest.mark.parametrize("kind", ["equivalent", "killed"])
 def test_what_is_known_is_of_lines_that_are_there(kind: str) -> None:
     """A line that was changed takes what was said of it along."""
     names = {mistake.name for part in ("kernel", "machines", "shells") for mistake in every_mistake(part)}
@@ -58,9 +58,9 @@ def test_what_is_known_is_of_lines_that_are_there(kind: str) -> None:
 
 @pytest.mark.campaign
 @pytest.mark.parametrize("part", ["kernel", "machines", "shells"])
-def test_what_once_was_not_found_is_found(part: str, tmp_path: Path, fmus: dict[str, Path]) -> None:
+def test_a_mutant_that_once_survived_is_killed(part: str, tmp_path: Path, fmus: dict[str, Path]) -> None:
     """By the test that was made for it, alone."""
-    rows = {name: row["by"] for name, row in known("found").items()}
+    rows = {name: row["by"] for name, row in known("killed").items()}
     there = {mistake.name: mistake for mistake in every_mistake(part)}
     verdicts = {}
     for by in sorted(set(rows.values())):
@@ -75,7 +75,7 @@ def test_what_once_was_not_found_is_found(part: str, tmp_path: Path, fmus: dict[
 
 @pytest.mark.campaign
 @pytest.mark.parametrize("part", PARTS)
-def test_most_mistakes_are_found(part: str, tmp_path: Path, fmus: dict[str, Path]) -> None:
+def test_most_mutants_are_killed(part: str, tmp_path: Path, fmus: dict[str, Path]) -> None:
     """Of thirty drawn at random. What survives is printed: to be killed by a test, or written down with the reason."""
     workshop = Workshop(tmp_path, part, fmus["fmi2"].parent)
     workshop.prepare()
@@ -84,4 +84,4 @@ def test_most_mistakes_are_found(part: str, tmp_path: Path, fmus: dict[str, Path
     print(json.dumps(survived, indent=1))
     tried = sum(verdict in ("killed", "survived") for verdict, _ in verdicts)
     assert tried >= 20
-    assert len(survived) < 0.5 * tried  # of the first draws 60 to 75 % were found by the quick tests
+    assert len(survived) < 0.5 * tried  # of the first draws 60 to 75 % were killed by the quick tests

@@ -105,7 +105,7 @@ def every_mistake(part: str) -> list[Mistake]:
 
 
 def known(kind: str) -> dict[tuple[str, str, str], dict[str, str]]:
-    """What is known of single mistakes: (file, line as it is, line with the mistake) -> all that is said. `kind`: equivalent or found."""
+    """What is known of single mistakes: (file, line as it is, line with the mistake) -> all that is said. `kind`: equivalent or killed."""
     rows = tomlkit.parse(KNOWN.read_text(encoding="utf-8")).unwrap()[kind]
     return {(row["file"], row["was"], row["becomes"]): row for row in rows}
 

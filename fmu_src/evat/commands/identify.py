@@ -54,7 +54,7 @@ def identify(
 ) -> None:
     """Identify parameters from an experiment: estimates with intervals, and a verdict on what the data can tell.
 
-    Ctrl-C stops with the best so far. Example: evat identify rig -f F_C -f sigma0 -b 'F_C=1..30 N' --search de -o found
+    Ctrl-C stops with the best so far. Example: evat identify rig -f F_C -f sigma0 -b 'F_C=1..30 N' --search de -o fit
     """
     from evat.experiment.read import read_experiment
     from evat.identification import Execution, Settings
