@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, timezone
+from functools import cached_property
 
 from evat import __version__
 from evat.fmu.archive import generation_time
@@ -27,7 +28,7 @@ CAUSALITIES = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Facts:
     """Everything that the description is made of."""
 
@@ -40,7 +41,7 @@ class Facts:
     sources: tuple[str, ...]
     copyright: str | None
 
-    @property
+    @cached_property
     def types(self) -> SimpleTypes:
         """The type definitions."""
         return simple_types(self.variables, self.laws, self.fmu.quantities)
