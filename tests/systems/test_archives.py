@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import io
+import re
 import zipfile
 from pathlib import Path
 
@@ -40,7 +41,7 @@ def test_the_portable_form_is_valid_and_portable(systems: dict[str, Path], name:
         values = [packed.read(entry).decode() for entry in inside if entry.endswith(".ssv")]
     for unwanted in ("LinearTransformation", "ParameterMapping", "SignalDictionary", "<ssd:System name", "Enumeration"):
         assert text.count(unwanted) <= (1 if unwanted == "<ssd:System name" else 0)
-    assert "oms:FixedStepMaster" in text
+    assert re.search(r'oms:FixedStepMaster [^>]*stepSize="([^"]*)"', text)[1] == f"{load(name).step_of_held_inputs:g}"  # type: ignore[index]
     assert not [value for value in values if "Enumeration" in value]
     for part in load(name).parts.values():
         assert {f"resources/{part.name}.ssv", write.fmu_entry(part)} <= inside

@@ -11,6 +11,7 @@ from coupled import motion, order, run
 from evat import parameter_sets
 from evat.native import kernel
 from evat.systems.couple import Given
+from evat.systems.declared import load
 from scipy.interpolate import CubicSpline
 from scipy.io import loadmat
 
@@ -148,3 +149,16 @@ def test_the_measured_axis_is_followed(systems: dict[str, Path]) -> None:
     assert np.sqrt(np.mean((simulated - position[at]) ** 2)) < 2e-5 * np.ptp(position)  # 5 um of 246 mm
     pushed = np.interp(t[at] - t[0], trace.times, trace["drive.motor_force"])
     assert np.sqrt(np.mean((pushed - force[at]) ** 2)) < 0.08 * np.sqrt(np.mean(force[at] ** 2))
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize(("name", "stop"), [("stick_slip", 12.0), ("hunting", 20.0), ("feed_drive", 2.0), ("circular_path", 3.0)])
+def test_masters_that_hold_inputs_are_given_a_step_that_serves(systems: dict[str, Path], name: str, stop: float) -> None:
+    """Friction within 1 % of its range, against a run at a sixteenth of our own step."""
+    step, held = load(name).step, load(name).step_of_held_inputs
+    good, _ = run(systems[name], step=step / 16, stop=stop, every=16)
+    rough, _ = run(systems[name], step=held, stop=stop, every=round(step / held), inputs="constant", order="jacobi")
+    assert held < 0.3 * step or name in ("feed_drive", "circular_path")
+    for column, right in good.columns.items():
+        if column.endswith(".friction_force"):
+            assert np.max(np.abs(rough[column] - right)) < 0.01 * np.ptp(right)

@@ -15,7 +15,7 @@ from evat.native.compile import CONTACT, PACKAGE
 from evat.systems.model import Bond, Port, SspError, port
 from evat.work_materials import constants
 
-KEYS = {"title", "stop_time", "step", "every", "show", "components", "connections", "bonds"}
+KEYS = {"title", "stop_time", "step", "step_of_held_inputs", "every", "show", "components", "connections", "bonds"}
 PART_KEYS = {"part", "set", "work", "values"}
 
 
@@ -32,12 +32,14 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Declared:
-    """One system."""
+    """One system. Its communication `step` [s] is that of our own coupling, which continues inputs along their slope; `step_of_held_inputs`
+    that of masters which hold them, so that friction stays within 1 % of its range."""
 
     name: str
     title: str
     stop_time: float
     step: float
+    step_of_held_inputs: float
     every: int
     parts: Mapping[str, Part]
     connections: Mapping[Port, Port]
@@ -84,7 +86,9 @@ def load(name: str) -> Declared:
     connections = {port(to, where): port(at, where) for to, at in table["connections"].items()}
     bonds = tuple(Bond(port(bond["force"], where), port(bond["velocity"], where)) for bond in table.get("bonds", []))
     show = tuple(port(text, where) for text in table["show"])
-    declared = Declared(name, table["title"], table["stop_time"], table["step"], table.get("every", 1), parts, connections, bonds, show)
+    step, every = table["step"], table.get("every", 1)
+    held = table.get("step_of_held_inputs", step)
+    declared = Declared(name, table["title"], table["stop_time"], step, held, every, parts, connections, bonds, show)
     _check(declared)
     return declared
 

@@ -61,7 +61,7 @@ def add_annotations(parent: Element, declared: Declared) -> None:
     oms = add(annotations, f"{{{SSC}}}Annotation", {"type": "org.openmodelica"})
     information = add(add(oms, f"{{{OMS}}}Annotations"), f"{{{OMS}}}SimulationInformation")
     tolerances = {"absoluteTolerance": 1e-6, "relativeTolerance": 1e-6}
-    add(information, f"{{{OMS}}}FixedStepMaster", {"description": "oms-ma", "stepSize": declared.step, **tolerances})
+    add(information, f"{{{OMS}}}FixedStepMaster", {"description": "oms-ma", "stepSize": declared.step_of_held_inputs, **tolerances})
     ours = add(
         add(annotations, f"{{{SSC}}}Annotation", {"type": "evat.system"}),
         f"{{{ABOUT}}}system",
