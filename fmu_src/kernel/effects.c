@@ -39,7 +39,7 @@ static void open_measured(struct Point *x)
 
 void measure(const struct Contact *contact, const struct Configuration *w, struct Point *x)
 {
-    const struct Past past = {.contact = contact};
+    const struct Past past = {.contact = contact, .w = w};
     open_measured(x);
     x->past = &past;
     act(w, STAGE_MEASUREMENT, x);
@@ -70,7 +70,7 @@ void measure_step(const struct Contact *contact, const struct Configuration *w, 
     if (!(w->stages >> STAGE_MEASUREMENT & 1))
         return;
     struct Point heard = *start; /* start->measured has passed the whole chain already */
-    const struct Past past = {contact, start, middle, end};
+    const struct Past past = {contact, w, start, middle, end};
     heard.past = middle->past = end->past = &past;
     open_measured(&heard);
     for (int n = 0; n < w->on_count; ++n) {
@@ -110,7 +110,7 @@ void store_states(struct Contact *contact, const struct Configuration *w, const 
 /* The drive of a sensor's state is what the chain shows before it, so the chain is run once more. */
 void show_rates(struct Contact *contact, const struct Configuration *w, const struct Point *x)
 {
-    const struct Past past = {.contact = contact};
+    const struct Past past = {.contact = contact, .w = w};
     struct Point heard = *x;
     heard.past = &past;
     open_measured(&heard);
@@ -173,8 +173,14 @@ double meeting_time(const struct Configuration *w, int lane)
     return 0;
 }
 
-/* What is recalled jumps where the forces did: the step ends just before, and a next one, too short to matter, leads
- * across. */
+/* Not at a jump at t + `jump`, but just before it; and from there just across. */
+static double until(double jump, double close, double h)
+{
+    return smaller(h, jump > 2 * close ? jump - close : jump + close);
+}
+
+/* What is recalled jumps where the forces did, and what is met where the surface does: the step ends just before, and a
+ * next one, too short to matter, leads across. */
 double until_late_jump(const struct Contact *contact, const struct Configuration *w, int lane, double t, double h,
                        const struct Point *start)
 {
@@ -183,17 +189,18 @@ double until_late_jump(const struct Contact *contact, const struct Configuration
             continue;
         const double late = w->on[n]->looks_back(w->on_p[n], lane), close = 1e-13 * (fabs(t) + late);
         const double jump =
-            late > 0 ? recall_jump(contact, lane, start, t - late, t - late + h) - (t - late) : INFINITY;
-        h = smaller(h, jump > 2 * close ? jump - close : jump + close);
+            late > 0 ? recall_jump(contact, w, lane, start, t - late, t - late + h) - (t - late) : INFINITY;
+        h = until(jump, close, h);
     }
-    return h;
+    const double turn = meeting_time(w, lane), close = 1e-13 * (fabs(t) + turn);
+    return turn > 0 ? until(surface_jump(contact, w, lane, t - turn, t - turn + h) - (t - turn), close, h) : h;
 }
 
 /* How much what is recalled bends over the step; but for a step that leads across a jump. */
 double late_bend(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *a,
                  const struct Point *m, const struct Point *b)
 {
-    const struct Past past = {contact, a, m, b};
+    const struct Past past = {contact, w, a, m, b};
     const struct Point *const at[3] = {a, m, b};
     double worst = 0;
     for (int n = 0; n < w->on_count; ++n) {

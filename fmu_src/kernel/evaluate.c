@@ -207,7 +207,7 @@ enum Status kernel_event(struct Contact *contact)
     const struct Configuration w = wire(contact);
     struct Point x;
     if (w.delays) {
-        note_slip_now(contact);
+        note_slip_now(contact, &w);
         const enum Status felt = feel_slip_now(contact, &w);
         if (felt != STATUS_OK)
             return felt;
@@ -215,7 +215,7 @@ enum Status kernel_event(struct Contact *contact)
     /* hosts find events to some roundings of the time, and stop on either side */
     act_on_event(contact, &w, here, 1e-9 / w.p[VAR_VIBRATION_FREQUENCY][0] + 1e-12 * fabs(w.p[VAR_TIME][0]), none, &x);
     for (int i = 0; i < LANES && w.looks_back; ++i)
-        remember_host_step(contact, i, &x); /* what stands before and behind a jump */
+        remember_host_step(contact, &w, i, &x); /* what stands before and behind a jump */
     EACH_LANE
         if (contact->value[VAR_TIME][i] >= window_end(contact, i) - 1e-9 * window_length(contact, i))
             close_window(contact, i);
@@ -227,7 +227,7 @@ enum Status kernel_step_completed(struct Contact *contact)
     const struct Configuration w = wire(contact);
     struct Point x;
     if (w.delays) {
-        note_slip_now(contact);
+        note_slip_now(contact, &w);
         const enum Status felt = feel_slip_now(contact, &w);
         if (felt != STATUS_OK)
             return felt;
@@ -239,12 +239,12 @@ enum Status kernel_step_completed(struct Contact *contact)
         return STATUS_OK;
     point_at(contact, &w, here, &x);
     for (int i = 0; i < LANES && w.meets_again; ++i)
-        leave_surface(contact, i, meeting_time(&w, i), w.p[VAR_FEED][i], &x);
-    for (int i = 0; i < LANES && w.looks_back; ++i) {
-        remember_host_step(contact, i, &x);
-        if (!recall_reaches(contact, i, x.t[i] - look_back(&w, i)))
+        leave_surface_here(contact, &w, i, &x);
+    for (int i = 0; i < LANES && w.looks_back; ++i)
+        remember_host_step(contact, &w, i, &x);
+    for (int i = 0; i < LANES; ++i)
+        if (!past_reaches(contact, &w, i, x.t[i]))
             return STATUS_HISTORY_SHORT;
-    }
     return STATUS_OK;
 }
 

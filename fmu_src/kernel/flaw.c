@@ -75,22 +75,42 @@ static const char *flaw_of_course(const struct Contact *contact)
                : "a memory is no finite number";
 }
 
-static const char *flaw_of_rings(const struct Contact *contact)
+/* Pieces in their order, none of them before the one before has ended. */
+static const char *flaw_of_ring(const struct Ring *ring, int lane)
 {
-    if (!FINITE(contact->past_end) || !FINITE(contact->past_length) || !FINITE(contact->past_force) ||
-        !FINITE(contact->surface_time) || !FINITE(contact->surface_height) || !FINITE(contact->slip_time) ||
-        !FINITE(contact->slip_given) || !FINITE(contact->late_slip) || !FINITE(contact->late_slope))
-        return "the past is no finite number";
-    for (int i = 0; i < LANES; ++i) {
-        const double first = contact->past_first[i], count = contact->past_count[i];
-        if (!is_count(first) || !is_count(count) || first > count || count - first > (double)HISTORY ||
-            !is_count(contact->surface_count[i]) || !is_count(contact->slip_count[i]))
-            return "the past has no such place";
-        for (int n = 0; n < HISTORY; ++n)
-            if (contact->past_length[n][i] < 0)
-                return "a step of the past is shorter than 0";
+    const double first = ring->first[lane], count = ring->count[lane], settled = ring->settled[lane];
+    if (!is_count(first) || !is_count(count) || !is_count(settled) || first > count || settled > count ||
+        count - first > (double)HISTORY)
+        return "the past has no such place";
+    for (int n = 0; n < HISTORY; ++n)
+        if (ring->length[n][lane] < 0)
+            return "a step of the past is shorter than 0";
+    for (int64_t n = whole_count(first) + 1; n < whole_count(count); ++n) {
+        const double end = ring->end[(n - 1) % HISTORY][lane],
+                     start = ring->end[n % HISTORY][lane] - ring->length[n % HISTORY][lane];
+        if (!(start >= end - 1e-12 * fabs(end) - 1e-6 * ring->length[n % HISTORY][lane]))
+            return "the steps of the past are out of order";
     }
     return NULL;
+}
+
+static const char *flaw_of_rings(const struct Contact *contact)
+{
+    if (!FINITE(contact->past.end) || !FINITE(contact->past.length) || !FINITE(contact->past_force) ||
+        !FINITE(contact->surface.end) || !FINITE(contact->surface.length) || !FINITE(contact->surface_height) ||
+        !FINITE(contact->surface_thickest) || !FINITE(contact->slip_time) || !FINITE(contact->slip_given) ||
+        !FINITE(contact->late_slip) || !FINITE(contact->late_slope))
+        return "the past is no finite number";
+    const char *flaw = NULL;
+    for (int i = 0; i < LANES && !flaw; ++i) {
+        const double first = contact->slip_first[i], count = contact->slip_count[i];
+        if (!is_count(first) || !is_count(count) || !is_count(contact->slip_settled[i]) || first > count ||
+            count - first > (double)HISTORY)
+            return "the past has no such place";
+        flaw = flaw_of_ring(&contact->past, i);
+        flaw = flaw ? flaw : flaw_of_ring(&contact->surface, i);
+    }
+    return flaw;
 }
 
 const char *kernel_flaw(const struct Contact *contact)

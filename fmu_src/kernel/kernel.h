@@ -165,7 +165,9 @@ enum Limits {
     BASE_STATES = 12,    /* continuous states of the base table, the first of kernel_state */
     EFFECT_STATES = 24,  /* at most so many states of all effects together follow them */
     STATES = BASE_STATES + EFFECT_STATES,
-    HISTORY = 256, /* internal steps whose forces are kept while an effect looks back, and heights of the surface */
+    HISTORY = 256, /* pieces of the past that are kept, of forces and of the surface, and corners of an input; each only
+                      while an effect asks for it */
+    NODES = 5, /* values of a piece: at its start, quarters and end */
     CHANNELS = 3, /* forces that are measured: friction, principal, feed */
     MEANS = 10, /* quantities with a mean over the averaging window: two powers, four forces, contact, three measured
                    forces */
@@ -197,6 +199,14 @@ enum Warning {
 
 /* ---- one block of contacts; plain bytes ---- */
 
+/* Pieces of the past, a ring. What is kept of each is a polynomial of fourth order. Where no piece lies between two,
+ * what was there is what was whole vibration cycles before, in the one that ends where the gap begins. */
+struct Ring {
+    lanes count, first; /* pieces written, and the first that is still there */
+    lanes settled; /* the first that nobody has tried to join yet */
+    lanes end[HISTORY], length[HISTORY]; /* [s] */
+};
+
 struct Contact {
     lanes value[CAPACITY]; /* every variable, by index */
     lanes slope[INPUT_END - INPUT_FIRST]; /* rate of each input within a communication step, per second; 0 = held */
@@ -218,16 +228,16 @@ struct Contact {
     /* and what a bristle does that is bent otherwise at the start of a cycle: share that outlives it, change of each
      * integral over the change of the bristle; for how many steps that has served */
     lanes outlives, changes[BASE_STATES - 1], served;
-    /* The last internal steps: end [s], length [s], and the forces at start, middle and end; a ring. Empty unless an
-     * effect looks back. */
-    lanes past_count, past_first; /* steps written, and the first that is still there */
-    lanes past_end[HISTORY], past_length[HISTORY], past_force[HISTORY][CHANNELS][3];
-    /* The surface that is left: heights [m] at times [s], a ring. Empty unless an effect meets it again. */
-    lanes surface_count;
-    lanes surface_time[HISTORY], surface_height[HISTORY];
+    /* The forces, one piece for each internal step or for some of them. Empty unless an effect looks back. */
+    struct Ring past;
+    lanes past_force[HISTORY][CHANNELS][NODES];
+    /* The height of the surface that is left [m], likewise, and the largest thickness so far [m]. Empty unless an
+     * effect meets it again. */
+    struct Ring surface;
+    lanes surface_height[HISTORY][NODES], surface_thickest;
     /* Corners of slip_velocity [s], [m/s], a ring, straight in between; and the slip that is felt late or early: at
      * value[VAR_TIME], its slope, and how long that holds [s]. Empty unless an effect delays it. */
-    lanes slip_count;
+    lanes slip_count, slip_first, slip_settled; /* as in struct Ring */
     lanes slip_time[HISTORY], slip_given[HISTORY];
     lanes late_slip, late_slope, late_until;
 };

@@ -236,7 +236,7 @@ static void open_path(const struct Contact *contact, const struct Configuration 
             x->centre_u_y[i] = input_at(contact, VAR_TOOL_VELOCITY_Y, i, tau[i]);
         }
     for (int i = 0; w->meets_again && i < LANES; ++i)
-        x->left[i] = surface_left(contact, i, x->t[i] - meeting_time(w, i));
+        x->left[i] = surface_left(contact, w, i, x->t[i] - meeting_time(w, i));
 }
 
 /* Where the tool passes a place again, and only the cycle before may have left what stands there: thickness over the

@@ -146,7 +146,7 @@ void kernel_explain(const struct Contact *contact, enum Status status, char *tex
     if (size > 0)
         text[0] = '\0';
     append(text, size, kernel_status_text(status));
-    if (status != STATUS_TOO_MANY_STEPS && status != STATUS_DIVERGED)
+    if (status != STATUS_TOO_MANY_STEPS && status != STATUS_DIVERGED && status != STATUS_HISTORY_SHORT)
         return;
     append(text, size, " (");
     append_choice(contact, VAR_FRICTION_LAW, text, size);

@@ -112,25 +112,31 @@ int rivals_on(const struct Configuration *w);
  * (NULL: none). */
 struct Past {
     const struct Contact *contact;
+    const struct Configuration *w;
     const struct Point *start, *middle, *end;
 };
-void remember(struct Contact *contact, int lane, double h, const struct Point *start, const struct Point *middle,
-              const struct Point *end);
+void remember(struct Contact *contact, const struct Configuration *w, int lane, double h, const struct Point *start,
+              const struct Point *middle, const struct Point *end);
+void remember_host_step(struct Contact *contact, const struct Configuration *w, int lane, const struct Point *x);
 /* Measured channel `channel` of the chip's forces at time t <= x->t; before all that is known, the first that is known.
  */
 double recall(const struct Point *x, int channel, int lane, double t);
 double recall_in(const struct Past *past, const struct Point *x, int channel, int lane, double t);
 /* The first time in (from, to) at which the forces of the past have jumped, up to the step that begins with start; else
  * infinity. */
-double recall_jump(const struct Contact *contact, int lane, const struct Point *start, double from, double to);
-/* The height that the tool leaves at x, kept in 200 places of `turn` seconds; and what was left at t, in between
- * straight. */
-void leave_surface(struct Contact *contact, int lane, double turn, double feed, const struct Point *x);
-double surface_left(const struct Contact *contact, int lane, double t);
-void remember_host_step(struct Contact *contact, int lane, const struct Point *x);
-int recall_reaches(const struct Contact *contact, int lane, double t);
+double recall_jump(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *start,
+                   double from, double to);
+/* The height that the tool leaves over a step, or a host's step that ends at x; what was left at t; the first time in
+ * (from, to) at which that jumps, or begins. */
+void leave_surface(struct Contact *contact, const struct Configuration *w, int lane, const struct Point *start,
+                   const struct Point *middle, const struct Point *end);
+void leave_surface_here(struct Contact *contact, const struct Configuration *w, int lane, const struct Point *x);
+double surface_left(const struct Contact *contact, const struct Configuration *w, int lane, double t);
+double surface_jump(const struct Contact *contact, const struct Configuration *w, int lane, double from, double to);
+/* Is all still there that effects look back to at t? */
+int past_reaches(const struct Contact *contact, const struct Configuration *w, int lane, double t);
 
-/* history.c: a count in bytes that may come from outside; and the first of the places low..high of a ring whose time
+/* ring.c: a count in bytes that may come from outside; and the first of the places low..high of a ring whose time
  * lies after t, or with `at` set at t or after, high where none does. */
 int64_t whole_count(double count);
 int64_t first_later(const lanes *times, int lane, int64_t low, int64_t high, double t, int at);
@@ -138,8 +144,8 @@ int64_t first_later(const lanes *times, int lane, int64_t low, int64_t high, dou
 /* late_slip.c: a corner of slip_velocity; the one that stands in the contact; the part of it that a lane feels at s
  * after value[VAR_TIME], in late_slip, late_slope and late_until; that of all lanes at value[VAR_TIME]; how far ahead
  * any of them feels it [s]. */
-void note_slip(struct Contact *contact, int lane, double t, double v);
-void note_slip_now(struct Contact *contact);
+void note_slip(struct Contact *contact, const struct Configuration *w, int lane, double t, double v);
+void note_slip_now(struct Contact *contact, const struct Configuration *w);
 enum Status feel_slip(struct Contact *contact, const struct Configuration *w, int lane, double s);
 enum Status feel_slip_now(struct Contact *contact, const struct Configuration *w);
 double slip_lead(const struct Configuration *w, int lane);

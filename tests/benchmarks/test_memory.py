@@ -42,7 +42,9 @@ def test_memory(benchmark: Any, summary: Summary, fmi2: OpenFmu, fmi2_fmu: Path,
     benchmark.extra_info.update(instance=running, contact=Contact().nbytes, state=state)
     ffi, _ = kernel.library()
     fields = dict(ffi.typeof("struct Contact").fields)
-    past = 2 * sum(ffi.sizeof(field.type) for name, field in fields.items() if name.startswith(("past_", "surface_")))
+    past = 2 * sum(
+        ffi.sizeof(field.type) for name, field in fields.items() if name.startswith(("past", "surface", "slip_time", "slip_given"))
+    )
     summary.add(
         "memory of an FMU instance, beside its history",
         f"{running - past} bytes, and {past}",

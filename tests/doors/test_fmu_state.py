@@ -208,6 +208,7 @@ def _in_model(field: str, number: int = 0) -> int:
 
 NAN = float("nan")
 INTEGRATING, STEPPING, CONFIGURING, ASKING, TERMINATED = 16, 32, 2, 1024, 128
+COUNT, FIRST, LENGTH = (FFI.offsetof("struct Ring", field) // 8 for field in ("count", "first", "length"))
 FORGED: dict[str, tuple[int, str, float, str]] = {
     "no mode": (_in_life("mode"), "I", 0, "no such state"),
     "two modes": (_in_life("mode"), "I", STEPPING | TERMINATED, "no such state"),
@@ -235,11 +236,11 @@ FORGED: dict[str, tuple[int, str, float, str]] = {
     "a warning": (_in_model("warnings"), "I", 2**20, "flag"),
     "not begun": (_in_model("started"), "I", 0, "begun"),
     "effects": (_in_model("effects_on"), "I", 2**3, "switched on"),
-    "a count of the past": (_in_model("past_count"), "d", 1e9, "no such place"),
-    "a first of the past": (_in_model("past_first"), "d", 0.5, "no such place"),
-    "a length of the past": (_in_model("past_length", 7), "d", -1.0, "shorter than 0"),
+    "a count of the past": (_in_model("past", COUNT), "d", 1e9, "no such place"),
+    "a first of the past": (_in_model("past", FIRST), "d", 0.5, "no such place"),
+    "a length of the past": (_in_model("past", LENGTH + 7), "d", -1.0, "shorter than 0"),
     "a force of the past": (_in_model("past_force", 100), "d", float("inf"), "the past"),
-    "a surface": (_in_model("surface_count"), "d", NAN, "no such place"),
+    "a surface": (_in_model("surface", COUNT), "d", NAN, "no such place"),
 }
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from asking import CONSTANT, FASTEST, OUTSIDE, VISCOUS, begun, course, follow, line
 from driving import PERIOD, Values, read
-from evat.model import SimulationError
 
 FORCES = ("friction_force", "principal_force", "feed_force")
 MEASURED = tuple(f"measured_{name}" for name in FORCES)
@@ -128,12 +127,6 @@ def test_what_one_sensor_rings_is_heard_by_the_next(tolerance: float) -> None:
     exact = 1 + 2 * (later * np.exp(pole * times)).real
     exact -= exact[0] * np.exp(-times / lag)
     assert np.abs(shown - exact).max() < 3 * tolerance
-
-
-def test_delay_too_long_is_refused() -> None:
-    contact = begun({**CUT, "initial_state": "at_rest", "sensor_delay.time": 1.0}, ["sensor_delay"])
-    with pytest.raises(SimulationError, match="looks back further than the last 256 internal steps"):
-        contact.advance(20 * PERIOD)
 
 
 def mixed(on: list[str], **values: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

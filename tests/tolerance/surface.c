@@ -1,5 +1,5 @@
 /* Which surface has the tool left one revolution ago? The reference keeps it as exactly as it keeps states, by the
- * polynomial through the nodes of each step; the kernel in 200 places of a turn. */
+ * polynomial through the nodes of each step; the kernel by a parabola, and in fewer pieces where it has no room. */
 #include "course.h"
 
 #include <math.h>
@@ -38,16 +38,17 @@ static double met(const struct Course *c, double t)
     return within(c, &c->left[low], before);
 }
 
-/* The kernel looks its own surface up between two heights: both are the right one. */
+/* The kernel looks its own surface up in the one piece that there is: all of it is the right height. */
 void surface_meet(struct Course *c, double t)
 {
     if (!(c->turn > 0))
         return;
-    c->contact->surface_count[0] = c->turns > 0 ? 2 : 0;
-    for (int n = 0; n < 2; ++n) {
-        c->contact->surface_time[n][0] = t - c->turn + (n ? 1 : -1) * 1e-6 * c->turn;
-        c->contact->surface_height[n][0] = met(c, t);
-    }
+    struct Contact *const contact = c->contact;
+    contact->surface.count[0] = c->turns > 0;
+    contact->surface.end[0][0] = t - (1 - 1e-6) * c->turn;
+    contact->surface.length[0][0] = 2e-6 * c->turn;
+    for (int n = 0; n < NODES; ++n)
+        contact->surface_height[0][n][0] = met(c, t);
 }
 
 /* The height that the tool leaves at the contact's present time, over the nominal surface. */

@@ -2,6 +2,7 @@
 #include "../stages.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Internal steps that a cycle, and all of the search for the periodic state, may take: an ellipse takes some 60 a
  * cycle, and 12 times the slopes of all states take 300 cycles. Where bonds break by thousands in a cycle, and at
@@ -43,7 +44,7 @@ static enum Status find_deflection(struct Contact *contact)
         EACH_LANE {
             trial.value[VAR_BRISTLE_DEFLECTION][i] = z[i];
             trial.value[VAR_TIME][i] = start;
-            trial.past_count[i] = trial.past_first[i] = 0;
+            trial.past.count[i] = trial.past.first[i] = trial.past.settled[i] = 0;
             z_before[i] = n == 0 ? 0 : z_before[i];
             miss_before[i] = n == 0 ? 0 : miss_before[i];
         }
@@ -106,7 +107,7 @@ static enum Status cycle(const struct Contact *contact, const struct Configurati
 {
     *trial = *contact;
     EACH_LANE
-        trial->past_count[i] = trial->past_first[i] = 0;
+        trial->past.count[i] = trial->past.first[i] = trial->past.settled[i] = 0;
     for (int n = 0; n < count; ++n)
         EACH_LANE
             trial->value[unknown_index(w, n)][i] = from[n][i];
@@ -190,7 +191,17 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
     return STATUS_OK;
 }
 
-/* Forces of the cycles before, for effects that look back. */
+/* Does nothing go by the time itself, so that all cycles before were alike? */
+static int is_steady(const struct Configuration *w)
+{
+    int steady = 1;
+    for (int n = 0; n < w->on_count; ++n)
+        steady &= !w->on[n]->unsteady && !w->on[n]->periods;
+    return steady;
+}
+
+/* Forces of the cycles before, for effects that look back. Of cycles that are alike the first stands for all but the
+ * last two: the gap behind it says so. */
 static enum Status fill_history(struct Contact *contact, const struct Configuration *w)
 {
     const double period = 1 / contact->value[VAR_VIBRATION_FREQUENCY][0];
@@ -199,26 +210,22 @@ static enum Status fill_history(struct Contact *contact, const struct Configurat
         back = larger(back, look_back(w, i));
     if (!(back > 0))
         return STATUS_OK;
+    const double cycles = ceil(back / period), skipped = is_steady(w) ? larger(cycles - 3, 0) : 0;
     struct Contact before = *contact;
     EACH_LANE {
-        before.value[VAR_TIME][i] = contact->value[VAR_TIME][i] - ceil(back / period) * period;
-        before.past_count[i] = before.past_first[i] = 0;
+        before.value[VAR_TIME][i] = contact->value[VAR_TIME][i] - (cycles - skipped) * period;
+        before.past.count[i] = before.past.first[i] = before.past.settled[i] = 0;
     }
     enum Status status = kernel_event(&before);
     if (status == STATUS_OK)
-        status = kernel_advance(&before, ceil(back / period) * period, 0, &taken);
-    for (int n = 0; n < HISTORY; ++n)
-        EACH_LANE {
-            contact->past_end[n][i] = before.past_end[n][i];
-            contact->past_length[n][i] = before.past_length[n][i];
-            for (int k = 0; k < CHANNELS; ++k)
-                for (int place = 0; place < 3; ++place)
-                    contact->past_force[n][k][place][i] = before.past_force[n][k][place][i];
-        }
-    EACH_LANE {
-        contact->past_count[i] = before.past_count[i];
-        contact->past_first[i] = before.past_first[i];
-    }
+        status = kernel_advance(&before, period, 0, &taken);
+    for (int n = 0; n < HISTORY && skipped > 0; ++n)
+        EACH_LANE
+            before.past.end[n][i] -= skipped * period;
+    if (status == STATUS_OK && cycles > 1)
+        status = kernel_advance(&before, (cycles - skipped - 1) * period, 0, &taken);
+    contact->past = before.past;
+    memcpy(contact->past_force, before.past_force, sizeof contact->past_force);
     return status;
 }
 

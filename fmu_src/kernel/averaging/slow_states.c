@@ -150,7 +150,7 @@ static void mean_point(const struct Contact *contact, const struct Configuration
 void settle_sensors(struct Contact *contact, double period, const lanes *force)
 {
     const struct Configuration w = wire_sensors(contact);
-    const struct Past past = {.contact = contact};
+    const struct Past past = {.contact = contact, .w = &w};
     struct Point x;
     mean_point(contact, &w, force, &x);
     x.past = &past;
@@ -224,8 +224,8 @@ enum Status measure_means(struct Contact *contact, double step, const lanes *for
             EACH_LANE
                 measured[k][i] += (a.measured[k][i] + 4 * m.measured[k][i] + b.measured[k][i]) / (6 * count);
         for (int i = 0; i < LANES && w.looks_back; ++i) {
-            remember(contact, i, h[i], &a, &m, &b);
-            if (!recall_reaches(contact, i, b.t[i] - look_back(&w, i)))
+            remember(contact, &w, i, h[i], &a, &m, &b);
+            if (!past_reaches(contact, &w, i, b.t[i]))
                 return STATUS_HISTORY_SHORT;
         }
         a = b;

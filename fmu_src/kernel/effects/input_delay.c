@@ -17,8 +17,8 @@ static const struct Variable variables[COUNT] = {
     [TIME_LATE] = {.name = "input_delay.time", .unit = "s", .start = 1e-4, .min = -10, .max = 10, .display_unit = "ms",
         .nominal = 1e-4, TUNED,
         .meaning = "time tau by which the slip at the contact lags slip_velocity; 0, or less than 1e-12 s: none; below "
-            "0 slip_velocity is late, which needs a record; a host's steps: at most "
-            "256 corners long", .source = "guess"},
+            "0 slip_velocity is late, which needs a record; a host's steps of that time must fit into 256 straight pieces, "
+            "or the run is refused", .source = "guess"},
 };
 /* clang-format on */
 

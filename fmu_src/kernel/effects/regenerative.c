@@ -12,7 +12,8 @@ static const struct Variable variables[COUNT] = {
         .meaning = "overlap of the cut with that of the turn before; 0: none, 1: all of it",
         .source = "Tobias and Fishwick 1958"},
     [TURN] = {.name = "regenerative.revolution_time", .unit = "s", .display_unit = "ms", .start = 0.1, .min = 1e-5,
-        .max = 1e3, .nominal = 0.1, SHAPE, TUNED, .meaning = "time of one revolution of the work",
+        .max = 1e3, .nominal = 0.1, SHAPE, TUNED, .meaning = "time of one revolution of the work; the surface that is left in it must fit into 256 pieces, "
+            "vibration cycles that are alike counted once, or the run is refused",
         .source = "guess: 600 1/min"},
 };
 /* clang-format on */

@@ -7,8 +7,9 @@ enum { ON, TIME_LATE, COUNT };
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "sensor_delay", SWITCH, .meaning = "switch: the measured forces come late", .source = "definition"},
     [TIME_LATE] = {.name = "sensor_delay.time", .unit = "s", .start = 5e-6, .min = 0, .max = 10, .display_unit = "us",
-        .nominal = 1e-5, TUNED, .meaning = "delay tau; 0, or less than 1e-12 s: none; at most 256 internal steps long",
-        .source = "guess"},
+        .nominal = 1e-5, TUNED, .source = "guess",
+        .meaning = "delay tau; 0, or less than 1e-12 s: none; the forces of that time must fit into 256 pieces, vibration "
+            "cycles that are alike counted once, or the run is refused"},
 };
 /* clang-format on */
 

@@ -36,9 +36,10 @@ static void accumulate(struct Contact *contact, const struct Configuration *w, c
         store_states(contact, w, b);
     for (int i = 0; w->looks_back && i < LANES; ++i)
         if (h[i] > 0)
-            remember(contact, i, h[i], a, m, b);
+            remember(contact, w, i, h[i], a, m, b);
     for (int i = 0; w->meets_again && i < LANES; ++i)
-        leave_surface(contact, i, meeting_time(w, i), w->p[VAR_FEED][i], b);
+        if (h[i] > 0)
+            leave_surface(contact, w, i, a, m, b);
 }
 
 /* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step and the
@@ -63,7 +64,7 @@ static int choose_step(const struct Contact *contact, const struct Configuration
         to_window[i] *= h[i] <= part;
         h[i] = smaller(h[i], part);
     }
-    for (int i = 0; w->looks_back && i < LANES; ++i) {
+    for (int i = 0; (w->looks_back || w->meets_again) && i < LANES; ++i) {
         const double chosen_step = h[i];
         if (step - s[i] > 0)
             h[i] = until_late_jump(contact, w, i, contact->value[VAR_TIME][i] + s[i], h[i], start);
@@ -239,8 +240,8 @@ static enum Status take(struct Contact *contact, const struct Configuration *w, 
     warn(contact, t->end);
     measure_step(contact, w, t->h, t->start, t->middle, t->end);
     accumulate(contact, w, t->h, t->start, t->middle, t->end);
-    for (int i = 0; w->looks_back && i < LANES; ++i)
-        if (!recall_reaches(contact, i, t->end->t[i] - look_back(w, i)))
+    for (int i = 0; (w->looks_back || w->meets_again) && i < LANES; ++i)
+        if (!past_reaches(contact, w, i, t->end->t[i]))
             return STATUS_HISTORY_SHORT;
     int windows_ended = 0;
     EACH_LANE {
@@ -433,11 +434,11 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
         if (slip_lead(&w, i) > 0)
             return STATUS_AHEAD;
     if (w.delays)
-        note_slip_now(contact);
+        note_slip_now(contact, &w);
     const enum Status status = advance_internal(contact, &w, step, stop_at_events, s, &course);
     move_on(contact, s);
     if (w.delays)
-        note_slip_now(contact);
+        note_slip_now(contact, &w);
     *taken = s[0];
     return status;
 }

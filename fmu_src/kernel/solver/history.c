@@ -1,26 +1,63 @@
-/* What were the forces some time ago, and which surface did the tool leave? Two rings: the last internal steps, each
- * with its forces at start, middle and end; and heights in a number of places of each turn.
+/* What were the forces some time ago, and which surface did the tool leave? Two rings of pieces: ring.c reads and
+ * writes them, thinning.c makes room.
+ *
+ * As the steps have it, a parabola each, as long as there is room; then to about a tolerance of the largest force that
+ * is kept, or of the largest thickness of the chip (ALLOWED times the factors in thinning.c). A past for which there is
+ * no room even then is refused.
  */
-#include "../stages.h"
+#include "ring.h"
 
 #include <math.h>
 
-/* Bytes from outside (a restored state) steer no array index. */
-int64_t whole_count(double count) { return count > 0 && count < 9e15 ? (int64_t)count : 0; }
+#define ALLOWED 0.2 /* of relative_tolerance */
 
-static int64_t steps_kept(const struct Contact *contact, int lane) { return whole_count(contact->past_count[lane]); }
-
-static int64_t first_kept(const struct Contact *contact, int lane)
+/* Cycles that may be like one another are those of a resolved vibration. */
+static double period_of_cycles(const struct Contact *contact, const struct Configuration *w, int lane)
 {
-    const int64_t count = steps_kept(contact, lane), first = whole_count(contact->past_first[lane]);
-    return first < count && count - first <= HISTORY ? first : count > HISTORY ? count - HISTORY : 0;
+    return w->kinematics == KINEMATICS_EXTERNAL || kernel_averages(contact)
+               ? 0
+               : 1 / contact->value[VAR_VIBRATION_FREQUENCY][lane];
 }
 
-/* A step is written in its place; the one that stood there is gone. */
-static void written(struct Contact *contact, int lane, int64_t count)
+static struct Pieces forces_kept(const struct Contact *contact, double period, int lane)
 {
-    contact->past_count[lane] = (double)count;
-    contact->past_first[lane] = larger(contact->past_first[lane], (double)(count - HISTORY));
+    return (struct Pieces){&contact->past, contact->past_force[0][0],
+                           CHANNELS,       lane,
+                           period,         0.5 * contact->value[VAR_RELATIVE_TOLERANCE][lane]};
+}
+
+static struct Pieces surface_kept(const struct Contact *contact, double period, int lane)
+{
+    return (struct Pieces){&contact->surface,
+                           contact->surface_height[0],
+                           1,
+                           lane,
+                           period,
+                           0.5 * contact->value[VAR_RELATIVE_TOLERANCE][lane]};
+}
+
+static struct Reel forces_reel(struct Contact *contact, const struct Configuration *w, int lane, double now)
+{
+    struct Reel reel = {forces_kept(contact, period_of_cycles(contact, w, lane), lane),
+                        &contact->past,
+                        contact->past_force[0][0],
+                        now - look_back(w, lane),
+                        {0}};
+    return reel;
+}
+
+/* What may be lost of the forces: asked only where there is no more room. */
+static void allow(struct Contact *contact, struct Reel *reel)
+{
+    const struct Pieces *const p = &reel->pieces;
+    const int64_t count = ring_count(reel->ring, p->lane), first = ring_first(reel->ring, p->lane);
+    for (int k = 0; k < p->channels && count - first >= HISTORY; ++k) {
+        double largest = 0;
+        for (int64_t n = first; n < count; ++n)
+            for (int m = 0; m < NODES; ++m)
+                largest = larger(largest, fabs(piece_nodes(p, n, k)[m][p->lane]));
+        reel->allowed[k] = ALLOWED * contact->value[VAR_RELATIVE_TOLERANCE][p->lane] * largest;
+    }
 }
 
 static const lanes *forces_of(const struct Point *x, int channel)
@@ -28,76 +65,35 @@ static const lanes *forces_of(const struct Point *x, int channel)
     return channel == 0 ? &x->F : channel == 1 ? &x->F_p : &x->F_f;
 }
 
-/* The first of the places low..high of a ring whose time lies after t, or with `at` set at t or after; high where none
- * does. */
-int64_t first_later(const lanes *times, int lane, int64_t low, int64_t high, double t, int at)
+void remember(struct Contact *contact, const struct Configuration *w, int lane, double h, const struct Point *start,
+              const struct Point *middle, const struct Point *end)
 {
-    while (low < high) {
-        const int64_t half = (low + high) / 2;
-        const double there = times[half % HISTORY][lane];
-        if (there < t || (there == t && !at))
-            low = half + 1;
-        else
-            high = half;
-    }
-    return low;
-}
-
-/* Two steps of one length, one after the other and without a jump, are kept as one where one parabola does for both. */
-static int joined(struct Contact *contact, int lane, int64_t before, int64_t after)
-{
-    const double length = contact->past_length[after][lane],
-                 gap = contact->past_end[after][lane] - length - contact->past_end[before][lane];
-    if (fabs(contact->past_length[before][lane] - length) > 1e-6 * length || fabs(gap) > 1e-6 * length)
-        return 0;
-    for (int k = 0; k < CHANNELS; ++k) {
-        const lanes *a = contact->past_force[before][k], *b = contact->past_force[after][k];
-        const double allowed =
-            0.3 * contact->value[VAR_RELATIVE_TOLERANCE][lane] * larger(fabs(a[0][lane]), fabs(b[2][lane]));
-        if (fabs(a[2][lane] - b[0][lane]) > allowed ||
-            fabs(parabola(0.25, a[0][lane], b[0][lane], b[2][lane]) - a[1][lane]) > allowed ||
-            fabs(parabola(0.75, a[0][lane], b[0][lane], b[2][lane]) - b[1][lane]) > allowed)
-            return 0;
-    }
-    for (int k = 0; k < CHANNELS; ++k) {
-        contact->past_force[before][k][1][lane] = contact->past_force[after][k][0][lane];
-        contact->past_force[before][k][2][lane] = contact->past_force[after][k][2][lane];
-    }
-    contact->past_end[before][lane] = contact->past_end[after][lane];
-    contact->past_length[before][lane] += length;
-    return 1;
-}
-
-void remember(struct Contact *contact, int lane, double h, const struct Point *start, const struct Point *middle,
-              const struct Point *end)
-{
-    const int64_t count = steps_kept(contact, lane), at = count % HISTORY;
-    const struct Point *const at_time[3] = {start, middle, end};
-    contact->past_end[at][lane] = end->t[lane];
-    contact->past_length[at][lane] = h;
+    const struct Point *const at[3] = {start, middle, end};
+    struct Reel reel = forces_reel(contact, w, lane, end->t[lane]);
+    double force[CHANNELS][3];
     for (int k = 0; k < CHANNELS; ++k)
         for (int n = 0; n < 3; ++n)
-            contact->past_force[at][k][n][lane] = (*forces_of(at_time[n], k))[lane];
-    written(contact, lane, count + 1);
-    for (int64_t n = count + 1;
-         n - 1 > first_kept(contact, lane) && joined(contact, lane, (n - 2) % HISTORY, (n - 1) % HISTORY); --n)
-        contact->past_count[lane] = (double)(n - 1);
+            force[k][n] = (*forces_of(at[n], k))[lane];
+    allow(contact, &reel);
+    ring_append(&reel, end->t[lane] - h, end->t[lane], force);
 }
 
-/* Straight from the end of the last step. */
-void remember_host_step(struct Contact *contact, int lane, const struct Point *x)
+/* Straight from the end of the last step; from here on where the host has gone back. */
+void remember_host_step(struct Contact *contact, const struct Configuration *w, int lane, const struct Point *x)
 {
-    const int64_t count = steps_kept(contact, lane), at = count % HISTORY, last = (count + HISTORY - 1) % HISTORY;
-    const double length = count > 0 ? x->t[lane] - contact->past_end[last][lane] : 0;
+    struct Reel reel = forces_reel(contact, w, lane, x->t[lane]);
+    double force[CHANNELS][3];
+    ring_cut(&reel, x->t[lane]);
+    const int64_t count = ring_count(&contact->past, lane);
     for (int k = 0; k < CHANNELS; ++k) {
-        const double now = (*forces_of(x, k))[lane], before = length > 0 ? contact->past_force[last][k][2][lane] : now;
-        contact->past_force[at][k][0][lane] = before;
-        contact->past_force[at][k][1][lane] = 0.5 * (before + now);
-        contact->past_force[at][k][2][lane] = now;
+        const double now = (*forces_of(x, k))[lane], last = count > 0 ? piece_end(&reel.pieces, count - 1) : INFINITY;
+        const double before = last < x->t[lane] ? piece_nodes(&reel.pieces, count - 1, k)[NODES - 1][lane] : now;
+        force[k][0] = before;
+        force[k][1] = 0.5 * (before + now);
+        force[k][2] = now;
     }
-    contact->past_end[at][lane] = x->t[lane];
-    contact->past_length[at][lane] = larger(length, 0);
-    written(contact, lane, count + 1);
+    allow(contact, &reel);
+    ring_append(&reel, count > 0 ? piece_end(&reel.pieces, count - 1) : x->t[lane], x->t[lane], force);
 }
 
 double recall(const struct Point *x, int channel, int lane, double t)
@@ -110,7 +106,7 @@ double recall_in(const struct Past *past, const struct Point *x, int channel, in
     const struct Contact *contact = past->contact;
     const struct Point *a = past->start, *m = past->middle, *b = past->end;
     const double now = (*forces_of(x, channel))[lane];
-    const int64_t count = steps_kept(contact, lane), oldest = first_kept(contact, lane);
+    const int64_t count = ring_count(&contact->past, lane);
     if (t >= x->t[lane])
         return now;
     if (a && t >= a->t[lane]) {
@@ -120,65 +116,106 @@ double recall_in(const struct Past *past, const struct Point *x, int channel, in
     }
     if (count == 0)
         return a ? (*forces_of(a, channel))[lane] : now;
-    const int64_t newest = (count - 1) % HISTORY;
-    const double end = contact->past_end[newest][lane];
+    const struct Pieces p = forces_kept(contact, period_of_cycles(contact, past->w, lane), lane);
+    const double end = piece_end(&p, count - 1);
     if (t >= end) { /* a host's step that is not completed yet: straight on from the last one */
-        const double last = contact->past_force[newest][channel][2][lane], span = x->t[lane] - end;
+        const double last = piece_nodes(&p, count - 1, channel)[NODES - 1][lane], span = x->t[lane] - end;
         return span > 0 ? last + (now - last) * (t - end) / span : last;
     }
-    const int64_t at = first_later(contact->past_end, lane, oldest, count - 1, t, 1) % HISTORY;
-    const double length = contact->past_length[at][lane],
-                 share = length > 0 ? 1 - (contact->past_end[at][lane] - t) / length : 1;
-    const lanes *u = contact->past_force[at][channel];
-    return parabola(larger(share, 0), u[0][lane], u[1][lane], u[2][lane]);
+    return ring_value(&p, channel, t);
 }
 
-/* Is what was at t still there? It is as long as nothing has been overwritten. */
-int recall_reaches(const struct Contact *contact, int lane, double t)
+/* It is as long as nothing has been overwritten. */
+static int reaches(const struct Pieces *p, double t)
 {
-    const int64_t oldest = first_kept(contact, lane), at = oldest % HISTORY;
-    return oldest == 0 || t >= contact->past_end[at][lane] - contact->past_length[at][lane];
+    const int64_t first = ring_first(p->ring, p->lane);
+    return first == 0 || t >= piece_start(p, first) - 1e-13 * fabs(t);
 }
 
-double recall_jump(const struct Contact *contact, int lane, const struct Point *start, double from, double to)
+int past_reaches(const struct Contact *contact, const struct Configuration *w, int lane, double t)
 {
-    const int64_t count = steps_kept(contact, lane);
-    for (int64_t n = first_later(contact->past_end, lane, first_kept(contact, lane), count, from, 0);
-         n < count && contact->past_end[n % HISTORY][lane] < to; ++n)
-        for (int k = 0; k < CHANNELS; ++k) {
-            const double before = contact->past_force[n % HISTORY][k][2][lane];
-            const double after =
-                n + 1 < count ? contact->past_force[(n + 1) % HISTORY][k][0][lane] : (*forces_of(start, k))[lane];
-            if (fabs(after - before) > 1e-9 * (fabs(after) + fabs(before)))
-                return contact->past_end[n % HISTORY][lane];
-        }
-    return INFINITY;
+    const struct Pieces forces = forces_kept(contact, 0, lane), surface = surface_kept(contact, 0, lane);
+    return (!w->looks_back || reaches(&forces, t - look_back(w, lane))) &&
+           (!w->meets_again || reaches(&surface, t - meeting_time(w, lane)));
 }
+
+double recall_jump(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *start,
+                   double from, double to)
+{
+    const struct Pieces p = forces_kept(contact, period_of_cycles(contact, w, lane), lane);
+    double next[CHANNELS];
+    for (int k = 0; k < CHANNELS; ++k)
+        next[k] = (*forces_of(start, k))[lane];
+    return ring_jump(&p, from, to, next);
+}
+
+/* ---- the surface ---- */
 
 /* The tool cuts the surface down to its own height; where it is in the air the surface stays, one feed higher above the
  * tool that has meanwhile moved on. */
-void leave_surface(struct Contact *contact, int lane, double turn, double feed, const struct Point *x)
+static double height_left(const struct Configuration *w, int lane, const struct Point *x)
 {
-    const int64_t count = whole_count(contact->surface_count[lane]);
-    const double t = x->t[lane], tool = x->centre_y[lane] - x->raised[lane] + x->left[lane];
-    if (count > 0 && t < contact->surface_time[(count - 1) % HISTORY][lane] + turn / 200)
-        return;
-    contact->surface_time[count % HISTORY][lane] = t;
-    contact->surface_height[count % HISTORY][lane] = smaller(tool, x->left[lane] + feed);
-    contact->surface_count[lane] = (double)(count + 1);
+    const double tool = x->centre_y[lane] - x->raised[lane] + x->left[lane];
+    return smaller(tool, x->left[lane] + w->p[VAR_FEED][lane]);
 }
 
-double surface_left(const struct Contact *contact, int lane, double t)
+static void leave(struct Contact *contact, const struct Configuration *w, int lane, double start, const struct Point *x,
+                  double height[1][3])
 {
-    const int64_t count = whole_count(contact->surface_count[lane]);
-    const int64_t oldest = count > HISTORY ? count - HISTORY : 0; /* low: the first height that was left after t */
-    const int64_t low = first_later(contact->surface_time, lane, oldest, count, t, 0);
-    const int64_t before = (low + HISTORY - 1) % HISTORY;
-    if (count == 0 || low == 0 || t < contact->surface_time[before][lane])
+    const double thickest = larger(contact->surface_thickest[lane], x->h[lane]), now = x->t[lane];
+    struct Reel reel = {surface_kept(contact, period_of_cycles(contact, w, lane), lane),
+                        &contact->surface,
+                        contact->surface_height[0],
+                        now - meeting_time(w, lane),
+                        {ALLOWED * w->p[VAR_RELATIVE_TOLERANCE][lane] * thickest}};
+    contact->surface_thickest[lane] = thickest;
+    ring_append(&reel, start, now, height);
+}
+
+void leave_surface(struct Contact *contact, const struct Configuration *w, int lane, const struct Point *start,
+                   const struct Point *middle, const struct Point *end)
+{
+    const int64_t count = ring_count(&contact->surface, lane);
+    const struct Pieces p = surface_kept(contact, 0, lane);
+    const double rounding = 1e-13 * fabs(end->t[lane]);
+    if (kernel_averages(contact) || (count > 0 && piece_end(&p, count - 1) > start->t[lane] + rounding)) {
+        leave_surface_here(contact, w, lane, end);
+        return;
+    }
+    double height[1][3] = {{height_left(w, lane, start), height_left(w, lane, middle), height_left(w, lane, end)}};
+    leave(contact, w, lane, start->t[lane], end, height);
+}
+
+void leave_surface_here(struct Contact *contact, const struct Configuration *w, int lane, const struct Point *x)
+{
+    const int64_t count = ring_count(&contact->surface, lane);
+    const struct Pieces p = surface_kept(contact, 0, lane);
+    const double last = count > 0 ? piece_end(&p, count - 1) : x->t[lane], now = height_left(w, lane, x),
+                 /* of averaged cycles the mean motion counts, not what each does */
+        apart = kernel_averages(contact) ? meeting_time(w, lane) / 200 : 0;
+    if (count > 0 && !(x->t[lane] > last && x->t[lane] >= last + apart))
+        return;
+    const double before = count > 0 ? piece_nodes(&p, count - 1, 0)[NODES - 1][lane] : now;
+    double height[1][3] = {{before, 0.5 * (before + now), now}};
+    leave(contact, w, lane, last, x, height);
+}
+
+double surface_left(const struct Contact *contact, const struct Configuration *w, int lane, double t)
+{
+    const int64_t count = ring_count(&contact->surface, lane), first = ring_first(&contact->surface, lane);
+    const struct Pieces p = surface_kept(contact, period_of_cycles(contact, w, lane), lane);
+    if (count == 0 || t < piece_start(&p, first))
         return 0; /* the first turn meets the nominal surface */
-    if (low == count)
-        return contact->surface_height[before][lane];
-    const double t_0 = contact->surface_time[before][lane], t_1 = contact->surface_time[low % HISTORY][lane];
-    const double y_0 = contact->surface_height[before][lane], y_1 = contact->surface_height[low % HISTORY][lane];
-    return y_0 + (y_1 - y_0) * (t - t_0) / (t_1 - t_0);
+    return ring_value(&p, 0, smaller(t, piece_end(&p, count - 1)));
+}
+
+double surface_jump(const struct Contact *contact, const struct Configuration *w, int lane, double from, double to)
+{
+    const int64_t count = ring_count(&contact->surface, lane);
+    const struct Pieces p = surface_kept(contact, period_of_cycles(contact, w, lane), lane);
+    if (count == 0)
+        return INFINITY;
+    const double begin = piece_start(&p, ring_first(&contact->surface, lane)),
+                 last = piece_nodes(&p, count - 1, 0)[NODES - 1][lane];
+    return from < begin && begin < to ? begin : ring_jump(&p, from, to, &last);
 }

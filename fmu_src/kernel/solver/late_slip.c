@@ -8,6 +8,8 @@
 
 #include <math.h>
 
+#define KEPT 0.4 /* how far the slip may be from what was given, in tolerances of the largest that is kept */
+
 static double delay_of(const struct Configuration *w, int lane)
 {
     double late = 0;
@@ -17,7 +19,12 @@ static double delay_of(const struct Configuration *w, int lane)
     return late;
 }
 
-static int64_t oldest_of(int64_t count) { return count > HISTORY ? count - HISTORY : 0; }
+/* The first corner that is still there. */
+static int64_t oldest_of(const struct Contact *contact, int lane)
+{
+    const int64_t count = whole_count(contact->slip_count[lane]), first = whole_count(contact->slip_first[lane]);
+    return first < count && count - first <= HISTORY ? first : count > HISTORY ? count - HISTORY : 0;
+}
 
 /* Does the last corner but one lead straight through the last to this one? */
 static int straight_on(const struct Contact *contact, int lane, int64_t count, double t, double v)
@@ -32,7 +39,63 @@ static int straight_on(const struct Contact *contact, int lane, int64_t count, d
     return fabs(v_a + (v - v_a) * (t_b - t_a) / (t - t_a) - v_b) <= 1e-14 * (fabs(v_a) + fabs(v_b) + fabs(v));
 }
 
-void note_slip(struct Contact *contact, int lane, double t, double v)
+/* Does a straight line from corner a to corner b serve for those in between, small jumps among them, to this
+ * difference?
+ */
+static int straight_serves(const struct Contact *contact, int lane, int64_t a, int64_t b, double allowed)
+{
+    const double t_a = contact->slip_time[a % HISTORY][lane], t_b = contact->slip_time[b % HISTORY][lane];
+    const double v_a = contact->slip_given[a % HISTORY][lane], v_b = contact->slip_given[b % HISTORY][lane];
+    int serves = t_b > t_a;
+    for (int64_t n = a; n < b && serves; ++n) {
+        const double t = contact->slip_time[n % HISTORY][lane], v = contact->slip_given[n % HISTORY][lane];
+        serves = fabs(v_a + (v_b - v_a) * (t - t_a) / (t_b - t_a) - v) <= allowed;
+    }
+    return serves;
+}
+
+/* One straight line for as many corners as it serves, each taken once; the last two stay, from which the next goes on.
+ */
+static void thin_corners(struct Contact *contact, int lane)
+{
+    const int64_t count = whole_count(contact->slip_count[lane]), oldest = oldest_of(contact, lane),
+                  settled = whole_count(contact->slip_settled[lane]);
+    double largest = 0;
+    for (int64_t n = oldest; n < count; ++n)
+        largest = larger(largest, fabs(contact->slip_given[n % HISTORY][lane]));
+    const double allowed = KEPT * contact->value[VAR_RELATIVE_TOLERANCE][lane] * largest;
+    int64_t at = settled > oldest && settled < count ? settled : oldest;
+    for (int64_t n = at; n < count; ++at) {
+        contact->slip_time[at % HISTORY][lane] = contact->slip_time[n % HISTORY][lane];
+        contact->slip_given[at % HISTORY][lane] = contact->slip_given[n % HISTORY][lane];
+        int64_t next = n + 1;
+        while (next + 1 < count - 1 && straight_serves(contact, lane, n, next + 1, allowed))
+            ++next;
+        n = next;
+    }
+    contact->slip_count[lane] = (double)at;
+    contact->slip_settled[lane] = larger((double)(at - 2), 0);
+}
+
+/* Corners that nobody looks back to go first. */
+static void make_room_for_corner(struct Contact *contact, const struct Configuration *w, int lane)
+{
+    const int64_t count = whole_count(contact->slip_count[lane]);
+    const double keep_from = contact->value[VAR_TIME][lane] - larger(delay_of(w, lane), 0);
+    int64_t first = oldest_of(contact, lane);
+    if (count - first < HISTORY)
+        return;
+    while (first < count - 2 && contact->slip_time[(first + 1) % HISTORY][lane] < keep_from)
+        ++first;
+    contact->slip_first[lane] = (double)first;
+    contact->slip_settled[lane] = larger(contact->slip_settled[lane], (double)first);
+    if (count - first > HISTORY - HISTORY / 8)
+        thin_corners(contact, lane);
+    if (whole_count(contact->slip_count[lane]) - first >= HISTORY) /* whoever looks back as far finds it gone */
+        contact->slip_first[lane] = (double)(first + 1);
+}
+
+void note_slip(struct Contact *contact, const struct Configuration *w, int lane, double t, double v)
 {
     int64_t count = whole_count(contact->slip_count[lane]);
     if (count > 0) {
@@ -41,17 +104,19 @@ void note_slip(struct Contact *contact, int lane, double t, double v)
         if (t < t_last || (t == t_last && v == contact->slip_given[last][lane]))
             return; /* known already */
         if ((t == t_last && count == 1) || straight_on(contact, lane, count, t, v))
-            --count;
+            contact->slip_count[lane] = (double)(count - 1);
     }
+    make_room_for_corner(contact, w, lane);
+    count = whole_count(contact->slip_count[lane]);
     contact->slip_time[count % HISTORY][lane] = t;
     contact->slip_given[count % HISTORY][lane] = v;
     contact->slip_count[lane] = (double)(count + 1);
 }
 
-void note_slip_now(struct Contact *contact)
+void note_slip_now(struct Contact *contact, const struct Configuration *w)
 {
     for (int i = 0; i < LANES; ++i)
-        note_slip(contact, i, contact->value[VAR_TIME][i], contact->value[VAR_SLIP_VELOCITY][i]);
+        note_slip(contact, w, i, contact->value[VAR_TIME][i], contact->value[VAR_SLIP_VELOCITY][i]);
 }
 
 /* A straight part of slip_velocity: v at t_0, with this slope, up to t_1. */
@@ -128,7 +193,7 @@ enum Status feel_slip(struct Contact *contact, const struct Configuration *w, in
     if (late != 0 && sample > 0)
         part = part_in_record(w, lane, sample);
     else if (late != 0) {
-        const int64_t count = whole_count(contact->slip_count[lane]), oldest = oldest_of(count);
+        const int64_t count = whole_count(contact->slip_count[lane]), oldest = oldest_of(contact, lane);
         const int64_t next = first_later(contact->slip_time, lane, oldest, count, inside, 0);
         if (next < count && next == oldest && oldest > 0)
             return STATUS_HISTORY_SHORT;

@@ -81,9 +81,9 @@ static void look_up_in(const struct Record *r, struct Configuration *w)
 static void note_samples(struct Contact *contact, const struct Configuration *w, int64_t done)
 {
     const struct Record *const r = w->record;
-    for (int64_t n = done > HISTORY ? done - HISTORY : 0; n < done; ++n)
+    for (int64_t n = 0; n < done; ++n)
         for (int i = 0; i < LANES; ++i)
-            note_slip(contact, i, r->times[n], sample_of(r, n, w->slip_column)[r->per_lane ? i : 0]);
+            note_slip(contact, w, i, r->times[n], sample_of(r, n, w->slip_column)[r->per_lane ? i : 0]);
 }
 
 /* In which lanes does a point that a step has passed through show all there is? Not out of contact, nor where rates
@@ -174,7 +174,7 @@ enum Status kernel_run_record(struct Contact *contact, const struct Record *reco
         land(contact, record, n);
         if (w.delays) {
             if (!w.record || n == 0)
-                note_slip_now(contact);
+                note_slip_now(contact, &w);
             status = feel_slip_now(contact, &w);
             if (status != STATUS_OK)
                 break;

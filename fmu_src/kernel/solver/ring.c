@@ -1,0 +1,205 @@
+/* What was a quantity some time ago? A polynomial for each stretch of time, and for stretches that are like a vibration
+ * cycle before only that cycle.
+ */
+#include "ring.h"
+
+#include <math.h>
+
+/* Bytes from outside (a restored state) steer no array index. */
+int64_t whole_count(double count) { return count > 0 && count < 9e15 ? (int64_t)count : 0; }
+
+int64_t ring_count(const struct Ring *ring, int lane) { return whole_count(ring->count[lane]); }
+
+int64_t ring_first(const struct Ring *ring, int lane)
+{
+    const int64_t count = ring_count(ring, lane), first = whole_count(ring->first[lane]);
+    return first < count && count - first <= HISTORY ? first : count > HISTORY ? count - HISTORY : 0;
+}
+
+double piece_end(const struct Pieces *p, int64_t n) { return p->ring->end[n % HISTORY][p->lane]; }
+double piece_start(const struct Pieces *p, int64_t n)
+{
+    return piece_end(p, n) - p->ring->length[n % HISTORY][p->lane];
+}
+const lanes *piece_nodes(const struct Pieces *p, int64_t n, int channel)
+{
+    return p->value + (n % HISTORY * p->channels + channel) * NODES;
+}
+
+/* The first of the places low..high of a ring whose time lies after t, or with `at` set at t or after; high where none
+ * does. */
+int64_t first_later(const lanes *times, int lane, int64_t low, int64_t high, double t, int at)
+{
+    while (low < high) {
+        const int64_t half = (low + high) / 2;
+        const double there = times[half % HISTORY][lane];
+        if (there < t || (there == t && !at))
+            low = half + 1;
+        else
+            high = half;
+    }
+    return low;
+}
+
+/* Newton's forward differences. */
+struct Quartic quartic_through(const lanes *node, int lane)
+{
+    struct Quartic q;
+    for (int n = 0; n < NODES; ++n)
+        q.d[n] = node[n][lane];
+    for (int order = 1; order < NODES; ++order)
+        for (int n = NODES - 1; n >= order; --n)
+            q.d[n] -= q.d[n - 1];
+    return q;
+}
+
+double quartic_at(const struct Quartic *q, double share)
+{
+    const double s = 4 * smaller(larger(share, 0), 1);
+    return q->d[0] + s * (q->d[1] + (s - 1) * (1. / 2) *
+                                        (q->d[2] + (s - 2) * (1. / 3) * (q->d[3] + (s - 3) * (1. / 4) * q->d[4])));
+}
+
+double share_of_piece(const struct Pieces *p, int64_t n, double t)
+{
+    const double length = p->ring->length[n % HISTORY][p->lane];
+    return length > 0 ? 1 - (piece_end(p, n) - t) / length : 1;
+}
+
+static double in_piece(const struct Pieces *p, int64_t n, int channel, double t)
+{
+    const struct Quartic q = quartic_through(piece_nodes(p, n, channel), p->lane);
+    return quartic_at(&q, share_of_piece(p, n, t));
+}
+
+int gap_before(const struct Pieces *p, int64_t n)
+{
+    const double start = piece_start(p, n), rounding = 1e-14 * fabs(start);
+    return p->period > 0 && n > ring_first(p->ring, p->lane) &&
+           start - piece_end(p, n - 1) > 1e-9 * p->period + rounding;
+}
+
+/* The piece that holds what was at t, and until when [s] it does; a t in a gap is led whole cycles back, and again
+ * where that is one. */
+static int64_t piece_at(const struct Pieces *p, double *t, double *until)
+{
+    const int64_t first = ring_first(p->ring, p->lane);
+    const double asked = *t;
+    int64_t last = ring_count(p->ring, p->lane) - 1, at = last;
+    *until = INFINITY;
+    for (int n = 0; n < HISTORY; ++n) {
+        at = first_later(p->ring->end, p->lane, first, last, *t, 1);
+        if (!gap_before(p, at) || *t >= piece_start(p, at))
+            break;
+        last = at - 1;
+        *until = smaller(*until, piece_start(p, at) + (asked - *t));
+        *t -= p->period * larger(ceil((*t - piece_end(p, last)) / p->period), 0);
+    }
+    *until = smaller(*until, piece_end(p, at) + (asked - *t));
+    return at;
+}
+
+double ring_value(const struct Pieces *p, int channel, double t)
+{
+    double until;
+    const int64_t at = piece_at(p, &t, &until);
+    return in_piece(p, at, channel, t);
+}
+
+static int differ(double before, double after, double alike)
+{
+    return fabs(after - before) > alike * (fabs(after) + fabs(before));
+}
+
+/* Does a value jump from piece n to the next one, where none is missing in between? */
+static int jumps_after(const struct Pieces *p, int64_t n)
+{
+    int jumps = 0;
+    for (int k = 0; k < p->channels; ++k)
+        jumps |= differ(piece_nodes(p, n, k)[NODES - 1][p->lane], piece_nodes(p, n + 1, k)[0][p->lane], 1e-9);
+    return jumps;
+}
+
+/* Does it at a t that lies in a gap, or at its end? What differs no more than it may is no jump. */
+static int jumps_at(const struct Pieces *p, double t, double close)
+{
+    int jumps = 0;
+    for (int k = 0; k < p->channels; ++k)
+        jumps |= differ(ring_value(p, k, t - close), ring_value(p, k, t + close), p->alike);
+    return jumps;
+}
+
+/* The first time in [from, to] at which it does, in one gap and at its ends. */
+static double jump_in_gap(const struct Pieces *p, double from, double to)
+{
+    const double close = 1e-15 * fabs(to) + 1e-12 * p->period;
+    for (int n = 0; n < HISTORY && from <= to; ++n) {
+        double t = from + 2 * close, until;
+        if (jumps_at(p, from, close))
+            return from;
+        piece_at(p, &t, &until);
+        from = larger(until, from + 2 * close);
+    }
+    return INFINITY;
+}
+
+double ring_jump(const struct Pieces *p, double from, double to, const double *beyond)
+{
+    const int64_t count = ring_count(p->ring, p->lane);
+    for (int64_t n = first_later(p->ring->end, p->lane, ring_first(p->ring, p->lane), count, from, 0); n < count; ++n) {
+        if (gap_before(p, n) && from < piece_start(p, n)) {
+            const double close = 1e-12 * p->period, jump = jump_in_gap(p, larger(from + close, piece_end(p, n - 1)),
+                                                                       smaller(to, piece_start(p, n)));
+            if (jump < to)
+                return jump;
+        }
+        if (piece_end(p, n) >= to)
+            break;
+        int jumps = 0;
+        for (int k = 0; k < p->channels && n + 1 == count; ++k)
+            jumps |= differ(piece_nodes(p, n, k)[NODES - 1][p->lane], beyond[k], 1e-9);
+        if (n + 1 < count && !gap_before(p, n + 1))
+            jumps = jumps_after(p, n);
+        if (jumps)
+            return piece_end(p, n);
+    }
+    return INFINITY;
+}
+
+void ring_append(struct Reel *reel, double start, double end, double value[][3])
+{
+    const int lane = reel->pieces.lane;
+    make_room(reel);
+    const int64_t n = ring_count(reel->ring, lane);
+    reel->ring->end[n % HISTORY][lane] = end;
+    reel->ring->length[n % HISTORY][lane] = larger(end - start, 0);
+    for (int k = 0; k < reel->pieces.channels; ++k) {
+        lanes *const node = reel->value + (n % HISTORY * reel->pieces.channels + k) * NODES;
+        for (int m = 0; m < NODES; ++m)
+            node[m][lane] = m % 2 ? parabola(0.25 * m, value[k][0], value[k][1], value[k][2]) : value[k][m / 2];
+    }
+    reel->ring->count[lane] = (double)(n + 1);
+}
+
+void ring_cut(struct Reel *reel, double t)
+{
+    const struct Pieces *const p = &reel->pieces;
+    const int lane = p->lane;
+    for (int64_t n = ring_count(p->ring, lane) - 1; n >= ring_first(p->ring, lane) && piece_end(p, n) > t; --n) {
+        if (!(piece_start(p, n) < t)) {
+            reel->ring->count[lane] = (double)n;
+            continue;
+        }
+        for (int k = 0; k < p->channels; ++k) {
+            double u[NODES];
+            for (int m = 0; m < NODES; ++m)
+                u[m] = in_piece(p, n, k, piece_start(p, n) + 0.25 * m * (t - piece_start(p, n)));
+            for (int m = 0; m < NODES; ++m)
+                reel->value[(n % HISTORY * p->channels + k) * NODES + m][lane] = u[m];
+        }
+        reel->ring->length[n % HISTORY][lane] = t - piece_start(p, n);
+        reel->ring->end[n % HISTORY][lane] = t;
+    }
+    reel->ring->first[lane] = smaller(reel->ring->first[lane], reel->ring->count[lane]);
+    reel->ring->settled[lane] = smaller(reel->ring->settled[lane], reel->ring->count[lane]);
+}
