@@ -11,6 +11,8 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
+from evat.headline import Headline
+
 # What a terminal acts on instead of showing it (but for the ends of lines and tabs), what turns the direction of writing round, and halves
 # of characters, which stand for bytes of a file's name that are no UTF-8.
 _ACTS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
@@ -42,6 +44,21 @@ out, err = PrintableConsole(), PrintableConsole(stderr=True)
 def marked(mark: str, style: str, text: str) -> Text:
     """A text with a mark in front, such as "doubt:" in yellow."""
     return Text.assemble((mark, style), " ", printable(text))
+
+
+def headline(said: Headline) -> None:
+    """What is read first, as at the top of a page."""
+    colour = {"good": "green", "note": "blue", "attention": "yellow", "bad": "red"}[said.tone]
+    out.print(Text(f" {printable(said.status.upper())} ", f"bold reverse {colour}"))
+    for line in said.first:
+        out.print(Text(printable(line), "bold"))
+    out.print(Text(printable(said.sentence), "bold"))
+    for reason in said.reasons:
+        out.print(Text(f"- {printable(reason)}"))
+    if said.share:
+        out.print(Text.assemble((printable(said.share), "bold"), " ", printable(said.share_of)))
+    if said.next:
+        out.print(marked("Next:", f"bold {colour}", said.next))
 
 
 def show_warnings() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import lru_cache
 
 import jinja2
@@ -28,6 +29,7 @@ def _environment() -> jinja2.Environment:
     environment.filters["shown"] = lambda value, variable: display(
         value, variable if isinstance(variable, Variable) else kernel.variable(variable)
     )
+    environment.filters["anchor"] = lambda title: "-".join(re.findall(r"[a-z0-9]+", str(title).lower()))
     environment.filters["words"] = lambda name: str(name).replace("_", " ")
     return environment
 

@@ -186,6 +186,11 @@ class Effect:
     unsteady: bool = False
     form_of_law: bool = False
 
+    @property
+    def physics(self) -> str:
+        """What it is in the world, in plain words: its meaning without the word that says it is a switch."""
+        return self.meaning.removeprefix("switch: ")
+
     def applies(self, kinematics: str, given: Collection[str] = ()) -> bool:
         """Whether it may happen in this kinematics to a contact of which these inputs are `given`."""
         return not self.applies_to or kinematics in self.applies_to or any(name in self.applies_to for name in given)
@@ -261,6 +266,7 @@ class Rival:
     name: str
     values: Mapping[str, str]
     variables: tuple[Variable, ...]
+    meaning: str = ""
 
 
 class Tables(Protocol):

@@ -41,7 +41,8 @@ CONTRACT: dict[str, Any] = {
     "gates": [{"name": TEXT, "quantity": TEXT, "value": NUMBER, "wanted": TEXT, "threshold": NUMBER, "passed": FLAG, "consequence": TEXT,
                "moved": FLAG}],
     "novelty": {"p_value": NUMBER, "unexplained_share": NUMBER},
-    "recalibration": {"parameters": {"<>": {"nominal": NUMBER, "value": NUMBER, "sd": NUMBER}}, "explains_share": NUMBER},
+    "recalibration": {"parameters": {"<>": {"nominal": NUMBER, "value": NUMBER, "sd": NUMBER}}, "explains_share": NUMBER,
+                      "closed_share": {"value": NUMBER, "ci90": [NUMBER]}},
     "setup": {"<>": {"<>": {"value": NUMBER, "sd": NUMBER, "unit": TEXT}}},
     "small_effect": (type(None),),  # of an effect as large as this; the other form stands in test_small_effect
     "families": [{"name": TEXT, "probability": NUMBER}],

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
-from rich.text import Text
 
-from evat.console import err, marked, out
+from evat.console import err, headline, marked, out
 
 if TYPE_CHECKING:
     from evat.experiment import Experiment
@@ -55,9 +54,9 @@ def diagnose(
     """
     from evat.constants import CONSTANTS
     from evat.experiment.read import read_experiment
-    from evat.gap import diagnose_with
-    from evat.gap.report import check_place, explain, explain_verdict, sentence, write_diagnosis
-    from evat.gap.verdict.judgement import VERDICTS
+    from evat.gap import diagnose_with, report
+    from evat.gap.report import check_place, explain, explain_verdict, write_diagnosis
+    from evat.gap.verdict.judgement import CANNOT_TELL, VERDICTS
     from evat.models.contact import ContactModel
 
     check_place(to)
@@ -78,8 +77,9 @@ def diagnose(
         tell("writing the report", 0.97)
         path, without = (None, "the command was called with --no-fmu") if no_fmu else _fmu(fmu)
         written = write_diagnosis(answer, comparison, to, fmu=path, without=without)
-    out.print(Text(sentence(answer), "bold"))
-    out.print(_table(answer))
+    headline(report.headline(answer, comparison))
+    if answer.verdict != CANNOT_TELL:  # of data that were refused nothing was judged
+        out.print(_table(answer))
     if path is None and not no_fmu:
         err.print(marked("the FMU was not run:", "bold yellow", without))
     if why:

@@ -88,7 +88,7 @@ def _parameter(variable: Variable, in_full: bool) -> tuple[str, ...]:
 
 
 def _described(effect: Effect, in_full: bool) -> Padding:
-    facts = [("what it is", effect.meaning.removeprefix("switch: ")), ("equation", effect.equation), ("signature", effect.signature)]
+    facts = [("what it is", effect.physics), ("equation", effect.equation), ("signature", effect.signature)]
     facts += [("source", effect.source), ("family", effect.family)]
     facts += [("rivals", ", ".join(effect.rivals))] if effect.rivals else []
     facts += [("needs", ", ".join(effect.needs))] if effect.needs else []

@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from evat.commands.shared import Values, share_done, typed_values
-from evat.console import err, marked, out
+from evat.console import err, headline, marked, out
 from evat.model import ParameterError, Variable
 from evat.native import kernel
 from evat.units import display, to_si
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from evat.identification import Identification
 
 STOPPED = 130  # exit status, as of a process that Ctrl-C ends
-COLOURS = {"identified": "green", "weak": "yellow", "not identifiable": "red"}
+COLOURS = {"identified": "green", "weak": "yellow", "not identifiable": "red", "withheld": "bold yellow"}
 
 
 def identify(
@@ -146,6 +146,9 @@ def _stoppable() -> Iterator[Callable[[], bool]]:
 
 
 def _show(answer: Identification) -> None:
+    from evat.identification.report import summary
+
+    headline(summary.headline(answer))
     table = Table(
         "parameter", "estimate", "standard error", "90 % interval", "verdict", title=answer.experiment.title, title_justify="left"
     )
@@ -153,12 +156,13 @@ def _show(answer: Identification) -> None:
         interval = (
             f"{_end(estimate.low, estimate.open_below, estimate.variable)} .. {_end(estimate.high, estimate.open_above, estimate.variable)}"
         )
+        interval = "withheld" if estimate.verdict == "withheld" else interval
         word = Text(estimate.verdict, COLOURS[estimate.verdict])
         sd = "unbounded" if estimate.sd > 1e300 else _shown(estimate.sd, estimate.variable, 2)
         table.add_row(estimate.name, _shown(estimate.value, estimate.variable, 5), sd, interval, word)
     out.print(table)
     for estimate in answer.estimates:
-        if estimate.why:
+        if estimate.why and not answer.stopped:
             out.print(f"{estimate.name}: {estimate.verdict}: {estimate.why}", highlight=False)
         if estimate.advice:
             out.print(f"    to measure: {estimate.advice}", highlight=False)

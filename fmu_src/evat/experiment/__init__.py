@@ -130,7 +130,7 @@ class Means:
 @dataclass(frozen=True, slots=True, eq=False)
 class Experiment:
     """Everything that was measured on one contact. `data_hash` is over the bytes of the files it was read from; `setup_sd` is by channel,
-    where its owner stated anything."""
+    where its owner stated anything; `day` that of the newest file, "" where there are none."""
 
     folder: Path
     title: str
@@ -141,6 +141,7 @@ class Experiment:
     means: Means | None
     data_hash: str
     setup_sd: Mapping[str, SetupSd] = field(default_factory=dict)
+    day: str = ""
 
     @property
     def conditions(self) -> tuple[str, ...]:

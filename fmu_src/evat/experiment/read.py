@@ -9,6 +9,7 @@ import hashlib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime, timezone
 from os import PathLike
 from pathlib import Path
 
@@ -113,6 +114,7 @@ def read_experiment(
         means,
         data_hash,
         document.setup_sd,
+        _day(document),
     )
 
 
@@ -136,6 +138,11 @@ class _ShareDone:
         self._bytes += more
         if self._progress is not None:
             self._progress(min(1.0, self._bytes / self._total))
+
+
+def _day(document: Document) -> str:
+    """When the newest of its files was last changed, a day of UTC: a report of them has no other date, lest it change by itself."""
+    return datetime.fromtimestamp(max(path.stat().st_mtime for path in document.files), timezone.utc).date().isoformat()
 
 
 def _hash(document: Document, done: Callable[[int], None]) -> str:

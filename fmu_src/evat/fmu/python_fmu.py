@@ -19,7 +19,6 @@ from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from lxml import etree
 
 from evat import __version__, fmu
@@ -30,6 +29,7 @@ from evat.fmu.description.model_description import FIRST_REFERENCE
 from evat.fmu.description.simple_types import FIRST_ITEM
 from evat.fmu.documentation.contact import license_text
 from evat.fmu.fmu_facts import FmuFacts
+from evat.html import render
 from evat.model import BuildError
 from evat.models import reference as reference_model
 from evat.native import kernel
@@ -89,9 +89,9 @@ def model_description(token: str) -> bytes:
 
 
 def _page(token: str) -> bytes:
-    environment = Environment(loader=PackageLoader("evat", "templates"), autoescape=True, undefined=StrictUndefined)
     fmu_facts, laws = _fmu_facts(), kernel.laws()
-    text = environment.get_template("python_fmu.html.j2").render(
+    text = render(
+        "python_fmu.html.j2",
         fmu_facts=fmu_facts,
         version=__version__,
         token=token,
@@ -99,6 +99,11 @@ def _page(token: str) -> bytes:
         variables=kernel.variables(),
         reference=REFERENCE,
         dependencies=_DEPENDENCIES,
+        files={
+            "externalDependencies.txt": "what it depends on",
+            "licenses/license.txt": "the licence",
+            "licenses/pythonfmu.txt": "the licence of pythonfmu, whose wrapper is in binaries/",
+        },
     )
     return text.encode()
 

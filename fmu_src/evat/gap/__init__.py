@@ -107,7 +107,12 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
     prediction, held = comparison.prediction, HeldOut(comparison)
     judgement = _judged(comparison, held, known)
     verdict = CANNOT_TELL if comparison.audit.refused else judgement.verdict
-    missing = (*judgement.features.doubts.get(judgement.chosen, ()), *shifted(comparison), *said, *_missing(comparison))
+    missing = (
+        *judgement.features.doubts.get(judgement.chosen, ()),
+        *shifted(comparison, fitted(comparison, judgement.chosen)),
+        *said,
+        *_missing(comparison),
+    )
     closure = close(comparison, fitted(comparison, judgement.chosen), held)
     return Diagnosis(
         verdict=verdict,

@@ -70,7 +70,6 @@ class Diagnosis:
 
     def document(self) -> dict[str, Any]:
         """As diagnosis.json."""
-        share = self.closure.share
         return {
             "format": FORMAT,
             "verdict": self.verdict,
@@ -104,6 +103,7 @@ class Diagnosis:
                     for name, (nominal, value, sd) in self.recalibration.parameters.items()
                 },
                 "explains_share": _number(self.recalibration.share),
+                "closed_share": _share(self.closure.by_recalibration),
             },
             "setup": {
                 channel: {kind: {"value": _number(value), "sd": _number(sd), "unit": unit} for kind, (value, sd, unit) in errors.items()}
@@ -124,7 +124,7 @@ class Diagnosis:
             "gap": {
                 "unit": "N rms",
                 "channels": {channel: {name: _number(value) for name, value in row.items()} for channel, row in self.closure.rms.items()},
-                "closed_share": {"value": _number(share), "ci90": [_number(x) for x in self.closure.interval]},
+                "closed_share": _share((self.closure.share, self.closure.interval)),
                 "held_out_conditions": list(self.closure.held_out),
             },
             "cannot_tell": list(self.cannot_tell),
@@ -140,6 +140,10 @@ class Diagnosis:
 
     def json(self) -> str:
         return json.dumps(self.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _share(known: tuple[float, tuple[float, float]]) -> dict[str, Any]:
+    return {"value": _number(known[0]), "ci90": [_number(end) for end in known[1]]}
 
 
 def _number(value: float) -> float | None:

@@ -19,12 +19,13 @@ from evat.model import BoolArray, FloatArray
 class Closure:
     """`share` of the structural gap that the effects close on `held_out` conditions, nan where none could be held out, with its 90 %
     interval; `rms[channel]`: nominal, recalibrated, corrected and noise floor [unit of the channel], there or, where there are none,
-    everywhere."""
+    everywhere; `by_recalibration`: share of the nominal model's gap that recalibration alone closes there, with its interval."""
 
     share: float
     interval: tuple[float, float]
     held_out: tuple[str, ...]
     rms: dict[str, dict[str, float]]
+    by_recalibration: tuple[float, tuple[float, float]] = (math.nan, (math.nan, math.nan))
 
 
 def held_out_conditions(conditions: Sequence[str]) -> tuple[str, ...]:
@@ -52,9 +53,18 @@ class HeldOut:
     def closed(self, chosen: Fit) -> tuple[float, tuple[float, float]]:
         """Share of the recalibrated model's gap that the model closes there, and its 90 % interval over recordings; nan where none are held
         out, or where there is no gap to speak of."""
-        if not self.conditions or chosen is self.comparison.recalibrated:
+        if chosen is self.comparison.recalibrated:
             return math.nan, (math.nan, math.nan)
-        rows = self._rows(chosen)
+        return self._shrinks(self.fitted(self.comparison.recalibrated).predicted, self.fitted(chosen).predicted)
+
+    def recalibrated(self) -> tuple[float, tuple[float, float]]:
+        """The same of the nominal model's gap, by recalibration."""
+        return self._shrinks(self.comparison.nominal.predicted, self.fitted(self.comparison.recalibrated).predicted)
+
+    def _shrinks(self, before: FloatArray, after: FloatArray) -> tuple[float, tuple[float, float]]:
+        if not self.conditions:
+            return math.nan, (math.nan, math.nan)
+        rows = _rows(self.comparison, before, after, self.conditions)
         share = _share(rows.sum(axis=0))
         draws = np.random.default_rng(CONSTANTS.bootstrap_seed).integers(len(rows), size=(CONSTANTS.bootstrap_draws, len(rows)))
         spread = np.array([_share(rows[draw].sum(axis=0)) for draw in draws])
@@ -108,7 +118,7 @@ def close(comparison: Comparison, chosen: Fit, held: HeldOut) -> Closure:
         }
         for channel in tables["nominal"]
     }
-    return Closure(*held.closed(chosen), held.conditions, rms)
+    return Closure(*held.closed(chosen), held.conditions, rms, held.recalibrated())
 
 
 def _again(comparison: Comparison, whole: Fit, mask: BoolArray) -> Fit:

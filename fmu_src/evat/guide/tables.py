@@ -96,7 +96,7 @@ def _laws() -> str:
 
 
 def _what(effect: Effect) -> str:
-    return effect.meaning.removeprefix("switch: ")
+    return effect.physics
 
 
 def _effects() -> str:

@@ -9,13 +9,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
+from evat.identification.fits import fits_of, unexplained
 from evat.identification.objective import Objective
 from evat.inference.generalised_least_squares import Whitener
 from evat.inference.noise.autoregression import WHITE, autoregression, correlated, innovation_sd
 from evat.model import FloatArray
 
 LOOSE = 1e3  # sd, in widths of the bounds, that a parameter without any influence gets
+CHANCE = 0.02  # how often recordings that differ by noise alone are taken to differ by more
 MANY = 1e9  # degrees of freedom of what needs no repeats to be known
 
 
@@ -61,7 +64,7 @@ class Optimum:
     residual : (N,), calculated less measured, SI; least : sum of rho there; unit : the loss's rise that is one sd, squared, over 2
     (`2 * (loss - least) / unit` is chi-squared with 1 degree of freedom); stretch : (p,) the factor of a parameter's variance by which
     correlated noise exceeds white one; covariance : of the point of the cube; degrees : (p,) of freedom from which a parameter's sd is
-    known.
+    known; pull : (p,) how steeply the loss falls beyond the point, in sd of each parameter alone: about 0 but on a bound.
     """
 
     point: FloatArray
@@ -72,6 +75,7 @@ class Optimum:
     stretch: FloatArray
     covariance: FloatArray
     degrees: FloatArray
+    pull: FloatArray
     calls: int
 
 
@@ -85,7 +89,9 @@ def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float
     unit = float(np.sum(psi**2) / count / max(float(np.mean(curve)), 1e-12))
     if objective.kind == "least_squares" and all(objective.has_sd(channel) for channel in objective.channels):
         unit = max(unit, 1.0)  # few averages may lie closer to the model than their sd, by chance: that makes nothing better known
-    covariance = _inverse(slopes.T @ slopes * float(np.mean(curve)) / unit)
+    information = slopes.T @ slopes * float(np.mean(curve)) / unit
+    plain = covariance = _inverse(information)
+    pull: FloatArray = -(slopes.T @ psi) / unit / np.sqrt(np.diag(information) + 1 / LOOSE**2)
     stretch: FloatArray = np.ones(point.size)
     if not loss.whitened:
         filters = {channel: autoregression(rows) for channel, rows in objective.prediction.recordings(psi).items()}
@@ -96,7 +102,49 @@ def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float
         grown = np.sqrt(stretch)
         covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
     degrees = _degrees(objective, loss, table, covariance, unit)
-    return Optimum(point, residual, loss, least, unit, stretch, covariance, degrees, calls + 1 + point.size)
+    apart, recordings = _between_recordings(objective, slopes * psi[:, None], plain / unit)
+    if np.any(astray := _astray(objective, residual, table)):
+        grown = np.sqrt(1 + astray / np.diag(covariance))
+        stretch *= grown**2
+        covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
+    ratio = apart / np.diag(covariance)
+    if recordings and np.max(ratio) > chi2.ppf(1 - CHANCE / point.size, recordings) / recordings:
+        # What pulls recordings apart beyond their noise, be it a gain or what the model lacks, is known from so few recordings only.
+        grown = np.sqrt(np.maximum(ratio, 1.0))
+        stretch *= grown**2
+        covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
+        degrees = np.minimum(degrees, recordings)
+    return Optimum(point, residual, loss, least, unit, stretch, covariance, degrees, pull, calls + 1 + point.size)
+
+
+def _astray(objective: Objective, residual: FloatArray, table: FloatArray) -> FloatArray:
+    """Variances (p,) of the parameters by what the model misses: as far as a curve of that rms, which no number of samples averages out,
+    can lead them astray at most (Cauchy and Schwarz)."""
+    fits = fits_of(objective.prediction, residual)
+    missed = np.zeros(residual.size)
+    for channel, fit in fits.items():
+        missed[objective.places(channel)] = unexplained(fit)
+    if not np.any(missed):
+        return np.zeros(table.shape[1])
+    scaled = table * objective.weights[:, None]
+    steps = _inverse(scaled.T @ scaled) @ (scaled * (objective.weights * missed)[:, None]).T
+    variances: FloatArray = np.count_nonzero(missed) * np.sum(steps**2, axis=1)
+    return variances
+
+
+def _between_recordings(objective: Objective, scores: FloatArray, covariance: FloatArray) -> tuple[FloatArray, int]:
+    """Variances (p,) of the parameters as recordings scatter among themselves (a sandwich over clusters: Liang and Zeger 1986), and its
+    degrees of freedom; zeros where there are not two. scores : (N, p), slopes times residual; covariance : over the loss's unit."""
+    by_trial: dict[int, FloatArray] = {}
+    for segment in objective.prediction.segments:
+        if segment.trial >= 0:
+            by_trial[segment.trial] = by_trial.get(segment.trial, 0.0) + scores[segment.at].sum(axis=0)
+    count = len(by_trial)
+    if count < 2:
+        return np.zeros(scores.shape[1]), 0
+    steps = np.array(list(by_trial.values())) @ covariance
+    variances: FloatArray = np.var(steps, axis=0, ddof=1) * count
+    return variances, count - 1
 
 
 def _inverse(information: FloatArray) -> FloatArray:

@@ -18,6 +18,8 @@ from evat.model import FloatArray, Model
 POOR = 0.5  # of eq. 9: a model that misses half of the force
 ABOVE_NOISE = 1.5  # times the repeats' noise: the residual is no longer only noise
 SLOW = 0.5  # correlation of neighbouring residuals from which something slow is missed
+GROSS = 0.05  # of the rms: a model that misses more than this is not the one whose values were asked for
+CURVE = 0.9  # from which the residual is a curve rather than noise, for all that one recording can tell
 FEW = 30  # numbers of a channel, from whose residual the noise is told badly
 
 
@@ -45,6 +47,30 @@ def held_out_fits(model: Model, kept: Experiment | None, values: Mapping[str, fl
     return fits_of(prediction, prediction.one(values, on) - prediction.measured)
 
 
+def unexplained(fit: ChannelFit) -> float:
+    """The rms of what the model misses of a channel, beside noise [unit of the channel]; 0 where nothing shows that it misses anything."""
+    if fit.rms > ABOVE_NOISE * fit.noise:
+        return math.sqrt(fit.rms**2 - fit.noise**2)
+    return fit.rms if math.isnan(fit.noise) and fit.follows_itself > CURVE else 0.0
+
+
+def misfits(fits: Mapping[str, ChannelFit]) -> dict[str, str]:
+    """Channels that the identified model misses by so much that no value is to be believed however well it fits: what shows it, of each.
+    What it misses less of widens the intervals."""
+    missed = {}
+    for channel, fit in fits.items():
+        words = channel.replace("_", " ")
+        if fit.relative_error > POOR:
+            missed[channel] = f"the model misses {100 * fit.relative_error:.0f} % of {words}"
+        elif fit.rms and unexplained(fit) / fit.rms * fit.share > GROSS:
+            missed[channel] = f"the model leaves {100 * fit.share:.2g} % of the rms of {words}, " + (
+                f"{fit.rms / fit.noise:.1f} times the noise of the repeats: it lacks something"
+                if math.isfinite(fit.noise)
+                else f"as a curve and not as noise (neighbours correlate {fit.follows_itself:.2f}): it lacks something, or noise is slow"
+            )
+    return missed
+
+
 def fit_doubts(aim: Objective, fits: Mapping[str, ChannelFit], whiten: bool) -> list[str]:
     """What should be read before a number is used: a sentence each."""
     doubts = []
@@ -57,7 +83,7 @@ def fit_doubts(aim: Objective, fits: Mapping[str, ChannelFit], whiten: bool) -> 
         if fit.rms > ABOVE_NOISE * fit.noise:
             doubts.append(
                 f"{channel}: the residual is {fit.rms / fit.noise:.1f} times the noise that the repeats show: the model misses something. "
-                "The intervals count noise, not what the model lacks: they are too narrow."
+                "The intervals are wider for it, as far as it is small."
             )
         if fit.samples < FEW and math.isnan(fit.noise) and not aim.has_sd(channel):
             doubts.append(

@@ -10,7 +10,7 @@ from evat.experiment import Experiment
 from evat.identification.searching.search import Generation
 from evat.model import FloatArray, Variable
 
-Word = Literal["identified", "weak", "not identifiable"]
+Word = Literal["identified", "weak", "not identifiable", "withheld"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,7 +25,8 @@ class Curve:
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
     """One free parameter. `low` and `high` are the ends of the 90 % interval from the profile, nan where none was made; an open end is a
-    bound, up to which the data do not object. `sd` is the standard error at the optimum (inf where the data say nothing)."""
+    bound, up to which the data do not object. `sd` is the standard error at the optimum (inf where the data say nothing). Both count noise
+    and what differs between recordings; where something speaks against the whole fit the verdict is withheld, and they are no statement."""
 
     variable: Variable
     nominal: float

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from evat.experiment import Experiment, ExperimentError
 from evat.identification.check import check_influence, check_signs, suspicious_scales
 from evat.identification.covariance import Optimum
-from evat.identification.fits import fit_doubts, fits_of, held_out_fits
+from evat.identification.fits import fit_doubts, fits_of, held_out_fits, misfits
 from evat.identification.objective import Objective
 from evat.identification.polish import polish
 from evat.identification.profile import BetterPoint, Profile, profile
@@ -52,7 +52,8 @@ def identify(
     Returns
     -------
     Identification
-        `result[name]` has value, sd, the 90 % interval from low to high, and a verdict: identified, weak or not identifiable.
+        `result[name]` has value, sd, the 90 % interval from low to high, and a verdict: identified, weak, not identifiable, or withheld
+        where the interval cannot be believed.
 
     Raises
     ------
@@ -98,9 +99,10 @@ def identify(
     optimum, profiles, calls = _optimum(objective, best, settings, execution)
     identified = objective.space.at(optimum.point)
     fits = fits_of(objective.prediction, optimum.residual)
+    stopped = best.stopped or execution.stopped()
     return Identification(
         experiment=fitted,
-        estimates=estimates(objective, optimum, profiles),
+        estimates=estimates(objective, optimum, profiles, list(misfits(fits).values()), stopped),
         correlation=correlation(optimum.covariance),
         values={**experiment.nominal.values, **settings.values, **identified},
         effects=tuple(dict.fromkeys((*experiment.nominal.effects, *settings.on))),
@@ -115,7 +117,7 @@ def identify(
         history=best.history,
         evaluations=(best.history[-1].evaluations if best.history else 0) + calls,
         seconds=time.perf_counter() - begin,
-        stopped=best.stopped or execution.stopped(),
+        stopped=stopped,
         doubts=(
             *unread_inputs(model, {**objective.prediction.nominal, **settings.values}, fitted.given),
             *suspicious_scales(objective),

@@ -124,6 +124,7 @@ class ContactModel(kernel.ContactTables):
                 f"{LAW}={law.name}",
                 {LAW: law.name},
                 (*(read for read in law.reads if read.causality == "parameter"), *law.variables),
+                law.meaning,
             )
             for law in kernel.laws()
             if law.name != own and not law.has_event and all(is_there(read) for read in law.reads)

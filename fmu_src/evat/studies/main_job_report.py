@@ -15,6 +15,7 @@ from evat.paper_conditions import SHEAR_STRESS, conditions, inference, inferred
 from evat.studies.main_job import FORCES, GUESSED, INFERRED, MODELS, MainJobCase
 from evat.studies.paper.domain import DomainShares, condition_caveats
 
+REPORT = "report.html"
 BOTH = (GUESSED, INFERRED)
 
 
@@ -92,5 +93,7 @@ def write_report(
         speed_unit=speed_unit,
         materials=paper_tables.materials(),
         token=kernel.token(),
+        files={path.name: "a picture of this page" for path in figures}
+        | {"means.csv": "all cycle means, a line for each run", REPORT: "this page"},
     )
-    return put(out / "report.html", text)
+    return put(out / REPORT, text)

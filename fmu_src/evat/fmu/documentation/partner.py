@@ -12,6 +12,7 @@ from evat.html import render
 from evat.model import Variable
 from evat.native import machine
 
+FILES = {"diagram.svg": "the picture above", "licenses/license.txt": "the licence", "externalDependencies.txt": "what it depends on"}
 _TITLES = {"input": "Inputs", "output": "Outputs", "parameter": "Parameters", "local": "Local variables"}
 
 
@@ -40,6 +41,7 @@ def documentation_files(fmu_facts: FmuFacts, part: str) -> dict[str, bytes]:
         guesses=sum(v.source.startswith("guess") for v in variables if v.causality == "parameter"),
         start=lambda variable: _start(variable, states),
         bound=_bound,
+        files=FILES,
     )
     return {
         "documentation/index.html": page.encode(),

@@ -30,7 +30,7 @@ def explain(comparison: Comparison, answer: Diagnosis, effect: str) -> str:
     if effect in laws:
         return "\n".join([_standing(answer, effect), *_rank(comparison, effect), *_fits(comparison, answer, effect)])
     asked, on = known[effect], prediction.experiment.nominal.effects
-    lines = [f"{effect}: {asked.meaning}", _standing(answer, effect)]
+    lines = [f"{effect}: {asked.physics}", _standing(answer, effect)]
     if effect in on:
         return "\n".join([*lines, "It is on in the nominal model already, so it was no candidate."])
     if rivals := [name for name in on if name in asked.rivals or effect in known[name].rivals]:

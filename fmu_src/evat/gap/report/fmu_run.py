@@ -24,6 +24,8 @@ from evat.models.fmu import FmuModel
 from evat.native import kernel
 from evat.native.compile import PACKAGE, host_target, is_whole, seal
 
+PAGES = ("documentation.html.j2", "base.html.j2", "pieces.html.j2")  # templates that an FMU carries the result of
+
 
 @dataclass(frozen=True)
 class FmuRun:
@@ -49,7 +51,7 @@ def host_fmu() -> Path:
     digest = hashlib.sha256(kernel.token().encode())
     for name, data in sorted(source_files(2, fmu.fmu_facts_of()).items()):
         digest.update(f"{name}\0".encode() + data + b"\0")
-    makers = [PACKAGE / "native" / "compile.py", *(PACKAGE / "fmu").rglob("*.py"), *(PACKAGE / "templates").glob("documentation*")]
+    makers = [PACKAGE / "native" / "compile.py", *(PACKAGE / "fmu").rglob("*.py"), *map((PACKAGE / "templates").joinpath, PAGES)]
     for path in sorted(makers):
         digest.update(path.read_bytes() + b"\0")
     for package in ("evat", "fmpy", "ziglang"):

@@ -18,15 +18,21 @@ from evat.gap.report.fmu_run import FmuRun
 from evat.gap.report.parts import TITLES, parts
 from evat.gap.report.pictures import charts
 from evat.gap.report.series import Series, unlike
-from evat.gap.report.words import number, percent, sentence, with_unit
+from evat.gap.report.summary import headline
+from evat.gap.report.words import number, percent, with_unit
 from evat.gap.search.compare import Comparison
-from evat.gap.verdict.judgement import UNKNOWN, fitted
+from evat.gap.verdict.judgement import CANNOT_TELL, UNKNOWN, fitted
 from evat.inference.fit import Fit
 from evat.inference.noise.autoregression import impulse_response
 from evat.plots.cycles import clock_unit
 from evat.units import display
 
 RELATIVES = 5  # sets that are listed at least, likely or not
+FILES = {
+    "diagnosis.json": "all numbers of this page, for programs",
+    "corrected.ssv": "the corrected parameters, which FMUs, systems and evat sets read",
+    "report.html": "this page",
+}
 COLOURS = dict(zip(TITLES, ("#c8c8c8", "#8c8c8c", YELLOW, ORANGE, BLUE, RED), strict=True))
 
 
@@ -46,7 +52,10 @@ def page(answer: Diagnosis, comparison: Comparison, run: FmuRun | None, without:
         answer=answer,
         document=document,
         experiment=prediction.experiment,
-        sentence=sentence(answer),
+        headline=headline(answer, comparison),
+        judged=answer.verdict != CANNOT_TELL,
+        left_of_effect=_called(answer),
+        files=FILES,
         parts=parts(comparison, chosen),
         titles=TITLES,
         colours=COLOURS,
@@ -69,8 +78,16 @@ def page(answer: Diagnosis, comparison: Comparison, run: FmuRun | None, without:
     )
 
 
+def _called(answer: Diagnosis) -> str:
+    """What the part of the gap that the chosen effects take is called."""
+    chosen = answer.judgement.chosen
+    if not chosen:
+        return TITLES["effect"]
+    return str(chosen) if answer.verdict == "effect" else f"{chosen}, or what cannot be told from it"
+
+
 def _picture(chart: Chart) -> dict[str, Any]:
-    choice = f" FmuFacts: {chart.choices[0]}." if len(chart.choices) > 1 else ""
+    choice = f" Drawn: {chart.choices[0]}." if len(chart.choices) > 1 else ""
     return {"screen": interactive.drawn(chart), "paper": Markup(printed.drawn(chart)), "caption": chart.caption, "choice": choice}
 
 

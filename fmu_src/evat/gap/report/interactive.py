@@ -104,7 +104,9 @@ def _short(column: FloatArray) -> npt.NDArray[np.floating[Any]]:
 def _axes(figure: go.Figure, panel: Panel, row: int, column: int) -> None:
     kind = "log" if panel.logarithmic else "linear"
     ticks = {"tickvals": list(range(len(panel.ticks))), "ticktext": [_text(tick) for tick in panel.ticks]} if panel.ticks else {}
-    figure.update_xaxes(title_text=_text(panel.x_label), type=kind, row=row, col=column, **ticks)
+    # Numbers below the axis keep clear of those beside it.
+    apart = {"ticks": "outside", "ticklen": 7, "tickcolor": "rgba(0,0,0,0)"}
+    figure.update_xaxes(title_text=_text(panel.x_label), type=kind, row=row, col=column, **apart, **ticks)
     figure.update_yaxes(title_text=_text(panel.y_label), type=kind, row=row, col=column)
     for low, high in panel.bands:
         figure.add_vrect(low, high, row=row, col=column, fillcolor=SKY, opacity=0.25, line_width=0, layer="below")

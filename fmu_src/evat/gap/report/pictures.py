@@ -95,7 +95,7 @@ def _left(series: Series, records: Sequence[Record], choices: Sequence[str], num
     panels = [Panel(axis("time", clock), f"measured less model [{name_of[2]}", tuple(over_time))]
     if spectra:
         root = f"{name_of[2].rstrip(']')}/sqrt(Hz)]"
-        panels.append(Panel(axis("frequency", "Hz"), f"spectrum of what is left [{root}", tuple(spectra), logarithmic=True))
+        panels.append(Panel(axis("frequency", "Hz"), f"spectrum [{root}", tuple(spectra), logarithmic=True))
     return Chart(
         f"left-{number}",
         f"{channel.replace('_', ' ')}: what the models leave of the mean of the repeats.",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from evat.gap.answer import Diagnosis
 from evat.inference.hypothesis import Hypothesis
@@ -16,8 +17,8 @@ SENTENCES = {
 }
 
 
-def sentence(answer: Diagnosis) -> str:
-    """The verdict in one sentence."""
+def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({}), *, share: bool = True) -> str:
+    """The verdict in one sentence. meanings : of effects and laws, what each is in the world; share : say how much of the gap it closes."""
     if answer.verdict in SENTENCES:
         return SENTENCES[answer.verdict] + (f" Beside that, {_small(answer)}." if answer.small else "")
     if answer.verdict == "ambiguous":
@@ -25,9 +26,14 @@ def sentence(answer: Diagnosis) -> str:
         if len(likely) == 1:
             return f"The gap may be caused by {likely[0]}, but {'; '.join(reasons)}."
         return _of_one_family(answer, likely) or _ambiguous(likely)
-    names = " and ".join(f"another base law ({e.name})" if e.is_law else e.name for e in answer.effects)
+    each = [f"another base law ({e.name})" if e.is_law else e.name for e in answer.effects]
+    known = [meanings.get(e.name, "") for e in answer.effects]
+    if len(each) == 1:
+        names = f"{each[0]}: {known[0]}" if known[0] else each[0]
+    else:
+        names = " and ".join(f"{name} ({what})" if what else name for name, what in zip(each, known, strict=True))
     how = _sure(answer.judgement.probabilities[answer.judgement.chosen])
-    return f"The gap is caused by {names} (probability {how}){_far(answer)}{_certain(answer)}."
+    return f"The gap is caused by {names} (probability {how}){_far(answer) if share else ''}{_certain(answer)}."
 
 
 def _certain(answer: Diagnosis) -> str:

@@ -56,9 +56,9 @@ def largest_shift(comparison: Comparison, fit: Fit) -> float:
     return max((abs(float(u)) for p, u in zip(fit.parameters, fit.point, strict=True) if p.name in nominal), default=0.0)
 
 
-def shifted(comparison: Comparison) -> tuple[str, ...]:
-    """Nominal values that recalibration has to move further than their owner can have meant."""
-    fit, nominal = comparison.recalibrated, comparison.prediction.experiment.nominal.values
+def shifted(comparison: Comparison, fit: Fit) -> tuple[str, ...]:
+    """Nominal values that a fit, with the effects that are named or without any, has to move further than their owner can have meant."""
+    nominal = comparison.prediction.experiment.nominal.values
     return tuple(
         f"the nominal {p.name} is not credible: {p.mean:.4g} {p.unit} has to become {float(fit.values[p.name]):.4g}, "
         f"{abs(float(u)):.2g} of its standard deviations away"

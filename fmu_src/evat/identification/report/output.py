@@ -13,10 +13,16 @@ from evat.files.json_values import json_value
 from evat.files.writing import as_output_error, scratch
 from evat.html import render
 from evat.identification.report.figures import figures
+from evat.identification.report.summary import headline
 from evat.identification.result import Estimate, Identification
 from evat.native import kernel
 
 SSV, JSON, REPORT = "identified.ssv", "identification.json", "report.html"
+FILES = {
+    SSV: "the identified parameters, which FMUs, systems and evat sets read",
+    JSON: "all numbers of this page, for programs",
+    REPORT: "this page",
+}
 
 
 def parameter_set(identification: Identification, name: str) -> parameter_sets.ParameterSet:
@@ -43,6 +49,8 @@ def parameter_set(identification: Identification, name: str) -> parameter_sets.P
 def _source(estimate: Estimate) -> str:
     unit = "" if estimate.variable.unit == "1" else f" {estimate.variable.unit}"
     said = f"{estimate.verdict}; standard error {estimate.sd:.3g}{unit}"
+    if estimate.verdict == "withheld":
+        said = f"verdict withheld: {estimate.why}; by noise alone, standard error {estimate.sd:.3g}{unit}"
     if math.isfinite(estimate.low):
         said += f", 90 % interval {estimate.low:.6g} to {estimate.high:.6g}{unit}"
     said += f"; bounds {estimate.bounds[0]:.6g} to {estimate.bounds[1]:.6g}{unit}"
@@ -122,7 +130,12 @@ def write(identification: Identification, folder: Path) -> tuple[Path, Path, Pat
         text = json.dumps(as_json(identification), indent=2, ensure_ascii=False, allow_nan=False)
         (made / JSON).write_text(text + "\n", encoding="utf-8")
         page = render(
-            "identify.html.j2", identification=identification, figures=figures(identification), provenance=_provenance(identification)
+            "identify.html.j2",
+            identification=identification,
+            headline=headline(identification),
+            figures=figures(identification),
+            provenance=_provenance(identification),
+            files=FILES,
         )
         (made / REPORT).write_text(page, encoding="utf-8")
         for name in (SSV, JSON, REPORT):

@@ -1,8 +1,10 @@
-"""What do the data say about each parameter? identified, weak, or not identifiable from these data; why; and what would tell it.
+"""What do the data say about each parameter? identified, weak, not identifiable from these data, or nothing yet; why; what would tell it.
 
 identified       : the profile closes on both sides, within BROAD of the estimate
 weak             : it closes on one side only, or wider than that, or has a second valley, or the estimate lies on a bound
 not identifiable : up to both bounds the data do not object
+withheld         : the search was stopped, the model misses what was measured, or another parameter is kept by its bound from where the
+                   data want it: an interval counts noise, and says nothing of these
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from evat.model import FloatArray
 BROAD = 0.5  # half the interval over the estimate
 COUPLED = 0.9  # correlation from which two parameters are told as one
 EDGE = 1e-4  # of the unit interval
+PULL = 3.0  # sd: how steeply the loss falls beyond a bound, from which the bound decides and not the data
 
 
 def correlation(covariance: FloatArray) -> FloatArray:
@@ -29,13 +32,19 @@ def correlation(covariance: FloatArray) -> FloatArray:
     return np.clip(covariance / sd[:, None] / sd[None, :], -1.0, 1.0)
 
 
-def estimates(objective: Objective, optimum: Optimum, profiles: Sequence[Profile | None]) -> tuple[Estimate, ...]:
-    """Each free parameter, judged. Without a profile (the search was stopped) the standard error decides."""
+def estimates(
+    objective: Objective, optimum: Optimum, profiles: Sequence[Profile | None], missed: Sequence[str] = (), stopped: bool = False
+) -> tuple[Estimate, ...]:
+    """Each free parameter, judged. Without a profile (none were asked for) the standard error decides.
+
+    missed : what shows that the model misses what was measured; stopped : the search was ended before it came to its end.
+    """
     values = {**objective.prediction.nominal, **objective.values, **objective.space.at(optimum.point)}
     known = facts(objective.prediction.experiment, values)
     related = correlation(optimum.covariance)
     words = [_word(objective, optimum, place, profile) for place, profile in enumerate(profiles)]
-    poor = [name for name, word in zip(objective.space.names, words, strict=True) if word != "identified"]
+    against = _against(objective, optimum, words, missed, stopped)
+    poor = [name for name, word in zip(objective.space.names, words, strict=True) if word != "identified" and not stopped]
     untold = [
         name
         for name, word, u in zip(objective.space.names, words, optimum.point, strict=True)
@@ -43,11 +52,13 @@ def estimates(objective: Objective, optimum: Optimum, profiles: Sequence[Profile
     ]
     advices = advise(objective, optimum, poor, untold)
     verdicts = []
-    for place, (one, word, curve) in enumerate(zip(objective.space.free, words, profiles, strict=True)):
+    for place, (one, told, curve) in enumerate(zip(objective.space.free, words, profiles, strict=True)):
         u = float(optimum.point[place])
         sd_u = float(np.sqrt(optimum.covariance[place, place]))
         edge = "lower" if u < EDGE else "upper" if u > 1 - EDGE else ""
-        why = "" if word == "identified" else _why(objective, related, place, edge, curve, reason(one.name, known))
+        why = "" if told == "identified" else _why(objective, related, place, edge, curve, reason(one.name, known))
+        word: Word = "withheld" if against[place] else told
+        why = "; ".join([*against[place], *([why] if why and not stopped else [])])
         verdicts.append(
             Estimate(
                 variable=one.variable,
@@ -67,6 +78,24 @@ def estimates(objective: Objective, optimum: Optimum, profiles: Sequence[Profile
             )
         )
     return tuple(verdicts)
+
+
+def _against(objective: Objective, optimum: Optimum, words: Sequence[Word], missed: Sequence[str], stopped: bool) -> list[list[str]]:
+    """Of each parameter what speaks against any verdict on it."""
+    names, u = objective.space.names, optimum.point
+    outward = np.where(u < EDGE, -optimum.pull, np.where(u > 1 - EDGE, optimum.pull, 0.0))
+    kept = [name for name, steep in zip(names, outward, strict=True) if steep > PULL]
+    against = []
+    for name, word in zip(names, words, strict=True):
+        others = [other for other in kept if other != name]
+        if stopped:
+            against.append(["the search was stopped: this is the best so far, and nothing is known of its surroundings"])
+        elif word == "not identifiable":  # the data say nothing of it: that needs no model that fits
+            against.append([])
+        else:
+            bound = [f"it holds only if {', '.join(others)} belongs on its bound, beyond which the data want it"] if others else []
+            against.append([*missed, *bound])
+    return against
 
 
 def _word(objective: Objective, optimum: Optimum, place: int, profile: Profile | None) -> Word:

@@ -1,0 +1,135 @@
+"""What should be read first of a diagnosis? The verdict with its physics, how much of the gap closes, why, and the one thing to do next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Literal
+
+from evat.constants import CONSTANTS
+from evat.gap.answer import Diagnosis
+from evat.gap.report.words import number, percent, sentence, with_unit
+from evat.gap.search.compare import Comparison
+from evat.gap.verdict.credibility import shifted
+from evat.gap.verdict.judgement import fitted
+from evat.headline import Headline
+from evat.units import display
+
+HOLDS = 0.5  # of the gap that an effect closes where no fit has looked, below which the corrected model is not advised
+_LOOKS: Mapping[str, tuple[str, Literal["good", "note", "attention", "bad"]]] = {
+    "no_gap": ("no gap", "good"),
+    "mistuned": ("mis-tuned", "note"),
+    "effect": ("cause named", "good"),
+    "ambiguous": ("ambiguous", "attention"),
+    "unknown": ("cause unknown", "attention"),
+    "cannot_tell": ("cannot tell", "bad"),
+}
+
+
+def headline(answer: Diagnosis, comparison: Comparison) -> Headline:
+    """The answer for the top of a page and of a terminal."""
+    status, tone = _LOOKS[answer.verdict]
+    judged = answer.verdict != "cannot_tell"
+    far = shifted(comparison, fitted(comparison, answer.judgement.chosen)) if judged else ()
+    first = tuple(f"{line[:1].upper()}{line[1:]}." for line in far)
+    share, share_of = _share(answer)
+    return Headline(
+        status,
+        "attention" if first and tone == "note" else tone,
+        sentence(answer, meanings(comparison), share=False),
+        first=first,
+        reasons=comparison.audit.refused if not judged else _meanings(answer, comparison),
+        share=share,
+        share_of=share_of,
+        next=_next(answer, comparison, bool(first)),
+    )
+
+
+def meanings(comparison: Comparison) -> dict[str, str]:
+    """What each effect and each other base law is in the world, as the model declares it."""
+    prediction = comparison.prediction
+    effects = {effect.name: effect.physics for effect in prediction.model.effects}
+    laws = {rival.name: rival.meaning for rival in prediction.model.rival_laws(prediction.nominal)}
+    return {name: words for name, words in {**effects, **laws}.items() if words and words != name}
+
+
+def _meanings(answer: Diagnosis, comparison: Comparison) -> tuple[str, ...]:
+    """Of what the sentence names and does not explain itself."""
+    known = meanings(comparison)
+    named: Iterable[str] = ()
+    if answer.verdict == "ambiguous":
+        named = [name for on in answer.judgement.likely for name in on.names]
+    elif answer.small:
+        named = [name for on in answer.small.either for name in on.names]
+    return tuple(f"{name}: {known[name]}" for name in dict.fromkeys(named) if name in known)
+
+
+def _share(answer: Diagnosis) -> tuple[str, str]:
+    """How much of the gap closes, on conditions that no fit has seen, with its interval."""
+    closure, held = answer.closure, len(answer.closure.held_out)
+    conditions = f"{held} condition{'s' if held > 1 else ''} that no fit has seen"
+    if answer.judgement.chosen and answer.verdict in ("effect", "ambiguous"):
+        (value, (low, high)), what = (closure.share, closure.interval), "of what recalibration leaves above the noise is closed"
+    elif answer.verdict == "mistuned":
+        (value, (low, high)), what = closure.by_recalibration, "of the gap above the noise is closed by recalibration"
+    else:
+        return "", ""
+    if not held:
+        return "No share", f"can be given: with fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
+    if not math.isfinite(value):
+        return "No share", f"can be given: on {conditions} there is no gap above the noise"
+    return f"{percent(value)}", f"{what}, on {conditions} (90 % interval {percent(low)} to {percent(high)})"
+
+
+def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
+    """The one thing to do."""
+    closure, experiment = answer.closure, _experiment(answer, comparison)
+    if answer.verdict == "cannot_tell":
+        return "put right what is said above, and diagnose again."
+    if answer.verdict == "no_gap":
+        return "nothing; the nominal model is as good as these data can tell."
+    if answer.verdict == "unknown":
+        return f"look at the measurement {_place(answer, comparison)}: the gap lies there, and no known effect makes it."
+    if answer.verdict == "mistuned":
+        return (
+            "find out where that nominal value comes from, before the recalibrated one is used: nobody can have meant it to be so far off."
+            if far
+            else "use the recalibrated values: corrected.ssv holds them."
+        )
+    if answer.verdict == "ambiguous":
+        doubts = answer.judgement.features.doubts.get(answer.judgement.chosen, ())
+        if experiment and len(answer.judgement.likely) > 1:
+            return experiment
+        return "record more conditions; what is doubted cannot be settled by these." if doubts or not experiment else experiment
+    if not closure.held_out:
+        return experiment or "record more conditions, so that the effect can be tried where no fit has looked."
+    if not closure.share > HOLDS:
+        return "do not use the corrected model yet: it does not hold where no fit has looked. " + (
+            f"{experiment[:1].upper()}{experiment[1:]}" if experiment else "Record more conditions."
+        )
+    return "use corrected.ssv: it switches the effect on, with the values of this diagnosis."
+
+
+def _experiment(answer: Diagnosis, comparison: Comparison) -> str:
+    """The condition that tells the two likeliest models apart."""
+    if answer.advice is None:
+        return ""
+    variables = {variable.name: variable for variable in comparison.prediction.model.variables}
+    signals = comparison.prediction.experiment.signals
+    at = ", ".join(
+        f"{name} = {with_unit(x, variables[name].unit)}{' rms' if name in signals else ''}" for name, x in answer.advice.values.items()
+    )
+    one, other = (str(on) for on in answer.advice.separates)
+    return f"measure at {at}: it tells {one} from {other}."
+
+
+def _place(answer: Diagnosis, comparison: Comparison) -> str:
+    """Where most of the gap lies, in words."""
+    if not answer.where.regions:
+        return "itself"
+    region, known = answer.where.regions[0], {variable.name: variable for variable in comparison.prediction.model.variables}
+    bounds = [
+        f"{name.replace('_', ' ')} from {' to '.join(display(x, known[name], digits=3) if name in known else number(x, 3) for x in ends)}"
+        for name, ends in region.box.items()
+    ]
+    return f"of {region.channel.replace('_', ' ')}" + (f" at {' and '.join(bounds)}" if bounds else "")
