@@ -23,17 +23,19 @@ if TYPE_CHECKING:  # the same as _PLACES, for type checkers and editors; a test 
     from evat.models.contact import ContactModel
     from evat.models.fmu import FmuModel
     from evat.models.simulate import simulate
-    from evat.native.batch import run_many
+    from evat.native.batch import Batch, run_many
     from evat.native.compile import CompileError
     from evat.native.kernel import Contact, effects, laws, variables
     from evat.studies.orthogonal import orthogonal
     from evat.studies.sensitivity import sensitivities
     from evat.systems.model import SspError
     from evat.systems.run import run_system
+    from evat.systems.sweep import Sweep, sweep_system
 
 __version__ = version("evat")
 
 __all__ = [
+    "Batch",
     "BuildError",
     "CompileError",
     "Contact",
@@ -50,6 +52,7 @@ __all__ = [
     "Settings",
     "SimulationError",
     "SspError",
+    "Sweep",
     "Trace",
     "build_fmu",
     "diagnose",
@@ -63,6 +66,7 @@ __all__ = [
     "run_system",
     "sensitivities",
     "simulate",
+    "sweep_system",
     "variables",
     "write_experiment",
 ]
@@ -79,13 +83,14 @@ _PLACES = {
     "evat.models.contact": ("ContactModel",),
     "evat.models.fmu": ("FmuModel",),
     "evat.models.simulate": ("simulate",),
-    "evat.native.batch": ("run_many",),
+    "evat.native.batch": ("Batch", "run_many"),
     "evat.native.compile": ("CompileError",),
     "evat.native.kernel": ("Contact", "effects", "laws", "variables"),
     "evat.studies.orthogonal": ("orthogonal",),
     "evat.studies.sensitivity": ("sensitivities",),
     "evat.systems.model": ("SspError",),
     "evat.systems.run": ("run_system",),
+    "evat.systems.sweep": ("Sweep", "sweep_system"),
 }
 
 

@@ -13,7 +13,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from rich.table import Table
 from rich.text import Text
 
-from evat.commands.shared import Values, share_done, typed_values
+from evat.commands.shared import STOPPED, Values, share_done, typed_values
 from evat.console import err, marked, out
 from evat.model import ParameterError, Variable
 from evat.native import kernel
@@ -22,7 +22,6 @@ from evat.units import display, to_si
 if TYPE_CHECKING:
     from evat.identification import Identification
 
-STOPPED = 130  # exit status, as of a process that Ctrl-C ends
 COLOURS = {"identified": "green", "weak": "yellow", "not identifiable": "red"}
 
 

@@ -20,6 +20,10 @@ Values = Annotated[
     list[str] | None,
     typer.Option("--value", "-v", help="NAME=VALUE of a parameter or constant input, units allowed; repeat it for more."),
 ]
+# Exit statuses; the page on first runs explains them.
+FAILED = 1  # the work was done, and what it says is no
+REFUSED = 2  # something was asked that cannot be done
+STOPPED = 130  # as of a process that Ctrl-C ends; what was done by then is kept
 SpeedUnit = Annotated[str, typer.Option(help="Unit in which the speeds of the paper's table 1 are read: m/min or m/s.")]
 
 
@@ -72,3 +76,13 @@ def typed_values(texts: list[str] | None) -> dict[str, float | str]:
             values[name] = to_si(value, known.unit, name=name)
         known.check(values[name])
     return values
+
+
+def seconds(text: str, name: str) -> float:
+    """A typed time in s."""
+    return to_si(text, "s", name=name)
+
+
+def typed_seconds(text: str | None, name: str) -> float | None:
+    """A typed time in s, where one was typed."""
+    return None if text is None else seconds(text, name)

@@ -77,6 +77,21 @@ def typed(system: System, texts: Iterable[str]) -> dict[str, dict[str, Value]]:
     return values
 
 
+def in_units(system: System, values: Mapping[str, Mapping[str, Value]]) -> dict[str, dict[str, Value]]:
+    """Values from Python: texts with units as numbers in the unit of the FMU, all else as it stands."""
+    told: dict[str, dict[str, Value]] = {}
+    for component, of_component in values.items():
+        told[component] = {
+            name: value(system, (component, name), given) if isinstance(given, str) else given for name, given in of_component.items()
+        }
+    return told
+
+
+def seconds(given: float | str | None, name: str) -> float | None:
+    """A time that was given in s or as a text with a unit."""
+    return None if given is None else to_si(given, "s", name=name)
+
+
 def from_set(system: System, component: str, name: str) -> dict[str, Value]:
     """What a parameter set says for a component: one of the contact's by name, or any .ssv file."""
     if name.endswith(".ssv"):
