@@ -379,8 +379,8 @@ class Model(Tables, Protocol):
         ...
 
 
-def nearest(name: str, known: Iterable[str], most: int = 20) -> str:
-    """What an error says of a name that is not known: the nearest ones, or all where none is near."""
+def near_names(name: str, known: Iterable[str]) -> list[str]:
+    """The known names that are nearest to one that is not: by its letters, whatever their case, or by its last part."""
     import difflib
 
     names = list(known)
@@ -388,8 +388,13 @@ def nearest(name: str, known: Iterable[str], most: int = 20) -> str:
     last = {each.rpartition(".")[2].lower(): each for each in names}
     typed = name.lower()
     near = [folded[typed]] if typed in folded else [folded[each] for each in difflib.get_close_matches(typed, folded, n=3)]
-    near = near or [last[each] for each in difflib.get_close_matches(typed.rpartition(".")[2], last, n=3)]
-    if near:
+    return near or [last[each] for each in difflib.get_close_matches(typed.rpartition(".")[2], last, n=3)]
+
+
+def nearest(name: str, known: Iterable[str], most: int = 40) -> str:
+    """What an error says of a name that is not known: the nearest ones, or what there is where none is near."""
+    names = list(known)
+    if near := near_names(name, names):
         return f"did you mean {', '.join(near)}?"
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return f"there are {', '.join(names[:most])}{more}." if names else "there are none."

@@ -62,7 +62,7 @@ class Scan:
 
 
 def read_experiment(
-    folder_or_toml: str | PathLike[str], model: Model, *, progress: Progress | None = None, most: int | None = None
+    folder_or_toml: str | PathLike[str], model: Model | None = None, *, progress: Progress | None = None, most: int | None = None
 ) -> Experiment:
     """Read a measured experiment, in SI and checked throughout.
 
@@ -70,8 +70,8 @@ def read_experiment(
     ----------
     folder_or_toml : path
         Its folder, or the experiment.toml in it.
-    model : Model
-        What the measurements are of; its variables are what signals may be called.
+    model : Model, optional
+        What the measurements are of; its variables are what signals may be called. Without it a `ContactModel`.
     progress : callable, optional
         Told the share that is done.
     most : int, optional
@@ -92,10 +92,14 @@ def read_experiment(
     >>> import evat
     >>> made = evat.orthogonal({"friction_law": "coulomb", "F_C": 3.0}, repeats=2, speeds=[0.5], rate=100.0)
     >>> folder = evat.write_experiment(made, "rig")
-    >>> experiment = evat.read_experiment(folder, evat.ContactModel())
+    >>> experiment = evat.read_experiment(folder)
     >>> experiment.conditions, experiment.outputs, experiment.nominal.values["friction_law"]
     (('speed 1',), ('friction_force',), 'coulomb')
     """
+    if model is None:
+        from evat.models.contact import ContactModel
+
+        model = ContactModel()
     document = read_document(Path(folder_or_toml), model)
     done = _ShareDone(document, progress)
     data_hash = _hash(document, done)

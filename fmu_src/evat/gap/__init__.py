@@ -40,47 +40,7 @@ __all__ = ["Comparison", "Diagnosis", "diagnose", "diagnose_with"]
 
 
 def diagnose(experiment: Experiment, model: Model, *, version: str = "", report: Report | None = None) -> Diagnosis:
-    """Say where measurement and nominal model disagree, which effect causes it, and how far the gap shrinks with it.
-
-    Parameters
-    ----------
-    experiment : Experiment
-        Recorded trials, means, or both, with the nominal model.
-    model : Model
-        What simulates it, such as a `ContactModel`; its effects, and its other laws, are the candidates.
-    version : str
-        Of the caller, kept in the answer.
-    report : callable, optional
-        Told what is being done and the share that is done.
-
-    Returns
-    -------
-    Diagnosis
-        `verdict` is no_gap, mistuned, effect, effects, ambiguous, unknown or cannot_tell; `effects` are those named, with their probability
-        and parameters; `json()` is all of it.
-
-    Raises
-    ------
-    ExperimentError
-        Where nothing can be compared.
-    SimulationError
-        Where the nominal model does not run.
-
-    Examples
-    --------
-    A contact that holds better one way than the other, and a nominal model that knows nothing of it:
-
-    >>> import evat
-    >>> from dataclasses import replace
-    >>> truth = {"friction_law": "coulomb", "F_C": 8.0}
-    >>> made = evat.orthogonal(truth, ["direction_asymmetry"], motion="reversal", repeats=2, speeds=[0.1, 0.5], rate=50.0)
-    >>> made = replace(made, nominal=replace(made.nominal, effects=()))
-    >>> model = evat.ContactModel()
-    >>> model.effects = tuple(each for each in model.effects if each.name in ("direction_asymmetry", "dwell_strengthening"))
-    >>> answer = evat.diagnose(made, model)
-    >>> answer.verdict, [effect.name for effect in answer.effects]
-    ('effect', ['direction_asymmetry'])
-    """
+    """What `evat.diagnose` says, of any model; see evat.answers."""
     return diagnose_with(experiment, model, version=version, report=report)[0]
 
 

@@ -313,7 +313,7 @@ def run_many(
     run : Run
         Sample times [s] of shape (n,); inputs of shape (n,) for all sets or (K, n), linear between the samples; the outputs wanted.
     values : mapping of str to float, str or array of shape (K,)
-        SI; a number or a choice's name for all sets, an array for a value of each.
+        SI; a number, a text with a unit or a choice's name for all sets, an array for a value of each.
     on : sequence of str
         Effects that are on in all sets.
     at : array of shape (m,), optional
@@ -358,6 +358,7 @@ def run_many(
     names = tuple(run.outputs)
     if not names:
         raise ParameterError("no outputs were asked for; name at least one, for example friction_force.")
+    values = kernel.in_si(values)
     single: dict[str, float | str] = {name: value for name, value in values.items() if isinstance(value, (int, float, str))}
     check_required_inputs(kernel.ContactTables(), on, single, {*run.inputs, *values})
     check_inputs_of_law(kernel.ContactTables(), kernel.laws(), single, {*run.inputs, *values})

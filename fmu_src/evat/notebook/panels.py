@@ -210,6 +210,44 @@ def over_axis(
         return figure
 
 
+def bars(panels: Mapping[str, Mapping[str, Line]], names: Sequence[str], axis_label: str) -> NotebookFigure:
+    """A panel for each key with a group of bars for each of `names`: by label the lengths and half their intervals."""
+    with mpl.rc_context(STYLE):
+        figure, axes = new_figure(len(panels), 1, (8, 1.0 + len(panels) * (0.8 + 0.45 * len(names))))
+        places = np.arange(len(names), dtype=np.float64)
+        for axis, (title, groups) in zip(axes[:, 0], panels.items(), strict=True):
+            height = 0.8 / len(groups)
+            for number, (words, (lengths, errors)) in enumerate(groups.items()):
+                at = places + (number - (len(groups) - 1) / 2) * height
+                axis.barh(at, lengths, height, xerr=errors, color=COLOURS[number], alpha=0.8, label=words, error_kw={"lw": 1})
+            axis.set_yticks(places, names)
+            axis.invert_yaxis()
+            axis.set_title(title)
+        axes[-1, 0].set_xlabel(axis_label)
+        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+        without_formulas(figure)
+        return figure
+
+
+def curves(
+    panels: Mapping[str, tuple[FloatArray, FloatArray, float, float]], units: Mapping[str, str], axis_label: str, marked: str
+) -> NotebookFigure:
+    """A panel for each key: a curve (abscissa, values), a level across it, and its best place."""
+    with mpl.rc_context(STYLE):
+        figure, axes = new_figure(len(panels), 1, (7, 1.0 + 2.0 * len(panels)), sharex=False)
+        for axis, (name, (abscissa, values, level, best)) in zip(axes[:, 0], panels.items(), strict=True):
+            scale, unit = prefixed(abscissa, units.get(name, ""))
+            axis.plot(abscissa * scale, values, "o-", ms=3, color=COLOURS[1], lw=1.2)
+            axis.axhline(level, color=COLOURS[5], ls="--", lw=0.8, label=marked)
+            axis.axvline(best * scale, color=COLOURS[0], lw=1.0, label="estimate")
+            axis.set_xlabel(label(name, unit).replace("\n", " "))
+            axis.set_ylabel(axis_label)
+            axis.set_ylim(0, 3 * level)
+        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+        without_formulas(figure)
+        return figure
+
+
 def without_formulas(figure: Figure) -> None:
     """Titles and labels may quote a file: to matplotlib a dollar begins a formula, which may be a wrong one."""
     for text in figure.findobj(Text):
