@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from rich.table import Table
 
-from evat.commands.shared import FAILED, STOPPED, picture_beside, seconds, share_done, typed_seconds
+from evat.commands.shared import FAILED, STOPPED, Json, picture_beside, print_json, seconds, share_done, typed_seconds
 from evat.console import err, out
 from evat.files.writing import temporary
 
@@ -65,6 +65,7 @@ def run(
     to: Annotated[Path, typer.Option("--out", "-o", help="Result, .csv or .parquet; the plot is written beside it as .png.")] = Path(
         "system.csv"
     ),
+    as_json: Json = False,
 ) -> None:
     """Run a system; write a table and a plot, and say how the power balance at its bonds came out.
 
@@ -73,7 +74,7 @@ def run(
     from evat.files.table import write_trace
     from evat.plots.system import plot_run
     from evat.systems.couple import NO_INPUTS, Coupled, plan
-    from evat.systems.model import SystemStopped
+    from evat.systems.model import SystemInterrupted, SystemStopped
     from evat.systems.read import read
     from evat.systems.values import record as read_record
 
@@ -89,6 +90,15 @@ def run(
                 if stopped.trace.times.size:
                     out.print(f"wrote {write_trace(stopped.trace, to)}, the results until the stop")
                 raise
+            except SystemInterrupted as interrupted:
+                if interrupted.trace.times.size:
+                    err.print(f"stopped: wrote {write_trace(interrupted.trace, to)}, the results until then", highlight=False)
+                raise typer.Exit(STOPPED) from None
+    if as_json:
+        late = trace.times >= 0.5 * (trace.times[0] + trace.times[-1])
+        means = {name: {"value": float(column[late].mean()), "unit": trace.units[name]} for name, column in trace.items()}
+        shares = {name: {"passed": passed, "made": made} for name, (passed, _, made) in power.shares().items()}
+        print_json({"table": str(to), "picture": str(beside), "mean_of_last_half": means, "energy": shares, "made_by": trace.made_by})
     out.print(f"wrote {write_trace(trace, to)}")
     picture, untold = plot_run(trace, beside, system.title)
     out.print(f"wrote {picture}{f'; {untold}' if untold else ''}", soft_wrap=True)
@@ -119,6 +129,7 @@ def sweep(
     to: Annotated[Path, typer.Option("--out", "-o", help="Table, .csv or .parquet; the map is written beside it as .png.")] = Path(
         "sweep.csv"
     ),
+    as_json: Json = False,
 ) -> None:
     """Run a system over a grid of its parameters: a table of means over the last half of each run, and a map. Ends with status 1 where a
     run has failed; Ctrl-C keeps the runs that are done.
@@ -163,6 +174,10 @@ def sweep(
                 if not broken_off
             ]
         swept = sweeping.Sweep(axes, tuple(rows), sweeping.units_of(system), tuple(again[0]) if again else (), system.title)
+    if as_json:
+        over_axes = [{"name": each.label, "unit": each.unit, "places": each.texts} for each in axes]
+        runs = [[{"place": row.place, "means": row.means, "failure": row.failure} for row in some] for some in (swept.rows, swept.beside)]
+        print_json({"table": str(to), "axes": over_axes, "units": swept.units, "rows": runs[0], "beside": runs[1]})
     out.print(f"wrote {write_columns(sweeping.columns(axes, rows, swept.units, swept.beside), to)}")
     if swept:
         out.print(f"wrote {plot_sweep(swept, picture)}")
@@ -192,6 +207,7 @@ def averaging(
     to: Annotated[Path, typer.Option("--out", "-o", help="Table, .csv or .parquet; the plot is written beside it as .png.")] = Path(
         "averaging.csv"
     ),
+    as_json: Json = False,
 ) -> None:
     """Run a system with averaging = cycle in long steps, and again with every cycle: cost and error of both.
 
@@ -216,6 +232,10 @@ def averaging(
                 progress=lambda mode, share: progress(share if mode == "resolved" else 0.0),
             )
     cut = comparison.cut
+    if as_json:
+        machine = {name: {"largest": largest, "difference": apart} for name, (largest, apart) in comparison.machine().items()}
+        facts = {"cheaper": cut.cheaper, "relative_error": cut.relative_error, "typical_error": cut.typical_error, "seconds": cut.seconds}
+        print_json({"table": str(to), "picture": str(beside), **facts, "steps": comparison.steps, "machine": machine})
     out.print(f"wrote {write_columns(comparison.columns(), to)}")
     out.print(f"wrote {plot_cut(cut, beside, f'{system.title}, averaged in steps of {1e3 * long_step:g} ms')}")
     for mode, name in (("resolved", "every cycle"), ("cycle", "averaged")):

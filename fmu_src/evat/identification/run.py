@@ -155,7 +155,7 @@ def _optimum(
     points, names, calls = (best.point, *best.others), objective.space.names, 0
     for attempt in range(RESTARTS + 1):
         execution.report("polish", 0.0)
-        optimum = polish(objective, points, settings.whiten, None if not best.stopped else lambda: True)
+        optimum = polish(objective, points, settings.whiten, execution.cancelled if not best.stopped else lambda: True)
         calls += optimum.calls
         curves: list[Profile | None] = []
         if not settings.profiles or best.stopped or execution.stopped():

@@ -418,7 +418,9 @@ def _gathered(
         return places.size
 
     blocks = list(_blocks(count, plan.columns, MANY_LANES))
-    if cancelled is None and (len(blocks) == 1 or threads == 1):  # a pool of threads costs as much as a thousand samples
+    if (
+        cancelled is None and (len(blocks) == 1 or threads == 1) and plan.times.size < kernel.LONG
+    ):  # a pool of threads costs as much as a thousand samples
         done = 0
         for places in blocks:
             done += work(places)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ from evat.native.compile import kernel_library_path, source_root
 from evat.native.processor import instructions
 from evat.units import to_si
 
+LONG = 50_000  # samples of a run, from which it takes longer than a thread to start
 TYPES: tuple[Type, ...] = ("real", "integer", "boolean", "choice")
 CAUSALITIES: tuple[Causality, ...] = ("independent", "parameter", "calculated", "input", "output", "local")
 VARIABILITIES: tuple[Variability, ...] = ("fixed", "tunable", "discrete", "continuous")
@@ -466,9 +468,23 @@ class Contact:
         record.count, record.times = times.size, ffi.from_buffer("double[]", times)
         record.input_count, record.input_index, record.inputs = len(columns), places, ffi.from_buffer("double[]", table)
         answer.output_count, answer.output_index, answer.rows = len(names), wanted, ffi.from_buffer("double[]", recorded)
-        status = self._library.kernel_run_record(self._contact, record, answer, ffi.NULL)
+        status = _interruptible(ffi, times.size, lambda stop: self._library.kernel_run_record(self._contact, record, answer, stop))
         self._done(status, f"sample {answer.samples_done} of {times.size}")
         return recorded
+
+
+def _interruptible(ffi: Any, samples: int, follow: Callable[[Any], int]) -> int:
+    """What `follow` gives, which a number that is not 0 tells to stop. A long one runs beside the first thread, which Ctrl-C reaches."""
+    if samples < LONG:
+        return follow(ffi.NULL)
+    stop = ffi.new("int *")
+    with ThreadPoolExecutor(1) as pool:
+        waiting = pool.submit(follow, stop)
+        try:
+            return waiting.result()
+        except BaseException:
+            stop[0] = 1
+            raise
 
 
 def check_column(known: Variable, column: FloatArray) -> None:

@@ -19,7 +19,7 @@ class SspError(EvatError):
     ...     evat.run_system("fmus/stick_slip.ssp", {"spindle": {"speed_set": 25.0}})
     ... except evat.SspError as error:
     ...     print(error)
-    there is no component 'spindle'; the system has path, guideway, drive.
+    there is no component 'spindle'; there are path, guideway, drive.
     """
 
 
@@ -28,6 +28,14 @@ class SystemStopped(SimulationError):
 
     def __init__(self, text: str, trace: Trace) -> None:
         super().__init__(text)
+        self.trace = trace
+
+
+class SystemInterrupted(KeyboardInterrupt):
+    """A system that Ctrl-C stopped in mid-run; `trace` holds the results until then."""
+
+    def __init__(self, trace: Trace) -> None:
+        super().__init__()
         self.trace = trace
 
 

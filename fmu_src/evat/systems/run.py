@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from evat.files.writing import temporary
-from evat.model import Run, Trace
+from evat.model import Run, Trace, nearest
 from evat.systems.couple import NO_INPUTS, Coupled, Given, Inputs, Order, plan
 from evat.systems.model import SspError, System, port
 from evat.systems.read import read
@@ -91,7 +91,7 @@ def run_system(
         wanted = plan(system, seconds(step, "step"), seconds(stop, "stop"), every, order, inputs)
         for name in sets or {}:
             if name not in system.components:
-                raise SspError(f"there is no component {name!r}; the system has {', '.join(system.components)}.")
+                raise SspError(f"there is no component {name!r}; {nearest(name, system.components)}")
         of_sets = [of_work(system, name, which) for name, which in (sets or {}).items()]
         with Coupled(system, merged(*of_sets, in_units(system, values or {})), _given(record)) as coupled:
             trace, power = coupled.run(wanted, progress)
@@ -115,5 +115,5 @@ def _only(trace: Trace, record: Run | None, system: System) -> Trace:
     """The columns that were asked for."""
     names = record.outputs if record is not None and record.outputs else tuple(trace.columns)
     if unknown := [name for name in names if name not in trace.columns]:
-        raise SspError(f"the system {system.name} has no output {unknown[0]!r}; it has {', '.join(trace.columns)}.")
+        raise SspError(f"the system {system.name} has no output {unknown[0]!r}; {nearest(unknown[0], trace.columns)}")
     return replace(trace, columns={name: trace.columns[name] for name in names}, units={name: trace.units[name] for name in names})

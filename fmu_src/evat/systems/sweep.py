@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
-import multiprocessing
 import os
-import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -20,6 +18,7 @@ import numpy as np
 
 from evat.files.writing import put, temporary
 from evat.model import EvatError, FloatArray, ParameterError, nearest
+from evat.processes import process_pool
 from evat.systems.couple import Inputs, Order, Values, plan, run_file
 from evat.systems.model import System, SystemStopped, port
 from evat.systems.values import Value, in_units, merged, of_work, seconds, unit, value, variable
@@ -374,23 +373,10 @@ def _here(most: int, function: Callable[..., Any], archive: bytes, points: Seque
     if workers == 1:
         yield from ((number, function(archive, *point)) for number, point in enumerate(points))
         return
-    others = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_leave_interrupts)
-    try:
+    with process_pool(workers, "spawn") as pool:
         waiting = {pool.submit(function, archive, *point): number for number, point in enumerate(points)}
         for future in as_completed(waiting):
             yield waiting[future], future.result()
-    except BaseException:
-        for process in set(multiprocessing.active_children()) - others:
-            process.terminate()  # a run may go on for minutes
-        raise
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def _leave_interrupts() -> None:
-    """Ctrl-C reaches every process of a terminal; the one that shared out the work sees to it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def columns(axes: Sequence[SweepAxis], rows: Sequence[Row], units: Mapping[str, str], beside: Sequence[Row] = ()) -> dict[str, Any]:

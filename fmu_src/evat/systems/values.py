@@ -13,7 +13,7 @@ import numpy as np
 from evat import parameter_sets
 from evat.files.table import read_table
 from evat.files.text import RecordError
-from evat.model import ParameterError
+from evat.model import ParameterError, nearest
 from evat.native import kernel
 from evat.systems.couple import Given
 from evat.systems.model import Port, SspError, System, port
@@ -32,13 +32,10 @@ def _variables(source: Path) -> Mapping[str, Any]:
 def variable(system: System, at: Port) -> Any:
     """fmpy's description of a variable; SspError where there is none."""
     if at[0] not in system.components:
-        raise SspError(f"there is no component {at[0]!r}; the system has {', '.join(system.components)}.")
+        raise SspError(f"there is no component {at[0]!r}; {nearest(at[0], system.components)}")
     known = _variables(system.components[at[0]].source)
     if at[1] not in known:
-        import difflib
-
-        near = ", ".join(difflib.get_close_matches(at[1], known, 3)) or "evat info lists those of the contact"
-        raise SspError(f"component {at[0]} has no variable {at[1]!r}; near: {near}.")
+        raise SspError(f"component {at[0]} has no variable {at[1]!r}; {nearest(at[1], known)}")
     return known[at[1]]
 
 
