@@ -46,10 +46,13 @@ def check(folder: Folder, as_json: Json = False) -> None:
     Example: evat experiment check tests/copper
     """
     from evat.experiment.read import scan_experiment
+    from evat.inference.checks import check_gap
     from evat.models.contact import ContactModel
 
     with share_done(f"checking {folder.name}") as progress:
         scan = scan_experiment(folder, ContactModel(), progress=progress)
+    for trial in scan.trials:
+        check_gap(trial.file, trial.longest, trial.usual, trial.longest_after, trial.longest_from)
     document, means = scan.document, scan.means
     if as_json:
         print_json(

@@ -11,7 +11,7 @@ import typer
 from rich.table import Table
 
 from evat.commands.shared import FAILED, STOPPED, Json, picture_beside, print_json, seconds, share_done, typed_seconds
-from evat.console import err, out
+from evat.console import err, marked, out
 from evat.files.writing import temporary
 
 if TYPE_CHECKING:
@@ -82,8 +82,10 @@ def run(
     with temporary() as folder:
         system = read(ssp, folder)
         wanted = plan(system, step_size, end, every, order, inputs)
-        given = NO_INPUTS if record is None else read_record(system, record)
-        with Coupled(system, _values(system, value, sets), given) as coupled, share_done(f"running {system.name}") as progress:
+        given, values = NO_INPUTS if record is None else read_record(system, record), _values(system, value, sets)
+        for note in system.notes:
+            err.print(marked("note:", "yellow", note), soft_wrap=True)
+        with Coupled(system, values, given) as coupled, share_done(f"running {system.name}") as progress:
             try:
                 trace, power = coupled.run(wanted, progress)
             except SystemStopped as stopped:

@@ -36,8 +36,9 @@ Progress = Callable[[float], None]
 
 @dataclass(slots=True)
 class TrialFacts:
-    """What a recording holds, without its samples: first and last time and the shortest and longest step [s], and for each signal
-    the least, the most and the root mean square (SI)."""
+    """What a recording holds, without its samples: first and last time and the shortest, longest and usual step [s], after which sample the
+    longest comes, and for each signal the least, the most and the root mean square (SI). The usual step is the median of those read
+    first."""
 
     file: str
     condition: str
@@ -46,6 +47,9 @@ class TrialFacts:
     end: float = math.nan
     shortest: float = math.inf
     longest: float = 0.0
+    usual: float = math.nan
+    longest_after: int = 0
+    longest_from: float = math.nan
     least: dict[str, float] = field(default_factory=dict)
     most: dict[str, float] = field(default_factory=dict)
     rms: dict[str, float] = field(default_factory=dict)
@@ -233,9 +237,15 @@ def even_step(file: str, times: FloatArray) -> float:
 def _scan_trial(entry: TrialEntry, columns: list[Column], done: Callable[[int], None], form: TextForm) -> TrialFacts:
     facts, squares = TrialFacts(entry.file, entry.condition), np.zeros(len(columns))
     for batch in trial_batches(entry, columns, done, lambda rows: None, form):
-        times = batch[0]
-        steps = np.diff(times, prepend=facts.end) if facts.rows else np.diff(times)
+        times, end = batch[0], facts.end
+        steps = np.diff(times, prepend=end) if facts.rows else np.diff(times)
         facts.begin, facts.end = (facts.begin if facts.rows else float(times[0])), float(times[-1])
+        if steps.size and math.isnan(facts.usual):
+            facts.usual = float(np.median(steps))
+        if steps.size and steps.max() > facts.longest:
+            place = int(np.argmax(steps))
+            facts.longest_after = facts.rows + place + (0 if facts.rows else 1)
+            facts.longest_from = float(times[place] if not facts.rows else (end if place == 0 else times[place - 1]))
         facts.rows += times.size
         if steps.size:
             facts.shortest, facts.longest = min(facts.shortest, float(steps.min())), max(facts.longest, float(steps.max()))

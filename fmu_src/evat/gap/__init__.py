@@ -26,6 +26,7 @@ from evat.gap.verdict.gates import gates
 from evat.gap.verdict.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, judge
 from evat.gap.verdict.raised import raised
 from evat.gap.verdict.small import small_effect
+from evat.inference.checks import check_clocks
 from evat.inference.fit import Fit
 from evat.inference.initial_state import beginnings
 from evat.inference.prediction import Prediction
@@ -48,6 +49,7 @@ def diagnose_with(
     experiment: Experiment, model: Model, *, version: str = "", report: Report | None = None, constants: Constants | None = None
 ) -> tuple[Diagnosis, Comparison]:
     """The same, with everything that was fitted on the way: what the report draws."""
+    check_clocks(experiment)
     recorded = smoothed_inputs(experiment)
     looked_at, cut = portion(recorded.experiment, model)
     perturbed = None if recorded.perturbed is None else Prediction(model, portion(recorded.perturbed, model)[0])

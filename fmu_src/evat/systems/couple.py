@@ -253,6 +253,7 @@ class Coupled:
         units = {".".join(at): self.system.components[at[0]].connectors[at[1]].unit for at in names}
         columns = {".".join(at): table[:, place].copy() for place, at in enumerate(names)}
         about: dict[str, str | float] = {"system": self.system.name, "step": plan.step, "order": plan.order, "inputs": plan.inputs}
+        about |= {"notes": "; ".join(self.system.notes)} if self.system.notes else {}
         return Trace(np.array(times), columns, units, about)
 
 

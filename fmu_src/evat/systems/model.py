@@ -52,11 +52,12 @@ def port(text: str, where: str) -> Port:
 
 @dataclass(frozen=True, slots=True)
 class Connector:
-    """A variable of a component that the system shows."""
+    """A variable of a component that the system shows. One that neither FMU nor system gives a unit has that of what it is joined to."""
 
     name: str
     kind: str  # input or output
     unit: str
+    has_unit: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +66,7 @@ class Component:
 
     name: str
     source: Path
-    connectors: Mapping[str, Connector]
+    connectors: dict[str, Connector]
     values: Mapping[str, float | str | bool] = field(default_factory=dict)
 
 
@@ -90,3 +91,4 @@ class System:
     stop_time: float
     step: float | None
     every: int = 1
+    notes: tuple[str, ...] = ()  # what was taken for granted
