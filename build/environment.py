@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-EXTRAS = "build,guide,importers,test"
+EXTRAS = "build,guide,importers,notebook,test"
 C_STYLE = f"--style=file:{ROOT / 'fmu_src' / '.clang-format'}"
 # What pip says when it cannot reach a registry; it has no exit status of its own for that. Every package named here exists, so finding no
 # version of one is such a sign too, and the only one where pip is told not to retry.

@@ -103,7 +103,7 @@ def test_the_examples_are_true(name: str, tmp_path: Path, fmus: dict[str, Path],
     examples = doctest.DocTestParser().get_doctest(text, {}, name, None, None)
     assert examples.examples, name
     if "fmus/" in text:
-        place_fmus(tmp_path, fmus, systems="run_system" in text)
+        place_fmus(tmp_path, fmus, systems=".ssp" in text)
     monkeypatch.chdir(tmp_path)
     told: list[str] = []
     result = doctest.DocTestRunner(verbose=False).run(examples, out=told.append)

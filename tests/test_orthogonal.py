@@ -212,7 +212,7 @@ def test_the_folder_reads_back_and_does_not_tell(tmp_path: Path, motion: str) ->
 @pytest.mark.parametrize(
     ("options", "what"),
     [
-        ({"motion": "jump"}, "motion 'jump': allowed are ramp, steps"),
+        ({"motion": "jump"}, "no motion 'jump'; there are ramp, steps"),
         ({"repeats": 0}, "repeats = 0"),
         ({"noise": -0.1}, "noise = -0.1"),
         ({"noise": float("nan")}, "noise = nan"),

@@ -31,7 +31,7 @@ def test_default_is_five_cycles_of_all_that_is_shown_with_units_and_provenance()
     assert {column.shape for column in trace.columns.values()} == {trace.times.shape} == {(1001,)}
     assert trace.made_by["model"] == kernel.token()
     assert trace.made_by["values"] == {}
-    with pytest.raises(ParameterError, match="no column 'friction' in this trace; it has principal_force"):
+    with pytest.raises(ParameterError, match="no column 'friction' in this trace; did you mean friction_force"):
         trace["friction"]
 
 

@@ -12,28 +12,31 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # the same as _PLACES, for type checkers and editors; a test holds the two together
     from evat import parameter_sets
+    from evat.answers import diagnose, identify
     from evat.experiment import ExperimentError
     from evat.experiment.read import read_experiment
     from evat.experiment.write import write_experiment
     from evat.files.writing import OutputError
     from evat.fmu import build_fmu
-    from evat.gap import diagnose
-    from evat.identification import Execution, Settings, identify
+    from evat.identification import Execution, Identification, Settings
     from evat.model import BuildError, EvatError, FmuError, Model, ParameterError, Run, SimulationError, Trace
     from evat.models.contact import ContactModel
     from evat.models.fmu import FmuModel
     from evat.models.simulate import simulate
-    from evat.native.batch import run_many
+    from evat.native.batch import Batch, run_many
     from evat.native.compile import CompileError
     from evat.native.kernel import Contact, effects, laws, variables
     from evat.studies.orthogonal import orthogonal
     from evat.studies.sensitivity import sensitivities
+    from evat.studies.sobol import SobolIndices, sobol
     from evat.systems.model import SspError
     from evat.systems.run import run_system
+    from evat.systems.sweep import Sweep, sweep_system
 
 __version__ = version("evat")
 
 __all__ = [
+    "Batch",
     "BuildError",
     "CompileError",
     "Contact",
@@ -43,13 +46,16 @@ __all__ = [
     "ExperimentError",
     "FmuError",
     "FmuModel",
+    "Identification",
     "Model",
     "OutputError",
     "ParameterError",
     "Run",
     "Settings",
     "SimulationError",
+    "SobolIndices",
     "SspError",
+    "Sweep",
     "Trace",
     "build_fmu",
     "diagnose",
@@ -63,29 +69,33 @@ __all__ = [
     "run_system",
     "sensitivities",
     "simulate",
+    "sobol",
+    "sweep_system",
     "variables",
     "write_experiment",
 ]
 
 _PLACES = {
+    "evat.answers": ("diagnose", "identify"),
     "evat.experiment": ("ExperimentError",),
     "evat.experiment.read": ("read_experiment",),
     "evat.experiment.write": ("write_experiment",),
     "evat.files.writing": ("OutputError",),
     "evat.fmu": ("build_fmu",),
-    "evat.gap": ("diagnose",),
-    "evat.identification": ("Execution", "Settings", "identify"),
+    "evat.identification": ("Execution", "Identification", "Settings"),
     "evat.model": ("BuildError", "EvatError", "FmuError", "Model", "ParameterError", "Run", "SimulationError", "Trace"),
     "evat.models.contact": ("ContactModel",),
     "evat.models.fmu": ("FmuModel",),
     "evat.models.simulate": ("simulate",),
-    "evat.native.batch": ("run_many",),
+    "evat.native.batch": ("Batch", "run_many"),
     "evat.native.compile": ("CompileError",),
     "evat.native.kernel": ("Contact", "effects", "laws", "variables"),
     "evat.studies.orthogonal": ("orthogonal",),
     "evat.studies.sensitivity": ("sensitivities",),
+    "evat.studies.sobol": ("SobolIndices", "sobol"),
     "evat.systems.model": ("SspError",),
     "evat.systems.run": ("run_system",),
+    "evat.systems.sweep": ("Sweep", "sweep_system"),
 }
 
 

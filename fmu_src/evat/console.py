@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+import time
 import warnings
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
@@ -28,6 +30,12 @@ class PrintableConsole(Console):
 
     def __init__(self, **named: Any) -> None:
         super().__init__(markup=False, emoji=False, **named)
+        self.copied_to: Console | None = None  # where a copy of what is printed goes
+
+    def print(self, *shown: Any, **named: Any) -> None:
+        super().print(*shown, **named)
+        if self.copied_to is not None:
+            self.copied_to.print(*shown, **named)
 
     def render_str(self, text: str, **named: Any) -> Text:
         return super().render_str(printable(text), **named)  # here, where it is measured
@@ -39,6 +47,34 @@ class PrintableConsole(Console):
 
 
 out, err = PrintableConsole(), PrintableConsole(stderr=True)
+
+
+# What the whole command line was asked for; the callback of every call sets them anew.
+_asked: dict[str, Any] = {"verbose": False, "log": None}
+
+
+def ask(quiet: bool = False, verbose: bool = False, log: Path | None = None) -> None:
+    """quiet : only warnings, errors and JSON are shown, no bar; verbose : stages and how long they took; log : a file that gets all that
+    is said, and the stages, with the time; it is added to."""
+    if (before := _asked["log"]) is not None:
+        before.file.close()
+    copy = None if log is None else PrintableConsole(file=log.open("a", encoding="utf-8"), width=120, color_system=None)
+    _asked.update(verbose=verbose, log=copy)
+    out.quiet, out.copied_to, err.copied_to = quiet, copy, copy
+
+
+def shows_bars() -> bool:
+    """Whether a bar may be drawn."""
+    return not out.quiet and not _asked["verbose"]
+
+
+def note(text: str) -> None:
+    """A stage: shown where the call is verbose, kept where it is logged."""
+    stamped = f"{time.strftime('%Y-%m-%d %H:%M:%S')} {text}"
+    if _asked["verbose"]:
+        err.print(stamped, soft_wrap=True, highlight=False)
+    elif _asked["log"] is not None:
+        _asked["log"].print(stamped, soft_wrap=True, highlight=False)
 
 
 def marked(mark: str, style: str, text: str) -> Text:

@@ -1,12 +1,15 @@
-"""Which words do all parts of the project share? Variable, Effect, Trace, Model. Imports nothing of ours."""
+"""Which words do all parts of the project share? Variable, Effect, Trace, Model.
+
+Imports nothing of ours, but what shows a result in a notebook, where that is asked for.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal, Protocol, overload
+from typing import Any, Literal, Protocol, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -224,9 +227,11 @@ class Run:
     outputs: Sequence[str] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Trace:
-    """What came out of a run: columns over time, `trace["name"]` gives one.
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace(Mapping[str, FloatArray]):
+    """What came out of a run: a mapping from the name of each column to its values over time.
+
+    A notebook shows it as a table; `plot()` draws it, `to_xarray()` and `to_pandas()` give what their libraries work with.
 
     Attributes
     ----------
@@ -245,6 +250,10 @@ class Trace:
     >>> trace = evat.simulate({"friction_law": "coulomb"}, cycles=1, samples_per_cycle=50)
     >>> trace["friction_force"].shape, trace.units["friction_force"]
     ((51,), 'N')
+    >>> data = trace.to_xarray()
+    >>> dict(data["friction_force"].sizes), data["friction_force"].attrs["units"]
+    ({'time': 51}, 'N')
+    >>> figure = trace.plot("friction_force", "slip_velocity_used")  # a matplotlib Figure
     """
 
     times: FloatArray
@@ -256,7 +265,44 @@ class Trace:
         try:
             return self.columns[name]
         except KeyError:
-            raise ParameterError(f"no column {name!r} in this trace; it has {', '.join(self.columns)}.") from None
+            raise ParameterError(f"no column {name!r} in this trace; {nearest(name, self.columns)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    def __len__(self) -> int:
+        return len(self.columns)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.columns
+
+    def get(self, name: str, default: Any = None) -> Any:
+        return self.columns.get(name, default)
+
+    def to_xarray(self) -> Any:
+        """As an xarray.Dataset over `time` [s]; units in `attrs["units"]`, how it was made in the Dataset's attributes."""
+        from evat.notebook.datasets import dataset
+
+        return dataset(self.columns, ("time",), {"time": ("time", self.times, "s")}, self.units, self.made_by)
+
+    def to_pandas(self) -> Any:
+        """As a pandas.DataFrame over `time` [s]; units in `attrs["units"]`."""
+        from evat.notebook.datasets import frame
+
+        return frame(self.times, self.columns, self.units, self.made_by)
+
+    def plot(self, *names: str, title: str = "") -> Any:
+        """A matplotlib Figure with a panel for each of `names`; without any, of those that change, and it says what it leaves out."""
+        from evat.notebook.panels import over_time
+
+        return over_time(self.times, {name: self[name] for name in names or self.columns}, self.units, names, title)
+
+    def _repr_html_(self) -> str:
+        from evat.notebook.tables import columns_table
+
+        span = f", {self.times[0]:g} to {self.times[-1]:g} s" if self.times.size else ""
+        title = f"Trace: {len(self.columns)} columns, {self.times.size} samples{span}"
+        return columns_table(title, self.columns, self.units, (str(self.made_by.get("warnings", "")),))
 
 
 @dataclass(frozen=True, slots=True)
@@ -337,6 +383,27 @@ class Model(Tables, Protocol):
     def missing_inputs(self, on: Sequence[str], values: Mapping[str, float | str], given: Collection[str]) -> Mapping[str, Sequence[str]]:
         """Inputs without which effects that are on say nothing, in neither `values` nor the columns `given`: input -> effects."""
         ...
+
+
+def near_names(name: str, known: Iterable[str]) -> list[str]:
+    """The known names that are nearest to one that is not: by its letters, whatever their case, or by its last part."""
+    import difflib
+
+    names = list(known)
+    folded = {each.lower(): each for each in names}
+    last = {each.rpartition(".")[2].lower(): each for each in names}
+    typed = name.lower()
+    near = [folded[typed]] if typed in folded else [folded[each] for each in difflib.get_close_matches(typed, folded, n=3)]
+    return near or [last[each] for each in difflib.get_close_matches(typed.rpartition(".")[2], last, n=3)]
+
+
+def nearest(name: str, known: Iterable[str], most: int = 40) -> str:
+    """What an error says of a name that is not known: the nearest ones, or what there is where none is near."""
+    names = list(known)
+    if near := near_names(name, names):
+        return f"did you mean {', '.join(near)}?"
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return f"there are {', '.join(names[:most])}{more}." if names else "there are none."
 
 
 def hash_of(*parts: str | bytes) -> str:

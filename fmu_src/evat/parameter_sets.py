@@ -22,7 +22,7 @@ from typing import Any
 
 from evat.files import ssv
 from evat.files.read_toml import TomlError, read_toml
-from evat.model import ParameterError
+from evat.model import ParameterError, near_names
 from evat.native import kernel
 from evat.paper_tables import materials, table_1, table_1_source
 from evat.units import SPEED_UNITS, display, to_si
@@ -113,7 +113,9 @@ def load(name_or_path: str | PathLike[str], *, speed_unit: str = "m/min", strict
             raise ParameterError(f"parameter set {name}: there is no such file.")
         parameter_set = load_ssv(path) if path.suffix == ".ssv" else _from_toml(path, path.stem, None, speed_unit)
     else:
-        raise ParameterError(f"there is no parameter set {name!r}; shipped are {', '.join(names())}; or give an .ssv or .toml file.")
+        near = near_names(name, names())
+        hint = f"did you mean {', '.join(near)}? " if near else ""
+        raise ParameterError(f"there is no parameter set {name!r}; {hint}shipped are {', '.join(names())}; or give an .ssv or .toml file.")
     if strict:
         check_stiffness(parameter_set)
     return parameter_set

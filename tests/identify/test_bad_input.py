@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from evat.commands.experiment import check
 from evat.experiment import ExperimentError, Trial
+from evat.experiment.write import write_experiment
+from evat.gap import diagnose
 from evat.identification import Settings, identify
 from evat.model import ParameterError
 from known_rigs import FREE, GUESS, MODEL, TIMES, TO_AND_FRO, TRUTH, experiment, force, trial
@@ -26,10 +31,18 @@ def test_a_sign_that_is_turned() -> None:
         identify(experiment(turned), MODEL, FREE)
 
 
-def test_a_clock_that_jumps() -> None:
+@pytest.mark.parametrize("ask", ["identify", "diagnose", "check"])
+def test_a_clock_that_jumps(ask: str, tmp_path: Path) -> None:
+    """One answer, whoever is asked."""
     times = TIMES + np.where(np.arange(TIMES.size) > 600, 3.0, 0.0)
+    jumped = experiment(replace(GOOD, times=times))
+    asks: dict[str, Callable[[], object]] = {
+        "identify": lambda: identify(jumped, MODEL, FREE),
+        "diagnose": lambda: diagnose(jumped, MODEL),
+        "check": lambda: check(write_experiment(jumped, tmp_path / "rig")),
+    }
     with pytest.raises(ExperimentError, match=r"c0-1.csv: the clock jumps by 3.002 s after sample 601 .*cut the file there"):
-        identify(experiment(replace(GOOD, times=times)), MODEL, FREE)
+        asks[ask]()
 
 
 def test_a_parameter_that_the_law_has_not() -> None:

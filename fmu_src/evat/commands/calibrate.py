@@ -6,7 +6,6 @@ import importlib.metadata
 import json
 import os
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -18,6 +17,7 @@ from rich.table import Table
 from evat.console import err, out
 from evat.files.writing import put, usable
 from evat.model import EvatError, ParameterError
+from evat.processes import process_pool
 
 PROCESSORS = os.cpu_count() or 1
 FEWEST = 20  # usable cases, from which constants are kept in the package
@@ -122,7 +122,7 @@ def benchmark(
         raise ParameterError(f"{cases}: there is no experiment in it; a folder of folders with experiment.toml is needed.")
     usable(to)
     missing = [folder for folder in folders if _verdict(to / folder.name / "diagnosis.json") is None]
-    with ProcessPoolExecutor(workers) as pool:
+    with process_pool(workers) as pool:
         answers = pool.map(_diagnosed, missing)
         for folder, text in track(zip(missing, answers, strict=True), description="cases", total=len(missing), console=err, transient=True):
             put(to / folder.name / "diagnosis.json", text)

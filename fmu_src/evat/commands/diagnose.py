@@ -14,7 +14,8 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from evat.console import err, headline, marked, out
+from evat.commands.shared import Json, print_json
+from evat.console import err, headline, marked, note, out, shows_bars
 
 if TYPE_CHECKING:
     from evat.experiment import Experiment
@@ -44,6 +45,7 @@ def diagnose(
         Path | None, typer.Option(help="The component's FMU that the report runs; without it one is built on first use and kept.")
     ] = None,
     no_fmu: Annotated[bool, typer.Option("--no-fmu", help="Do not run the FMU; the report says so.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Say where measurement and model disagree, which unmodelled effect causes it, and how far the gap shrinks with it.
 
@@ -59,14 +61,15 @@ def diagnose(
     from evat.gap.verdict.judgement import CANNOT_TELL, VERDICTS
     from evat.models.contact import ContactModel
 
-    check_place(to)
     began, model = time.monotonic(), ContactModel(threads)
+    _known(why, model)
+    check_place(to)
     _there(fmu)
     with _told() as tell:
         recorded = read_experiment(
             experiment, model, progress=lambda share: tell("reading", READING * share), most=CONSTANTS.diagnosed_samples + 1
         )
-        _known(why, recorded, model)
+        _rival(why, recorded, model)
         answer, comparison = diagnose_with(
             recorded,
             model,
@@ -77,6 +80,8 @@ def diagnose(
         tell("writing the report", 0.97)
         path, without = (None, "the command was called with --no-fmu") if no_fmu else _fmu(fmu)
         written = write_diagnosis(answer, comparison, to, fmu=path, without=without)
+    if as_json:
+        print_json(answer.document())
     headline(report.headline(answer, comparison))
     if answer.verdict != CANNOT_TELL:  # of data that were refused nothing was judged
         out.print(_table(answer))
@@ -88,17 +93,27 @@ def diagnose(
         out.print(f"wrote {each}", highlight=False)
 
 
-def _known(asked: str, experiment: Experiment, model: Model) -> None:
-    """Whether there is such an effect, base law or verdict to explain: asked before minutes of work."""
+def _known(asked: str, model: Model) -> None:
+    """Whether there is such an effect, base law or verdict to explain: asked before data are read."""
     from evat.gap.verdict.judgement import VERDICTS
-    from evat.model import ParameterError
+    from evat.model import ParameterError, nearest
+    from evat.native import kernel
+    from evat.required_inputs import LAW
 
-    effects = [effect.name for effect in model.effects]
-    laws = [rival.name for rival in model.rival_laws(experiment.nominal.values)]
+    effects, laws = [effect.name for effect in model.effects], [f"{LAW}={law.name}" for law in kernel.laws()]
     if asked and asked not in (*VERDICTS, *effects, *laws):
-        raise ParameterError(
-            f"there is no effect {asked!r} to explain; there are {', '.join((*effects, *laws))}, and the verdicts {', '.join(VERDICTS)}."
-        )
+        names = [*effects, *laws, *VERDICTS]
+        raise ParameterError(f"there is no effect, law or verdict {asked!r} to explain; {nearest(asked, names, len(names))}")
+
+
+def _rival(asked: str, experiment: Experiment, model: Model) -> None:
+    """A base law to explain must be one that stands against the experiment's own."""
+    from evat.model import ParameterError
+    from evat.required_inputs import LAW
+
+    rivals = [rival.name for rival in model.rival_laws(experiment.nominal.values)]
+    if asked.startswith(f"{LAW}=") and asked not in rivals:
+        raise ParameterError(f"{asked} is not tried against the nominal law of this experiment; tried are {', '.join(rivals)}.")
 
 
 def _there(fmu: Path | None) -> None:
@@ -129,9 +144,16 @@ def _fmu(given: Path | None) -> tuple[Path | None, str]:
 def _told() -> Iterator[Callable[[str, float], None]]:
     """A bar with time left, whose description follows what is done."""
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=err, transient=True) as bar:
-        task = bar.add_task("reading", total=1.0)
-        yield lambda doing, share: bar.update(task, description=doing, completed=share)
+    with Progress(*columns, console=err, transient=True, disable=not shows_bars()) as bar:
+        task, last = bar.add_task("reading", total=1.0), [""]
+
+        def tell(doing: str, share: float) -> None:
+            if doing != last[0]:
+                note(doing)
+                last[0] = doing
+            bar.update(task, description=doing, completed=share)
+
+        yield tell
 
 
 def _table(answer: Diagnosis) -> Table:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,7 +14,7 @@ from rich.table import Table
 from evat import parameter_sets
 from evat.commands.begin import init
 from evat.commands.recovery import recovery
-from evat.commands.shared import SpeedUnit, Values, share_done, typed_values
+from evat.commands.shared import Json, SpeedUnit, Values, print_json, share_done, typed_values
 from evat.console import err, marked, out
 from evat.model import ParameterError
 from evat.motions import KINDS
@@ -39,17 +40,31 @@ Folder = Annotated[Path, typer.Argument(help="A folder with an experiment.toml, 
 
 
 @experiment.command()
-def check(folder: Folder) -> None:
+def check(folder: Folder, as_json: Json = False) -> None:
     """Read an experiment of any size, check every number, and list its trials and averages; or say what is wrong with it.
 
     Example: evat experiment check tests/copper
     """
     from evat.experiment.read import scan_experiment
+    from evat.inference.checks import check_gap
     from evat.models.contact import ContactModel
 
     with share_done(f"checking {folder.name}") as progress:
         scan = scan_experiment(folder, ContactModel(), progress=progress)
+    for trial in scan.trials:
+        check_gap(trial.file, trial.longest, trial.usual, trial.longest_after, trial.longest_from)
     document, means = scan.document, scan.means
+    if as_json:
+        print_json(
+            {
+                "title": document.title,
+                "signals": {name: {"column": each.column, "unit": each.unit, "role": each.role} for name, each in document.signals.items()},
+                "trials": [dataclasses.asdict(trial) for trial in scan.trials],
+                "averages": [] if means is None else list(means.conditions),
+                "nominal": {"values": document.nominal.values, "effects": document.nominal.effects},
+                "data": scan.data_hash,
+            }
+        )
     channels = [signal.name for signal in document.recorded if signal.role is not None]
     if scan.trials:
         out.print(_trials(document.title, document.signals, scan.trials, channels))
@@ -199,6 +214,7 @@ def advise(
     ] = None,
     value: Values = None,
     speed_unit: SpeedUnit = "m/min",
+    as_json: Json = False,
 ) -> None:
     """Say what to record, how long, how fast sampled and how often, so that the parameters of a contact show.
 
@@ -211,6 +227,8 @@ def advise(
     believed = {} if parameters is None else dict(parameter_sets.load(parameters, speed_unit=speed_unit).values)
     table = Table("motion", "conditions", "each at least", "sampled at", "repeats", title="What to record", title_justify="left")
     advised = recordings({**believed, **typed_values(value)})
+    if as_json:
+        print_json([dataclasses.asdict(each) for each in advised])
     for each in advised:
         conditions = ", ".join(_millimetres(number, "/s" * bool(each.speeds)) for number in each.speeds or each.strokes)
         table.add_row(each.motion, conditions, f"{each.seconds:.3g} s", f"{each.rate:.0f} Hz", str(each.repeats))

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, get_args
 
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-from evat.commands.shared import Values, share_done, typed_values
-from evat.console import err, headline, marked, out
-from evat.model import ParameterError, Variable
+from evat.commands.shared import STOPPED, Json, Values, one_of, print_json, share_done, stoppable, typed_values
+from evat.console import err, headline, marked, note, out, shows_bars
+from evat.files.writing import usable
+from evat.model import Model, ParameterError, Variable
 from evat.native import kernel
 from evat.units import display, to_si
 
 if TYPE_CHECKING:
     from evat.identification import Identification
 
-STOPPED = 130  # exit status, as of a process that Ctrl-C ends
+JOURNAL = "search.journal"
 COLOURS = {"identified": "green", "weak": "yellow", "not identifiable": "red", "withheld": "bold yellow"}
 
 
@@ -51,6 +51,7 @@ def identify(
     to: Annotated[Path, typer.Option("--out", "-o", help="Folder for parameters (.ssv), JSON, report and the state of the search.")] = Path(
         "identified"
     ),
+    as_json: Json = False,
 ) -> None:
     """Identify parameters from an experiment: estimates with intervals, and a verdict on what the data can tell.
 
@@ -61,9 +62,11 @@ def identify(
     from evat.identification import identify as run
     from evat.identification.report import output
     from evat.identification.searching.cluster import Cluster
+    from evat.identification.searching.search import check_size
     from evat.models.contact import ContactModel
 
     model = ContactModel(threads)
+    _check_names(model, free, law, effect, objective, search)
     settings = Settings(
         on=tuple(effect or ()),
         values=typed_values(value) | ({"friction_law": law} if law is not None else {}),
@@ -76,17 +79,46 @@ def identify(
         whiten=whiten,
         hold_out=tuple(hold_out or ()),
     )
+    check_size(population, generations, seed)
+    usable(to)
     with share_done(f"reading {experiment}") as progress:
         read = read_experiment(experiment, model, progress=progress)
-    with nullcontext() if dask is None else Cluster(dask) as cluster, _told() as tell, _stoppable() as cancelled:
-        execution = Execution(to / "search.journal", resume, None if cluster is None else cluster.costs, tell, cancelled)
+    with (
+        nullcontext() if dask is None else Cluster(dask) as cluster,
+        _told() as tell,
+        stoppable(lambda: _kept(to)) as cancelled,
+    ):
+        execution = Execution(to / JOURNAL, resume, None if cluster is None else cluster.costs, tell, cancelled)
         answer = run(read, model, free, settings, execution=execution)
+    if as_json:
+        print_json(output.as_json(answer))
     _show(answer)
     for path in output.write(answer, to):
         out.print(f"wrote {path}")
     if answer.stopped:
         err.print(f"stopped: the best so far was written; go on with --resume --out {to}")
         raise typer.Exit(STOPPED)
+
+
+def _kept(to: Path) -> str:
+    if not (to / JOURNAL).is_file():
+        return "the search had not begun."
+    return f"the search so far is kept in {to / JOURNAL}; go on with --resume --out {to}"
+
+
+def _check_names(model: Model, free: list[str], law: str | None, effects: list[str] | None, objective: str, search: str) -> None:
+    """Typos, told before data are read."""
+    from evat.identification.objective import Kind
+    from evat.identification.searching.search import Search
+
+    for name in free:
+        one_of(name, (variable.name for variable in model.variables if variable.causality == "parameter"), "parameter")
+    for name in effects or ():
+        one_of(name, (each.name for each in model.effects), "effect")
+    if law is not None:
+        one_of(law, (each.name for each in kernel.laws()), "friction law")
+    one_of(objective, get_args(Kind), "objective")
+    one_of(search, get_args(Search), "search")
 
 
 def _bound(text: str) -> tuple[str, tuple[float, float]]:
@@ -115,34 +147,19 @@ def _told() -> Iterator[Callable[[str, float], None]]:
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=err, transient=True) as bar:
+    with Progress(*columns, console=err, transient=True, disable=not shows_bars()) as bar:
         task = bar.add_task("checks", total=1.0)
         last = ["checks"]
 
         def tell(what: str, share: float) -> None:
             stage = what.partition(",")[0].partition(" ")[0]
             if stage != last[0]:
+                note(what)
                 bar.reset(task)
                 last[0] = stage
             bar.update(task, description=what, completed=share)
 
         yield tell
-
-
-@contextmanager
-def _stoppable() -> Iterator[Callable[[], bool]]:
-    """Whether Ctrl-C was pressed; pressed again it ends the process as usual."""
-    asked, before = list[bool](), signal.getsignal(signal.SIGINT)
-
-    def stop(number: int, frame: object) -> None:
-        asked.append(True)
-        signal.signal(signal.SIGINT, before)
-
-    signal.signal(signal.SIGINT, stop)
-    try:
-        yield lambda: bool(asked)
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _show(answer: Identification) -> None:

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import importlib.metadata
+import itertools
 import os
+import signal
 import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
 
 import typer
-from rich.table import Table
+from rich.console import Group
+from rich.padding import Padding
+from rich.table import Column, Table
+from rich.text import Text
+from typer.core import TyperGroup
 
 from evat import parameter_sets
 from evat.commands.calibrate import benchmark, calibrate
@@ -19,12 +25,25 @@ from evat.commands.effects import effects
 from evat.commands.experiment import experiment
 from evat.commands.guide import guide
 from evat.commands.identify import identify
-from evat.commands.shared import SpeedUnit, Values, lines_done, picture_beside, share_done, typed_values
+from evat.commands.shared import (
+    REFUSED,
+    STOPPED,
+    Json,
+    SpeedUnit,
+    Values,
+    lines_done,
+    one_of,
+    picture_beside,
+    print_json,
+    share_done,
+    typed_seconds,
+    typed_values,
+)
 from evat.commands.study import study
 from evat.commands.system import system
-from evat.console import err, marked, out, show_warnings
-from evat.files.writing import usable
-from evat.model import Effect, EvatError, Law, Variable
+from evat.console import ask, err, marked, note, out, printable, show_warnings
+from evat.files.writing import OutputError, usable
+from evat.model import Effect, EvatError, Law, ParameterError, Variable, nearest
 from evat.native import kernel
 from evat.paper_tables import materials
 from evat.required_inputs import KINEMATICS, MOTION
@@ -33,8 +52,21 @@ from evat.units import display
 if TYPE_CHECKING:
     from evat.studies.record import Columns
 
+
+class Commands(TyperGroup):
+    """The commands, each of which Ctrl-C ends with one line and a status of its own."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            err.print("stopped: what was whole by then is kept.", highlight=False)
+            raise typer.Exit(STOPPED) from None
+
+
 app = typer.Typer(
     name="evat",
+    cls=Commands,
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode="markdown",
@@ -43,7 +75,9 @@ app = typer.Typer(
     "`evat effects` shows what can be switched on, `evat experiment` checks measurements, `evat system` runs the contact in a machine, "
     "`evat study` looks for the conditions of the paper's tests, "
     "`evat guide` opens the manual. "
-    "Numbers take units: `--value 'cutting_speed=30 m/min'`; a bare number is SI.",
+    "Numbers take units: `--value 'cutting_speed=30 m/min'`; a bare number is SI.\n\n"
+    "Ends with status 0 when all is well, 1 when the work was done and something in it failed, 2 when what was asked cannot be done, "
+    "130 when it was stopped.",
 )
 Effects = Annotated[
     list[str] | None,
@@ -63,39 +97,76 @@ app.add_typer(study)
 app.command()(guide)
 
 
-def _row(variable: Variable) -> list[str]:
+def _described(heading: str, facts: str, text: str) -> Group:
+    """An entry of a list that reads at any width: names are never cut."""
+    head = Text.assemble((printable(heading), "bold"), f"  {facts}" if facts else "", overflow="fold")
+    return Group(Padding(head, (0, 0, 0, 2)), Padding(Text(printable(text), overflow="fold"), (0, 0, 0, 6)))
+
+
+def _facts(variable: Variable) -> str:
     start = "" if variable.causality in ("output", "local", "independent") else display(variable.start, variable)
-    bounds = "" if variable.type in ("choice", "boolean") else f"{variable.min:g} .. {variable.max:g} {variable.unit}"
-    allowed = ", ".join(variable.choices) or bounds
-    return [variable.name, start, allowed, f"{variable.meaning}. [{variable.source}]"]
+    bounds = (
+        ""
+        if variable.type in ("choice", "boolean")
+        else f"{variable.min:g} .. {variable.max:g} {'' if variable.unit == '1' else variable.unit}"
+    )
+    return "; ".join(filter(None, (start, ", ".join(variable.choices) or bounds.strip())))
 
 
 @app.command()
 def info(
     name: Annotated[str | None, typer.Argument(help="A variable, friction law or effect; without it everything is listed.")] = None,
+    as_json: Json = False,
 ) -> None:
-    """List variables, friction laws and effects: unit, start, bounds, meaning, source."""
+    """List variables, friction laws and effects: unit, start, bounds, meaning, source.
+
+    Example: evat info F_C
+    """
     laws, effects = kernel.laws(), kernel.effects()
-    groups: dict[str, tuple[Law | Effect, ...]] = {"friction laws (friction_law)": laws, "effects": effects}
-    for title, entries in groups.items():
-        table = Table("name", "equation", "what it is", title=title, title_justify="left")
-        for entry in entries:
-            if name is None or entry.name == name:
-                table.add_row(entry.name, entry.equation, f"{entry.meaning}. [{entry.source}]")
-        if table.row_count:
-            out.print(table)
-    entries_of_all: tuple[Law | Effect, ...] = (*laws, *effects)
-    own = {v.name for entry in entries_of_all if entry.name == name for v in entry.variables}
+    entries: tuple[Law | Effect, ...] = (*laws, *effects)
+    own = {v.name for entry in entries if entry.name == name for v in entry.variables}
     listed = [v for v in kernel.variables() if name is None or v.name == name or v.name in own]
-    if not listed and name not in {entry.name for entry in entries_of_all}:
-        kernel.variable(name or "")
+    if not listed and name not in {entry.name for entry in entries}:
+        names = [*(entry.name for entry in entries), *(v.name for v in kernel.variables())]
+        raise ParameterError(f"there is no variable, friction law or effect {name!r}; {nearest(name or '', names, 0)}")
+    if as_json:
+        print_json(
+            {
+                "friction_laws": [_entry(law) for law in laws if name in (None, law.name)],
+                "effects": [_entry(effect) for effect in effects if name in (None, effect.name)],
+                "variables": [_variable(variable) for variable in listed],
+            }
+        )
+    groups: dict[str, tuple[Law | Effect, ...]] = {"friction laws (friction_law)": laws, "effects": effects}
+    for title, group in groups.items():
+        shown = [entry for entry in group if name in (None, entry.name)]
+        if shown:
+            out.print(Text(title, "bold underline"))
+        for entry in shown:
+            out.print(_described(entry.name, "", f"{entry.meaning}. [{entry.source}]\n{entry.equation}"), highlight=False)
     for causality in ("input", "parameter", "output", "local"):
         rows = [v for v in listed if v.causality == causality]
         if rows:
-            table = Table("name", "start", "allowed", "meaning [source]", title=f"{causality}s", title_justify="left")
-            for variable in rows:
-                table.add_row(*_row(variable))
-            out.print(table)
+            out.print(Text(f"{causality}s: start; allowed", "bold underline"))
+        for variable in rows:
+            out.print(_described(variable.name, _facts(variable), f"{variable.meaning}. [{variable.source}]"), highlight=False)
+
+
+def _entry(entry: Law | Effect) -> dict[str, object]:
+    return {
+        "name": entry.name,
+        "meaning": entry.meaning,
+        "equation": entry.equation,
+        "source": entry.source,
+        "variables": [variable.name for variable in entry.variables],
+    }
+
+
+def _variable(variable: Variable) -> dict[str, object]:
+    return {
+        name: getattr(variable, name)
+        for name in ("name", "unit", "start", "min", "max", "choices", "type", "causality", "variability", "meaning", "source")
+    }
 
 
 @app.command()
@@ -104,24 +175,49 @@ def sets(
     speed_unit: SpeedUnit = "m/min",
     strict: Annotated[bool, typer.Option(help="Refuse a set that violates the paper's eq. 7 within its speed range.")] = False,
     save: Annotated[Path | None, typer.Option(help="Write the set as an SSP parameter file (.ssv).")] = None,
+    as_json: Json = False,
 ) -> None:
-    """List the shipped parameter sets, or show one: every value with unit and source."""
+    """List the shipped parameter sets, or show one: every value with unit and source.
+
+    Example: evat sets published/inconel-718
+    """
     if name is None:
-        table = Table("set", "what it is")
-        for each in parameter_sets.names():
-            table.add_row(each, parameter_sets.load(each, speed_unit=speed_unit).title)
+        titles = {each: parameter_sets.load(each, speed_unit=speed_unit).title for each in parameter_sets.names()}
+        if as_json:
+            print_json(titles)
+        table = Table(Column("set", no_wrap=True), "what it is")
+        for each, title in titles.items():
+            table.add_row(each, title)
         out.print(table)
         return
     parameter_set = parameter_sets.load(name, speed_unit=speed_unit, strict=strict)
-    table = Table("variable", "value", "SI", "source", title=f"{parameter_set.name}: {parameter_set.title}", title_justify="left")
+    if as_json:
+        values = {key: {"value": value, "unit": kernel.variable(key).unit} for key, value in kernel.by_choice(parameter_set.values).items()}
+        print_json(
+            {
+                "name": parameter_set.name,
+                "title": parameter_set.title,
+                "values": {key: {**each, "source": parameter_set.sources.get(key, "")} for key, each in values.items()},
+                "effects": parameter_set.effects,
+                "notes": parameter_set.notes,
+            }
+        )
+    table = Table(
+        Column("variable", no_wrap=True),
+        "value",
+        "SI",
+        "source",
+        title=f"{parameter_set.name}: {parameter_set.title}",
+        title_justify="left",
+    )
     for key, value in parameter_set.values.items():
         known = kernel.variable(key)
         si = "" if known.type in ("choice", "boolean") else f"{value:g} {known.unit}"
         table.add_row(key, display(value, known), si, parameter_set.sources.get(key, ""))
     out.print(table)
     out.print(f"effects on: {', '.join(parameter_set.effects) or 'none'}")
-    for note in parameter_set.notes:
-        out.print(f"note: {note}")
+    for each in parameter_set.notes:
+        out.print(f"note: {each}")
     if save is not None:
         out.print(f"wrote {parameter_sets.save_ssv(parameter_set, save)}")
 
@@ -168,11 +264,14 @@ def simulate(
     to: Annotated[Path, typer.Option("--out", "-o", help="Result, .csv or .parquet; the plot is written beside it as .png.")] = Path(
         "evat.csv"
     ),
+    as_json: Json = False,
 ) -> None:
     """Run the contact with a parameter set, a friction law and a motion; write a table and a plot.
 
     Example: evat simulate -s regularised/al-7075-t6 --law lugre -v 'cutting_speed=20 m/min' -v feed=50um -o cut.csv
     """
+    if as_json:
+        out.quiet = True
     from evat.files.table import read_table, write_trace
     from evat.files.text import RecordError
     from evat.models.simulate import SHOWN
@@ -181,6 +280,12 @@ def simulate(
 
     values: dict[str, float | str] = {}
     effects: list[str] = []
+    for name in effect or ():
+        one_of(name, (each.name for each in kernel.effects()), "effect")
+    if law is not None:
+        one_of(law, (each.name for each in kernel.laws()), "friction law")
+    if principle is not None:
+        one_of(principle, kernel.variable("shear_angle_principle").choices, "shear-angle principle")
     beside = picture_beside(to)
     if parameters is not None:
         parameter_set = parameter_sets.load(parameters, speed_unit=speed_unit)
@@ -206,11 +311,14 @@ def simulate(
     out.print(f"wrote {write_trace(trace, to)}")
     picture = plot_trace(trace, beside, ("principal_force", "feed_force", "friction_force", "slip_velocity_used"), to.stem)
     out.print(f"wrote {picture}")
+    means = {name: float(trace[name][-1]) for name in SHOWN if name.startswith("mean_")}
     summary = Table("mean over the last window", "value")
-    for name in SHOWN:
-        if name.startswith("mean_"):
-            summary.add_row(name, display(float(trace[name][-1]), kernel.variable(name)))
+    for name, mean in means.items():
+        summary.add_row(name, display(mean, kernel.variable(name)))
     out.print(summary)
+    if as_json:
+        told = {name: {"value": mean, "unit": trace.units[name]} for name, mean in means.items()}
+        print_json({"table": str(to), "picture": str(picture), "mean": told, "made_by": trace.made_by})
     if trace.made_by["warnings"]:
         err.print(f"warning: {trace.made_by['warnings']}")
 
@@ -225,8 +333,8 @@ def run(
     position: Annotated[str | None, typer.Option(help="With --record: header of the position, where no velocity was measured.")] = None,
     force: Annotated[str, typer.Option(help="With --record: header of the friction force.")] = "friction_force",
     force_sign: Annotated[float, typer.Option(help="With --record: -1 where the force counts against the motion.")] = 1.0,
-    begin: Annotated[float, typer.Option(help="With --record: first time used [s].")] = float("-inf"),
-    end: Annotated[float, typer.Option(help="With --record: last time used [s].")] = float("inf"),
+    begin: Annotated[str | None, typer.Option(help="With --record: first time used, such as '20 ms'.")] = None,
+    end: Annotated[str | None, typer.Option(help="With --record: last time used, such as '1 min'.")] = None,
     family: Annotated[str, typer.Option(help="Without --record: regularised or published sets.")] = "regularised",
     speed_unit: SpeedUnit = "m/min",
     to: Annotated[Path, typer.Option("--out", "-o", help="Folder for figures, tables and report.")] = Path("runs"),
@@ -243,7 +351,9 @@ def run(
 
     parameter_set = parameter_sets.load(parameters, speed_unit=speed_unit)
     values = kernel.check_values({**parameter_set.values, **typed_values(value)})
-    _run_record(record, Columns(time, force, velocity, position, force_sign), parameter_set, values, (begin, end), to)
+    first, last = typed_seconds(begin, "--begin"), typed_seconds(end, "--end")
+    between = (float("-inf") if first is None else first, float("inf") if last is None else last)
+    _run_record(record, Columns(time, force, velocity, position, force_sign), parameter_set, values, between, to)
 
 
 def _host_fmu(version: Literal[2, 3], to: Path) -> Path:
@@ -302,22 +412,57 @@ def _run_materials(family: str, speed_unit: str, to: Path) -> None:
 
 
 @app.callback(invoke_without_command=True)
-def _version(version: Annotated[bool, typer.Option("--version", help="Show the version and stop.")] = False) -> None:
+def _everything(
+    version: Annotated[bool, typer.Option("--version", help="Show the version and stop.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Show warnings, errors and what --json asks for alone.")] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", help="Tell each stage and how long it took, with the time, instead of a bar.")
+    ] = False,
+    log_file: Annotated[Path | None, typer.Option("--log-file", help="Add all that is said, and the stages, to this file.")] = None,
+) -> None:
+    if log_file is not None:
+        usable(log_file.parent)
+    try:
+        ask(quiet, verbose, log_file)
+    except OSError as error:
+        raise OutputError(f"--log-file {log_file}: it cannot be written ({error.strerror}).") from error
+    if log_file is not None:
+        note(f"evat {' '.join(sys.argv[1:])}")
     if version:
         out.print(f"evat {importlib.metadata.version('evat')}, model {kernel.token()}")
         raise typer.Exit
 
 
+def _for_all_first(words: list[str]) -> list[str]:
+    """The words of a command line with those for all commands in front, wherever they were typed."""
+    front, rest = list[str](), list[str]()
+    left = iter(words)
+    for word in left:
+        if word == "--":
+            rest += [word, *left]
+        elif word == "--log-file":
+            front += [word, *itertools.islice(left, 1)]
+        elif word in ("--quiet", "--verbose") or word.startswith("--log-file="):
+            front.append(word)
+        else:
+            rest.append(word)
+    return front + rest
+
+
 def main() -> None:
-    """The command `evat`: errors of ours, and what the system refuses, as one line on stderr and exit status 2."""
+    """The command `evat`: errors of ours, and what the system refuses, as one line on stderr and exit status 2; 130 when stopped."""
     show_warnings()
+    with suppress(ValueError):  # in a thread that is not the first one nobody sends signals
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # what a scheduler sends ends it as Ctrl-C does: nothing is left behind
     try:
-        app()
+        app(_for_all_first(sys.argv[1:]))
     except EvatError as error:
         _refused(str(error))
     except OSError as error:  # of what is read, or of standard output; what is written says more (evat.files.writing)
         what = f"{error.filename}: " if error.filename is not None else ""
         _refused(f"{what}{error.strerror or error}. It is the system that refuses; see to that file, disk or pipe, and try again.")
+    finally:
+        ask()
 
 
 def _refused(text: str) -> NoReturn:
@@ -327,4 +472,4 @@ def _refused(text: str) -> NoReturn:
         sys.stdout.flush()
     except OSError:  # it would be tried again, and complained of, at the very end
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    sys.exit(2)
+    sys.exit(REFUSED)

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import json
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from evat.console import err
+from evat.console import err, note, out, shows_bars
+from evat.files.json_values import json_value
 from evat.files.writing import OutputError, usable
-from evat.model import ParameterError
+from evat.model import ParameterError, nearest
 from evat.native import kernel
 from evat.units import to_si
 
@@ -20,20 +27,38 @@ Values = Annotated[
     list[str] | None,
     typer.Option("--value", "-v", help="NAME=VALUE of a parameter or constant input, units allowed; repeat it for more."),
 ]
+# Exit statuses; the page on first runs explains them.
+FAILED = 1  # the work was done, and what it says is no
+REFUSED = 2  # something was asked that cannot be done
+STOPPED = 130  # as of a process that Ctrl-C ends; what was done by then is kept
 SpeedUnit = Annotated[str, typer.Option(help="Unit in which the speeds of the paper's table 1 are read: m/min or m/s.")]
+
+
+Json = Annotated[bool, typer.Option("--json", help="The answer as JSON on standard output; nothing else is printed there.")]
+PATIENCE = 2.5  # s after Ctrl-C
+TABLES = (".csv", ".parquet", ".pq")
 
 
 def _bar() -> Progress:
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn())
-    return Progress(*columns, console=err, transient=True)
+    return Progress(*columns, console=err, transient=True, disable=not shows_bars())
 
 
 @contextmanager
 def share_done(what: str) -> Iterator[Callable[[float], None]]:
     """A bar that is told the share that is done."""
-    with _bar() as bar:
+    with _bar() as bar, noted(what):
         task = bar.add_task(what, total=1.0)
         yield lambda share: bar.update(task, completed=share)
+
+
+@contextmanager
+def noted(what: str) -> Iterator[None]:
+    """A stage, told with the time it took."""
+    began = time.monotonic()
+    note(what)
+    yield
+    note(f"{what}: {time.monotonic() - began:.1f} s")
 
 
 @contextmanager
@@ -41,16 +66,36 @@ def lines_done(count: int) -> Iterator[Callable[[str], None]]:
     """A bar that is told what comes next, `count` times in all."""
     with _bar() as bar:
         task = bar.add_task("", total=count)
-        yield lambda text: bar.update(task, description=text, advance=1)
+
+        def tell(text: str) -> None:
+            note(text)
+            bar.update(task, description=text, advance=1)
+
+        yield tell
 
 
 def picture_beside(table: Path) -> Path:
-    """Where the picture of a table goes; OutputError where one would replace the other, or nothing can be written there."""
-    picture = table.with_suffix(".png")
-    if picture == table:
-        raise OutputError(f"--out {table}: the picture is written beside the table under that name; name the table .csv or .parquet.")
+    """Where the picture of a table goes; OutputError where the table is of no kind that is written, or nothing can be written there."""
+    if table.suffix.lower() not in TABLES:
+        raise OutputError(f"--out {table}: a table of the kind {table.suffix!r} cannot be written; name it .csv or .parquet.")
+    if table.is_dir():
+        raise OutputError(f"--out {table}: this is a folder; name a file in it, such as {table / 'table.csv'}.")
     usable(table.parent)
-    return picture
+    return table.with_suffix(".png")
+
+
+def print_json(document: Any) -> None:
+    """The answer of a command as JSON, the only thing on standard output; quiet or not."""
+    sys.stdout.write(json.dumps(json_value(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    out.quiet = True
+
+
+def one_of(name: str, known: Iterable[str], what: str) -> str:
+    """The name, where it is known; ParameterError with the nearest otherwise."""
+    names = list(known)
+    if name not in names:
+        raise ParameterError(f"there is no {what} {name!r}; {nearest(name, names, len(names))}")
+    return name
 
 
 def typed_values(texts: list[str] | None) -> dict[str, float | str]:
@@ -72,3 +117,39 @@ def typed_values(texts: list[str] | None) -> dict[str, float | str]:
             values[name] = to_si(value, known.unit, name=name)
         known.check(values[name])
     return values
+
+
+def seconds(text: str, name: str) -> float:
+    """A typed time in s."""
+    return to_si(text, "s", name=name)
+
+
+def typed_seconds(text: str | None, name: str) -> float | None:
+    """A typed time in s, where one was typed."""
+    return None if text is None else seconds(text, name)
+
+
+@contextmanager
+def stoppable(kept: Callable[[], str]) -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C was pressed. What does not come to its end within PATIENCE after that is ended; `kept` says what remains then."""
+    asked, before = list[bool](), signal.getsignal(signal.SIGINT)
+
+    def end() -> None:
+        err.print(f"stopped: {kept()}", highlight=False)
+        err.show_cursor()
+        os._exit(STOPPED)  # what is at work now asks nobody
+
+    late = threading.Timer(PATIENCE, end)
+    late.daemon = True
+
+    def stop(number: int, frame: object) -> None:
+        asked.append(True)
+        signal.signal(signal.SIGINT, before)  # pressed again it ends the process as usual
+        late.start()
+
+    signal.signal(signal.SIGINT, stop)
+    try:
+        yield lambda: bool(asked)
+    finally:
+        late.cancel()
+        signal.signal(signal.SIGINT, before)

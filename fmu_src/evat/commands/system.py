@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -9,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from rich.table import Table
 
-from evat.commands.shared import picture_beside, share_done
-from evat.console import err, out
+from evat.commands.shared import FAILED, STOPPED, Json, picture_beside, print_json, seconds, share_done, typed_seconds
+from evat.console import err, marked, out
 from evat.files.writing import temporary
 
 if TYPE_CHECKING:
@@ -23,8 +24,8 @@ system = typer.Typer(
     help="Systems of FMUs (.ssp): the contact in a machine. `evat build` writes ours; any flat one of FMI 2 or 3 co-simulation FMUs runs.",
 )
 Ssp = Annotated[Path, typer.Argument(help="An .ssp file.")]
-Step = Annotated[float | None, typer.Option(help="Communication step [s]; without it the system's own.")]
-Stop = Annotated[float | None, typer.Option(help="Stop time [s]; without it the system's own.")]
+Step = Annotated[str | None, typer.Option(help="Communication step, such as '20 us'; a bare number is in s. Without it the system's own.")]
+Stop = Annotated[str | None, typer.Option(help="Stop time, such as '20 ms'; a bare number is in s. Without it the system's own.")]
 Order = Annotated[Literal["gauss-seidel", "jacobi"], typer.Option(help="One component after the other, or all from the same values.")]
 Inputs = Annotated[Literal["linear", "constant"], typer.Option(help="How inputs go on within a step whose end is not known yet.")]
 SystemValues = Annotated[
@@ -64,6 +65,7 @@ def run(
     to: Annotated[Path, typer.Option("--out", "-o", help="Result, .csv or .parquet; the plot is written beside it as .png.")] = Path(
         "system.csv"
     ),
+    as_json: Json = False,
 ) -> None:
     """Run a system; write a table and a plot, and say how the power balance at its bonds came out.
 
@@ -72,24 +74,36 @@ def run(
     from evat.files.table import write_trace
     from evat.plots.system import plot_run
     from evat.systems.couple import NO_INPUTS, Coupled, plan
-    from evat.systems.model import SystemStopped
+    from evat.systems.model import SystemInterrupted, SystemStopped
     from evat.systems.read import read
     from evat.systems.values import record as read_record
 
-    beside = picture_beside(to)
+    beside, step_size, end = picture_beside(to), typed_seconds(step, "--step"), typed_seconds(stop, "--stop")
     with temporary() as folder:
         system = read(ssp, folder)
-        wanted = plan(system, step, stop, every, order, inputs)
-        given = NO_INPUTS if record is None else read_record(system, record)
-        with Coupled(system, _values(system, value, sets), given) as coupled, share_done(f"running {system.name}") as progress:
+        wanted = plan(system, step_size, end, every, order, inputs)
+        given, values = NO_INPUTS if record is None else read_record(system, record), _values(system, value, sets)
+        for note in system.notes:
+            err.print(marked("note:", "yellow", note), soft_wrap=True)
+        with Coupled(system, values, given) as coupled, share_done(f"running {system.name}") as progress:
             try:
                 trace, power = coupled.run(wanted, progress)
             except SystemStopped as stopped:
                 if stopped.trace.times.size:
                     out.print(f"wrote {write_trace(stopped.trace, to)}, the results until the stop")
                 raise
+            except SystemInterrupted as interrupted:
+                if interrupted.trace.times.size:
+                    err.print(f"stopped: wrote {write_trace(interrupted.trace, to)}, the results until then", highlight=False)
+                raise typer.Exit(STOPPED) from None
+    if as_json:
+        late = trace.times >= 0.5 * (trace.times[0] + trace.times[-1])
+        means = {name: {"value": float(column[late].mean()), "unit": trace.units[name]} for name, column in trace.items()}
+        shares = {name: {"passed": passed, "made": made} for name, (passed, _, made) in power.shares().items()}
+        print_json({"table": str(to), "picture": str(beside), "mean_of_last_half": means, "energy": shares, "made_by": trace.made_by})
     out.print(f"wrote {write_trace(trace, to)}")
-    out.print(f"wrote {plot_run(trace, beside, list(trace.columns), system.title)}")
+    picture, untold = plot_run(trace, beside, system.title)
+    out.print(f"wrote {picture}{f'; {untold}' if untold else ''}", soft_wrap=True)
     for line in power.advice(wanted.step, 2 if inputs == "linear" else 1):
         out.print(line, soft_wrap=True)
 
@@ -99,7 +113,9 @@ def sweep(
     ssp: Ssp,
     over: Annotated[
         list[str],
-        typer.Option(help="NAME=FIRST:LAST:COUNT, NAME=VALUE,VALUE or COMPONENT=SET,SET; several NAMEs joined by commas get the same."),
+        typer.Option(
+            help="NAME=FIRST:LAST:COUNT, NAME=VALUE,VALUE or COMPONENT=SET,SET, units allowed; several NAMEs joined by commas get the same."
+        ),
     ],
     beside: Annotated[
         list[str] | None,
@@ -115,11 +131,12 @@ def sweep(
     to: Annotated[Path, typer.Option("--out", "-o", help="Table, .csv or .parquet; the map is written beside it as .png.")] = Path(
         "sweep.csv"
     ),
+    as_json: Json = False,
 ) -> None:
     """Run a system over a grid of its parameters: a table of means over the last half of each run, and a map. Ends with status 1 where a
-    run has failed.
+    run has failed; Ctrl-C keeps the runs that are done.
 
-    Example: evat system sweep build/out/fmus/evat_turning.ssp --over contact.amplitude_x=3e-6:9e-6:4 --stop 0.005
+    Example: evat system sweep build/out/fmus/evat_turning.ssp --over 'contact.amplitude_x=3:9 um:4' --stop '5 ms'
 
     Beside it conventional turning: --beside contact.amplitude_x=0 --beside contact.amplitude_y=0
 
@@ -133,45 +150,66 @@ def sweep(
     from evat.systems.read import read
     from evat.systems.values import typed
 
-    picture = picture_beside(to)
+    picture, broken_off = picture_beside(to), list[bool]()
+    wishes = {"step": typed_seconds(step, "--step"), "stop": typed_seconds(stop, "--stop"), "order": order, "inputs": inputs}
     with temporary() as folder:
         system = read(ssp, folder)
-        axes = [sweeping.axis(system, text) for text in over]
+        axes = tuple(sweeping.axis(system, text) for text in over)
         values = _values(system, value, sets)
         grids = [{}, typed(system, beside)] if beside else [{}]
-        plan(system, step, stop, None, order, inputs)
-        units = {f"{name}.{c.name}": c.unit for name, component in system.components.items() for c in component.connectors.values()}
+        steps = plan(system, **wishes).count  # type: ignore[arg-type]
+        workers = sweeping.worth(math.prod(len(each.texts) for each in axes), steps)
         with nullcontext() if dask is None else Cluster(dask) as cluster, share_done(f"sweeping {system.name}") as progress:
-            wishes = {"step": step, "stop": stop, "order": order, "inputs": inputs}
             rows, *again = [
-                sweeping.sweep(ssp, axes, values, wishes, lambda done, n=n: progress((n + done) / len(grids)), cluster, grid)  # type: ignore[misc]
+                sweeping.sweep(
+                    ssp,
+                    axes,
+                    values,
+                    wishes,
+                    lambda done, n=n: progress((n + done) / len(grids)),  # type: ignore[misc]
+                    cluster,
+                    grid,
+                    lambda: broken_off.append(True),
+                    workers,
+                )
                 for n, grid in enumerate(grids)
+                if not broken_off
             ]
-            others = again[0] if again else []
-    out.print(f"wrote {write_columns(sweeping.columns(axes, rows, units, others), to)}")
-    failed = [row for row in (*rows, *others) if row.failure]
-    if any(row.means for row in rows):
-        out.print(f"wrote {plot_sweep(axes, rows, units, picture, others)}")
+        swept = sweeping.Sweep(axes, tuple(rows), sweeping.units_of(system), tuple(again[0]) if again else (), system.title)
+    if as_json:
+        over_axes = [{"name": each.label, "unit": each.unit, "places": each.texts} for each in axes]
+        runs = [[{"place": row.place, "means": row.means, "failure": row.failure} for row in some] for some in (swept.rows, swept.beside)]
+        print_json({"table": str(to), "axes": over_axes, "units": swept.units, "rows": runs[0], "beside": runs[1]})
+    out.print(f"wrote {write_columns(sweeping.columns(axes, rows, swept.units, swept.beside), to)}")
+    if swept:
+        out.print(f"wrote {plot_sweep(swept, picture)}")
+    failed = [row for row in (*swept.rows, *swept.beside) if row.failure and row.failure != sweeping.NOT_RUN]
     table = Table("run", "why it failed")
     for row in failed:
         table.add_row(", ".join(each.texts[place] for each, place in zip(axes, row.place, strict=True)), row.failure)
     if failed:
         err.print(table)
-        err.print(f"{len(failed)} of {len(rows) + len(others)} runs failed; the table holds the others.")
-        raise typer.Exit(1)
+        err.print(f"{len(failed)} of {len(rows) + len(swept.beside)} runs failed; the table holds the others.")
+    if broken_off:
+        done = sum(not row.failure for row in (*swept.rows, *swept.beside))
+        err.print(f"stopped: {done} of {len(grids) * len(rows)} runs were done, and are written.")
+        raise typer.Exit(STOPPED)
+    if failed:
+        raise typer.Exit(FAILED)
 
 
 @system.command()
 def averaging(
     ssp: Ssp,
-    step: Annotated[float, typer.Option(help="Step of the averaged run [s]; a whole multiple of the fine one.")] = 1e-3,
-    fine: Annotated[float | None, typer.Option(help="Step of the run that follows every cycle [s]; without it the system's own.")] = None,
+    step: Annotated[str, typer.Option(help="Step of the averaged run; a whole multiple of the fine one.")] = "1 ms",
+    fine: Annotated[str | None, typer.Option(help="Step of the run that follows every cycle; without it the system's own.")] = None,
     stop: Stop = None,
     value: SystemValues = None,
     sets: Sets = None,
     to: Annotated[Path, typer.Option("--out", "-o", help="Table, .csv or .parquet; the plot is written beside it as .png.")] = Path(
         "averaging.csv"
     ),
+    as_json: Json = False,
 ) -> None:
     """Run a system with averaging = cycle in long steps, and again with every cycle: cost and error of both.
 
@@ -183,20 +221,25 @@ def averaging(
     from evat.systems.read import read
 
     beside = picture_beside(to)
+    long_step, fine_step, end = seconds(step, "--step"), typed_seconds(fine, "--fine"), typed_seconds(stop, "--stop")
     with temporary() as folder:
         system = read(ssp, folder)
         with share_done("following every cycle") as progress:
             comparison = compare(
                 system,
                 _values(system, value, sets),
-                step=step,
-                fine=fine,
-                stop=stop,
+                step=long_step,
+                fine=fine_step,
+                stop=end,
                 progress=lambda mode, share: progress(share if mode == "resolved" else 0.0),
             )
     cut = comparison.cut
+    if as_json:
+        machine = {name: {"largest": largest, "difference": apart} for name, (largest, apart) in comparison.machine().items()}
+        facts = {"cheaper": cut.cheaper, "relative_error": cut.relative_error, "typical_error": cut.typical_error, "seconds": cut.seconds}
+        print_json({"table": str(to), "picture": str(beside), **facts, "steps": comparison.steps, "machine": machine})
     out.print(f"wrote {write_columns(comparison.columns(), to)}")
-    out.print(f"wrote {plot_cut(cut, beside, f'{system.title}, averaged in steps of {1e3 * step:g} ms')}")
+    out.print(f"wrote {plot_cut(cut, beside, f'{system.title}, averaged in steps of {1e3 * long_step:g} ms')}")
     for mode, name in (("resolved", "every cycle"), ("cycle", "averaged")):
         out.print(f"{name}: {cut.seconds[mode]:.3g} s for {cut.times[-1] - cut.times[0]:g} s, in steps of {comparison.steps[mode]:g} s")
     worst = cut.times[int(cut.error.argmax())]

@@ -37,8 +37,9 @@ Progress = Callable[[float], None]
 
 @dataclass(slots=True)
 class TrialFacts:
-    """What a recording holds, without its samples: first and last time and the shortest and longest step [s], and for each signal
-    the least, the most and the root mean square (SI)."""
+    """What a recording holds, without its samples: first and last time and the shortest, longest and usual step [s], after which sample the
+    longest comes, and for each signal the least, the most and the root mean square (SI). The usual step is the median of those read
+    first."""
 
     file: str
     condition: str
@@ -47,6 +48,9 @@ class TrialFacts:
     end: float = math.nan
     shortest: float = math.inf
     longest: float = 0.0
+    usual: float = math.nan
+    longest_after: int = 0
+    longest_from: float = math.nan
     least: dict[str, float] = field(default_factory=dict)
     most: dict[str, float] = field(default_factory=dict)
     rms: dict[str, float] = field(default_factory=dict)
@@ -63,7 +67,7 @@ class Scan:
 
 
 def read_experiment(
-    folder_or_toml: str | PathLike[str], model: Model, *, progress: Progress | None = None, most: int | None = None
+    folder_or_toml: str | PathLike[str], model: Model | None = None, *, progress: Progress | None = None, most: int | None = None
 ) -> Experiment:
     """Read a measured experiment, in SI and checked throughout.
 
@@ -71,8 +75,8 @@ def read_experiment(
     ----------
     folder_or_toml : path
         Its folder, or the experiment.toml in it.
-    model : Model
-        What the measurements are of; its variables are what signals may be called.
+    model : Model, optional
+        What the measurements are of; its variables are what signals may be called. Without it a `ContactModel`.
     progress : callable, optional
         Told the share that is done.
     most : int, optional
@@ -93,10 +97,14 @@ def read_experiment(
     >>> import evat
     >>> made = evat.orthogonal({"friction_law": "coulomb", "F_C": 3.0}, repeats=2, speeds=[0.5], rate=100.0)
     >>> folder = evat.write_experiment(made, "rig")
-    >>> experiment = evat.read_experiment(folder, evat.ContactModel())
+    >>> experiment = evat.read_experiment(folder)
     >>> experiment.conditions, experiment.outputs, experiment.nominal.values["friction_law"]
     (('speed 1',), ('friction_force',), 'coulomb')
     """
+    if model is None:
+        from evat.models.contact import ContactModel
+
+        model = ContactModel()
     document = read_document(Path(folder_or_toml), model)
     done = _ShareDone(document, progress)
     data_hash = _hash(document, done)
@@ -236,9 +244,15 @@ def even_step(file: str, times: FloatArray) -> float:
 def _scan_trial(entry: TrialEntry, columns: list[Column], done: Callable[[int], None], form: TextForm) -> TrialFacts:
     facts, squares = TrialFacts(entry.file, entry.condition), np.zeros(len(columns))
     for batch in trial_batches(entry, columns, done, lambda rows: None, form):
-        times = batch[0]
-        steps = np.diff(times, prepend=facts.end) if facts.rows else np.diff(times)
+        times, end = batch[0], facts.end
+        steps = np.diff(times, prepend=end) if facts.rows else np.diff(times)
         facts.begin, facts.end = (facts.begin if facts.rows else float(times[0])), float(times[-1])
+        if steps.size and math.isnan(facts.usual):
+            facts.usual = float(np.median(steps))
+        if steps.size and steps.max() > facts.longest:
+            place = int(np.argmax(steps))
+            facts.longest_after = facts.rows + place + (0 if facts.rows else 1)
+            facts.longest_from = float(times[place] if not facts.rows else (end if place == 0 else times[place - 1]))
         facts.rows += times.size
         if steps.size:
             facts.shortest, facts.longest = min(facts.shortest, float(steps.min())), max(facts.longest, float(steps.max()))

@@ -19,7 +19,7 @@ from evat.fmu.part_model import fmu_facts_of, model_of, parts
 from evat.fmu.reference_results import reference_files
 from evat.fmu.sources import binary_name, compile_binary, source_files, source_names
 from evat.model import BuildError
-from evat.native.compile import CONTACT, TARGETS, host_target
+from evat.native.compile import CONTACT, TARGETS, host_target, stop_compilers
 
 __all__ = ["BuildError", "Version", "build_all", "build_fmu", "facts", "file_name", "fmu_facts_of", "parts"]
 
@@ -123,9 +123,14 @@ def build_fmu(
         def compiled(name: str) -> bytes:
             return compile_binary(version, TARGETS[name], fmu_facts, folder / name)
 
-        for name, data in zip(names, pool.map(compiled, names), strict=True):
-            progress(f"{title}: compiled for {name}")
-            files[binary_name(version, TARGETS[name], fmu_facts)] = data
+        try:
+            for name, data in zip(names, pool.map(compiled, names), strict=True):
+                progress(f"{title}: compiled for {name}")
+                files[binary_name(version, TARGETS[name], fmu_facts)] = data
+        except KeyboardInterrupt:
+            pool.shutdown(wait=False, cancel_futures=True)
+            stop_compilers()
+            raise
     progress(f"{title}: write {output.name}")
     return archive.write(files, output)
 

@@ -26,6 +26,7 @@ from evat.gap.verdict.gates import gates
 from evat.gap.verdict.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, judge
 from evat.gap.verdict.raised import raised
 from evat.gap.verdict.small import small_effect
+from evat.inference.checks import check_clocks
 from evat.inference.fit import Fit
 from evat.inference.initial_state import beginnings
 from evat.inference.prediction import Prediction
@@ -40,47 +41,7 @@ __all__ = ["Comparison", "Diagnosis", "diagnose", "diagnose_with"]
 
 
 def diagnose(experiment: Experiment, model: Model, *, version: str = "", report: Report | None = None) -> Diagnosis:
-    """Say where measurement and nominal model disagree, which effect causes it, and how far the gap shrinks with it.
-
-    Parameters
-    ----------
-    experiment : Experiment
-        Recorded trials, means, or both, with the nominal model.
-    model : Model
-        What simulates it, such as a `ContactModel`; its effects, and its other laws, are the candidates.
-    version : str
-        Of the caller, kept in the answer.
-    report : callable, optional
-        Told what is being done and the share that is done.
-
-    Returns
-    -------
-    Diagnosis
-        `verdict` is no_gap, mistuned, effect, effects, ambiguous, unknown or cannot_tell; `effects` are those named, with their probability
-        and parameters; `json()` is all of it.
-
-    Raises
-    ------
-    ExperimentError
-        Where nothing can be compared.
-    SimulationError
-        Where the nominal model does not run.
-
-    Examples
-    --------
-    A contact that holds better one way than the other, and a nominal model that knows nothing of it:
-
-    >>> import evat
-    >>> from dataclasses import replace
-    >>> truth = {"friction_law": "coulomb", "F_C": 8.0}
-    >>> made = evat.orthogonal(truth, ["direction_asymmetry"], motion="reversal", repeats=2, speeds=[0.1, 0.5], rate=50.0)
-    >>> made = replace(made, nominal=replace(made.nominal, effects=()))
-    >>> model = evat.ContactModel()
-    >>> model.effects = tuple(each for each in model.effects if each.name in ("direction_asymmetry", "dwell_strengthening"))
-    >>> answer = evat.diagnose(made, model)
-    >>> answer.verdict, [effect.name for effect in answer.effects]
-    ('effect', ['direction_asymmetry'])
-    """
+    """What `evat.diagnose` says, of any model; see evat.answers."""
     return diagnose_with(experiment, model, version=version, report=report)[0]
 
 
@@ -88,6 +49,7 @@ def diagnose_with(
     experiment: Experiment, model: Model, *, version: str = "", report: Report | None = None, constants: Constants | None = None
 ) -> tuple[Diagnosis, Comparison]:
     """The same, with everything that was fitted on the way: what the report draws."""
+    check_clocks(experiment)
     recorded = smoothed_inputs(experiment)
     looked_at, cut = portion(recorded.experiment, model)
     perturbed = None if recorded.perturbed is None else Prediction(model, portion(recorded.perturbed, model)[0])

@@ -138,6 +138,14 @@ class Diagnosis:
             "made_by": {name: _number(value) if isinstance(value, float) else value for name, value in self.made_by.items()},
         }
 
+    def _repr_html_(self) -> str:
+        from evat.notebook.tables import table
+
+        rows = [(" + ".join(on) or "none", "" if p is None else f"{100 * p:.1f} %") for on, p in self.candidates]
+        share, (low, high) = self.closure.share, self.closure.interval
+        closed = f"closes {100 * share:.0f} % of the gap, 90 % interval {100 * low:.0f} to {100 * high:.0f} %"
+        return table(f"Diagnosis: {self.verdict}", ("effects", "probability"), rows, (closed, *self.cannot_tell))
+
     def json(self) -> str:
         return json.dumps(self.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 

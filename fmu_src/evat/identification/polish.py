@@ -105,6 +105,8 @@ def polish(objective: Objective, points: Sequence[FloatArray], whiten: bool, can
         point, _, used = descend(objective, loss, point, free)
         calls += used
         loss = _loss(objective, point, whiten)
+    if cancelled is not None and cancelled():  # the best so far, as it is
+        return optimum_at(objective, loss, point, float(losses(objective, loss, point[None, :])[0]), calls + 1)
     point, least, used = descend(objective, loss, point, free)
     return optimum_at(objective, loss, point, least, calls + used)
 

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
+
+import numpy as np
 
 from evat.experiment import Experiment
+from evat.identification.draws import APPROXIMATION, as_arviz, prior
+from evat.identification.draws import draws as drawn
 from evat.identification.searching.search import Generation
-from evat.model import FloatArray, Variable
+from evat.model import FloatArray, ParameterError, Variable, nearest
+from evat.notebook.summaries import FitRow
+from evat.notebook.summaries import summary as fit_summary
+from evat.units import affine, display
 
 Word = Literal["identified", "weak", "not identifiable", "withheld"]
 
@@ -61,13 +69,39 @@ class ChannelFit:
     samples: int
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Identification:
-    """The answer. `values` are complete, with the estimates in them; `predicted` belongs to the trials and means of `experiment`,
-    `units` to its channels.
+    """The answer: `identification[name]` is the estimate of a free parameter, and it goes through their names as a dict does.
+
+    `values` are complete, with the estimates in them; `predicted` belongs to the trials and means of `experiment`, `units` to its channels.
 
     fits, held_out : by channel, on what was fitted and on the conditions that were kept back; doubts : sentences to read before a number is
     used; stopped : the search was ended by its user, so this is the best so far.
+
+    `print` shows a summary as of lmfit, a notebook a table; `plot()` draws the profiles, `to_pandas()` has a line for each estimate,
+    `to_arviz()` draws for what ArviZ shows.
+
+    Attributes
+    ----------
+    estimates : tuple of Estimate
+        Of each free parameter `value`, `sd`, the 90 % interval from `low` to `high`, `verdict` and `why`, SI.
+    correlation : array of shape (P, P)
+        Of the estimates.
+    values : mapping of str to float or str
+        The whole model, as `evat.simulate` takes it.
+    doubts : tuple of str
+        Sentences to read before a number is used.
+
+    Examples
+    --------
+    >>> import evat
+    >>> truth = {"friction_law": "coulomb", "F_C": 8.0}
+    >>> made = evat.orthogonal(truth, motion="reversal", repeats=2, speeds=[0.1, 0.5], rate=100.0, seed=1)
+    >>> result = evat.identify(made, free=["F_C"], settings=evat.Settings(search="none"))
+    >>> list(result), result["F_C"].verdict
+    (['F_C'], 'identified')
+    >>> result.to_pandas().loc["F_C", "unit"]
+    'N'
     """
 
     experiment: Experiment
@@ -94,4 +128,119 @@ class Identification:
         for estimate in self.estimates:
             if estimate.name == name:
                 return estimate
-        raise KeyError(name)
+        raise KeyError(f"{name!r} was not free here; {nearest(name, self)}")
+
+    def __iter__(self) -> Iterator[str]:
+        return (estimate.name for estimate in self.estimates)
+
+    def __len__(self) -> int:
+        return len(self.estimates)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.keys()
+
+    def keys(self) -> tuple[str, ...]:
+        """Names of the free parameters."""
+        return tuple(self)
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{row.name} = {row.value} +/- {row.error} ({row.verdict})" for row in self._rows())
+        return f"<Identification of {self.experiment.title!r}: {told}>"
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def _rows(self) -> list[FitRow]:
+        return [
+            FitRow(
+                each.name,
+                display(each.value, each.variable, digits=5),
+                _error(each),
+                f"{_end(each.low, each.open_below, each.variable)} to {_end(each.high, each.open_above, each.variable)}",
+                display(each.nominal, each.variable),
+                each.verdict,
+            )
+            for each in self.estimates
+        ]
+
+    def summary(self) -> str:
+        """A text as of lmfit's fit_report: the fit, each variable with its interval, correlations, doubts."""
+        errors = {
+            f"error of {channel}": f"{100 * fit.relative_error:.3g} % (eq. 9), residual {fit.rms:.3g} {self.units[channel]} rms"
+            for channel, fit in self.fits.items()
+        }
+        held = {f"{channel}, held out": f"{100 * fit.relative_error:.3g} % (eq. 9)" for channel, fit in self.held_out.items()}
+        facts = {
+            "experiment": self.experiment.title,
+            "method": f"{self.objective}, search {self.search}{'; stopped, the best so far' if self.stopped else ''}",
+            "data points": str(self.predicted.size),
+            "variables": str(len(self.estimates)),
+            "evaluations": str(self.evaluations),
+            **errors,
+            **held,
+        }
+        names = list(self)
+        pairs = {(names[i], names[j]): float(self.correlation[i, j]) for i in range(len(names)) for j in range(i)}
+        why = [f"{each.name}: {each.why}" for each in self.estimates if each.why]
+        return fit_summary(facts, self._rows(), pairs, (*why, *self.doubts))
+
+    def to_pandas(self) -> Any:
+        """As a pandas.DataFrame, a line for each estimate, SI."""
+        import pandas
+
+        columns = ("unit", "value", "sd", "low", "high", "nominal", "verdict")
+        lines = [(e.variable.unit, e.value, e.sd, e.low, e.high, e.nominal, e.verdict) for e in self.estimates]
+        return pandas.DataFrame(lines, index=pandas.Index(list(self), name="parameter"), columns=columns)
+
+    def plot(self) -> Any:
+        """A matplotlib Figure: the profile of each parameter, how much worse the best fit with that value is."""
+        from evat.notebook.panels import curves
+
+        profiles = {
+            e.name: (e.profile.values, e.profile.rise, e.profile.threshold, e.value) for e in self.estimates if e.profile is not None
+        }
+        if not profiles:
+            raise ParameterError("this identification has no profiles to draw: it was made without them, or was stopped before.")
+        units = {e.name: e.variable.unit for e in self.estimates}
+        return curves(profiles, units, "rise of the loss\n[sd squared]", "90 % interval")
+
+    def to_arviz(self, draws: int = 1000, chains: int = 4, seed: int = 0) -> Any:
+        """For ArviZ: its tree of Datasets (before ArviZ 1.0: InferenceData) with posterior, prior and observed_data; needs arviz-base.
+
+        The posterior is a normal approximation about the optimum within the bounds, no sampler's chain; its attributes say so.
+        """
+        facts = [(e.variable, e.nominal, e.bounds, e.value, e.sd if e.sd < 1e300 else math.inf) for e in self.estimates]
+        shape = (chains, draws)
+        groups: dict[str, dict[str, FloatArray]] = {
+            "posterior": {n: c.reshape(shape) for n, c in drawn(facts, self.correlation, chains * draws, seed).items()},
+            "prior": {n: c.reshape(shape) for n, c in prior(facts, chains * draws, seed).items()},
+        }
+        if self.experiment.trials:
+            groups["observed_data"] = {
+                name: np.concatenate([trial.outputs[name] for trial in self.experiment.trials if name in trial.outputs])
+                for name in self.fits
+            }
+        units = {**{e.name: e.variable.unit for e in self.estimates}, **self.units}
+        made_by = {name: value if isinstance(value, (int, float)) else str(value) for name, value in self.made_by.items()}
+        return as_arviz(
+            groups, units, {"inference_library": "evat", "approximation": APPROXIMATION, "doubts": " ".join(self.doubts), **made_by}
+        )
+
+    def _repr_html_(self) -> str:
+        from evat.notebook.tables import table
+
+        rows = [(r.name, r.value, r.error, r.interval, r.start, r.verdict) for r in self._rows()]
+        header = ("parameter", "estimate", "standard error", "90 % interval", "nominal", "verdict")
+        return table(f"Identification: {self.experiment.title}", header, rows, self.doubts)
+
+
+def _error(estimate: Estimate) -> str:
+    if not estimate.sd < 1e300:
+        return "unbounded"
+    unit = estimate.variable.display_unit or estimate.variable.unit
+    error = f"{affine(estimate.variable.unit, unit)[0] * estimate.sd:.2g}"  # a difference: the zero of the unit has no say
+    return error if unit == "1" else f"{error} {unit}"
+
+
+def _end(value: float, is_open: bool, variable: Variable) -> str:
+    return "?" if math.isnan(value) else "bound" if is_open else display(value, variable)

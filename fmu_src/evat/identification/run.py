@@ -34,49 +34,7 @@ DEFAULT, HERE = Settings(), Execution()
 def identify(
     experiment: Experiment, model: Model, free: Sequence[str], settings: Settings = DEFAULT, *, execution: Execution = HERE
 ) -> Identification:
-    """Find the free parameters of a model from an experiment, and what the experiment says about each.
-
-    Parameters
-    ----------
-    experiment : Experiment
-        Recorded trials, means, or both, with the nominal model.
-    model : Model
-        What simulates it, such as a `ContactModel`.
-    free : sequence of str
-        Names of the parameters to find.
-    settings : Settings
-        What decides the answer beside these: effects and values that are held, bounds, objective, search, what is kept out of the fit.
-    execution : Execution
-        How the work is carried out: journal, threads or a cluster, progress, cancelling.
-
-    Returns
-    -------
-    Identification
-        `result[name]` has value, sd, the 90 % interval from low to high, and a verdict: identified, weak, not identifiable, or withheld
-        where the interval cannot be believed.
-
-    Raises
-    ------
-    ParameterError
-        For names and bounds that are not allowed.
-    ExperimentError
-        For what would be a nonsense fit: a clock that jumps, signs, a force of zero.
-    EvatError
-        Where the search to go on with is another one.
-
-    Notes
-    -----
-    The paper, section 4.2, searches with a genetic algorithm and eq. 9; the intervals are made in `evat.identification.profile`.
-
-    Examples
-    --------
-    >>> import evat
-    >>> truth = {"friction_law": "coulomb", "F_C": 8.0}
-    >>> made = evat.orthogonal(truth, motion="reversal", repeats=2, speeds=[0.1, 0.5], rate=100.0, seed=1)
-    >>> result = evat.identify(made, evat.ContactModel(), ["F_C"], evat.Settings(search="none"))
-    >>> print(f"{result['F_C'].value:.2f} N, {result['F_C'].verdict}")
-    8.00 N, identified
-    """
+    """What `evat.identify` says, of any model; see evat.answers."""
     begin = time.perf_counter()
     check_size(settings.population, settings.generations, settings.seed)
     fitted, kept = _split(experiment, settings.hold_out)
@@ -198,7 +156,7 @@ def _optimum(
     points, names, calls = (best.point, *best.others), objective.space.names, 0
     for attempt in range(RESTARTS + 1):
         execution.report("polish", 0.0)
-        optimum = polish(objective, points, settings.whiten, None if not best.stopped else lambda: True)
+        optimum = polish(objective, points, settings.whiten, execution.cancelled if not best.stopped else lambda: True)
         calls += optimum.calls
         curves: list[Profile | None] = []
         if not settings.profiles or best.stopped or execution.stopped():

@@ -5,7 +5,6 @@ A positive parameter whose bounds are far apart is searched by its logarithm: fr
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.inference.parameters import Parameter
-from evat.model import FloatArray, ParameterError, Tables, Variable
+from evat.model import FloatArray, ParameterError, Tables, Variable, near_names, nearest
 
 REACH = 20.0  # bounds that nobody gave: the nominal value over this, and times this
 DECADES = 3.0  # a ratio of the bounds beyond which the logarithm is searched
@@ -93,7 +92,7 @@ def space(
     owner = {variable.name: effect.name for effect in model.effects for variable in effect.variables}
     unknown = [effect for effect in on if effect not in {effect.name for effect in model.effects}]
     if unknown:
-        raise ParameterError(f"there is no effect {unknown[0]!r}; the model has {', '.join(effect.name for effect in model.effects)}.")
+        raise ParameterError(f"there is no effect {unknown[0]!r}; {nearest(unknown[0], (effect.name for effect in model.effects))}")
     if not free:
         raise ParameterError("no free parameter was named; name at least one that is to be found, for example F_C.")
     if repeated := [name for name in dict.fromkeys(free) if list(free).count(name) > 1]:
@@ -103,7 +102,7 @@ def space(
     free_variables = []
     for name in free:
         if name not in known:
-            near = difflib.get_close_matches(name, known, n=3)
+            near = near_names(name, known)
             hint = f"; did you mean {', '.join(near)}?" if near else "."
             raise ParameterError(f"free parameter {name!r}: the model has no such variable{hint}")
         variable = known[name]

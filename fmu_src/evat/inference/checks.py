@@ -15,12 +15,17 @@ def check_clocks(experiment: Experiment) -> None:
         steps = np.diff(trial.times)
         if steps.size < 2:
             raise ExperimentError(f"{trial.file}: {trial.times.size} samples; a recording has at least three.")
-        usual, place = float(np.median(steps)), int(np.argmax(steps))
-        if steps[place] > CONSTANTS.clock_gap * usual:
-            raise ExperimentError(
-                f"{trial.file}: the clock jumps by {steps[place]:.4g} s after sample {place + 1} (t = {trial.times[place]:.6g} s), "
-                f"its usual step is {usual:.4g} s. What moved in between is not known: cut the file there into two trials."
-            )
+        place = int(np.argmax(steps))
+        check_gap(trial.file, float(steps[place]), float(np.median(steps)), place + 1, float(trial.times[place]))
+
+
+def check_gap(file: str, longest: float, usual: float, sample: int, time: float) -> None:
+    """ExperimentError where the longest step of a clock, after that sample, is no step but a gap."""
+    if longest > CONSTANTS.clock_gap * usual:
+        raise ExperimentError(
+            f"{file}: the clock jumps by {longest:.4g} s after sample {sample} (t = {time:.6g} s), "
+            f"its usual step is {usual:.4g} s. What moved in between is not known: cut the file there into two trials."
+        )
 
 
 def opposed(measured: FloatArray, simulated: FloatArray) -> float | None:

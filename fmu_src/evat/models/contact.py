@@ -54,6 +54,7 @@ class ContactModel(kernel.ContactTables):
 
     def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
         """Drive the contact through `run`; see evat.model.Model."""
+        values = kernel.in_si(values)
         first = {name: float(column[0]) for name, column in run.inputs.items() if np.size(column) and math.isfinite(column[0])}
         contact = kernel.Contact({**values, **first}, on)
         check_required_inputs(self, on, values, run.inputs)
@@ -77,6 +78,7 @@ class ContactModel(kernel.ContactTables):
 
     def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
         """K value sets through one run; see evat.model.Model."""
+        values = kernel.in_si(values)
         cycles = float(run.times[-1] - run.times[0]) / self.cycle_time(
             {k: v for k, v in values.items() if isinstance(v, (int, float, str))}
         )

@@ -52,14 +52,15 @@ def simulate(
     cycles: float = 5,
     samples_per_cycle: int = 200,
     outputs: Sequence[str] = SHOWN,
+    **named: float | str,
 ) -> Trace:
     """Run the contact: over some vibration cycles, or along a motion of your own.
 
     Parameters
     ----------
     values : mapping of str to float or str
-        Parameters and constant inputs by the component's names (`evat info` lists them), SI, choices by name. What is not named stands at
-        its start value.
+        Parameters and constant inputs by the component's names (`evat info` lists them), choices by name: numbers are SI,
+        texts may have a unit. What is not named stands at its start value.
     effects : sequence of str
         Names of the effects that are on.
     times : array of shape (n,), optional
@@ -72,6 +73,8 @@ def simulate(
         Without `times`: samples in each.
     outputs : sequence of str
         The variables to record.
+    named : float or str
+        More values, by their names, such as `cutting_speed="20 m/min"`; they come over `values`.
 
     Returns
     -------
@@ -93,11 +96,11 @@ def simulate(
     --------
     >>> import evat
     >>> aluminium = evat.parameter_sets.load("regularised/al-7075-t6")
-    >>> trace = evat.simulate({**aluminium.values, "cutting_speed": 20 / 60}, aluminium.effects, cycles=5)
+    >>> trace = evat.simulate(aluminium.values, aluminium.effects, cycles=5, cutting_speed="20 m/min")
     >>> print(f"{trace['mean_feed_force'][-1]:.2f} {trace.units['mean_feed_force']}")
     1.94 N
     """
-    values = dict(values or {})
+    values = kernel.in_si({**(values or {}), **named})
     if times is None:
         if inputs:
             raise ParameterError("inputs were given without sample times.")

@@ -9,12 +9,12 @@ import os
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
 
-from evat.model import FloatArray, ParameterError, Run, SimulationError
+from evat.model import FloatArray, ParameterError, Run, SimulationError, nearest
 from evat.native import kernel
 from evat.native.compile import MANY_LANES
 from evat.required_inputs import check_inputs_of_law, check_required_inputs
@@ -29,11 +29,40 @@ class Cancelled(SimulationError):
     """The caller asked to stop; what was done is thrown away."""
 
 
-@dataclass(frozen=True)
-class Batch:
-    """What came out of K sets: `rows[name]` of shape (K, n), or `sums` and `squares` [name] of shape (K,); nan where a set has failed.
+@dataclass(frozen=True, eq=False)
+class Batch(Mapping[str, FloatArray]):
+    """What came out of K sets: a mapping from the name of each output to its `rows`, or its `sums` where these were asked for.
 
-    `squares` are sums of squared distances from the data, `counts[name]` the number of data in each. `failed[k]` says what ended set k.
+    A notebook shows it as a table; `plot()` draws it, `to_xarray()` and `to_pandas()` give what their libraries work with.
+
+    Attributes
+    ----------
+    times : array of shape (n,)
+        Times [s] of the rows.
+    count : int
+        How many sets there were, K.
+    rows : mapping of str to array of shape (K, n)
+        Each output, nan where a set has failed.
+    sums, squares : mapping of str to array of shape (K,)
+        Sums over the kept samples, and of the squared distance from the data.
+    counts : mapping of str to int
+        The number of data in each of `squares`.
+    failed : mapping of int to str
+        What ended set k.
+    varied : mapping of str to array of shape (K,)
+        What differed from set to set.
+    units : mapping of str to str
+        The SI unit of each output and of each of `varied`.
+
+    Examples
+    --------
+    >>> import evat
+    >>> import numpy as np
+    >>> run = evat.Run(np.linspace(0, 1, 11), {"slip_velocity": np.full(11, 0.1)}, ("friction_force",))
+    >>> batch = evat.run_many(run, {"kinematics": "external", "friction_law": "coulomb", "F_C": np.array([5.0, 10.0])})
+    >>> data = batch.to_xarray()
+    >>> dict(data["friction_force"].sizes), data["F_C"].values
+    ({'set': 2, 'time': 11}, array([ 5., 10.]))
     """
 
     times: FloatArray
@@ -43,6 +72,73 @@ class Batch:
     squares: Mapping[str, FloatArray] = field(default_factory=dict)
     counts: Mapping[str, int] = field(default_factory=dict)
     failed: Mapping[int, str] = field(default_factory=dict)
+    varied: Mapping[str, FloatArray] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def _given(self) -> Mapping[str, FloatArray]:
+        return self.rows or self.sums
+
+    def __getitem__(self, name: str) -> FloatArray:
+        try:
+            return self._given[name]
+        except KeyError:
+            raise ParameterError(f"no output {name!r} in this batch; {nearest(name, self._given)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._given)
+
+    def __len__(self) -> int:
+        return len(self._given)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._given
+
+    def get(self, name: str, default: Any = None) -> Any:
+        return self._given.get(name, default)
+
+    def to_xarray(self) -> Any:
+        """As an xarray.Dataset over `set` and `time` [s], what differed from set to set as coordinates; `NAME_squares` beside NAME."""
+        from evat.notebook.datasets import dataset
+
+        columns = {**self._given, **{f"{name}_squares": column for name, column in self.squares.items()}}
+        failures = {"failed": ("set", np.array([self.failed.get(place, "") for place in range(self.count)]), "")} if self.failed else {}
+        coordinates = {
+            "set": ("set", np.arange(self.count), ""),
+            **({"time": ("time", self.times, "s")} if self.rows else {}),
+            **{name: ("set", column, self.units.get(name, "")) for name, column in self.varied.items()},
+            **failures,
+        }
+        return dataset(columns, ("set", "time"), coordinates, self.units, {"gives": "rows" if self.rows else "sums over the samples"})
+
+    def to_pandas(self) -> Any:
+        """As a pandas.DataFrame, a line for each set and time; without rows for each set."""
+        return self.to_xarray().to_dataframe()
+
+    def plot(self, *names: str, over: str = "") -> Any:
+        """A matplotlib Figure with a panel for each output: rows over time, sums over what differed, of several the one named by `over`."""
+        from evat.notebook.panels import label, over_axis, over_time
+
+        columns = {name: self[name] for name in names or self._given}
+        if self.rows:
+            return over_time(self.times, columns, self.units, tuple(columns))
+        over = over or next(iter(self.varied), "")
+        if over and over not in self.varied:
+            raise ParameterError(f"{over!r} did not differ from set to set; {nearest(over, self.varied)}")
+        places = self.varied[over] if over else np.arange(self.count, dtype=np.float64)
+        order = np.argsort(places)
+        lines = {f"sum of {name}": {"": (places[order], column[order])} for name, column in columns.items()}
+        axis = label(over, self.units.get(over, "")) if over else "set"
+        return over_axis(lines, {f"sum of {name}": self.units.get(name, "") for name in columns}, axis)
+
+    def _repr_html_(self) -> str:
+        from evat.notebook.tables import columns_table
+
+        what = "rows over time" if self.rows else "sums over the samples"
+        title = f"Batch: {self.count} sets, {what}"
+        failed = f"{len(self.failed)} sets failed; the first: {next(iter(self.failed.values()))}" if self.failed else ""
+        columns = {**self.varied, **{name: column.ravel() for name, column in self._given.items()}}
+        return columns_table(title, columns, self.units, (failed,))
 
 
 @dataclass(frozen=True)
@@ -219,7 +315,7 @@ def run_many(
     run : Run
         Sample times [s] of shape (n,); inputs of shape (n,) for all sets or (K, n), linear between the samples; the outputs wanted.
     values : mapping of str to float, str or array of shape (K,)
-        SI; a number or a choice's name for all sets, an array for a value of each.
+        SI; a number, a text with a unit or a choice's name for all sets, an array for a value of each.
     on : sequence of str
         Effects that are on in all sets.
     at : array of shape (m,), optional
@@ -264,6 +360,7 @@ def run_many(
     names = tuple(run.outputs)
     if not names:
         raise ParameterError("no outputs were asked for; name at least one, for example friction_force.")
+    values = kernel.in_si(values)
     single: dict[str, float | str] = {name: value for name, value in values.items() if isinstance(value, (int, float, str))}
     check_required_inputs(kernel.ContactTables(), on, single, {*run.inputs, *values})
     check_inputs_of_law(kernel.ContactTables(), kernel.laws(), single, {*run.inputs, *values})
@@ -282,7 +379,9 @@ def run_many(
         table = np.column_stack([np.asarray(data.get(name, np.full(kept.size, np.nan)), dtype=np.float64) for name in names])
     indices = tuple(kernel.variable(name).index for name in names)
     plan = _Plan(clock, keep, inputs, shared, each, indices, table, constants, columns, give, most_steps)
-    return _gathered(plan, names, count, threads, progress, cancelled)
+    batch = _gathered(plan, names, count, threads, progress, cancelled)
+    differed = {kernel.variables()[index].name: column for index, column in columns.items()}
+    return replace(batch, varied=differed, units={name: kernel.variable(name).unit for name in (*names, *differed)})
 
 
 def _gathered(
@@ -321,7 +420,9 @@ def _gathered(
         return places.size
 
     blocks = list(_blocks(count, plan.columns, MANY_LANES))
-    if cancelled is None and (len(blocks) == 1 or threads == 1):  # a pool of threads costs as much as a thousand samples
+    if (
+        cancelled is None and (len(blocks) == 1 or threads == 1) and plan.times.size < kernel.LONG
+    ):  # a pool of threads costs as much as a thousand samples
         done = 0
         for places in blocks:
             done += work(places)
@@ -331,7 +432,7 @@ def _gathered(
         _shared_out(work, blocks, count, stop, threads or os.cpu_count() or 1, progress, cancelled)
     by_name = {kind: {name: array[..., place] for place, name in enumerate(names)} for kind, array in whole.items()}
     counts = {} if plan.data is None else {name: int(np.isfinite(plan.data[:, place]).sum()) for place, name in enumerate(names)}
-    return Batch(times=plan.times[plan.keep != 0], count=count, counts=counts, failed=dict(sorted(failed.items())), **by_name)
+    return Batch(times=plan.times[plan.keep != 0], count=count, counts=counts, failed=dict(sorted(failed.items())), **by_name)  # type: ignore[arg-type]
 
 
 def _shared_out(

@@ -395,12 +395,29 @@ def _scratch_folder(output: Path) -> Iterator[Path]:
         ) from error
 
 
+_running: set[subprocess.Popen[str]] = set()  # compilers at work, in whatever thread
+
+
+def stop_compilers() -> None:
+    """End the compilers that other threads wait for; these get a CompileError."""
+    for process in tuple(_running):
+        process.kill()
+
+
 def _call(command: list[str], folder: Path, output: Path) -> None:
     """Run the compiler in `folder`, where it may leave what it likes; zig keeps its cache in the user's own (ZIG_GLOBAL_CACHE_DIR)."""
-    result = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace", check=False)
-    if result.returncode != 0:
-        lines = [line for line in (result.stderr or result.stdout).splitlines() if line.strip()]
-        said = "\n  ".join(lines[:12]) or f"exit status {result.returncode}, and it said nothing"
+    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace") as process:
+        _running.add(process)
+        try:
+            shown, complained = process.communicate()
+        except BaseException:
+            process.kill()
+            raise
+        finally:
+            _running.discard(process)
+    if process.returncode != 0:
+        lines = [line for line in (complained or shown).splitlines() if line.strip()]
+        said = "\n  ".join(lines[:12]) or f"exit status {process.returncode}, and it said nothing"
         raise CompileError(f"{output.name}: the C compiler refused:\n  {said}")
 
 

@@ -5,16 +5,32 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import cffi
 import numpy as np
 
-from evat.model import Causality, Effect, EvatError, FloatArray, Law, ParameterError, SimulationError, Type, Variability, Variable
+from evat.model import (
+    Causality,
+    Effect,
+    EvatError,
+    FloatArray,
+    Law,
+    ParameterError,
+    SimulationError,
+    Type,
+    Variability,
+    Variable,
+    near_names,
+    nearest,
+)
 from evat.native.compile import kernel_library_path, source_root
 from evat.native.processor import instructions
+from evat.units import to_si
 
+LONG = 50_000  # samples of a run, from which it takes longer than a thread to start
 TYPES: tuple[Type, ...] = ("real", "integer", "boolean", "choice")
 CAUSALITIES: tuple[Causality, ...] = ("independent", "parameter", "calculated", "input", "output", "local")
 VARIABILITIES: tuple[Variability, ...] = ("fixed", "tunable", "discrete", "continuous")
@@ -136,9 +152,7 @@ def variable(name: str) -> Variable:
     try:
         return by_name()[name]
     except KeyError:
-        import difflib
-
-        near = difflib.get_close_matches(name, by_name(), n=3)
+        near = near_names(name, by_name())
         hint = f"did you mean {', '.join(near)}?" if near else "`evat info` lists all variables."
         raise ParameterError(f"there is no variable {name!r}; {hint}") from None
 
@@ -263,12 +277,25 @@ def status_text(status: int) -> str:
 
 
 def check_values(values: Mapping[str, float | int | bool | str], on: Sequence[str] = ()) -> dict[str, float]:
-    """Names and values as numbers that the component holds (SI), the switches of the effects `on` among them."""
+    """Names and values as numbers that the component holds (SI), the switches of the effects `on` among them; texts may have units."""
     switches = {effect.name for effect in effects()}
     for name in on:
         if name not in switches:
-            raise ParameterError(f"there is no effect {name!r}; the component has {', '.join(sorted(switches))}.")
-    return {name: variable(name).check(value) for name, value in {**values, **dict.fromkeys(on, 1.0)}.items()}
+            raise ParameterError(f"there is no effect {name!r}; {nearest(name, sorted(switches), len(switches))}")
+    return {name: variable(name).check(value) for name, value in {**in_si(values), **dict.fromkeys(on, 1.0)}.items()}
+
+
+def in_si(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values with each text that stands for a number, such as "20 m/min", as that number in SI; choices stay names."""
+    return {name: _in_si(variable(name), value) if isinstance(value, str) else value for name, value in values.items()}
+
+
+def _in_si(known: Variable, text: str) -> float | str:
+    if known.type == "choice":
+        return text
+    if known.type == "boolean" and text.lower() in ("true", "false"):
+        return float(text.lower() == "true")
+    return to_si(text, known.unit, name=known.name)
 
 
 def by_choice(values: Mapping[str, float]) -> dict[str, float | str | bool]:
@@ -336,9 +363,13 @@ class Contact:
         return int(self._ffi.sizeof("struct Contact"))
 
     def set(self, name: str, value: float | int | bool | str) -> None:
-        """Set one parameter, input or state; ParameterError outside its bounds. An input that misses them by a hair is held on them."""
+        """Set one parameter, input or state, in SI or as a text with a unit; ParameterError outside its bounds.
+
+        An input that misses them by a hair is held on them.
+        """
         known = variable(name)
-        self._done(self._library.kernel_set(self._contact, known.index, 0, known.check(value)), f"setting {name}")
+        number = known.check(in_si({name: value})[name] if isinstance(value, str) else value)
+        self._done(self._library.kernel_set(self._contact, known.index, 0, number), f"setting {name}")
 
     def get(self, name: str) -> float:
         return float(self._contact.value[variable(name).index][0])
@@ -437,9 +468,23 @@ class Contact:
         record.count, record.times = times.size, ffi.from_buffer("double[]", times)
         record.input_count, record.input_index, record.inputs = len(columns), places, ffi.from_buffer("double[]", table)
         answer.output_count, answer.output_index, answer.rows = len(names), wanted, ffi.from_buffer("double[]", recorded)
-        status = self._library.kernel_run_record(self._contact, record, answer, ffi.NULL)
+        status = _interruptible(ffi, times.size, lambda stop: self._library.kernel_run_record(self._contact, record, answer, stop))
         self._done(status, f"sample {answer.samples_done} of {times.size}")
         return recorded
+
+
+def _interruptible(ffi: Any, samples: int, follow: Callable[[Any], int]) -> int:
+    """What `follow` gives, which a number that is not 0 tells to stop. A long one runs beside the first thread, which Ctrl-C reaches."""
+    if samples < LONG:
+        return follow(ffi.NULL)
+    stop = ffi.new("int *")
+    with ThreadPoolExecutor(1) as pool:
+        waiting = pool.submit(follow, stop)
+        try:
+            return waiting.result()
+        except BaseException:
+            stop[0] = 1
+            raise
 
 
 def check_column(known: Variable, column: FloatArray) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -15,25 +14,23 @@ from evat.console import printable
 from evat.files.writing import OutputError, whole
 from evat.model import FloatArray, Trace, Variable
 from evat.native import kernel
+from evat.notebook.panels import COLOURS, STYLE, clock_unit, draw, label, new_figure
 from evat.units import affine
 
-COLOURS = ("#b03a2e", "#1f618d", "#1e8449", "#7d3c98", "#b9770e", "#34495e")
-STYLE: Any = {
-    "axes.grid": True,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlesize": "medium",
-    "grid.alpha": 0.3,
-    "legend.frameon": False,
-    "legend.fontsize": "small",
-    "svg.hashsalt": "evat",
-}
-
-
-def new_figure(rows: int, columns: int, size: tuple[float, float], sharex: bool = True) -> tuple[Figure, Any]:
-    figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure, figure.subplots(rows, columns, sharex=sharex, squeeze=False)
+__all__ = [
+    "COLOURS",
+    "STYLE",
+    "as_it_stands",
+    "check_picture",
+    "clock_unit",
+    "in_display_unit",
+    "label",
+    "new_figure",
+    "plot_cycles",
+    "plot_record",
+    "plot_trace",
+    "save_figure",
+]
 
 
 def as_it_stands(figure: Figure) -> None:
@@ -64,23 +61,12 @@ def save_figure(figure: Figure, path: Path) -> Path:
     return path
 
 
-def label(name: str, unit: str) -> str:
-    """The label of an axis; a pure number has the unit [-]. Long ones take two lines."""
-    words, unit = name.replace("_", " ").replace(".", ": "), f"[{'-' if unit == '1' else unit}]"
-    return f"{words} {unit}" if len(words) + len(unit) < 23 else f"{words}\n{unit}"
-
-
 def in_display_unit(shown: str | Variable, column: FloatArray) -> tuple[FloatArray, str]:
     """A column of a variable, which may be given by its name, in its display unit, and the label of its axis."""
     variable = kernel.variable(shown) if isinstance(shown, str) else shown
     unit = variable.display_unit or variable.unit
     factor, offset = affine(variable.unit, unit)
     return column * factor + offset, label(variable.name, unit)
-
-
-def clock_unit(span: float) -> tuple[float, str]:
-    """Factor and unit for a time axis of `span` seconds."""
-    return (1e6, "us") if span < 5e-3 else (1e3, "ms") if span < 2 else (1.0, "s")
 
 
 def plot_trace(trace: Trace, path: Path, names: Sequence[str], title: str = "") -> Path:
@@ -90,7 +76,7 @@ def plot_trace(trace: Trace, path: Path, names: Sequence[str], title: str = "") 
         figure, axes = new_figure(len(names), 1, (8, 1.2 + 1.7 * len(names)))
         for axis, name, colour in zip(axes[:, 0], names, COLOURS * 10, strict=False):
             values, text = in_display_unit(name, trace[name])
-            axis.plot(trace.times * factor, values, color=colour, lw=1.2)
+            draw(axis, trace.times * factor, values, colour)
             axis.set_ylabel(text)
         axes[-1, 0].set_xlabel(label("time", unit))
         axes[0, 0].set_title(title)

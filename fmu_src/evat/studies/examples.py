@@ -13,7 +13,7 @@ from evat.experiment import Experiment, Means, Nominal, Signal, Trial
 from evat.experiment.document import CLOCK, FILE
 from evat.experiment.write import new_folder, write_experiment
 from evat.files.table import write_columns
-from evat.model import FloatArray, ParameterError
+from evat.model import FloatArray, ParameterError, nearest
 from evat.models.simulate import simulate
 from evat.native import kernel
 from evat.studies.orthogonal import orthogonal
@@ -68,7 +68,7 @@ scale = {scale}  # N/A: {constant} N.m/A at that radius
 def write_example(name: str, folder: Path, seed: int = 0) -> Path:
     """Write one of EXAMPLES into a new folder; the same seed gives the same files."""
     if name not in EXAMPLES:
-        raise ParameterError(f"there is no example {name!r}; there are {', '.join(EXAMPLES)}.")
+        raise ParameterError(f"there is no example {name!r}; {nearest(name, EXAMPLES)}")
     return EXAMPLES[name](folder, seed)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from evat import motions
 from evat.experiment import Experiment, Nominal, Signal, Trial
 from evat.experiment.document import CLOCK
-from evat.model import FloatArray, ParameterError
+from evat.model import FloatArray, ParameterError, nearest
 from evat.models.simulate import simulate
 from evat.motions import KINDS, Motion
 from evat.native import kernel
@@ -123,7 +123,7 @@ def truth_of(values: Mapping[str, float | str], motion: str, proxy: str = PROXIE
 
 def _check(motion: str, repeats: int, noise: float, rate: float, nominal_off: float, proxy: str, outputs: Sequence[str]) -> None:
     if motion not in KINDS:
-        raise ParameterError(f"motion {motion!r}: allowed are {', '.join(KINDS)}.")
+        raise ParameterError(f"there is no motion {motion!r}; {nearest(motion, KINDS)}")
     if proxy not in PROXIES:
         raise ParameterError(f"proxy {proxy!r}: allowed are {', '.join(PROXIES)}.")
     if not 1 <= repeats <= MOST_REPEATS:

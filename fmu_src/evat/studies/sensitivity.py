@@ -75,6 +75,7 @@ def sensitivities(
     >>> print(np.round(slopes["friction_force"]["F_C"], 6))  # the force of Coulomb's law is F_C itself
     [1. 1. 1.]
     """
+    values = kernel.in_si(values)
     point = kernel.check_values(values)
     tolerance = min(point.get("relative_tolerance", TOLERANCE), TOLERANCE)
     stencils = []

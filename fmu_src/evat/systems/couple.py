@@ -15,9 +15,9 @@ from typing import Literal
 
 import numpy as np
 
-from evat.model import FloatArray, FmuError, ParameterError, SimulationError, Trace
+from evat.model import FloatArray, FmuError, ParameterError, SimulationError, Trace, nearest
 from evat.models.drive import Driver
-from evat.systems.model import Component, Port, SspError, System, SystemStopped
+from evat.systems.model import Component, Port, SspError, System, SystemInterrupted, SystemStopped
 from evat.systems.power import Power
 
 Order = Literal["gauss-seidel", "jacobi"]
@@ -126,7 +126,7 @@ class Coupled:
         self.system, self.given, self._values = system, given, values or {}
         for name in self._values:
             if name not in system.components:
-                raise SspError(f"there is no component {name!r}; the system has {', '.join(system.components)}.")
+                raise SspError(f"there is no component {name!r}; {nearest(name, system.components)}")
         self._stack = ExitStack()
         self.signals: dict[Port, int] = {}
         for name, component in system.components.items():
@@ -203,6 +203,8 @@ class Coupled:
                 f"component {failed.member} failed in {doing[0]} at t = {doing[1]:.9g} s, after {kept} of {plan.count} steps: {failed}",
                 trace,
             ) from failed
+        except KeyboardInterrupt:
+            raise SystemInterrupted(self._trace(times[: len(rows)], rows[: len(times)], plan)) from None
         for member in self.members:
             member.driver.end()
         return self._trace(times, rows, plan), power
@@ -251,6 +253,7 @@ class Coupled:
         units = {".".join(at): self.system.components[at[0]].connectors[at[1]].unit for at in names}
         columns = {".".join(at): table[:, place].copy() for place, at in enumerate(names)}
         about: dict[str, str | float] = {"system": self.system.name, "step": plan.step, "order": plan.order, "inputs": plan.inputs}
+        about |= {"notes": "; ".join(self.system.notes)} if self.system.notes else {}
         return Trace(np.array(times), columns, units, about)
 
 

@@ -19,7 +19,7 @@ class SspError(EvatError):
     ...     evat.run_system("fmus/stick_slip.ssp", {"spindle": {"speed_set": 25.0}})
     ... except evat.SspError as error:
     ...     print(error)
-    there is no component 'spindle'; the system has path, guideway, drive.
+    there is no component 'spindle'; there are path, guideway, drive.
     """
 
 
@@ -28,6 +28,14 @@ class SystemStopped(SimulationError):
 
     def __init__(self, text: str, trace: Trace) -> None:
         super().__init__(text)
+        self.trace = trace
+
+
+class SystemInterrupted(KeyboardInterrupt):
+    """A system that Ctrl-C stopped in mid-run; `trace` holds the results until then."""
+
+    def __init__(self, trace: Trace) -> None:
+        super().__init__()
         self.trace = trace
 
 
@@ -44,11 +52,12 @@ def port(text: str, where: str) -> Port:
 
 @dataclass(frozen=True, slots=True)
 class Connector:
-    """A variable of a component that the system shows."""
+    """A variable of a component that the system shows. One that neither FMU nor system gives a unit has that of what it is joined to."""
 
     name: str
     kind: str  # input or output
     unit: str
+    has_unit: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +66,7 @@ class Component:
 
     name: str
     source: Path
-    connectors: Mapping[str, Connector]
+    connectors: dict[str, Connector]
     values: Mapping[str, float | str | bool] = field(default_factory=dict)
 
 
@@ -82,3 +91,4 @@ class System:
     stop_time: float
     step: float | None
     every: int = 1
+    notes: tuple[str, ...] = ()  # what was taken for granted

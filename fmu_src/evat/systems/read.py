@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -63,7 +64,7 @@ def _read(path: Path, folder: Path) -> System:
         components[element.get("name")] = _component(element, folder, path.name, allowance)
     if not components:
         raise SspError(f"{what}: there is no component in it.")
-    connections = _connections(system, components, what)
+    connections, notes = _connections(system, components, what)
     experiment, about = top.find("ssd:DefaultExperiment", _NS), system.find("ssd:Annotations/ssc:Annotation/about:system", _NS)
     start, stop = (
         default if experiment is None else number(experiment, key, what, default)
@@ -79,6 +80,7 @@ def _read(path: Path, folder: Path) -> System:
         stop,
         None if about is None else number(about, "step", what),
         1 if about is None else int(number(about, "every", what, 1, whole=True)),
+        notes,
     )
 
 
@@ -99,7 +101,7 @@ def _component(element: Any, folder: Path, archive: str, allowance: Allowance) -
         connectors[child.get("name")] = _connector(child, variables, where)
     values = {}
     for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", _NS):
-        values.update(_bound(binding, folder, where, {name: _unit(variable) for name, variable in variables.items()}))
+        values.update(_bound(binding, folder, where, {name: _declared(variable) for name, variable in variables.items()}))
     if unknown := [key for key in values if key not in variables]:
         raise SspError(f"{where}: its parameter values name {unknown[0]!r}, which the FMU does not have.")
     return Component(name, source, connectors, values)
@@ -114,9 +116,11 @@ def _inside(folder: Path, source: str, where: str, what: str) -> Path:
     return path
 
 
-def _unit(variable: Any) -> str:
-    declared = variable.declaredType.unit if variable.declaredType is not None else None
-    return str(variable.unit or declared or "1")
+def _declared(variable: Any) -> str | None:
+    """The unit that the FMU declares for a variable; None where it declares none, not even that of a pure number."""
+    of_type = variable.declaredType.unit if variable.declaredType is not None else None
+    unit = variable.unit or of_type
+    return None if unit is None else str(unit)
 
 
 def _connector(element: Any, variables: Mapping[str, Any], where: str) -> Connector:
@@ -127,7 +131,11 @@ def _connector(element: Any, variables: Mapping[str, Any], where: str) -> Connec
         raise SspError(
             f"{where}: connector {name} is {kind}, the FMU's variable is {variables[name].causality}; both must be input or output."
         )
-    unit, real = _unit(variables[name]), element.find("ssc:Real", _NS)
+    declared, real = _declared(variables[name]), element.find("ssc:Real", _NS)
+    if declared is None:  # what the system says of it is all that is known
+        given = None if real is None else real.get("unit")
+        return Connector(name, kind, given or "1", has_unit=given is not None)
+    unit = declared
     stated = unit if real is None else real.get("unit", unit)
     if stated != unit and _factor(stated, unit) != (1.0, 0.0):
         raise SspError(f"{where}: connector {name} is in {stated}, the FMU's variable in {unit}; give both the same unit.")
@@ -152,8 +160,10 @@ def _factor(unit: str, wanted: str) -> tuple[float, float] | None:
         return None
 
 
-def _connections(system: Any, components: Mapping[str, Component], what: str) -> dict[Port, Port]:
+def _connections(system: Any, components: Mapping[str, Component], what: str) -> tuple[dict[Port, Port], tuple[str, ...]]:
+    """What feeds each input, and what had to be taken for granted: a port without a unit has that of the other one."""
     connections: dict[Port, Port] = {}
+    notes = list[str]()
     for element in system.iterfind("ssd:Connections/ssd:Connection", _NS):
         where = f"{what}, line {element.sourceline}"
         ends = [(element.get(f"{end}Element"), element.get(f"{end}Connector")) for end in ("start", "end")]
@@ -170,11 +180,17 @@ def _connections(system: Any, components: Mapping[str, Component], what: str) ->
             raise SspError(f"{where}: {'.'.join(ends[0])} and {'.'.join(ends[1])} are both {kinds[0]}s; an output feeds an input.")
         if to in connections:
             raise SspError(f"{where}: the input {'.'.join(to)} is fed twice.")
-        units = [components[component].connectors[connector].unit for component, connector in (at, to)]
-        if units[0] != units[1] and _factor(*units) != (1.0, 0.0):
+        joined = [components[component].connectors[connector] for component, connector in (at, to)]
+        units = [each.unit for each in joined]
+        if units[0] != units[1] and not all(each.has_unit for each in joined):
+            bare, other = (at, to) if not joined[0].has_unit else (to, at)
+            taken = components[other[0]].connectors[other[1]].unit
+            components[bare[0]].connectors[bare[1]] = replace(components[bare[0]].connectors[bare[1]], unit=taken)
+            notes.append(f"{'.'.join(bare)} has no unit; it is taken to be in {taken}, as {'.'.join(other)} is")
+        elif units[0] != units[1] and _factor(*units) != (1.0, 0.0):
             raise SspError(f"{where}: the units do not match: {'.'.join(at)} is in {units[0]}, {'.'.join(to)} in {units[1]}.")
         connections[to] = at
-    return connections
+    return connections, tuple(notes)
 
 
 def _bonds(about: Any, connections: Mapping[Port, Port], what: str) -> tuple[Bond, ...]:
@@ -190,7 +206,7 @@ def _bonds(about: Any, connections: Mapping[Port, Port], what: str) -> tuple[Bon
     return bonds
 
 
-def _bound(binding: Any, folder: Path, where: str, units: Mapping[str, str]) -> dict[str, float | str | bool]:
+def _bound(binding: Any, folder: Path, where: str, units: Mapping[str, str | None]) -> dict[str, float | str | bool]:
     if binding.get("prefix") or binding.find("ssd:ParameterMapping", _NS) is not None:
         raise SspError(f"{where}: its parameter binding has a prefix or a mapping; only the FMU's own names are read.")
     if binding.get("source") is None:
@@ -199,8 +215,11 @@ def _bound(binding: Any, folder: Path, where: str, units: Mapping[str, str]) -> 
     return values_of(path, units)
 
 
-def values_of(path: Path, units: Mapping[str, str]) -> dict[str, float | str | bool]:
-    """What an .ssv file sets, by name; numbers in the units that the FMU has for these names, as are those without a unit."""
+def values_of(path: Path, units: Mapping[str, str] | Mapping[str, str | None]) -> dict[str, float | str | bool]:
+    """What an .ssv file sets, by name; numbers in the units that the FMU has for these names, as are those without a unit.
+
+    Where the FMU has none, a number stands as it is.
+    """
     tree = read_xml(path, path.name)
     check_valid(tree, "SystemStructureParameterValues", path.name)
     own = ssv.units_in_file(tree.getroot(), path.name)

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from evat.files.writing import temporary
-from evat.model import Run, Trace
+from evat.model import Run, Trace, nearest
 from evat.systems.couple import NO_INPUTS, Coupled, Given, Inputs, Order, plan
 from evat.systems.model import SspError, System, port
 from evat.systems.read import read
-from evat.systems.values import merged, of_work
+from evat.systems.values import in_units, merged, of_work, seconds
 
 
 def run_system(
@@ -23,8 +23,8 @@ def run_system(
     *,
     sets: Mapping[str, str] | None = None,
     record: Run | None = None,
-    step: float | None = None,
-    stop: float | None = None,
+    step: float | str | None = None,
+    stop: float | str | None = None,
     every: int | None = None,
     order: Order = "gauss-seidel",
     inputs: Inputs = "linear",
@@ -37,16 +37,16 @@ def run_system(
     ssp : path
         The .ssp file; `evat build` writes ours.
     values : mapping of str to mapping of str to float, str or bool, optional
-        For each component the values of its variables, in the units of its FMU (ours: SI).
+        For each component the values of its variables, in the units of its FMU (ours: SI), or texts with a unit such as "20 m/min".
     sets : mapping of str to str, optional
         For each component a parameter set of the contact by name, or an .ssv file; `values` come over it.
     record : Run, optional
         Sample times [s] of shape (n,) and inputs at them as "component.variable", of inputs that nothing in the system feeds; its outputs
         are the columns to keep, all where it names none.
-    step : float, optional
-        Communication step [s]; without it the system's own.
-    stop : float, optional
-        Stop time [s]; without it the system's own.
+    step : float or str, optional
+        Communication step, in s or with a unit such as "20 us"; without it the system's own.
+    stop : float or str, optional
+        Stop time, in s or with a unit; without it the system's own.
     every : int, optional
         Keep every n-th step; without it as the system says.
     order : "gauss-seidel" or "jacobi"
@@ -88,12 +88,12 @@ def run_system(
     """
     with temporary() as folder:
         system = read(Path(ssp), folder)
-        wanted = plan(system, step, stop, every, order, inputs)
+        wanted = plan(system, seconds(step, "step"), seconds(stop, "stop"), every, order, inputs)
         for name in sets or {}:
             if name not in system.components:
-                raise SspError(f"there is no component {name!r}; the system has {', '.join(system.components)}.")
+                raise SspError(f"there is no component {name!r}; {nearest(name, system.components)}")
         of_sets = [of_work(system, name, which) for name, which in (sets or {}).items()]
-        with Coupled(system, merged(*of_sets, values or {}), _given(record)) as coupled:
+        with Coupled(system, merged(*of_sets, in_units(system, values or {})), _given(record)) as coupled:
             trace, power = coupled.run(wanted, progress)
         shares = power.shares()
         about: dict[str, str | float | int | Mapping[str, float | str]] = {
@@ -115,5 +115,5 @@ def _only(trace: Trace, record: Run | None, system: System) -> Trace:
     """The columns that were asked for."""
     names = record.outputs if record is not None and record.outputs else tuple(trace.columns)
     if unknown := [name for name in names if name not in trace.columns]:
-        raise SspError(f"the system {system.name} has no output {unknown[0]!r}; it has {', '.join(trace.columns)}.")
+        raise SspError(f"the system {system.name} has no output {unknown[0]!r}; {nearest(unknown[0], trace.columns)}")
     return replace(trace, columns={name: trace.columns[name] for name in names}, units={name: trace.units[name] for name in names})

@@ -13,7 +13,7 @@ import numpy as np
 from evat import parameter_sets
 from evat.files.table import read_table
 from evat.files.text import RecordError
-from evat.model import ParameterError
+from evat.model import ParameterError, nearest
 from evat.native import kernel
 from evat.systems.couple import Given
 from evat.systems.model import Port, SspError, System, port
@@ -32,13 +32,10 @@ def _variables(source: Path) -> Mapping[str, Any]:
 def variable(system: System, at: Port) -> Any:
     """fmpy's description of a variable; SspError where there is none."""
     if at[0] not in system.components:
-        raise SspError(f"there is no component {at[0]!r}; the system has {', '.join(system.components)}.")
+        raise SspError(f"there is no component {at[0]!r}; {nearest(at[0], system.components)}")
     known = _variables(system.components[at[0]].source)
     if at[1] not in known:
-        import difflib
-
-        near = ", ".join(difflib.get_close_matches(at[1], known, 3)) or "evat info lists those of the contact"
-        raise SspError(f"component {at[0]} has no variable {at[1]!r}; near: {near}.")
+        raise SspError(f"component {at[0]} has no variable {at[1]!r}; {nearest(at[1], known)}")
     return known[at[1]]
 
 
@@ -75,6 +72,21 @@ def typed(system: System, texts: Iterable[str]) -> dict[str, dict[str, Value]]:
         at = port(name.strip(), repr(text))
         values.setdefault(at[0], {})[at[1]] = value(system, at, given.strip())
     return values
+
+
+def in_units(system: System, values: Mapping[str, Mapping[str, Value]]) -> dict[str, dict[str, Value]]:
+    """Values from Python: texts with units as numbers in the unit of the FMU, all else as it stands."""
+    told: dict[str, dict[str, Value]] = {}
+    for component, of_component in values.items():
+        told[component] = {
+            name: value(system, (component, name), given) if isinstance(given, str) else given for name, given in of_component.items()
+        }
+    return told
+
+
+def seconds(given: float | str | None, name: str) -> float | None:
+    """A time that was given in s or as a text with a unit."""
+    return None if given is None else to_si(given, "s", name=name)
 
 
 def from_set(system: System, component: str, name: str) -> dict[str, Value]:

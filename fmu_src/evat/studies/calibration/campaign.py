@@ -13,7 +13,6 @@ import json
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,6 +28,7 @@ from evat.gap.verdict.judgement import MISTUNED, NO_GAP, UNKNOWN
 from evat.model import EvatError
 from evat.models.contact import ContactModel
 from evat.native.compile import kernel_library_path
+from evat.processes import process_pool
 from evat.studies.calibration.simulated_records import NOISE, SPARE, STRANGE, Stranger, draw_bench, record
 from evat.studies.calibration.simulated_rigs import EXACT, World, draw_form, draw_rig
 
@@ -119,7 +119,7 @@ def campaign(path: Path, count: int, workers: int, tell: Callable[[int], None] |
     kept, whole = {entry["number"]: entry for entry in entries}, text.endswith("\n") or not text
     missing = [number for number in range(count) if number not in kept]
     usable(path.parent)
-    with ProcessPoolExecutor(workers) as pool:
+    with process_pool(workers) as pool:
         for number, line in zip(missing, pool.map(run_case, missing), strict=True):
             with as_output_error(path, "the case"), path.open("a", encoding="utf-8") as file:
                 file.write(line + "\n" if whole else "\n" + line + "\n")

@@ -11,7 +11,6 @@ import hashlib
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -35,6 +34,7 @@ from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import smoothed_inputs
 from evat.model import EvatError, Model, ParameterError
 from evat.models.contact import ContactModel
+from evat.processes import process_pool
 from evat.studies.calibration.campaign import draw_case, kernel_digest
 
 CASES = (0, 1, 2, 3, 5, 6, 9, 11, 13, 15, 16, 19)  # numbers of the calibration's cases: every kind and every size of gap
@@ -159,7 +159,7 @@ def campaign(
     held = outcomes(path)
     missing = {number: [(name, factor) for name in names for factor in FACTORS if (number, name, factor) not in held] for number in cases}
     missing = {number: wanted for number, wanted in missing.items() if wanted or (number, "", 1.0) not in held}
-    with ProcessPoolExecutor(workers) as pool:
+    with process_pool(workers) as pool:
         for place, _ in enumerate(pool.map(_lines, missing, missing.values(), [path] * len(missing)), 1):
             if tell:
                 tell(len(cases) - len(missing) + place)

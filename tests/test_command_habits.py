@@ -1,0 +1,173 @@
+"""Does the command line keep the habits of others: near names, typos before data, JSON, quiet, a log, a stop that leaves nothing behind?"""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import re
+import signal
+import threading
+import time
+from pathlib import Path
+
+import evat
+import numpy as np
+import pytest
+from evat.commands.main import _for_all_first, app, main
+from evat.commands.shared import picture_beside, stoppable
+from evat.files.writing import OutputError
+from evat.native import kernel
+from evat.processes import process_pool
+from evat.systems.couple import Coupled, plan
+from evat.systems.model import SystemInterrupted
+from evat.systems.read import read
+from typer.testing import CliRunner
+
+
+def said(*arguments: str) -> tuple[int, str, str]:
+    result = CliRunner().invoke(app, list(arguments))
+    return result.exit_code, result.stdout, str(result.exception or "") + result.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "near"),
+    [
+        (("info", "lugr"), "did you mean lugre"),
+        (("info", "SIGMA0"), "did you mean sigma0"),
+        (("sets", "regularized/copper"), "did you mean regularised/copper"),
+        (("simulate", "--law", "dahll"), "did you mean dahl"),
+        (("simulate", "-e", "thermal_softning"), "did you mean thermal_softening"),
+        (("simulate", "--principle", "minimal_energy"), "did you mean minimum_energy"),
+        (("experiment", "orthogonal", "--motion", "revrsal", "-o", "x"), "did you mean reversal"),
+        (("experiment", "example", "rigs", "-o", "x"), "did you mean rig"),
+        (("identify", "nowhere", "-f", "F_CC"), "did you mean F_C"),  # before the experiment is looked for
+        (("identify", "nowhere", "-f", "F_C", "-e", "sensor_gian"), "did you mean sensor_gain"),
+        (("identify", "nowhere", "-f", "F_C", "--search", "gaa"), "did you mean ga"),
+        (("diagnose", "nowhere", "--explain", "run_outs"), "did you mean run_out"),
+    ],
+)
+def test_a_name_that_is_nearly_right_is_told_before_anything_is_read(
+    arguments: tuple[str, ...], near: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    _, _, complaint = said(*arguments)
+    assert near in complaint
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_table_of_a_kind_that_is_not_written_is_refused_before_work(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match=r"kind '.xlsx' cannot be written; name it .csv or .parquet"):
+        picture_beside(tmp_path / "out.xlsx")
+    (tmp_path / "a.csv").mkdir()
+    with pytest.raises(OutputError, match="this is a folder"):
+        picture_beside(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("command", [("info", "F_C"), ("info",), ("sets",), ("sets", "published/copper"), ("experiment", "advise")])
+def test_json_is_all_that_is_printed(command: tuple[str, ...]) -> None:
+    code, printed, _ = said(*command, "--json")
+    assert code == 0
+    assert json.loads(printed)
+
+
+def test_the_json_of_a_run_has_numbers_units_and_files(tmp_path: Path) -> None:
+    to = tmp_path / "a.csv"
+    code, printed, _ = said("simulate", "--law", "coulomb", "--cycles", "1", "--samples", "20", "-o", str(to), "--json")
+    answer = json.loads(printed)
+    assert code == 0
+    assert answer["mean"]["mean_feed_force"]["unit"] == "N"
+    assert Path(answer["table"]) == to
+    assert to.is_file()
+
+
+def test_info_cuts_no_name_at_any_width(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("evat.console.out._width", 60)
+    _, printed, _ = said("info")
+    assert max(map(len, printed.splitlines())) <= 60
+    for name in (variable.name for variable in kernel.variables() if len(variable.name) < 55):
+        assert name in printed
+    assert "…" not in printed
+
+
+def test_quiet_says_nothing_and_a_log_file_all(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    log = tmp_path / "logs" / "evat.log"
+    monkeypatch.setattr("sys.argv", ["evat", "sets", "published/copper", "--quiet", "--log-file", str(log)])
+    with pytest.raises(SystemExit):
+        main()
+    shown = capsys.readouterr()
+    assert (shown.out, shown.err) == ("", "")
+    kept = log.read_text(encoding="utf-8")
+    assert re.match(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d evat sets published/copper", kept)
+    assert "effects on: " in kept
+
+
+def test_verbose_tells_stages_with_the_time(tmp_path: Path) -> None:
+    rig = evat.write_experiment(
+        evat.orthogonal({"friction_law": "coulomb", "F_C": 3.0}, repeats=1, speeds=[0.5], rate=100.0), tmp_path / "rig"
+    )
+    _, _, told = said("--verbose", "experiment", "check", str(rig))
+    assert re.search(r"\d\d:\d\d:\d\d checking rig: \d", told)
+
+
+def test_options_for_all_commands_may_stand_anywhere() -> None:
+    typed = ["system", "run", "a.ssp", "--quiet", "--log-file", "x", "-v", "a.b=1"]
+    assert _for_all_first(typed) == ["--quiet", "--log-file", "x", "system", "run", "a.ssp", "-v", "a.b=1"]
+    assert _for_all_first(["sets", "--", "--quiet"]) == ["sets", "--", "--quiet"]
+
+
+def test_the_statuses_are_told_in_the_help() -> None:
+    _, printed, _ = said("--help")
+    assert re.search(r"status 0 when all is well, 1 .* 2 .* 130", " ".join(printed.split()))
+
+
+def interrupt_after(seconds: float) -> None:
+    threading.Timer(seconds, os.kill, (os.getpid(), signal.SIGINT)).start()
+
+
+def test_ctrl_c_stops_a_long_run_of_the_kernel() -> None:
+    """One call of C, which no signal reaches: 1e7 samples take seconds."""
+    times = np.arange(10_000_000) * 1e-6
+    interrupt_after(0.5)
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        evat.simulate({"friction_law": "lugre"}, times=times, outputs=("friction_force",))
+    assert time.monotonic() - began < 3
+
+
+def sleep(seconds: float) -> float:
+    time.sleep(seconds)
+    return seconds
+
+
+def test_ctrl_c_leaves_no_process_behind() -> None:
+    before = set(multiprocessing.active_children())
+    interrupt_after(0.5)
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt), process_pool(2) as pool:
+        list(pool.map(sleep, [60.0, 60.0]))
+    assert time.monotonic() - began < 3
+    assert set(multiprocessing.active_children()) == before
+
+
+def test_ctrl_c_keeps_what_a_system_has_shown(systems: dict[str, Path], tmp_path: Path) -> None:
+    system = read(systems["stick_slip"], tmp_path / "in")
+
+    def stop(share: float) -> None:
+        raise KeyboardInterrupt
+
+    with Coupled(system) as coupled, pytest.raises(SystemInterrupted) as stopped:
+        coupled.run(plan(system, 1e-4, 1.0, every=10), stop)
+    trace = stopped.value.trace
+    assert trace.times[-1] == pytest.approx(510 * 1e-4)  # told of every 512th step, of which the tenth are kept
+    assert all(column.size == trace.times.size for column in trace.values())
+
+
+def test_a_stop_is_asked_for_once(capsys: pytest.CaptureFixture[str]) -> None:
+    with stoppable(lambda: "nothing") as asked:
+        assert not asked()
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.05)
+        assert asked()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert capsys.readouterr().err == ""  # it came to its end in time
