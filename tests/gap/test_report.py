@@ -15,9 +15,10 @@ import pytest
 from diagnosed import EFFECT, diagnosed
 from evat.experiment import Experiment
 from evat.gap.answer import Diagnosis
-from evat.gap.report import write_diagnosis
+from evat.gap.report import headline, write_diagnosis
 from evat.gap.report.parts import TITLES, parts
 from evat.gap.report.series import POINTS, Series, extremes, stretch
+from evat.gap.report.words import percent
 from evat.gap.search.compare import Comparison
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -100,6 +101,36 @@ def _numbers(entry: Any) -> Iterator[float]:
             yield from _numbers(part)
     elif isinstance(entry, (int, float)):
         yield float(entry)
+
+
+def test_the_top_says_all_that_matters() -> None:
+    """One status; the physics of the effect in the model's own words; the share with its interval; one thing to do. A refusal says why."""
+    answer, comparison = diagnosed()
+    said = headline(answer, comparison)
+    (effect,) = (each for each in comparison.prediction.model.effects if each.name == EFFECT)
+    assert f"{EFFECT}: {effect.physics} (" in said.sentence
+    assert "switch" not in said.sentence
+    low, high = (percent(end) for end in answer.closure.interval)
+    assert said.share == percent(answer.closure.share)
+    assert f"90 % interval {low} to {high}" in said.share_of
+    assert "corrected.ssv" in said.next
+    assert said.first == ()
+    turned = replace(comparison, audit=replace(comparison.audit, refused=("force: measured runs against the model",)))
+    refused = headline(replace(answer, verdict="cannot_tell", effects=()), turned)
+    assert (refused.status, refused.tone) == ("cannot tell", "bad")
+    assert refused.reasons == turned.audit.refused
+    assert not refused.share
+
+
+def test_bar_and_sentence_agree_where_recalibration_could_stand_in() -> None:
+    """Recalibrated values that take up nearly all that the effect explains leave the bar as it is: it goes by the model that is named."""
+    answer, comparison = diagnosed()
+    chosen = comparison.models[answer.judgement.chosen]
+    (own,) = parts(comparison, chosen).values()
+    assert own.share("effect") > 0.7
+    absorbed = replace(comparison, recalibrated=replace(comparison.recalibrated, predicted=chosen.predicted))
+    (same,) = parts(absorbed, chosen).values()
+    assert same.share("effect") == pytest.approx(own.share("effect"))
 
 
 def test_its_numbers_are_those_of_the_json(text: str) -> None:
