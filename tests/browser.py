@@ -17,7 +17,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+import numpy as np
 import pytest
+from matplotlib.image import imread
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "chromium-headless-shell")
 PAPER = 718  # px between the margins of A4, upright
@@ -151,10 +153,22 @@ def check_layout(page: Path, plots: int = 0) -> None:
             if not paper:
                 assert browser.ask("document.querySelectorAll('.js-plotly-plot .main-svg .xtitle').length") >= plots, where
                 assert browser.ask(OVERPRINTS) == [], where
+                assert len([each for each in _colours_of_plots(browser) if each > 10]) >= plots, f"{where}: a picture stays blank"
         assert browser.ask("[...document.images].filter(image => !image.alt).length") == 0
         browser.show(page, 1200, dark=True)
         ink, paper_colour = (browser.ask(f"getComputedStyle(document.body).{name}") for name in ("color", "backgroundColor"))
         assert sum(_rgb(ink)) > 500 > 200 > sum(_rgb(paper_colour))
+
+
+def _colours_of_plots(browser: Browser) -> list[int]:
+    """How many colours each plot shows as it is painted: what is drawn may lie below something."""
+    boxes = "JSON.stringify([...document.querySelectorAll('.js-plotly-plot')].map(e => e.getBoundingClientRect()).map(r => "
+    places = json.loads(browser.ask(f"{boxes}[r.x + scrollX, r.y + scrollY, r.width, r.height]))"))
+    with tempfile.TemporaryDirectory() as folder:
+        browser.picture(Path(folder) / "page.png")
+        painted = imread(Path(folder) / "page.png")[..., :3]
+    parts = [painted[int(y) : int(y + high), int(x) : int(x + wide)].reshape(-1, 3) for x, y, wide, high in places]
+    return [len(np.unique(part, axis=0)) for part in parts]
 
 
 def _rgb(colour: str) -> list[int]:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from browser import check_layout
 from diagnosed import EFFECT, diagnosed
 from evat.experiment import Experiment
 from evat.gap.answer import Diagnosis
@@ -35,6 +36,11 @@ def _page(answer: Diagnosis, comparison: Comparison, to: Path) -> str:
 @pytest.fixture(scope="module")
 def text(tmp_path_factory: pytest.TempPathFactory) -> str:
     return _page(*diagnosed(), tmp_path_factory.mktemp("report") / "out")
+
+
+def test_the_page_fits_screen_phone_and_paper_and_its_pictures_show(text: str, tmp_path: Path) -> None:
+    (tmp_path / "report.html").write_text(text, encoding="utf-8")
+    check_layout(tmp_path / "report.html", plots=2)
 
 
 def _evil(comparison: Comparison) -> Comparison:
