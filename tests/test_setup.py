@@ -12,6 +12,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from evat.fmu import build_fmu
 from evat.native.compile import (
     TARGETS,
     CompileError,
@@ -124,7 +125,7 @@ def test_the_status_is_that_of_the_first_failing_step(failing: tuple[str, ...], 
     result = run_script("test.py", before)
     assert result.returncode == status
     steps = [line for line in result.stdout.splitlines() if line.startswith("step")]
-    beside = next(line for line in steps if line.endswith("evat build"))  # at whatever time among the others
+    beside = next(line for line in steps if line.endswith("evat build --host-only"))  # at whatever time among the others
     steps.remove(beside)
     assert [line.split()[1] for line in steps] == ["format", "C", "lint", "imports", "types", "build", "tests"]
     assert steps[-1].endswith("-k law")
@@ -132,7 +133,7 @@ def test_the_status_is_that_of_the_first_failing_step(failing: tuple[str, ...], 
 
 @pytest.mark.parametrize("target", [t for key, t in TARGETS.items() if key != "x86_64-windows"], ids=lambda target: target.fmi3_folder)
 def test_every_target_compiles_offline_and_twice_the_same(target: Target, tmp_path: Path) -> None:
-    """x86_64-windows, whose runtime takes more than a minute to build once, is compiled with the FMUs."""
+    """x86_64-windows, whose runtime takes more than a minute to build once, is compiled with the FMU below."""
     source = c_file(tmp_path, "#include <math.h>\nint answer(double x); int answer(double x) { return (int)(exp(x) + 0.5); }\n")
     header = c_file(tmp_path, "int answer(double x);\n", "answer.h")
     made = []
@@ -145,6 +146,19 @@ def test_every_target_compiles_offline_and_twice_the_same(target: Target, tmp_pa
     assert made[0].startswith(MAGIC[target.system])
     assert b"answer" in made[0]
     assert str(tmp_path).encode() not in made[0]
+
+
+OTHERS = {"aarch64-linux", "x86_64-windows", "aarch64-darwin"}
+
+
+@pytest.mark.parametrize("targets", [OTHERS, pytest.param(set(TARGETS), marks=pytest.mark.campaign)], ids=["systems", "all"])
+def test_the_contact_is_built_for_other_platforms(targets: set[str], tmp_path: Path) -> None:
+    """All of its C, without a warning, where the warnings of other systems differ."""
+    with zipfile.ZipFile(build_fmu(3, tmp_path / "contact.fmu", targets)) as built:
+        binaries = {Path(name).parts[1]: built.read(name) for name in built.namelist() if name.startswith("binaries/")}
+    assert set(binaries) == targets
+    for key, binary in binaries.items():
+        assert binary.startswith(MAGIC[TARGETS[key].system])
 
 
 def test_a_library_of_this_machine_runs(tmp_path: Path) -> None:
