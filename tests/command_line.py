@@ -9,6 +9,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import pytest
+from evat import console
 from evat.commands.main import main
 
 
@@ -19,6 +20,8 @@ def evat(*arguments: str, folder: Path, columns: int = 80) -> subprocess.Complet
     with pytest.MonkeyPatch.context() as patched, warnings.catch_warnings(), redirect_stdout(out), redirect_stderr(err):
         patched.setattr("sys.argv", ["evat", *arguments])
         patched.setenv("COLUMNS", str(columns))
+        for each in (console.out, console.err):  # which may have been made where the environment said another width
+            patched.setattr(each, "_width", columns)
         patched.chdir(folder)
         try:
             main()

@@ -127,7 +127,7 @@ def test_standard_output_that_is_full(tmp_path: Path, arguments: tuple[str, ...]
 
 @pytest.mark.parametrize("command", [("simulate",), ("system", "run", "no.ssp")])
 def test_a_picture_does_not_replace_its_table(tmp_path: Path, command: tuple[str, ...]) -> None:
-    refused(evat(*command, "-o", "cut.png", folder=tmp_path), "--out cut.png", "name the table .csv or .parquet")
+    refused(evat(*command, "-o", "cut.png", folder=tmp_path), "--out cut.png", "name it .csv or .parquet")
     assert files(tmp_path) == []
 
 

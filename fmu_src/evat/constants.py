@@ -289,6 +289,9 @@ class _Constants(ConstantTable):
     )
     significant_amplitude = Constant(2.0, "sd", "an amplitude that is less from nothing is no better known than its size")
     distance_to_bound = Constant(1e-3, "prior sd", "a parameter that is nearer lies at its bound")
+    advised_share = Constant(
+        0.5, "of the gap", "that an effect must close where no fit has looked, or the corrected model is not advised", high=1.0
+    )
     absurd_effect = Constant(3.0, "of the rms", "no effect does so much, unless something else takes it back")
     credible_shift = Constant(4.0, "prior sd", "a nominal value that moves further was not credible")
     credible_shift_slope = Constant(

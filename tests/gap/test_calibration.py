@@ -115,7 +115,7 @@ def test_a_campaign_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest
             asked.extend(numbers)
             return [campaigns._line({"number": number, "case": line} if number % 2 else {"number": number}) for number in numbers]
 
-    monkeypatch.setattr(campaigns, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(campaigns, "process_pool", Pool)
     assert len(list(campaign(path, 4, 1))) == 2
     with path.open("a") as file:
         file.write('{"number": 4, "ca')  # stopped while it wrote
@@ -134,7 +134,7 @@ def test_a_case_that_is_damaged_or_of_another_kernel_is_run_again(tmp_path: Path
         return campaigns._line({"number": number, "case": line})
 
     monkeypatch.setattr(campaigns, "run_case", run)
-    monkeypatch.setattr(campaigns, "ProcessPoolExecutor", ThreadPoolExecutor)
+    monkeypatch.setattr(campaigns, "process_pool", ThreadPoolExecutor)
     assert len(list(campaign(path, 5, 1))) == 5
     lines = path.read_bytes().splitlines()
     lines[1] = lines[1].replace(b"300", b"301")  # still JSON, and another case

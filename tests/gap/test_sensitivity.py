@@ -69,7 +69,7 @@ def ran(case: study.KnownCase, monkeypatch: pytest.MonkeyPatch) -> list[study.Ke
             yield (number, name, factor), "it does not run" if (number, name) == (2, "most_lags") else outcome
 
     monkeypatch.setattr(study, "_run", run)
-    monkeypatch.setattr(study, "ProcessPoolExecutor", ThreadPoolExecutor)
+    monkeypatch.setattr(study, "process_pool", ThreadPoolExecutor)
     return done
 
 

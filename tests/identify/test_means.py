@@ -112,7 +112,7 @@ def test_a_condition_can_be_kept_back_and_the_command_reads_the_file(tmp_path: P
     read = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
     assert read["held_out"]["conditions"] == ["18 m/min"]
     assert read["parameters"]["F_C"]["value"] == pytest.approx(float(TRUTH["F_C"]), rel=0.05)
-    assert "means: measured against calculated" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "Means: measured against calculated" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     same = identify(averages(), MODEL, FREE, Settings(search="none", hold_out=("18 m/min",), profiles=False))
     assert read["parameters"]["F_C"]["value"] == pytest.approx(same["F_C"].value, rel=1e-6)
     assert max(fit.relative_error for fit in same.held_out.values()) < 4 * SHARE

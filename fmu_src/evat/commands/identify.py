@@ -80,9 +80,9 @@ def identify(
         hold_out=tuple(hold_out or ()),
     )
     check_size(population, generations, seed)
-    usable(to)
     with share_done(f"reading {experiment}") as progress:
         read = read_experiment(experiment, model, progress=progress)
+    usable(to)
     with (
         nullcontext() if dask is None else Cluster(dask) as cluster,
         _told() as tell,

@@ -65,6 +65,8 @@ class HeldOut:
         if not self.conditions:
             return math.nan, (math.nan, math.nan)
         rows = _rows(self.comparison, before, after, self.conditions)
+        if not len(rows):  # a sensor that is too slow for what was held out
+            return math.nan, (math.nan, math.nan)
         share = _share(rows.sum(axis=0))
         draws = np.random.default_rng(CONSTANTS.bootstrap_seed).integers(len(rows), size=(CONSTANTS.bootstrap_draws, len(rows)))
         spread = np.array([_share(rows[draw].sum(axis=0)) for draw in draws])

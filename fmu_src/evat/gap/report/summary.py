@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Literal
 
 from evat.constants import CONSTANTS
+from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
 from evat.gap.report.words import number, percent, sentence, with_unit
 from evat.gap.search.compare import Comparison
@@ -15,7 +16,6 @@ from evat.gap.verdict.judgement import fitted
 from evat.headline import Headline
 from evat.units import display
 
-HOLDS = 0.5  # of the gap that an effect closes where no fit has looked, below which the corrected model is not advised
 _LOOKS: Mapping[str, tuple[str, Literal["good", "note", "attention", "bad"]]] = {
     "no_gap": ("no gap", "good"),
     "mistuned": ("mis-tuned", "note"),
@@ -103,7 +103,7 @@ def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
         return "record more conditions; what is doubted cannot be settled by these." if doubts or not experiment else experiment
     if not closure.held_out:
         return experiment or "record more conditions, so that the effect can be tried where no fit has looked."
-    if not closure.share > HOLDS:
+    if not closure.share > CONSTANTS.advised_share:
         return "do not use the corrected model yet: it does not hold where no fit has looked. " + (
             f"{experiment[:1].upper()}{experiment[1:]}" if experiment else "Record more conditions."
         )
