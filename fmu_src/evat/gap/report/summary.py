@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping
 from typing import Literal
 
 from evat.constants import CONSTANTS
-from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
 from evat.gap.report.words import number, percent, sentence, with_unit
 from evat.gap.search.compare import Comparison
