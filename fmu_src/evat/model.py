@@ -227,8 +227,36 @@ class Run:
     outputs: Sequence[str] = ()
 
 
+class Columns(Mapping[str, FloatArray]):
+    """A result that is a mapping from names to arrays; where there is none of a name, near ones are told."""
+
+    __slots__ = ()
+
+    def _arrays(self) -> Mapping[str, FloatArray]:
+        raise NotImplementedError
+
+    def __getitem__(self, name: str) -> FloatArray:
+        held = self._arrays()
+        if name not in held:
+            kind = type(self).__name__.lower()
+            raise ParameterError(f"no column {name!r} in this {kind}; {nearest(name, held)}")
+        return held[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._arrays())
+
+    def __len__(self) -> int:
+        return len(self._arrays())
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._arrays()
+
+    def get(self, name: str, default: Any = None) -> Any:
+        return self._arrays().get(name, default)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class Trace(Mapping[str, FloatArray]):
+class Trace(Columns):
     """What came out of a run: a mapping from the name of each column to its values over time.
 
     A notebook shows it as a table; `plot()` draws it, `to_xarray()` and `to_pandas()` give what their libraries work with.
@@ -261,23 +289,8 @@ class Trace(Mapping[str, FloatArray]):
     units: Mapping[str, str]
     made_by: Mapping[str, str | float | int | Mapping[str, float | str]]
 
-    def __getitem__(self, name: str) -> FloatArray:
-        try:
-            return self.columns[name]
-        except KeyError:
-            raise ParameterError(f"no column {name!r} in this trace; {nearest(name, self.columns)}") from None
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.columns)
-
-    def __len__(self) -> int:
-        return len(self.columns)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self.columns
-
-    def get(self, name: str, default: Any = None) -> Any:
-        return self.columns.get(name, default)
+    def _arrays(self) -> Mapping[str, FloatArray]:
+        return self.columns
 
     def to_xarray(self) -> Any:
         """As an xarray.Dataset over `time` [s]; units in `attrs["units"]`, how it was made in the Dataset's attributes."""

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from evat.model import FloatArray, ParameterError, Run, SimulationError, nearest
+from evat.model import Columns, FloatArray, ParameterError, Run, SimulationError, nearest
 from evat.native import kernel
 from evat.native.compile import MANY_LANES
 from evat.required_inputs import check_inputs_of_law, check_required_inputs
@@ -30,7 +30,7 @@ class Cancelled(SimulationError):
 
 
 @dataclass(frozen=True, eq=False)
-class Batch(Mapping[str, FloatArray]):
+class Batch(Columns):
     """What came out of K sets: a mapping from the name of each output to its `rows`, or its `sums` where these were asked for.
 
     A notebook shows it as a table; `plot()` draws it, `to_xarray()` and `to_pandas()` give what their libraries work with.
@@ -75,33 +75,14 @@ class Batch(Mapping[str, FloatArray]):
     varied: Mapping[str, FloatArray] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
 
-    @property
-    def _given(self) -> Mapping[str, FloatArray]:
+    def _arrays(self) -> Mapping[str, FloatArray]:
         return self.rows or self.sums
-
-    def __getitem__(self, name: str) -> FloatArray:
-        try:
-            return self._given[name]
-        except KeyError:
-            raise ParameterError(f"no output {name!r} in this batch; {nearest(name, self._given)}") from None
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._given)
-
-    def __len__(self) -> int:
-        return len(self._given)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._given
-
-    def get(self, name: str, default: Any = None) -> Any:
-        return self._given.get(name, default)
 
     def to_xarray(self) -> Any:
         """As an xarray.Dataset over `set` and `time` [s], what differed from set to set as coordinates; `NAME_squares` beside NAME."""
         from evat.notebook.datasets import dataset
 
-        columns = {**self._given, **{f"{name}_squares": column for name, column in self.squares.items()}}
+        columns = {**self._arrays(), **{f"{name}_squares": column for name, column in self.squares.items()}}
         failures = {"failed": ("set", np.array([self.failed.get(place, "") for place in range(self.count)]), "")} if self.failed else {}
         coordinates = {
             "set": ("set", np.arange(self.count), ""),
@@ -119,7 +100,7 @@ class Batch(Mapping[str, FloatArray]):
         """A matplotlib Figure with a panel for each output: rows over time, sums over what differed, of several the one named by `over`."""
         from evat.notebook.panels import label, over_axis, over_time
 
-        columns = {name: self[name] for name in names or self._given}
+        columns = {name: self[name] for name in names or self._arrays()}
         if self.rows:
             return over_time(self.times, columns, self.units, tuple(columns))
         over = over or next(iter(self.varied), "")
@@ -137,7 +118,7 @@ class Batch(Mapping[str, FloatArray]):
         what = "rows over time" if self.rows else "sums over the samples"
         title = f"Batch: {self.count} sets, {what}"
         failed = f"{len(self.failed)} sets failed; the first: {next(iter(self.failed.values()))}" if self.failed else ""
-        columns = {**self.varied, **{name: column.ravel() for name, column in self._given.items()}}
+        columns = {**self.varied, **{name: column.ravel() for name, column in self._arrays().items()}}
         return columns_table(title, columns, self.units, (failed,))
 
 

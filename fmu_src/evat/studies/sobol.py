@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 
-from evat.model import EvatError, FloatArray, ParameterError, Run, SimulationError
+from evat.model import Columns, EvatError, FloatArray, ParameterError, Run, SimulationError
 from evat.native import kernel
 from evat.native.batch import run_many
 from evat.units import to_si
@@ -26,7 +26,7 @@ MOST_SETS = 2_000_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SobolIndices(Mapping[str, FloatArray]):
+class SobolIndices(Columns):
     """How much of an output's variance each parameter explains: a mapping from outputs to their total indices, (P,).
 
     `plot()` draws them, `to_xarray()` and `to_pandas()` give what their libraries work with; a notebook shows a table.
@@ -66,14 +66,8 @@ class SobolIndices(Mapping[str, FloatArray]):
     of: str
     runs: int
 
-    def __getitem__(self, name: str) -> FloatArray:
-        return self.total[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.total)
-
-    def __len__(self) -> int:
-        return len(self.total)
+    def _arrays(self) -> Mapping[str, FloatArray]:
+        return self.total
 
     def to_xarray(self) -> Any:
         """As an xarray.Dataset over `output` and `parameter`."""

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from evat.files.writing import put, temporary
-from evat.model import EvatError, FloatArray, ParameterError, nearest
+from evat.model import Columns, EvatError, FloatArray, ParameterError
 from evat.processes import process_pool
 from evat.systems.couple import Inputs, Order, Values, plan, run_file
 from evat.systems.model import System, SystemStopped, port
@@ -62,7 +62,7 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sweep(Mapping[str, FloatArray]):
+class Sweep(Columns):
     """What came out of a sweep: a mapping from the name of each output to its means on the grid, an axis of the array for each axis swept.
 
     A notebook shows it as a table; `plot()` draws it, `to_xarray()` and `to_pandas()` give what their libraries work with.
@@ -107,19 +107,8 @@ class Sweep(Mapping[str, FloatArray]):
             grid[row.place] = row.means.get(name, np.nan)
         return grid
 
-    def __getitem__(self, name: str) -> FloatArray:
-        if name not in self:
-            raise ParameterError(f"no output {name!r} in this sweep; {nearest(name, self)}")
-        return self._grid(name, self.rows)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(_shown(self.rows))
-
-    def __len__(self) -> int:
-        return len(_shown(self.rows))
-
-    def __contains__(self, name: object) -> bool:
-        return name in _shown(self.rows)
+    def _arrays(self) -> Mapping[str, FloatArray]:
+        return {name: self._grid(name, self.rows) for name in _shown(self.rows)}
 
     def to_xarray(self) -> Any:
         """As an xarray.Dataset over the axes; what was run beside the grid as `NAME beside`."""
