@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +96,15 @@ def test_a_case_is_of_its_kind(number: int) -> None:
         assert truth == kind
     else:
         assert truth not in KINDS
+
+
+def test_a_case_comes_back_from_its_line_with_every_feature() -> None:
+    on = Hypothesis(("a",))
+    seen = replace(
+        _features(30, {"a": (300, 0.01)}, foreign=0.2, unsure=1.0), held_out={on: 0.1}, doubts={on: ("why",)}, shift=2.0, shifts={on: 1.5}
+    )
+    assert all(getattr(seen, each.name) for each in fields(Features) if each.name != "exact")
+    assert CalibrationCase.read(CalibrationCase(seen, "a").line()).features == seen
 
 
 def test_a_campaign_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

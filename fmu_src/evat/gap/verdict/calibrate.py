@@ -19,7 +19,7 @@ from evat.gap.verdict.judgement import MISTUNED, NO_GAP, UNKNOWN, Features, judg
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.model import FloatArray
 
-BY_HYPOTHESIS = ("gain", "left", "held_out", "doubts")  # features that each hypothesis has
+BY_HYPOTHESIS = tuple(each.name for each in fields(Features) if "Hypothesis" in str(each.type))  # features that each hypothesis has
 POSITIVE = {field.name for field in fields(Constants)} - {"gap_offset", "structure_offset", "unknown_offset"}
 
 
