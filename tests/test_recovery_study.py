@@ -119,6 +119,7 @@ def test_what_is_studied() -> None:
     assert set(truth_of_set(cold)) == set(uncertain()) - {"thermal_softening.Q"}
 
 
+@pytest.mark.campaign  # half a minute
 def test_a_real_search_beside_the_forecast() -> None:
     """From a nominal model that is off: what the forecast calls identified does come back, by the fit's own verdict too; of the rest the
     interval is wide, if not as wide as the forecast has it: that knows no bounds and no curvature. Intervals hold the truth (all six: 4 of

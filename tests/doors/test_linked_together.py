@@ -58,7 +58,7 @@ def objects(fmus: dict[str, Path], headers: Path, tmp_path_factory: pytest.TempP
         compiled = []
         for place, name in enumerate(configuration.sourceFileSets[0].sourceFiles):
             compiled.append(folder / f"{place}.o")
-            run("gcc", "-std=c99", "-O2", "-Wall", "-Wextra", "-c", prefix, f"-I{headers}",
+            run("gcc", "-std=c99", "-Wall", "-Wextra", "-c", prefix, f"-I{headers}",
                 *(f"-I{folder / 'sources' / include}" for include in configuration.sourceFileSets[0].includeDirectories),
                 folder / "sources" / name, "-o", compiled[-1])  # fmt: skip
         made[part, version] = folder / "whole.o"

@@ -64,6 +64,7 @@ def test_the_kernel_is_asked_once(asked: Asked, kernel_structure: Structure, pla
     assert [path.name for path in place.parent.iterdir()] == [place.name]  # no scratch file stays
 
 
+@pytest.mark.campaign  # two minutes; that of a fresh checkout is asked for where its FMUs are built
 def test_asking_again_gives_what_was_kept(kernel_structure: Structure) -> None:
     assert structure.find_structure() == kernel_structure
 

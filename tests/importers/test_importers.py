@@ -135,7 +135,7 @@ def test_stick_slip_as_in_1995(answer: Callable[[str, str], tuple[np.ndarray, Co
     assert simulated == pytest.approx(published.STICK_SLIP, rel=5e-3)
 
 
-@pytest.mark.parametrize("importer", IMPORTERS)
+@pytest.mark.parametrize("importer", [pytest.param(name, marks=pytest.mark.campaign) if name != "fmpy" else name for name in IMPORTERS])
 def test_hunting_as_in_1995(answer: Callable[[str, str], tuple[np.ndarray, Columns]], importer: str) -> None:
     simulated = published.hunting(block(*answer(importer, "hunting")))
     off = {key: simulated[key] / value - 1 for key, value in published.HUNTING.items()}

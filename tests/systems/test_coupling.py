@@ -27,6 +27,7 @@ def test_a_pulled_block_sticks_and_slips(systems: dict[str, Path]) -> None:
     assert abs(made) < 1e-6 * passed
 
 
+@pytest.mark.campaign  # half a minute; through fmpy as an importer it hunts in each run of the tests
 def test_a_servo_with_integral_action_hunts(systems: dict[str, Path]) -> None:
     simulated = published.hunting(motion(run(systems["hunting"], PUBLISHED)[0]))
     expected = dict(published.HUNTING)
@@ -48,8 +49,8 @@ FREE = {
 
 
 def test_without_friction_a_block_on_a_spring_keeps_its_energy(systems: dict[str, Path]) -> None:
-    """100 swings; friction of 1e-6 N takes some 4 A F a swing, and no more may go."""
-    swings, amplitude = 100, 0.1
+    """30 swings; friction of 1e-6 N takes some 4 A F a swing, and no more may go."""
+    swings, amplitude = 30, 0.1
     trace, _ = run(systems["stick_slip"], FREE, step=5e-3, stop=swings * 2 * np.pi / np.sqrt(2))
     energy = 0.5 * trace["drive.table_velocity"] ** 2 + trace["drive.table_position"] ** 2  # k = 2
     lost = 1 - energy / energy[0]
