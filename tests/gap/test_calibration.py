@@ -107,6 +107,16 @@ def test_a_case_comes_back_from_its_line_with_every_feature() -> None:
     assert CalibrationCase.read(CalibrationCase(seen, "a").line()).features == seen
 
 
+def test_a_case_is_run_to_its_line() -> None:
+    """As the campaign does; number 22 is done in some seconds."""
+    entry = campaigns._entry(campaigns.run_case(22))
+    assert entry is not None
+    assert entry["number"] == 22
+    drawn = draw_case(22)
+    assert drawn is not None
+    assert CalibrationCase.read(entry["case"]).truth == drawn[1]
+
+
 def test_a_campaign_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     line = CalibrationCase(_features(30, {"a": (300, 0.01)}), "a").line()
     path, asked = tmp_path / "state.jsonl", list[int]()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import replace
 
 import pytest
 from evat.gap import Diagnosis, diagnose_with
+from evat.gap.search.form import with_form_of_law
+from evat.inference.hypothesis import Hypothesis
 from evat.native import kernel
 from toy import Toy, measured
 
@@ -40,6 +43,17 @@ def test_beside_a_little_of_it_an_effect_is_named_alone() -> None:
     assert answer.closure.rms["F"]["corrected"] < 1.1 * answer.closure.rms["F"]["noise_floor"]
 
 
+def test_beside_a_little_of_it_an_effect_stands_alone_also_where_it_was_not_fitted_alone() -> None:
+    _, comparison = diagnose_with(measured(["bend", "lean"], {"bend.c": 0.05, "lean.a": 0.8}, conditions=5, noise=0.05), Toy())
+    pair = Hypothesis(("bend", "lean"))
+    prediction = copy.copy(comparison.prediction)
+    prediction.model = formed()
+    fitted = comparison.models[pair]
+    base, kept = with_form_of_law(prediction, comparison.whitening, comparison.recalibrated, {pair: fitted})
+    assert base is comparison.recalibrated
+    assert kept == {Hypothesis(("lean",)): fitted}
+
+
 def test_much_of_it_is_named() -> None:
     answer = told(["bend"], formed(), c=0.5)
     assert answer.verdict == "effect"
@@ -47,4 +61,4 @@ def test_much_of_it_is_named() -> None:
 
 
 def test_which_effects_are_forms_of_the_law() -> None:
-    assert [effect.name for effect in kernel.effects() if effect.form_of_law] == ["maxwell_slip"]
+    assert [effect.name for effect in kernel.effects() if effect.form_of_law] == ["elasto_plastic", "maxwell_slip"]

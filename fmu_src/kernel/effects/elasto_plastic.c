@@ -53,7 +53,7 @@ const struct Effect effect_elasto_plastic = {
     .signature = "small loads to and fro are held without drift; after a reversal the slope is that of the bristles, "
         "where LuGre has twice it",
     .rivals = "maxwell_slip",
-    .family = "presliding",
+    .family = "presliding", .form_of_law = 1,
     .stage = STAGE_BRISTLE, .bends = 1, .act = yield,
     .variables = variables, .count = COUNT,
 };

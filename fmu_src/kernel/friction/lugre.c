@@ -19,7 +19,7 @@ static const struct Variable variables[COUNT] = {
             "later they yield; without a say where elasto_plastic is on",
         .source = "Canudas de Wit et al. 1995: 1; Wen 1976: the exponent n of the Bouc-Wen model"},
     [VISCOUS_EXPONENT] = {.name = "lugre.viscous_exponent", .unit = "1", .start = 1, .min = 0.2, .max = 3,
-        .causality = PARAMETER, .variability = TUNABLE,
+        .neutral = 1, .causality = PARAMETER, .variability = TUNABLE,
         .meaning = "exponent of |v|/(1 m/s) in viscous friction: 1 is LuGre's, with sigma2 the force at 1 m/s",
         .source = "Canudas de Wit et al. 1995: 1; Armstrong-Helouvry et al. 1994"},
 };

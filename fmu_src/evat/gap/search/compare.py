@@ -10,7 +10,7 @@ from scipy.stats import qmc
 
 from evat.constants import CONSTANTS
 from evat.gap.search.audit import Audit, audit
-from evat.gap.search.form import with_form_of_law
+from evat.gap.search.form import with_form_of_law, without
 from evat.gap.search.part import part_of
 from evat.gap.search.screen import Screen, Start, linear
 from evat.inference.discrepancy import likelihood
@@ -467,7 +467,7 @@ def _swaps(
     swaps = list[tuple[float, Hypothesis, Fit, Start]]()
     for kept in best.parts():
         (other,) = (part for part in best.parts() if part != kept)
-        base = models.get(kept) or (_without(prediction, whitening, models[best], other.effects[0]) if other.effects else None)
+        base = models.get(kept) or (without(prediction, whitening, models[best], other.effects) if other.effects else None)
         for effect in like:
             key = kept.beside(effect.name)
             if base is None or effect.name in kept or key in models or not _allowed(prediction.model, key.effects):
@@ -481,14 +481,6 @@ def _swaps(
         whole = fit(prediction, whitening, (*base.parameters, *start.parameters), point, key.effects, fixed=base.fixed)
         if whole is not None:
             models[key] = whole
-
-
-def _without(prediction: Prediction, whitening: Whitening, pair: Fit, name: str) -> Fit | None:
-    """A pair's fit without one of its effects, fitted anew."""
-    own = {v.name for effect in prediction.model.effects if effect.name == name for v in effect.variables}
-    kept = [place for place, parameter in enumerate(pair.parameters) if parameter.name not in own]
-    on = [effect for effect in pair.on if effect != name]
-    return fit(prediction, whitening, [pair.parameters[place] for place in kept], pair.point[kept], on, fixed=pair.fixed)
 
 
 def _polish(prediction: Prediction, whitening: Whitening, models: dict[Hypothesis, Fit]) -> None:

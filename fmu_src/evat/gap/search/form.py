@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
 from evat.constants import CONSTANTS
-from evat.inference.fit import Fit
+from evat.inference.fit import Fit, fit
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Whitening
@@ -17,28 +17,38 @@ def with_form_of_law(
     prediction: Prediction, whitening: Whitening, recalibrated: Fit, models: Mapping[Hypothesis, Fit]
 ) -> tuple[Fit, dict[Hypothesis, Fit]]:
     """The recalibrated model and all others, each with what of its best fit is the form of the base law; sets with an effect that is only
-    that are gone."""
+    that are gone, and stand for what is left of them."""
     forms = {effect.name for effect in prediction.model.effects if effect.form_of_law}
-    base, kept = recalibrated, dict(models)
-    for on, fit in models.items():
+    base, kept, alone = recalibrated, dict(models), dict[Hypothesis, Fit | None]()
+    for on, whole in models.items():
         own = forms.intersection(on.effects)
+        if not own:
+            continue
         rest = Hypothesis(tuple(name for name in on.effects if name not in own), on.law)
-        beside = models.get(rest) if rest else recalibrated
-        if not own or beside is None or _share(prediction, whitening, fit, beside) > CONSTANTS.form_of_law:
+        if rest not in alone:
+            alone[rest] = (models.get(rest) or without(prediction, whitening, whole, own)) if rest else recalibrated
+        beside = alone[rest]
+        if beside is None or _share(prediction, whitening, whole, beside) > CONSTANTS.form_of_law:
             continue
         del kept[on]
-        if fit.likelihood.evidence <= beside.likelihood.evidence:
-            continue
         if not rest:
-            base = max(base, fit, key=lambda each: each.likelihood.evidence)
+            base = max(base, whole, key=lambda each: each.likelihood.evidence)
         else:
-            kept[rest] = max(kept[rest], fit, key=lambda each: each.likelihood.evidence)
+            kept[rest] = max(kept.get(rest, beside), whole, key=lambda each: each.likelihood.evidence)
     return base, kept
 
 
-def _share(prediction: Prediction, whitening: Whitening, fit: Fit, beside: Fit) -> float:
+def without(prediction: Prediction, whitening: Whitening, whole: Fit, effects: Collection[str]) -> Fit | None:
+    """A fit without some of its effects, fitted anew."""
+    own = {v.name for effect in prediction.model.effects if effect.name in effects for v in effect.variables}
+    kept = [place for place, parameter in enumerate(whole.parameters) if parameter.name not in own]
+    on = [effect for effect in whole.on if effect not in effects]
+    return fit(prediction, whitening, [whole.parameters[place] for place in kept], whole.point[kept], on, fixed=whole.fixed)
+
+
+def _share(prediction: Prediction, whitening: Whitening, whole: Fit, beside: Fit) -> float:
     """The largest difference of both in a channel, in the root mean square of what was measured there."""
-    apart = fit.predicted - beside.predicted
+    apart = whole.predicted - beside.predicted
     return max(
         float(np.sqrt(np.mean(apart[prediction.places(channel)] ** 2))) / whitening.levels[channel] for channel in prediction.channels
     )
