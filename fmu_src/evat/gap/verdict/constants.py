@@ -42,7 +42,7 @@ class Constants:
 
 
 def stored() -> tuple[Constants, str]:
-    """The constants that a campaign has found, or the reasoned ones where none has been kept; and which they are. One that is replaced in
+    """The constants that a campaign has fitted, or the reasoned ones where none has been kept; and which they are. One that is replaced in
     the table of constants is replaced here, too."""
     if not STORED.is_file():
         return Constants(), "reasoned"
@@ -53,12 +53,12 @@ def stored() -> tuple[Constants, str]:
         whole = False
     if not whole:
         raise EvatError(
-            f"{STORED}: the constants of the diagnosis are damaged, or were changed by hand. Install evat again, or find them anew with "
+            f"{STORED}: the constants of the diagnosis are damaged, or were changed by hand. Install evat again, or fit them anew with "
             "`evat calibrate --store`."
         )
     known = {each.name for each in fields(Constants)}
     constants = Constants(**{name: CONSTANTS.now(name, float(value)) for name, value in held["constants"].items() if name in known})
-    return constants, f"found on {sum(held['made']['cases'].values())} simulated cases"
+    return constants, f"fitted to {sum(held['made']['cases'].values())} simulated cases"
 
 
 def _digest(held: Mapping[str, Any]) -> str:
@@ -66,7 +66,7 @@ def _digest(held: Mapping[str, Any]) -> str:
 
 
 def store(constants: Constants, made: Mapping[str, Any], path: Path = STORED) -> None:
-    """Keep constants with how they were found."""
+    """Keep constants with how they were fitted."""
     held = {"constants": asdict(constants), "made": dict(made)}
     put(path, json.dumps({**held, "digest": _digest(held)}, indent=1, sort_keys=True) + "\n", "the calibration")
 
