@@ -24,6 +24,7 @@
     LINE(size_effect)                                                                                                  \
     LINE(flow_stress_softening)                                                                                        \
     LINE(edge_force)                                                                                                   \
+    LINE(minimum_chip_thickness)                                                                                       \
     LINE(flank_wear)                                                                                                   \
     LINE(process_damping)                                                                                              \
     LINE(thermal_softening)                                                                                            \

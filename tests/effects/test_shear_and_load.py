@@ -41,6 +41,23 @@ def test_edge_force_is_the_intercept_of_force_over_thickness(width: float) -> No
     assert np.all(over_thickness(np.array([0, -1e-5]), ["edge_force"], **own) == 0)
 
 
+def test_what_is_thinner_than_the_minimum_is_ploughed_and_only_what_lies_above_is_sheared() -> None:
+    """Force over thickness is that of the plain tool, moved by h_min, beside a constant; below h_min there is nothing but ploughing."""
+    h_min, stress, drag = 4e-6, 7e8, 0.25
+    own = {"minimum_chip_thickness.h_min": h_min, "minimum_chip_thickness.stress": stress, "minimum_chip_thickness.drag": drag}
+    thickness, on = np.linspace(1e-5, 2e-4, 7), ["minimum_chip_thickness"]
+    ploughed, chip = over_thickness(thickness, on, **own), over_thickness(thickness - h_min, [])
+    push = stress * WIDTH * h_min
+    assert ploughed - chip == pytest.approx(np.array([[drag * push], [push]]) * np.ones(7), rel=1e-9)
+    thin = np.linspace(0.1, 0.9, 5) * h_min
+    push = stress * WIDTH * thin
+    rubbed = over_thickness(thin, on, **BARE, **own)
+    assert rubbed == pytest.approx(np.array([drag * push, push]), abs=1e-5)  # friction of 1e-6 N beside 0.3 N
+    assert np.all(over_thickness(np.array([0, -1e-5]), on, **own) == 0)
+    bend = over_thickness(np.array([h_min * (1 - 1e-9), h_min * (1 + 1e-9)]), on, **BARE, **own)
+    assert np.diff(bend)[:, 0] == pytest.approx(0, abs=1e-5)
+
+
 @pytest.mark.parametrize("m", [0.15, 0.3])
 def test_size_effect_is_a_power_of_the_thickness(m: float) -> None:
     """log F over log h has the slope 1 - m and passes the plain tool's force at h_ref; no intercept: force vanishes with the chip."""
