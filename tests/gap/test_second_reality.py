@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 import statistics_of_scores
+from answers import Answer
 from evat.experiment.read import read_experiment
 from evat.models.contact import ContactModel
+from evat.native import kernel
 from second_reality import catalogue, ceiling, draw, folder, generate, run_diagnosis, scores
 from second_reality.catalogue import BASE_CUTS, BASE_LAWS, EFFECTS, SPLITS, STRATA
 from second_reality.draw import Case, NotDrawn, Plan
@@ -279,3 +281,12 @@ def test_a_case_that_cannot_be_diagnosed_says_why(tmp_path: Path) -> None:
     said = run_diagnosis.diagnose(tmp_path / "case", tmp_path / "answers/case", 60.0)
     assert said != "done"
     assert (tmp_path / "answers/case.log").is_file()
+
+
+def test_an_effect_counts_under_the_name_that_the_library_has_for_it() -> None:
+    ripple, other = frozenset({"position_ripple"}), frozenset({"backlash"})
+    told = scores.named_as_here(Answer(verdict="effect", candidates=((ripple, 0.9), (other, 0.1)), likely=(ripple,), given=ripple))
+    assert told.top == frozenset({"position_dependence"})
+    assert told.likely == (frozenset({"position_dependence"}),)
+    assert told.confidence == 0.9
+    assert {each.name for each in kernel.effects()} >= {*catalogue.CALLED, *(set(EFFECTS) - set(catalogue.CALLED.values()))}
