@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat.experiment import InitialBristle
+from evat.experiment import Experiment, InitialBristle, Nominal, Trial
 from evat.experiment.read import read_experiment, write_experiment
 from evat.gap import diagnose_with
 from evat.identification import Settings, identify
-from evat.inference.initial_state import begun, with_initial_state
+from evat.inference.initial_state import begun, in_motion, with_initial_state
 from evat.inference.prediction import BRISTLE, Prediction
+from evat.model import Run
 from evat.models.contact import ContactModel
 from independent_lugre import NOISE, STEADY, TIMES, VALUES, lugre, world
 from toy import Toy
@@ -108,3 +109,47 @@ def test_a_model_without_bristles_is_left_alone() -> None:
 def test_a_belief_is_written_and_read(tmp_path: Path) -> None:
     write_experiment(world((0.0,), "slid_in"), tmp_path / "rig")
     assert read_experiment(tmp_path / "rig", model()).nominal.initial_bristle == "slid_in"
+
+
+def vibrating(start: str, believed: InitialBristle = "free", **more: str) -> Experiment:
+    """Two records of two and a half cycles of the ellipse, begun in the midst of a stroke, from rest or from the periodic motion."""
+    times = 0.1 / 2e4 + np.arange(100) / (2e4 * 40)
+    truth: dict[str, float | str] = {"friction_law": "lugre", "kinematics": "internal", "vibration_frequency": 2e4}
+    trials = []
+    for speed in (0.1, 0.3):
+        values = {**truth, "cutting_speed": speed, "initial_state": start}
+        trace = ContactModel(1).simulate(Run(times, {}, ("principal_force", "feed_force")), (), values)
+        trials.append(Trial(f"{speed}.csv", str(speed), {"cutting_speed": speed}, times, {}, dict(trace.columns)))
+    nominal = Nominal({**truth, "F_C": 11.0, **more}, (), {}, initial_bristle=believed)
+    return Experiment(Path(), "ellipse", "", nominal, {}, tuple(trials), None, "")
+
+
+@pytest.mark.parametrize(
+    ("start", "believed", "more", "periodic"),
+    [
+        ("periodic", "free", {}, True),
+        ("at_rest", "free", {}, False),
+        ("periodic", "relaxed", {}, False),
+        ("at_rest", "slid_in", {}, True),
+        ("periodic", "free", {"initial_state": "at_rest"}, False),
+    ],
+)
+def test_a_record_of_a_vibration_begins_in_the_midst_of_it_unless_it_does_not(
+    start: str, believed: InitialBristle, more: dict[str, str], periodic: bool
+) -> None:
+    """The owner's word counts before what the first cycle looks like; a force that is 10 % off does not hide it."""
+    prediction = Prediction(ContactModel(1), vibrating(start, believed, **more))
+    assert (in_motion(prediction).nominal.get("initial_state") == "periodic") == periodic
+
+
+def test_of_records_from_the_midst_of_a_vibration_the_parameters_come_back() -> None:
+    """Begun at rest, the first stroke of each pulled them away."""
+    experiment = vibrating("periodic")
+    answer = identify(experiment, ContactModel(1), ["F_C", "sigma0"], Settings(search="none"))
+    assert answer["F_C"].value == pytest.approx(9.0, rel=1e-3)
+    assert answer.fits["feed_force"].rms < 1e-3
+
+
+def test_where_the_motion_is_given_nothing_begins_by_itself() -> None:
+    prediction = Prediction(model(), world(SLID, "free"))
+    assert in_motion(prediction) is prediction

@@ -10,6 +10,7 @@ import numpy as np
 from evat.experiment import Experiment
 from evat.identification.objective import Objective, relative_error
 from evat.identification.result import ChannelFit
+from evat.inference.initial_state import in_motion
 from evat.inference.noise.autoregression import lag_one_correlation
 from evat.inference.noise.estimate import repeatability
 from evat.inference.prediction import Prediction
@@ -43,7 +44,7 @@ def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, ChannelFi
 def held_out_fits(model: Model, kept: Experiment | None, values: Mapping[str, float | str], on: Sequence[str]) -> dict[str, ChannelFit]:
     if kept is None:
         return {}
-    prediction = Prediction(model, kept)
+    prediction = in_motion(Prediction(model, kept), values, on)
     return fits_of(prediction, prediction.one(values, on) - prediction.measured)
 
 

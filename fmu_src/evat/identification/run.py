@@ -22,7 +22,7 @@ from evat.identification.settings import Execution, Settings
 from evat.identification.space import space
 from evat.identification.verdicts.verdict import correlation, estimates
 from evat.inference.checks import check_clocks
-from evat.inference.initial_state import beginnings, begun, with_initial_state
+from evat.inference.initial_state import beginnings, begun, in_motion, with_initial_state
 from evat.inference.prediction import Prediction
 from evat.model import Model, ParameterError
 from evat.required_inputs import unread_inputs
@@ -105,7 +105,7 @@ def _objective(model: Model, fitted: Experiment, free: Sequence[str], settings: 
     stated = {name for trial in fitted.trials for name in trial.values} | set(means.values if means is not None else ())
     if both := [name for name in free if name in stated]:
         raise ParameterError(f"{', '.join(both)}: the experiment states this for its trials, so it cannot be free.")
-    prediction = with_initial_state(Prediction(model, fitted), values, settings.on)
+    prediction = with_initial_state(in_motion(Prediction(model, fitted), values, settings.on), values, settings.on)
     return Objective(prediction, chosen, settings.on, settings.objective, dict(values))
 
 

@@ -1,13 +1,15 @@
-"""How were the bristles bent when a recording began? A nuisance of each trial, integrated out in every fit.
+"""How did a recording begin? In the midst of a vibration that goes on; else with bristles that are bent anyhow, a nuisance of each trial.
 
-A model starts relaxed; a rig that has moved before does not, and until the contact has slid a few deflections the force shows it. In the
-deflection at its start a law of bristles is linear, so one more run with another one tells how it shows. A priori it is anything between
-the steady deflections of either direction.
+A model starts relaxed. One that vibrates by itself has done so before a record of some cycles begins, and starts periodic, unless the
+record says otherwise. A rig that has moved before does not start relaxed either, and until the contact has slid a few deflections the force
+shows it. In the deflection at its start a law of bristles is linear, so one more run with another one tells how it shows. A priori it is
+anything between the steady deflections of either direction.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +20,38 @@ from evat.inference.prediction import BRISTLE, Prediction
 from evat.model import FloatArray
 from evat.required_inputs import MOTION
 
+START, PERIODIC = "initial_state", "periodic"  # a model's variable, and how it begins a cycle that comes back to itself
 RANDOM = BETWEEN + 1  # what differs from trial to trial: gain, zero, clock, and how its bristles were bent
+
+
+def in_motion(prediction: Prediction, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()) -> Prediction:
+    """The same from a vibration that went on before the records began, where the model vibrates by itself and they look so.
+
+    What the owner says counts first: `initial_state` among the nominal values, or bristles that begin relaxed. `slid_in` says that it did;
+    else the start is what fits the first cycle of the trials better. values, on : of the model by which that is seen.
+    """
+    experiment, values = prediction.experiment, {**prediction.nominal, **(values or {})}
+    believed = experiment.nominal.initial_bristle
+    can = any(variable.name == START and PERIODIC in variable.choices for variable in prediction.model.variables)
+    if not can or START in values or believed == "relaxed" or not experiment.trials:
+        return prediction
+    cycles = [prediction.model.cycle_time({**values, **trial.values}) for trial in experiment.trials]
+    if not all(np.isfinite(cycles)):
+        return prediction
+    nominal = replace(experiment.nominal, values={**experiment.nominal.values, START: PERIODIC})
+    moving = Prediction(prediction.model, replace(experiment, nominal=nominal), prediction.threads)
+    if believed == "slid_in":
+        return moving
+    misses = []
+    for each in (prediction, moving):
+        residual, square = each.measured - each.one(values, on), 0.0
+        for segment in each.segments:
+            if segment.trial >= 0:
+                times, own = experiment.trials[segment.trial].times, residual[segment.at]
+                first = own[times - times[0] <= cycles[segment.trial]]
+                square += float(first @ first) / max(float(np.mean(each.measured[each.places(segment.channel)] ** 2)), 1e-300)
+        misses.append(square)
+    return prediction if np.isfinite(misses[0]) and not misses[1] <= misses[0] else moving
 
 
 def with_initial_state(prediction: Prediction, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()) -> Prediction:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import qmc
@@ -16,7 +16,7 @@ from evat.gap.search.screen import Screen, Start, linear
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, Look, fit, likeliest
 from evat.inference.hypothesis import NOMINAL, Hypothesis
-from evat.inference.initial_state import begun, with_initial_state
+from evat.inference.initial_state import begun, in_motion, with_initial_state
 from evat.inference.noise.estimate import Noise, estimate_noise
 from evat.inference.parameters import Parameter, Scales, form_parameters, law_parameters, nominal_parameters
 from evat.inference.prediction import Linearised, Prediction
@@ -84,6 +84,9 @@ def compare(prediction: Prediction, report: Callable[[str, float], None] | None 
     """Fit everything that may explain the gap. perturbed : the same experiment by inputs as they may as well have been."""
     tell = report or (lambda _, __: None)
     tell("recalibrating the nominal model", 0.0)
+    prediction = in_motion(prediction)
+    if perturbed is not None:
+        perturbed = Prediction(prediction.model, replace(perturbed.experiment, nominal=prediction.experiment.nominal))
     predicted = prediction.one()
     if not np.all(np.isfinite(predicted)):
         raise SimulationError(NO_RUN)
