@@ -148,6 +148,7 @@ def test_of_records_from_the_midst_of_a_vibration_the_parameters_come_back() -> 
     answer = identify(experiment, ContactModel(1), ["F_C", "sigma0"], Settings(search="none"))
     assert answer["F_C"].value == pytest.approx(9.0, rel=1e-3)
     assert answer.fits["feed_force"].rms < 1e-3
+    assert answer.values["initial_state"] == "periodic"  # so that an FMU with these values begins alike
 
 
 def test_where_the_motion_is_given_nothing_begins_by_itself() -> None:

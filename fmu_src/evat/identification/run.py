@@ -62,7 +62,7 @@ def identify(
         experiment=fitted,
         estimates=estimates(objective, optimum, profiles, list(misfits(fits).values()), stopped),
         correlation=correlation(optimum.covariance),
-        values={**experiment.nominal.values, **settings.values, **identified},
+        values={**objective.prediction.experiment.nominal.values, **settings.values, **identified},
         effects=tuple(dict.fromkeys((*experiment.nominal.effects, *settings.on))),
         objective=settings.objective,
         search=settings.search,
