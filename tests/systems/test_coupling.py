@@ -136,6 +136,19 @@ def test_vibration_lowers_the_forces_the_more_the_slower_the_cut(systems: dict[s
     assert (principal[-1], thrust[-1]) == pytest.approx((0.955, 1), abs=5e-3)  # chip thinner by b = 5 um of 100 um; no reversal left
 
 
+def test_an_input_that_nothing_feeds_is_told(systems: dict[str, Path]) -> None:
+    """The axis stood still without a word; a signal, or a value for it, is an answer."""
+    reference, times = ("drive", "position_reference"), np.array([0.0, 0.01])
+    unsaid = "nothing feeds drive.position_reference"
+    assert str(run(systems["emps"], stop=0.01)[0].made_by["notes"]).startswith(unsaid)
+    for given in (
+        {"given": Given((reference,), times, np.array([[0.0], [1e-3]]))},
+        {"values": {"drive": {"position_reference": 1e-3}}},
+    ):
+        assert "notes" not in run(systems["emps"], stop=0.01, **given)[0].made_by
+    assert "notes" not in run(systems["stick_slip"], stop=0.01)[0].made_by
+
+
 @pytest.mark.skipif(not EMPS.is_file(), reason="the EMPS record is not beside the checkout")
 def test_the_measured_axis_is_followed(systems: dict[str, Path]) -> None:
     """EMPS: reference in, position and force out, parameters as published for it; the record is not fitted here."""

@@ -83,9 +83,10 @@ def run(
         system = read(ssp, folder)
         wanted = plan(system, step_size, end, every, order, inputs)
         given, values = NO_INPUTS if record is None else read_record(system, record), _values(system, value, sets)
-        for note in system.notes:
+        coupled = Coupled(system, values, given)
+        for note in coupled.notes:
             err.print(marked("note:", "yellow", note), soft_wrap=True)
-        with Coupled(system, values, given) as coupled, share_done(f"running {system.name}") as progress:
+        with coupled, share_done(f"running {system.name}") as progress:
             try:
                 trace, power = coupled.run(wanted, progress)
             except SystemStopped as stopped:

@@ -138,6 +138,20 @@ class Coupled:
             if at in system.connections:
                 raise SspError(f"the input {'.'.join(at)} is fed by {'.'.join(system.connections[at])}; a record cannot drive it.")
             self.signals[at] = len(self.signals)
+        unfed = (
+            (name, connector.name)
+            for name, component in system.components.items()
+            for connector in component.connectors.values()
+            if connector.kind == "input" and connector.name not in {**component.values, **self._values.get(name, {})}
+        )
+        self.notes = (
+            *system.notes,
+            *(
+                f"nothing feeds {'.'.join(at)}: it stays as it starts; give it as an input (--input FILE), or a value"
+                for at in unfed
+                if at not in system.connections and at not in given.ports
+            ),
+        )
 
     def __enter__(self) -> Coupled:
         try:
@@ -253,7 +267,7 @@ class Coupled:
         units = {".".join(at): self.system.components[at[0]].connectors[at[1]].unit for at in names}
         columns = {".".join(at): table[:, place].copy() for place, at in enumerate(names)}
         about: dict[str, str | float] = {"system": self.system.name, "step": plan.step, "order": plan.order, "inputs": plan.inputs}
-        about |= {"notes": "; ".join(self.system.notes)} if self.system.notes else {}
+        about |= {"notes": "; ".join(self.notes)} if self.notes else {}
         return Trace(np.array(times), columns, units, about)
 
 

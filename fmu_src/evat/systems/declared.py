@@ -15,7 +15,7 @@ from evat.native.compile import CONTACT, PACKAGE
 from evat.systems.model import Bond, Port, SspError, port
 from evat.work_materials import constants
 
-KEYS = {"title", "stop_time", "step", "step_of_held_inputs", "every", "show", "components", "connections", "bonds"}
+KEYS = {"title", "stop_time", "step", "step_of_held_inputs", "every", "inputs", "show", "components", "connections", "bonds"}
 PART_KEYS = {"part", "set", "work", "values"}
 
 
@@ -33,7 +33,7 @@ class Part:
 @dataclass(frozen=True, slots=True)
 class Declared:
     """One system. Its communication `step` [s] is that of our own coupling, which continues inputs along their slope; `step_of_held_inputs`
-    that of masters which hold them, so that friction stays within 1 % of its range."""
+    that of masters which hold them, so that friction stays within 1 % of its range. `inputs` are given from outside."""
 
     name: str
     title: str
@@ -45,6 +45,7 @@ class Declared:
     connections: Mapping[Port, Port]
     bonds: tuple[Bond, ...]
     show: tuple[Port, ...]
+    inputs: tuple[Port, ...] = ()
 
     def variable(self, at: Port) -> Variable:
         """The variable at a port; SspError where there is none."""
@@ -56,8 +57,8 @@ class Declared:
         return self.parts[at[0]].variables[at[1]]
 
     def connectors(self, component: str) -> tuple[str, ...]:
-        """What the component shows, in the order of its table: what is connected, and the outputs to look at."""
-        ports = {*self.connections, *self.connections.values(), *self.show}
+        """What the component shows, in the order of its table: what is connected or given from outside, and the outputs to look at."""
+        ports = {*self.connections, *self.connections.values(), *self.show, *self.inputs}
         return tuple(name for name in self.parts[component].variables if (component, name) in ports)
 
 
@@ -85,10 +86,10 @@ def load(name: str) -> Declared:
     parts = {key: _part(key, entry, f"{where}, component {key}") for key, entry in table["components"].items()}
     connections = {port(to, where): port(at, where) for to, at in table["connections"].items()}
     bonds = tuple(Bond(port(bond["force"], where), port(bond["velocity"], where)) for bond in table.get("bonds", []))
-    show = tuple(port(text, where) for text in table["show"])
+    show, inputs = (tuple(port(text, where) for text in table.get(key, ())) for key in ("show", "inputs"))
     step, every = table["step"], table.get("every", 1)
     held = table.get("step_of_held_inputs", step)
-    declared = Declared(name, table["title"], table["stop_time"], step, held, every, parts, connections, bonds, show)
+    declared = Declared(name, table["title"], table["stop_time"], step, held, every, parts, connections, bonds, show, inputs)
     _check(declared)
     return declared
 
@@ -151,6 +152,9 @@ def _check(declared: Declared) -> None:
             raise SspError(f"{where}: {'.'.join(at)} to {'.'.join(to)}: an output to an input is needed.")
         if target.unit != source.unit:
             raise SspError(f"{where}: {'.'.join(at)} is in {source.unit}, {'.'.join(to)} in {target.unit}; no importer converts both ways.")
+    for at in declared.inputs:
+        if declared.variable(at).causality != "input" or at in declared.connections:
+            raise SspError(f"{where}: {'.'.join(at)} is no input, or something feeds it.")
     for at in declared.show:
         if declared.variable(at).causality != "output":
             raise SspError(f"{where}: {'.'.join(at)} is no output.")

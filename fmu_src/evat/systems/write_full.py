@@ -32,6 +32,8 @@ def _structure(declared: Declared) -> bytes:
     document = root(declared, "2.0")
     system = add(document, f"{{{SSD}}}System", {"name": declared.name})
     outer = add(system, f"{{{SSD}}}Connectors")
+    for at in declared.inputs:
+        add_connector(outer, declared.variable(at), "input", _flat(*at))
     for at in declared.show:
         add_connector(outer, declared.variable(at), "output", _flat(*at))
     bindings = add(system, f"{{{SSD}}}ParameterBindings")
@@ -49,6 +51,8 @@ def _structure(declared: Declared) -> bytes:
     connections = add(system, f"{{{SSD}}}Connections")
     for to, at in declared.connections.items():
         _connect(connections, at, to)
+    for at in declared.inputs:
+        _connect(connections, (None, _flat(*at)), at)
     for at in declared.show:
         _connect(connections, at, (BUS, _flat(*at)))
         _connect(connections, at, (None, _flat(*at)))
@@ -60,7 +64,7 @@ def _structure(declared: Declared) -> bytes:
     return serialised(document)
 
 
-def _connect(parent: Element, at: tuple[str, str], to: tuple[str | None, str]) -> None:
+def _connect(parent: Element, at: tuple[str | None, str], to: tuple[str | None, str]) -> None:
     ends = {"startElement": at[0], "startConnector": at[1], "endElement": to[0], "endConnector": to[1]}
     add(parent, f"{{{SSD}}}Connection", ends)
 
