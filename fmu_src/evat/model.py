@@ -227,7 +227,7 @@ class Run:
     outputs: Sequence[str] = ()
 
 
-class Columns(Mapping[str, FloatArray]):
+class NamedArrays(Mapping[str, FloatArray]):
     """A result that is a mapping from names to arrays; where there is none of a name, near ones are told."""
 
     __slots__ = ()
@@ -256,7 +256,7 @@ class Columns(Mapping[str, FloatArray]):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Trace(Columns):
+class Trace(NamedArrays):
     """What came out of a run: a mapping from the name of each column to its values over time.
 
     A notebook shows it as a table; `plot()` draws it, `to_xarray()` and `to_pandas()` give what their libraries work with.

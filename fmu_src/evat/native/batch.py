@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from evat.model import Columns, FloatArray, ParameterError, Run, SimulationError, nearest
+from evat.model import FloatArray, NamedArrays, ParameterError, Run, SimulationError, nearest
 from evat.native import kernel
 from evat.native.compile import MANY_LANES
 from evat.required_inputs import check_inputs_of_law, check_required_inputs
@@ -30,7 +30,7 @@ class Cancelled(SimulationError):
 
 
 @dataclass(frozen=True, eq=False)
-class Batch(Columns):
+class Batch(NamedArrays):
     """What came out of K sets: a mapping from the name of each output to its `rows`, or its `sums` where these were asked for.
 
     A notebook shows it as a table; `plot()` draws it, `to_xarray()` and `to_pandas()` give what their libraries work with.

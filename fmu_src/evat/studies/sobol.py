@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from evat.model import Columns, EvatError, FloatArray, ParameterError, Run, SimulationError
+from evat.model import EvatError, FloatArray, NamedArrays, ParameterError, Run, SimulationError
 from evat.native import kernel
 from evat.native.batch import run_many
 from evat.units import to_si
@@ -26,7 +26,7 @@ MOST_SETS = 2_000_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SobolIndices(Columns):
+class SobolIndices(NamedArrays):
     """How much of an output's variance each parameter explains: a mapping from outputs to their total indices, (P,).
 
     `plot()` draws them, `to_xarray()` and `to_pandas()` give what their libraries work with; a notebook shows a table.

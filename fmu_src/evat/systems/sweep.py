@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from evat.files.writing import put, temporary
-from evat.model import Columns, EvatError, FloatArray, ParameterError
+from evat.model import EvatError, FloatArray, NamedArrays, ParameterError
 from evat.processes import process_pool
 from evat.systems.couple import Inputs, Order, Values, plan, run_file
 from evat.systems.model import System, SystemStopped, port
@@ -62,7 +62,7 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sweep(Columns):
+class Sweep(NamedArrays):
     """What came out of a sweep: a mapping from the name of each output to its means on the grid, an axis of the array for each axis swept.
 
     A notebook shows it as a table; `plot()` draws it, `to_xarray()` and `to_pandas()` give what their libraries work with.
