@@ -135,7 +135,13 @@ def host(fmi2_fmu: Path, fmi3_fmu: Path, tmp_path: Path) -> Iterator[Make]:
         one.fmu.freeInstance()
 
 
-@pytest.fixture(params=[FMU2Model, FMU3Model, FMU2Slave, FMU3Slave], ids=["fmi2-me", "fmi3-me", "fmi2-cs", "fmi3-cs"])
+ELSE = pytest.mark.campaign  # each version and each kind of interface once in each run
+
+
+@pytest.fixture(
+    params=[pytest.param(FMU2Model, marks=ELSE), FMU3Model, FMU2Slave, pytest.param(FMU3Slave, marks=ELSE)],
+    ids=["fmi2-me", "fmi3-me", "fmi2-cs", "fmi3-cs"],
+)
 def follow(request: pytest.FixtureRequest, host: Make) -> FollowPlant:
     """The plant's motion; the second number is the communication step of co-simulation."""
     one = host(request.param)

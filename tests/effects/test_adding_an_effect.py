@@ -61,8 +61,8 @@ for times, lost in ((1e-3, 0), (1, share / 2), (1e3, share)):
     ("right", "wrong", "test"),
     [
         (".neutral = 0, TUNED", ".neutral = 0.1, TUNED", "test_neutral_is_off_to_the_last_bit"),
-        (".start = 0.3", ".start = 0", "test_the_table_tells_all"),
-        ('"guess: order', '"', "test_the_table_tells_all"),
+        pytest.param(".start = 0.3", ".start = 0", "test_the_table_tells_all", marks=pytest.mark.campaign),
+        pytest.param('"guess: order', '"', "test_the_table_tells_all", marks=pytest.mark.campaign),
     ],
 )
 def test_the_conformance_test_sees_a_mistake(tmp_path: Path, right: str, wrong: str, test: str) -> None:

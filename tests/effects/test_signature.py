@@ -31,6 +31,13 @@ FILES = (
 )
 
 
+FIRST = {effect.family or effect.name: effect.name for effect in reversed(EFFECTS.values())}  # of each family, in each run
+EACH = pytest.mark.parametrize(
+    "effect",
+    [pytest.param(effect, id=name, marks=() if name in FIRST.values() else pytest.mark.campaign) for name, effect in EFFECTS.items()],
+)
+
+
 @pytest.fixture(autouse=True, scope="module")
 def runs_without_are_kept() -> Iterator[None]:
     """Runs without any effect are the same for all of them: what an effect owns does not act where it is off (test_catalogue.py)."""
@@ -62,7 +69,7 @@ def over(signed: Signature, across: str, title: str = "") -> SignaturePanel:
     return panel
 
 
-@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+@EACH
 def test_every_effect_shows_somewhere_and_its_panels_have_units(effect: Effect) -> None:
     signed = signature(effect.name)
     panels = (*signed.cycle, signed.rig, *signed.conditions)
@@ -79,7 +86,7 @@ def test_every_effect_shows_somewhere_and_its_panels_have_units(effect: Effect) 
     assert signed.left_out == ()
 
 
-@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+@EACH
 def test_a_neutral_effect_shows_nowhere(effect: Effect) -> None:
     neutral = {variable.name: variable.neutral for variable in effect.variables if math.isfinite(variable.neutral)}
     signed = signature(effect.name, neutral)
