@@ -10,6 +10,7 @@ import pytest
 from evat.experiment import Experiment, InitialBristle, Nominal, Trial
 from evat.experiment.read import read_experiment, write_experiment
 from evat.gap import diagnose_with
+from evat.gap.report.corrected import content
 from evat.identification import Settings, identify
 from evat.inference.initial_state import begun, in_motion, with_initial_state
 from evat.inference.prediction import BRISTLE, Prediction
@@ -149,6 +150,12 @@ def test_of_records_from_the_midst_of_a_vibration_the_parameters_come_back() -> 
     assert answer["F_C"].value == pytest.approx(9.0, rel=1e-3)
     assert answer.fits["feed_force"].rms < 1e-3
     assert answer.values["initial_state"] == "periodic"  # so that an FMU with these values begins alike
+
+
+def test_a_corrected_model_begins_as_the_records_do_and_says_so() -> None:
+    written = content(*diagnose_with(vibrating("periodic"), model()))
+    assert written.values["initial_state"] == 1
+    assert written.sources["initial_state"] == "the records begin in the midst of a vibration"
 
 
 def test_where_the_motion_is_given_nothing_begins_by_itself() -> None:

@@ -10,6 +10,7 @@ from evat.gap.answer import Diagnosis
 from evat.gap.report.words import sentence, with_unit
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.judgement import fitted
+from evat.inference.initial_state import PERIODIC, START
 
 SSV = "corrected.ssv"
 
@@ -34,6 +35,8 @@ def content(answer: Diagnosis, comparison: Comparison) -> ssv.Content:
         elif name in sd:
             before = f", nominal {with_unit(float(nominal.values[name]), unit, 6)}" if name in nominal.values else ""
             sources[name] = f"recalibrated{before}{_spread(sd.get(name), unit)}"
+        elif name == START and value == PERIODIC:
+            sources[name] = "the records begin in the midst of a vibration"
         elif name in nominal.values or name in nominal.effects:
             sources[name] = f"nominal model{f' ({nominal.parameters})' if nominal.parameters else ''}, held"
         else:
