@@ -9,7 +9,7 @@ import hashlib
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol, overload
+from typing import Any, ClassVar, Literal, Protocol, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -228,9 +228,10 @@ class Run:
 
 
 class NamedArrays(Mapping[str, FloatArray]):
-    """A result that is a mapping from names to arrays; where there is none of a name, near ones are told."""
+    """A result that is a mapping from names to arrays; where there is none of a name, near ones are told. KIND says what it is."""
 
     __slots__ = ()
+    KIND: ClassVar[str] = "result"
 
     def _arrays(self) -> Mapping[str, FloatArray]:
         raise NotImplementedError
@@ -238,8 +239,7 @@ class NamedArrays(Mapping[str, FloatArray]):
     def __getitem__(self, name: str) -> FloatArray:
         held = self._arrays()
         if name not in held:
-            kind = type(self).__name__.lower()
-            raise ParameterError(f"no column {name!r} in this {kind}; {nearest(name, held)}")
+            raise ParameterError(f"no column {name!r} in this {self.KIND}; {nearest(name, held)}")
         return held[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -284,6 +284,7 @@ class Trace(NamedArrays):
     >>> figure = trace.plot("friction_force", "slip_velocity_used")  # a matplotlib Figure
     """
 
+    KIND: ClassVar[str] = "trace"
     times: FloatArray
     columns: Mapping[str, FloatArray]
     units: Mapping[str, str]

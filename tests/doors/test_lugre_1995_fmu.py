@@ -174,7 +174,7 @@ def test_stick_slip(follow: FollowPlant) -> None:
     assert simulated == pytest.approx(published.STICK_SLIP, abs=published.TOLERANCE["ms"])
 
 
-@pytest.mark.campaign  # half a minute; the kernel itself and every importer hunt in each run of the tests
+@pytest.mark.campaign  # half a minute; the kernel itself, and fmpy as an importer, hunt in each run of the tests
 def test_a_servo_with_integral_action_hunts(follow: FollowPlant) -> None:
     simulated = published.hunting(follow(published.servo_plant(), 2e-3))
     expected = dict(published.HUNTING)

@@ -116,7 +116,7 @@ class Sweep(NamedArrays):
 
         labels = [each.label for each in self.axes]
         texts = {each.label: (each.label, np.array(each.texts) if each.numbers is None else each.numbers, each.unit) for each in self.axes}
-        columns = {name: self[name] for name in self}
+        columns = dict(self._arrays())
         columns |= {f"{name} beside": self._grid(name, self.beside) for name in _shown(self.beside)}
         units = {**self.units, **{f"{name} beside": self.units.get(name, "") for name in _shown(self.beside)}}
         return dataset(columns, labels, texts, units, {"system": self.system, "gives": "means over the last half of each run"})
