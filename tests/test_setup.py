@@ -103,6 +103,20 @@ def test_an_unreachable_registry_is_named_as_such(tmp_path: Path) -> None:
     assert "Traceback" not in result.stderr
 
 
+def test_uv_looks_for_packages_where_pip_does(tmp_path: Path) -> None:
+    """The variables of pip before its file, several values each with the separator that uv wants."""
+    (tmp_path / "pip.conf").write_text(
+        "[global]\nindex-url = https://a.invalid/simple\ntimeout = 7\n[install]\nfind-links =\n    /one\n    /two\n", encoding="ascii"
+    )
+    before = "import environment; from pathlib import Path; print(environment.uv_settings(Path(sys.executable))); sys.exit(0)"
+    without = {name: "" for name in os.environ if name.startswith("PIP_")}
+    result = run_script("test.py", before, **without, PIP_CONFIG_FILE=str(tmp_path / "pip.conf"), PIP_INDEX_URL="https://b.invalid/simple")
+    settings = ast.literal_eval(result.stdout)
+    assert settings["UV_DEFAULT_INDEX"] == "https://b.invalid/simple"
+    assert settings["UV_FIND_LINKS"] == "/one,/two"
+    assert settings["UV_HTTP_TIMEOUT"] == "7"
+
+
 def test_a_broken_environment_is_named(tmp_path: Path) -> None:
     (tmp_path / ".venv" / "bin").mkdir(parents=True)
     python = tmp_path / ".venv" / "bin" / "python"
