@@ -20,7 +20,7 @@ VALUES: dict[str, float | str] = {
     "sigma2": 5.0,
     "v_s": 0.01,
 }
-SAMPLES, STEP, NOISE = 700, 1e-3, 0.15
+SAMPLES, STEP, NOISE = 400, 1e-3, 0.15
 MODEL = ContactModel(threads=1)
 # What swings by itself, or along the way, needs short steps: half of the time of a diagnosis, for candidates that few tests are about.
 SWINGING = ("position_ripple", "holder_compliance", "dynamometer_resonance", "line_disturbance")
