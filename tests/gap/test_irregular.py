@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -9,13 +10,14 @@ import pytest
 from evat.gap.search.compare import compare
 from evat.gap.verdict.judgement import features
 from evat.inference.hypothesis import Hypothesis
-from evat.inference.noise.bursts_and_lines import bursts, irregular, lines
 from evat.inference.noise.estimate import without_jumps
+from evat.inference.noise.irregularity import Irregularity, bursts, irregular, lines
 from evat.inference.prediction import Prediction
 from scipy.signal import lfilter
 from toy import Toy, measured
 
 COUNT = 3000
+FORCE = 10.0 * np.sin(2 * np.pi * 6.0 * np.arange(COUNT) / COUNT)
 
 
 def noise(seed: int, memory: float = 0.5, tails: float = 0.0, count: int = COUNT) -> np.ndarray:
@@ -24,18 +26,22 @@ def noise(seed: int, memory: float = 0.5, tails: float = 0.0, count: int = COUNT
     return np.asarray(lfilter([1.0], [1.0, -memory], drawn))
 
 
+def of(row: np.ndarray) -> Irregularity:
+    return irregular([row], [1e-3], [np.resize(FORCE, row.size)])
+
+
 @pytest.mark.parametrize("memory", [0.0, 0.5, 0.95])
 @pytest.mark.parametrize("tails", [0.0, 3.0])
 def test_noise_is_regular(memory: float, tails: float) -> None:
     """Heavy tails make some; a long memory, in which an outlier lasts, no more."""
-    shares = [irregular([noise(seed, memory, tails)], [1e-3]).share for seed in range(20)]
+    shares = [of(noise(seed, memory, tails)).share for seed in range(20)]
     assert max(shares) < 0.2
     assert np.median(shares) < 0.1
 
 
 def test_a_shock_to_noise_that_goes_on_is_no_burst() -> None:
     """In short recordings one of some dozens is large: as its tail, it was three fifths of all that repeats do not share."""
-    assert max(irregular([noise(seed, 0.8, 3.0, 1000)], [1e-3]).bursts for seed in range(40)) < 0.1
+    assert max(of(noise(seed, 0.8, 3.0, 1000)).bursts for seed in range(40)) < 0.1
 
 
 def test_outliers_are_no_bursts() -> None:
@@ -50,7 +56,7 @@ def test_sawteeth_are_bursts(width: int) -> None:
     places = np.random.default_rng(3).choice(np.arange(0, COUNT - 50, 60), 12, replace=False)
     for place in places:
         row[place : place + width] += np.linspace(8, 24, width)
-    irregularity = irregular([row], [1e-3])
+    irregularity = of(row)
     tooth = 12 * float(np.sum(np.linspace(8, 24, width) ** 2)) / float(row @ row)
     assert irregularity.bursts == pytest.approx(tooth, abs=0.15)
     assert irregularity.lines < 0.05
@@ -58,7 +64,7 @@ def test_sawteeth_are_bursts(width: int) -> None:
 
 def test_a_hum_is_a_line_at_its_frequency() -> None:
     row = noise(4) + 1.5 * np.sin(2 * np.pi * 50.0 * np.arange(COUNT) * 1e-3 + 1.0)
-    irregularity = irregular([row], [1e-3])
+    irregularity = of(row)
     assert irregularity.frequency == pytest.approx(50.0, abs=0.5)
     assert 0.2 < irregularity.lines < 0.9
     assert irregularity.bursts < 0.05
@@ -74,15 +80,43 @@ def test_a_clock_that_differs_is_no_line() -> None:
     """A force that jumps in every cycle, recorded a tenth of a sample later: what differs comes back with the cycle and is no hum."""
     force = 100.0 * (np.arange(COUNT) % 60 < 25)
     row = noise(6) + 0.2 * np.gradient(force)
-    assert irregular([row], [1e-3]).share > 0.3
-    assert irregular([without_jumps(row, force)], [1e-3]).share < 0.05
+    assert of(row).share > 0.3
+    assert of(without_jumps(row, force)).share < 0.05
     hum = 1.5 * np.sin(2 * np.pi * 50.0 * np.arange(COUNT) * 1e-3)
-    assert irregular([without_jumps(row + hum, force)], [1e-3]).frequency == pytest.approx(50.0, abs=0.5)
+    assert of(without_jumps(row + hum, force)).frequency == pytest.approx(50.0, abs=0.5)
+
+
+def _steps(row: np.ndarray, size: float) -> np.ndarray:
+    return row + size * (np.arange(row.size) > 0.6 * row.size)
+
+
+def _teeth(row: np.ndarray, size: float) -> np.ndarray:
+    return row + size * np.sign(FORCE) * (np.arange(row.size) / row.size * 5.3 % 1.0 - 0.5)
+
+
+def _starved(row: np.ndarray, size: float) -> np.ndarray:
+    knots = np.cumsum(np.random.default_rng(9).normal(size=16))
+    return row + size * np.sign(FORCE) * np.interp(np.arange(row.size), np.linspace(0, row.size, 16), knots - knots.mean())
+
+
+@pytest.mark.parametrize("strays", [_steps, _teeth, _starved], ids=["a level that jumps", "layers that tear off", "starved"])
+def test_a_level_that_strays_is_wander(strays: Callable[[np.ndarray, float], np.ndarray]) -> None:
+    """As the force itself or against the motion; what it holds of the square, and nothing where it is too small to matter."""
+    row = strays(noise(7), 4.0)
+    more = 1 - float(noise(7) @ noise(7)) / float((row - row.mean()) @ (row - row.mean()))
+    assert 0.5 * more < of(row - row.mean()).wander < more + 0.1
+    assert of(strays(noise(7), 0.02)).wander == 0.0
+
+
+def test_a_drift_is_no_wander() -> None:
+    """Of the zero, or of the gain; as large as the jump above."""
+    assert of(noise(8) + np.linspace(-4, 4, COUNT)).wander == 0.0
+    assert of(noise(8) + np.linspace(-0.4, 0.4, COUNT) * FORCE).wander == 0.0
 
 
 def test_identical_repeats_have_nothing_irregular() -> None:
-    assert irregular([np.zeros(COUNT)], [1e-3]).share == 0.0
-    assert irregular([], []).share == 0.0
+    assert of(np.zeros(COUNT)).share == 0.0
+    assert irregular([], [], []).share == 0.0
 
 
 def test_lines_that_the_likeliest_model_has_are_none() -> None:

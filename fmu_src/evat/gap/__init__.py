@@ -198,7 +198,7 @@ def _missing(comparison: Comparison) -> tuple[str, ...]:
     for channel, comes in comparison.noise.irregular.items():
         if comes.share > CONSTANTS.notable_irregularity:
             where = f", the strongest line at {comes.frequency:.4g} Hz" if comes.frequency else ""
-            notes.append(f"{channel}: {comes.share:.0%} of what repeats do not share is no noise but bursts or lines{where}")
+            notes.append(f"{channel}: {comes.share:.0%} of what repeats do not share is no noise but bursts, lines or wander{where}")
     if not comparison.noise.repeated:
         notes.append("repeatability: no condition was recorded twice, so trial-to-trial changes are taken from priors")
     return tuple(notes)

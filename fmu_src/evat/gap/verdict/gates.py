@@ -120,7 +120,7 @@ def _evidence(judgement: Judgement) -> list[Gate]:
     for channel, share in features.irregular_share.items():
         unexplained = features.irregular[channel] > explained * features.recalibrated[channel]
         gate(
-            f"regular, {channel}", "share of what repeats do not share that is bursts and lines"
+            f"regular, {channel}", "share of what repeats do not share that is bursts, lines and wander"
             + ("" if unexplained else "; no more of it than the effects explain, so any share will do"),
             share, "at most", constants.irregular if unexplained else 1.0, "nothing foreign comes and goes",
             f"something foreign comes and goes: probability of unknown {step.regular[0]:.3g} without it, {step.unknown:.3g} with all of it",

@@ -19,8 +19,8 @@ from evat.gap.verdict.constants import Constants
 from evat.gap.verdict.credibility import largest_shift
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import NOMINAL, Hypothesis
-from evat.inference.noise.bursts_and_lines import BurstsAndLines
 from evat.inference.noise.estimate import estimate_noise
+from evat.inference.noise.irregularity import Irregularity
 
 NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL = "no_gap", "mistuned", "effect", "ambiguous", "unknown", "cannot_tell"
 VERDICTS = (NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL)
@@ -106,7 +106,7 @@ def features(comparison: Comparison) -> Features:
     )
 
 
-def _irregular(comparison: Comparison) -> dict[str, BurstsAndLines]:
+def _irregular(comparison: Comparison) -> dict[str, Irregularity]:
     """What repeats do not share and is no noise, channel by channel, as far as the likeliest model does not have it: a dynamometer that is
     struck at slightly different moments rings in lines."""
     best = max(comparison.models.values(), key=lambda fit: fit.likelihood.evidence, default=comparison.recalibrated)

@@ -14,8 +14,8 @@ import numpy as np
 from evat.constants import CONSTANTS
 from evat.experiment import Means
 from evat.inference.noise.autoregression import WHITE, autoregression, innovation_sd, innovations, robust_sd
-from evat.inference.noise.bursts_and_lines import BurstsAndLines, bursts, irregular
 from evat.inference.noise.discontinuities import bends
+from evat.inference.noise.irregularity import Irregularity, bursts, irregular
 from evat.inference.noise.means import nugget, replicate_sd
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import in_step, same_motion
@@ -39,7 +39,7 @@ class Noise:
     sizes: FloatArray
     spread: Mapping[str, FloatArray]
     degrees: Mapping[str, int]
-    irregular: Mapping[str, BurstsAndLines]
+    irregular: Mapping[str, Irregularity]
 
     @property
     def repeated(self) -> bool:
@@ -71,14 +71,14 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
         groups.setdefault((segment.channel, segment.condition), []).append(place)
     recorded = tuple(dict.fromkeys(s.channel for s in prediction.segments if s.trial >= 0))
     sizes = np.full(len(prediction.segments), np.nan)
-    filters, spread, degrees, irregulars = dict[str, FloatArray](), dict[str, FloatArray](), dict[str, int](), dict[str, BurstsAndLines]()
+    filters, spread, degrees, irregulars = dict[str, FloatArray](), dict[str, FloatArray](), dict[str, int](), dict[str, Irregularity]()
     for channel in recorded:
         own = {
             condition: [place for place in places if prediction.segments[place].trial >= 0]
             for (name, condition), places in groups.items()
             if name == channel
         }
-        left, slopes, degrees[channel] = dict[int, FloatArray](), list[tuple[FloatArray, FloatArray]](), 0
+        left, shown, slopes, degrees[channel] = dict[int, FloatArray](), dict[int, FloatArray](), list[tuple[FloatArray, FloatArray]](), 0
         for places in own.values():
             for alike in _comparable(prediction, places):
                 rows = np.array([residual[prediction.segments[place].at][at] for place, at in alike])
@@ -89,9 +89,10 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
                     coefficients, *_ = np.linalg.lstsq(basis / _scale(basis), row, rcond=None)
                     slopes.append((coefficients / _scale(basis), basis))
                     fewer = np.sqrt(row.size / (row.size - BETWEEN))  # numbers than samples, once these were fitted
-                    own_prediction = predicted[prediction.segments[place].at][at]
-                    left[place] = without_jumps(fewer * (row - basis / _scale(basis) @ coefficients), own_prediction)
-        irregulars[channel] = irregular(list(left.values()), [_step(prediction, place) for place in left])
+                    shown[place] = predicted[prediction.segments[place].at][at]
+                    left[place] = without_jumps(fewer * (row - basis / _scale(basis) @ coefficients), shown[place])
+        steps = [_step(prediction, place) for place in left]
+        irregulars[channel] = irregular(list(left.values()), steps, [shown[place] for place in left])
         if left:
             filters[channel] = _of_repeats(left, own.values(), sizes)
         else:

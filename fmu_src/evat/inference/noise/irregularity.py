@@ -1,0 +1,124 @@
+"""What comes and goes by itself? Bursts, lines and wander in what repeats of a recording do not share, which no noise has.
+
+A chatter line, a built-up edge that breaks off, a hum, a level that jumps or wanders: their phase or moment differs from repeat to
+repeat, so no model of the contact can have them, and they are no noise either. A single outlier is no burst; a filter of the noise is no
+line; a straight drift is no wander, since every amplifier has one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import binary_dilation, median_filter
+
+from evat.constants import CONSTANTS
+from evat.model import BoolArray, FloatArray
+
+
+@dataclass(frozen=True)
+class Irregularity:
+    """Of one channel: the mean square of what repeats do not share [unit squared], the shares of it in bursts, in lines and in wander, and
+    the frequency [Hz] of the strongest line, 0 where there is none."""
+
+    square: float = 0.0
+    bursts: float = 0.0
+    lines: float = 0.0
+    frequency: float = 0.0
+    wander: float = 0.0
+
+    @property
+    def share(self) -> float:
+        return min(self.bursts + self.lines + self.wander, 1.0)
+
+
+def bursts(row: FloatArray) -> BoolArray:
+    """Which samples of a difference between repeats lie in a burst, and not in the tail of one shock to noise that goes on."""
+    if row.size < CONSTANTS.fewest_regular_samples:
+        return np.zeros(row.size, dtype=bool)
+    memory = _memory(row)
+    shocks = np.concatenate([row[:1], row[1:] - memory * row[:-1]])
+    middle = median_filter(shocks, CONSTANTS.burst_samples)
+    away = np.abs(middle - np.median(middle))
+    size = 1.4826 * float(np.median(away))
+    if size <= 0:
+        return np.zeros(row.size, dtype=bool)
+    return np.asarray(binary_dilation(away > CONSTANTS.burst_height * size, iterations=CONSTANTS.burst_samples // 2), dtype=bool)
+
+
+def _memory(row: FloatArray) -> float:
+    """Lag-one correlation of a row by the signs of its samples (quadrant correlation): bursts, large as they may be, are few."""
+    signs = np.sign(row - np.median(row))
+    return float(np.clip(np.sin(np.pi / 2 * np.mean(signs[1:] * signs[:-1])), 0.0, 0.99))
+
+
+def lines(row: FloatArray) -> tuple[float, float, int]:
+    """Share of a row's mean square in lines of its spectrum, and the strongest: how far above the spectrum around, and its place."""
+    if row.size < CONSTANTS.fewest_regular_samples:
+        return 0.0, 0.0, 0
+    memory = float(np.clip(row[1:] @ row[:-1] / (row @ row + 1e-300), -0.99, 0.99))
+    squares, plain = _spectrum(row[1:] - memory * row[:-1]), _spectrum(row[1:])
+    around = median_filter(squares, max(21, squares.size // 10 * 2 + 1)) / np.log(2)  # the median of an exponential variable
+    above = squares / (around + 1e-300)
+    above[:2] = 0.0
+    strongest = int(np.argmax(above))
+    share = float(plain[above > CONSTANTS.line_height].sum() / plain.sum()) if plain.sum() > 0 else 0.0
+    return share, float(above[strongest]), strongest
+
+
+def _spectrum(row: FloatArray) -> FloatArray:
+    squares: FloatArray = np.abs(np.fft.rfft((row - row.mean()) * np.hanning(row.size))) ** 2
+    return squares
+
+
+def wander(rows: Sequence[FloatArray], predicted: Sequence[FloatArray]) -> float:
+    """Mean square of baseline wander in what repeats do not share [unit squared].
+
+    Of a level, or of a friction that changes its sign with the motion: what the slowest periods of a recording hold beyond as many of the
+    next ones, a straight drift aside.
+
+    Parameters
+    ----------
+    rows, predicted : of each recording the difference from its repeats, and what is predicted of it; (n,) each.
+    """
+    slow, per_period, count = np.zeros(2), np.zeros(2), 0
+    periods = int(CONSTANTS.wander_periods)
+    for row, own in zip(rows, predicted, strict=True):
+        if row.size < 8 * periods + 2:
+            continue
+        free = _without_drift(row, own)
+        for way, level in enumerate((free, free * np.sign(own))):
+            squares = 2 * np.abs(np.fft.rfft(level - level.mean())) ** 2 / row.size
+            slow[way] += squares[1 : periods + 1].sum()
+            per_period[way] += squares[periods + 1 : 4 * periods + 1].mean()
+        count += row.size
+    beyond = np.where(slow > CONSTANTS.wander_height * periods * per_period, slow - periods * per_period, 0.0)
+    return float(np.max(beyond)) / max(count, 1)
+
+
+def _without_drift(row: FloatArray, own: FloatArray) -> FloatArray:
+    """A row less its mean, and less a straight drift of zero and gain unless a single shift of its level explains more."""
+    course, free = np.linspace(-1.0, 1.0, row.size), row - row.mean()
+    basis = np.column_stack([np.ones(row.size), course, course * own / (np.sqrt(np.mean(own**2)) + 1e-300)])
+    straight = row - basis @ np.linalg.lstsq(basis, row, rcond=None)[0]
+    before = np.arange(1, row.size)
+    sums = np.cumsum([level - level.mean() for level in (free, free * np.sign(own))], axis=1)[:, :-1]
+    by_shift = np.max(sums**2 * row.size / (before * (row.size - before)))
+    return free if by_shift > free @ free - straight @ straight else np.asarray(straight)
+
+
+def irregular(rows: Sequence[FloatArray], steps: Sequence[float], predicted: Sequence[FloatArray]) -> Irregularity:
+    """Of all differences (n,) between repeats of one channel; steps : their sample times [s]; predicted : (n,) of each."""
+    total = sum(float(row @ row) for row in rows)
+    if total <= 0:
+        return Irregularity()
+    count = sum(row.size for row in rows)
+    in_bursts = sum(float(np.sum(row[bursts(row)] ** 2)) for row in rows)
+    line_of_row = [(*lines(row), row.size, step, float(row @ row)) for row, step in zip(rows, steps, strict=True)]
+    in_lines = sum(share * square for share, *_, square in line_of_row)
+    _, above, place, size, step, _ = max(line_of_row, key=lambda line: line[1])
+    frequency = place / ((size - 1) * step) if above > CONSTANTS.line_height else 0.0
+    wanders, level = wander(rows, predicted), sum(float(own @ own) for own in predicted) / count
+    share = wanders * count / total if wanders > CONSTANTS.least_wander**2 * level else 0.0
+    return Irregularity(total / count, in_bursts / total, in_lines / total, frequency, share)
