@@ -84,6 +84,18 @@ def test_slow_forces_are_known_in_few_pieces() -> None:
     assert np.abs(late[15_001:] - force[1:5001]).max() < 2e-4 * force.max()
 
 
+def test_forces_that_change_slowly_over_thousands_of_cycles_are_known_in_few_pieces() -> None:
+    """The slide carries a tool that does not vibrate, so that a step of 0.1 ms is two periods: each is like the one before, nearly."""
+    tau, step, w = 0.45, 1e-4, 2 * np.pi * 1.3
+    still: Values = {**CUT, "kinematics": "combined", "amplitude_x": 0.0, "amplitude_y": 0.0, "relative_tolerance": 1e-4}
+    contact = begun({**still, "sensor_delay.time": tau}, ["sensor_delay"])
+    times = step * np.arange(5_001)
+    motion = {"tool_displacement_y": 1e-5 * np.sin(w * times), "tool_velocity_y": 1e-5 * w * np.cos(w * times)}
+    late, force = contact.run(times, motion, ["measured_principal_force", "principal_force"]).T
+    assert np.abs(late[4501:] - force[1:501]).max() < 2e-4 * force.max()
+    assert np.ptp(force[1:501]) > 0.01 * force.max()
+
+
 def test_a_host_whose_slip_is_smooth_may_look_back_over_thousands_of_steps() -> None:
     tau, step = 0.3, 1e-4
     contact = begun({**OUTSIDE, "relative_tolerance": 1e-4, "input_delay.time": tau, "slip_velocity": 0.05}, ["input_delay"])
