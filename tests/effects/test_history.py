@@ -74,6 +74,20 @@ def test_a_past_that_does_not_repeat_itself_is_refused_at_once() -> None:
     assert contact.time < times[300]
 
 
+@pytest.mark.parametrize(
+    ("law", "tolerance", "cycles"),
+    [("lugre", 1e-3, 184), ("lugre", 1e-4, 22), ("lugre", 1e-5, 7), ("coulomb", 1e-4, 57), ("coulomb", 1e-5, 24)],
+)
+def test_a_vibration_on_a_moving_slide_is_kept_for_so_many_cycles(law: str, tolerance: float, cycles: int) -> None:
+    """Each cycle is a new one. The guide has the numbers; a compiler may make them a little different."""
+    values: Values = {**CUT, "kinematics": "combined", "relative_tolerance": tolerance, "sensor_delay.time": 1.0, "friction_law": law}
+    contact, times, w = begun(values, ["sensor_delay"]), 1e-5 * np.arange(1501), 2 * np.pi * 1.3
+    motion = {"tool_displacement_y": 1e-5 * np.sin(w * times), "tool_velocity_y": 1e-5 * w * np.cos(w * times)}
+    with pytest.raises(SimulationError, match="256 pieces of the past"):
+        contact.run(times, motion, ["friction_force"])
+    assert contact.time / PERIOD == pytest.approx(cycles, rel=0.05, abs=1)
+
+
 def test_slow_forces_are_known_in_few_pieces() -> None:
     """20 000 steps of a host in 2 s, of which 256 could be kept."""
     tau, step = 1.5, 1e-4
