@@ -59,7 +59,7 @@ const struct Variable base_variables[BASE_COUNT] = {
         .source = "guess: 10 m/min, the paper states none"},
     [VAR_APPLIED_FORCE] = {.name = "applied_force", .unit = "N", .min = -1e6, .max = 1e6, .nominal = 10, GIVEN,
         .meaning = "external tangential force on the contact that static friction balances; used by friction_law = "
-            "karnopp", .source = "Karnopp 1985"},
+            "karnopp", .source = "Karnopp 1985 (not read)"},
     [VAR_TOOL_DISPLACEMENT_X] = {.name = "tool_displacement_x", .unit = "m", .display_unit = "um", .min = -10, .max = 10,
         .nominal = 1e-6, GIVEN,
         .meaning = "displacement of the vibration's centre along the cutting direction; has no effect: the work is the "
@@ -85,7 +85,7 @@ const struct Variable base_variables[BASE_COUNT] = {
     [VAR_SHEAR_ANGLE_PRINCIPLE] = {.name = "shear_angle_principle", .start = MAXIMUM_SHEAR_STRESS, .max = 1,
         FIXED_CHOICE(principles),
         .meaning = "maximum_shear_stress: phi = pi/4 - beta + alpha; minimum_energy: phi = pi/4 - (beta - alpha)/2",
-        .source = "the paper, table 2; Lee and Shaffer 1951; Merchant 1945"},
+        .source = "the paper, table 2; Lee and Shaffer 1951 (not read); Merchant 1945 (not read)"},
     [VAR_CHIP_FLOW_ANGLE] = {.name = "chip_flow_angle", .start = CONSTANT_ANGLE, .max = 1, FIXED_CHOICE(chip_flow_angles),
         .meaning = "shear angle that turns tool velocity into slip: the parameter chip_flow_shear_angle, or the "
             "current shear_angle", .source = DEFINITION},
@@ -93,7 +93,7 @@ const struct Variable base_variables[BASE_COUNT] = {
         .meaning = "what the temperature proxy theta is taken from", .source = "the paper, eqs. 3 to 5: slip speed"},
     [VAR_DAMPING_MODE] = {.name = "damping_mode", .start = DISSIPATIVE, .max = 1, FIXED_CHOICE(damping_modes),
         .meaning = "dissipative: s1 limited to 4 damping_margin g/|v| (times s0 over the rate stiffness); "
-            "as_published: s1 as it stands", .source = "Canudas de Wit et al. 1995, passivity; Olsson 1996"},
+            "as_published: s1 as it stands", .source = "Canudas de Wit et al. 1995, passivity; Olsson 1996 (not read)"},
     [VAR_RATE_STIFFNESS] = {.name = "rate_stiffness", .start = REFERENCE_STIFFNESS, .max = 1,
         FIXED_CHOICE(rate_stiffnesses),
         .meaning = "stiffness in the rate equation of the bristle: reference: sigma0; thermal: s0(theta)",
@@ -106,7 +106,7 @@ const struct Variable base_variables[BASE_COUNT] = {
             "with the inputs of the step's middle stands for all: forces, powers and sliding_speed are then its means, "
             "held until the next step, in_contact says whether it cuts at all, states advance by them; other outputs "
             "show the instant at which the tool stands highest. Not with kinematics = external",
-        .source = "Kryloff and Bogoliuboff 1947, averaging; Petzold 1981, multirevolution methods"},
+        .source = "Kryloff and Bogoliuboff 1947 (not read), averaging; Petzold 1981 (not read), multirevolution methods"},
 
     [VAR_VIBRATION_FREQUENCY] = {.name = "vibration_frequency", .unit = "Hz", .display_unit = "kHz", .start = 20e3,
         .min = 1e-3, .max = 1e6, .nominal = 2e4, FIXED_NUMBER, .meaning = "frequency of the elliptical vibration",
@@ -191,12 +191,12 @@ const struct Variable base_variables[BASE_COUNT] = {
         .meaning = "friction force of the chip on the tool along the rake face", .source = "the paper, eq. 8"},
     [VAR_PRINCIPAL_FORCE] = {.name = "principal_force", FORCE, RESULT, .derivative_of = VAR_PRINCIPAL_IMPULSE,
         .meaning = "force on the tool against the cutting direction, N cos(alpha) + F sin(alpha)",
-        .source = "Merchant 1945"},
+        .source = "Merchant 1945 (not read)"},
     [VAR_FEED_FORCE] = {.name = "feed_force", FORCE, RESULT, .derivative_of = VAR_FEED_IMPULSE,
         .meaning = "force on the tool away from the machined surface (thrust), F cos(alpha) - N sin(alpha)",
-        .source = "Merchant 1945"},
+        .source = "Merchant 1945 (not read)"},
     [VAR_NORMAL_FORCE] = {.name = "normal_force", FORCE, RESULT, .derivative_of = VAR_NORMAL_IMPULSE,
-        .meaning = "force on the rake face normal to it", .source = "Merchant 1945"},
+        .meaning = "force on the rake face normal to it", .source = "Merchant 1945 (not read)"},
     [VAR_TOOL_FORCE_X] = {.name = "tool_force_x", FORCE, RESULT,
         .meaning = "force on the tool along +x, the cutting direction: -principal_force", .source = DEFINITION},
     [VAR_TOOL_FORCE_Y] = {.name = "tool_force_y", FORCE, RESULT,
@@ -234,17 +234,17 @@ const struct Variable base_variables[BASE_COUNT] = {
         .meaning = "measured_feed_force, mean over the last full averaging window", .source = DEFINITION},
     [VAR_SLIP_VELOCITY_USED] = {.name = "slip_velocity_used", .unit = "m/s", .display_unit = "m/min", RESULT,
         .meaning = "slip velocity that the friction law sees",
-        .source = "rigid chip on one shear plane; Merchant 1945"},
+        .source = "rigid chip on one shear plane; Merchant 1945 (not read)"},
     [VAR_UNCUT_THICKNESS_USED] = {.name = "uncut_thickness_used", .unit = "m", .display_unit = "um", .nominal = 1e-4,
         RESULT, .meaning = "uncut thickness that the shear load sees, 0 out of contact",
-        .source = "Shamoto and Moriwaki 1999"},
+        .source = "Shamoto and Moriwaki 1999 (not read)"},
     [VAR_THETA_USED] = {.name = "theta_used", .unit = "m/s", .display_unit = "m/min", RESULT,
         .meaning = "temperature proxy that the friction law sees", .source = "the paper, eq. 3"},
     [VAR_SHEAR_ANGLE] = {.name = "shear_angle", .unit = "rad", .display_unit = "deg", RESULT,
         .meaning = "current shear angle phi", .source = "the paper, table 2: both principles"},
     [VAR_SPEED_RATIO] = {.name = "speed_ratio", .unit = "1", RESULT,
         .meaning = "HSR = cutting_speed / (2 pi vibration_frequency amplitude_x); separation needs less than 1; 0 "
-            "without vibration", .source = "Shamoto and Moriwaki 1999"},
+            "without vibration", .source = "Shamoto and Moriwaki 1999 (not read)"},
     [VAR_IN_CONTACT] = {.name = "in_contact", .unit = "1", .max = 1, .type = BOOLEAN, .causality = OUTPUT,
         .variability = DISCRETE, .meaning = "the tool is in the material and moving into it", .source = DEFINITION},
     [VAR_BRISTLE_DEFLECTION] = {.name = "bristle_deflection", .unit = "m", .display_unit = "um", .nominal = 1e-6,
@@ -259,7 +259,7 @@ const struct Variable base_variables[BASE_COUNT] = {
     [VAR_SHEAR_POWER] = {.name = "shear_power", .unit = "W", RESULT, .derivative_of = VAR_SHEAR_ENERGY,
         .meaning = "power that shears the chip, shear force times shear velocity on the plane that gives the slip: what "
             "chip and tool exchange less dissipated_power. kinematics = external: of the steady chip at that slip and "
-            "chip_flow_shear_angle", .source = "Merchant 1945; balance of power"},
+            "chip_flow_shear_angle", .source = "Merchant 1945 (not read); balance of power"},
     [VAR_SHEAR_ENERGY] = {.name = "shear_energy", .unit = "J", .nominal = 1e-5, RESULT,
         .meaning = "shear_power, integrated from the start", .source = DEFINITION},
     [VAR_SLIDING_SPEED] = {.name = "sliding_speed", .unit = "m/s", .display_unit = "m/min", RESULT,

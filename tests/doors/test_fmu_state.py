@@ -57,6 +57,13 @@ def test_a_state_brings_the_run_back_to_the_last_bit(one: Instance, law: int) ->
     assert one.drop(state) == OK
 
 
+def test_a_serialised_state_is_a_sealed_contact(one: Instance) -> None:
+    """Whatever it has on: the size that the guide shows, and a seal."""
+    one.start({"sensor_delay": 1})
+    run(one, 0, 12)
+    assert 0 < len(one.serialize()) - kernel.Contact().nbytes < 512
+
+
 def test_a_state_goes_into_another_instance(door: Door, one: Instance) -> None:
     one.start({"F_C": 4.0, "friction_law": 5})
     run(one, 0, 33)

@@ -74,6 +74,20 @@ def test_a_past_that_does_not_repeat_itself_is_refused_at_once() -> None:
     assert contact.time < times[300]
 
 
+@pytest.mark.parametrize(
+    ("law", "tolerance", "cycles"),
+    [("lugre", 1e-3, 184), ("lugre", 1e-4, 22), ("lugre", 1e-5, 7), ("coulomb", 1e-4, 57), ("coulomb", 1e-5, 24)],
+)
+def test_a_vibration_on_a_moving_slide_is_kept_for_so_many_cycles(law: str, tolerance: float, cycles: int) -> None:
+    """Each cycle is a new one. The guide has the numbers; a compiler may make them a little different."""
+    values: Values = {**CUT, "kinematics": "combined", "relative_tolerance": tolerance, "sensor_delay.time": 1.0, "friction_law": law}
+    contact, times, w = begun(values, ["sensor_delay"]), 1e-5 * np.arange(1501), 2 * np.pi * 1.3
+    motion = {"tool_displacement_y": 1e-5 * np.sin(w * times), "tool_velocity_y": 1e-5 * w * np.cos(w * times)}
+    with pytest.raises(SimulationError, match="256 pieces of the past"):
+        contact.run(times, motion, ["friction_force"])
+    assert contact.time / PERIOD == pytest.approx(cycles, rel=0.05, abs=1)
+
+
 def test_slow_forces_are_known_in_few_pieces() -> None:
     """20 000 steps of a host in 2 s, of which 256 could be kept."""
     tau, step = 1.5, 1e-4
@@ -82,6 +96,18 @@ def test_slow_forces_are_known_in_few_pieces() -> None:
     slip = 0.05 + 0.03 * np.sin(2 * np.pi * 1.3 * times)
     late, force = contact.run(times, {"slip_velocity": slip}, ["measured_friction_force", "friction_force"]).T
     assert np.abs(late[15_001:] - force[1:5001]).max() < 2e-4 * force.max()
+
+
+def test_forces_that_change_slowly_over_thousands_of_cycles_are_known_in_few_pieces() -> None:
+    """The slide carries a tool that does not vibrate, so that a step of 0.1 ms is two periods: each is like the one before, nearly."""
+    tau, step, w = 0.45, 1e-4, 2 * np.pi * 1.3
+    still: Values = {**CUT, "kinematics": "combined", "amplitude_x": 0.0, "amplitude_y": 0.0, "relative_tolerance": 1e-4}
+    contact = begun({**still, "sensor_delay.time": tau}, ["sensor_delay"])
+    times = step * np.arange(5_001)
+    motion = {"tool_displacement_y": 1e-5 * np.sin(w * times), "tool_velocity_y": 1e-5 * w * np.cos(w * times)}
+    late, force = contact.run(times, motion, ["measured_principal_force", "principal_force"]).T
+    assert np.abs(late[4501:] - force[1:501]).max() < 2e-4 * force.max()
+    assert np.ptp(force[1:501]) > 0.01 * force.max()
 
 
 def test_a_host_whose_slip_is_smooth_may_look_back_over_thousands_of_steps() -> None:

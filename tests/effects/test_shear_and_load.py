@@ -41,18 +41,26 @@ def test_edge_force_is_the_intercept_of_force_over_thickness(width: float) -> No
     assert np.all(over_thickness(np.array([0, -1e-5]), ["edge_force"], **own) == 0)
 
 
-def test_what_is_thinner_than_the_minimum_is_ploughed_and_only_what_lies_above_is_sheared() -> None:
-    """Force over thickness is that of the plain tool, moved by h_min, beside a constant; below h_min there is nothing but ploughing."""
-    h_min, stress, drag = 4e-6, 7e8, 0.25
-    own = {"minimum_chip_thickness.h_min": h_min, "minimum_chip_thickness.stress": stress, "minimum_chip_thickness.drag": drag}
-    thickness, on = np.linspace(1e-5, 2e-4, 7), ["minimum_chip_thickness"]
+def edge(under: float, radius: float, stress: float, mu: float) -> np.ndarray:
+    """Forces of a round edge up to a height: its pressure and friction on 20 000 pieces of the arc, psi from its lowest point."""
+    psi = (np.arange(20_000) + 0.5) / 20_000 * np.arccos(1 - under / radius)
+    pushed = np.array([np.sin(psi), np.cos(psi)])  # on the tool: back and up
+    dragged = np.array([np.cos(psi), -np.sin(psi)])  # the work flows down along the arc and out behind
+    return np.mean(pushed + mu * dragged, axis=1) * np.arccos(1 - under / radius) * radius * stress * WIDTH
+
+
+@pytest.mark.parametrize(("radius", "share"), [(1e-5, 0.4), (3e-5, 0.2), (6e-6, 1.0)])
+def test_what_is_thinner_than_the_minimum_is_ploughed_and_only_what_lies_above_is_sheared(radius: float, share: float) -> None:
+    """Force over thickness is that of the plain tool, moved by h_min = share r, beside a constant; below h_min all flows under the edge.
+    Both constants are those of the arc: an edge of twice the radius ploughs with twice the force."""
+    h_min, stress, mu, name = share * radius, 7e8, 0.25, "minimum_chip_thickness"
+    own = {f"{name}.edge_radius": radius, f"{name}.share": share, f"{name}.stress": stress, f"{name}.friction": mu}
+    thickness, on = np.linspace(1e-5, 2e-4, 7) + h_min, [name]
     ploughed, chip = over_thickness(thickness, on, **own), over_thickness(thickness - h_min, [])
-    push = stress * WIDTH * h_min
-    assert ploughed - chip == pytest.approx(np.array([[drag * push], [push]]) * np.ones(7), rel=1e-9)
+    assert ploughed - chip == pytest.approx(np.outer(edge(h_min, radius, stress, mu), np.ones(7)), rel=1e-7)
     thin = np.linspace(0.1, 0.9, 5) * h_min
-    push = stress * WIDTH * thin
     rubbed = over_thickness(thin, on, **BARE, **own)
-    assert rubbed == pytest.approx(np.array([drag * push, push]), abs=1e-5)  # friction of 1e-6 N beside 0.3 N
+    assert rubbed == pytest.approx(np.array([edge(h, radius, stress, mu) for h in thin]).T, abs=1e-5)  # friction of 1e-6 N beside 0.3 N
     assert np.all(over_thickness(np.array([0, -1e-5]), on, **own) == 0)
     bend = over_thickness(np.array([h_min * (1 - 1e-9), h_min * (1 + 1e-9)]), on, **BARE, **own)
     assert np.diff(bend)[:, 0] == pytest.approx(0, abs=1e-5)
@@ -185,6 +193,27 @@ def test_process_damping_grows_no_more_beyond_the_steepest_slope() -> None:
     force = np.subtract(*(pressed(on, times, "feed_force", **values)[0] for on in (["process_damping"], [])))
     assert force.max() == pytest.approx(2e3 * WIDTH * 0.3, rel=1e-9)
     assert np.sum(force > 0.999 * force.max()) > 500  # of 1000 samples on the way down
+
+
+def test_a_flank_is_pressed_where_the_path_goes_down_steeper_than_its_clearance() -> None:
+    """Between entry and the place where the slope of the path has fallen to tan(clearance_angle); tan over there, C w above it."""
+    times = np.linspace(0.5 * PERIOD, 1.5 * PERIOD, 2001)
+    values: Values = {"process_damping.C": 2e3, "initial_state": "periodic", **CONSTANT}
+    on = ["process_damping"]
+
+    def force(clearance: float, ratio: float = 0.3) -> np.ndarray:
+        given = {**values, "cutting_speed": ratio * FASTEST, "process_damping.clearance_angle": clearance}
+        return np.subtract(*(course(begun(given, names, float(times[0])), times, "feed_force")[0] for names in (on, [])))
+
+    psi = 2 * pi * FREQUENCY * times - 2 * pi
+    slope = -np.sin(psi) / (0.3 + np.cos(psi))  # of a round ellipse, b = a
+    touching = (psi > -0.785) & (psi < 0)  # after entry, on the way down
+    for clearance in (0.1, 0.3):
+        pressed_down = np.where(touching, 2e3 * WIDTH * np.maximum(slope - np.tan(clearance), 0), 0)
+        assert force(clearance)[np.abs(psi + 0.7852) > 0.01] == pytest.approx(pressed_down[np.abs(psi + 0.7852) > 0.01], abs=1e-9)
+        assert 0 < np.count_nonzero(force(clearance)) < 250  # of 2000 samples a cycle
+    assert np.any(force(0.14, ratio=0.05))  # the path at its entry goes down by 0.1429 rad
+    assert np.all(force(0.15, ratio=0.05) == 0)
 
 
 def test_process_damping_is_early_in_a_vibrating_cut() -> None:

@@ -13,7 +13,7 @@ enum { ON, GAP, PLACE, RATE, COUNT };
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "backlash", SWITCH,
         .meaning = "switch: after a reversal the motion crosses a gap before it moves the contact",
-        .source = "Tao and Kokotovic 1996; Nordin and Gutman 2002"},
+        .source = "Tao and Kokotovic 1996; Nordin and Gutman 2002 (neither read)"},
     [GAP] = {.name = "backlash.gap", .unit = "m", .start = 2e-5, .min = 0, .max = 1, .display_unit = "um",
         .nominal = 1e-5, TUNED, .meaning = "width of the gap, from end to end; 0, or less than 1e-12 m: none",
         .source = "guess"},

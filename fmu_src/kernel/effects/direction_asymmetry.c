@@ -7,7 +7,8 @@ enum { ON, A, A_VISCOUS, COUNT };
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "direction_asymmetry", SWITCH,
         .meaning = "switch: friction differs between slip forward and backward",
-        .source = "Armstrong-Helouvry, Dupont and Canudas de Wit 1994; on a drive: Janot, Gautier and Brunot 2019"},
+        .source = "Armstrong-Helouvry, Dupont and Canudas de Wit 1994; on a drive: Janot, Gautier and Brunot 2019 "
+            "(neither read)"},
     [A] = {.name = "direction_asymmetry.a", .unit = "1", .start = 0.1, .min = -0.9, .max = 0.9, TUNED,
         .meaning = "share by which F_C and F_S are larger at v > 0 and smaller at v < 0; 0: none", .source = "guess"},
     [A_VISCOUS] = {.name = "direction_asymmetry.a_viscous", .unit = "1", .start = 0, .min = -0.9, .max = 0.9, TUNED,

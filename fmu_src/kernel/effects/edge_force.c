@@ -7,7 +7,8 @@ enum { ON, K_EP, K_EF, COUNT };
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "edge_force", SWITCH,
         .meaning = "switch: constant forces per width while cutting, beside those of the chip",
-        .source = "Albrecht 1960; linear edge forces: Altintas 2012, Manufacturing Automation, chapter 2"},
+        .source = "Albrecht 1960 (not read); linear edge forces: Altintas 2012 (not read), Manufacturing Automation, "
+            "chapter 2"},
     [K_EP] = {.name = "edge_force.K_ep", .unit = "N/m", .start = 5e3, .min = 0, .max = 1e7, .display_unit = "N/mm",
         .nominal = 1e3, TUNED, .meaning = "edge force per width against the cutting direction; 0: none",
         .source = "guess"},

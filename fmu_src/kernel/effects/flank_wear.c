@@ -6,7 +6,8 @@ enum { ON, FEED_RATE, PRINCIPAL_RATE, COUNT };
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "flank_wear", SWITCH, .meaning = "switch: forces on the flank grow with the distance slid",
-        .source = "Smithey, Kapoor and DeVor 2000: forces in proportion to the land; its growth with distance: guess"},
+        .source = "Smithey, Kapoor and DeVor 2000 (not read): forces in proportion to the land; "
+            "its growth with distance: guess"},
     [FEED_RATE] = {.name = "flank_wear.feed_rate", .unit = "Pa", .start = 1e2, .min = 0, .max = 1e7, .nominal = 1e2,
         TUNED, .meaning = "growth of feed_force per width and distance slid; 0: none", .source = "guess"},
     [PRINCIPAL_RATE] = {.name = "flank_wear.principal_rate", .unit = "Pa", .start = 30, .min = 0, .max = 1e7,

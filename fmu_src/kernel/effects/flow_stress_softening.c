@@ -13,14 +13,14 @@ static const struct Variable variables[COUNT] = {
         .source = "Johnson and Cook 1983 (not read; as in the manual of OSUPDocs), factors of rate and temperature"},
     [C] = {.name = "flow_stress_softening.C", .unit = "1", .start = 0.02, .min = 0, .max = 1, TUNED,
         .meaning = "rise of the shear stress with the logarithm of the shearing speed; 0: none",
-        .source = "Johnson and Cook 1983; value: ordinary for steel"},
+        .source = "Johnson and Cook 1983 (not read); value: ordinary for steel"},
     [V_REF] = {.name = "flow_stress_softening.v_ref", .unit = "m/s", .start = 1e-3, .min = 1e-9, .max = 1e3,
         .display_unit = "m/min", .nominal = 1e-3, SHAPE, TUNED, .meaning = "shearing speed that counts as slow",
         .source = "guess"},
     [SOFTENING] = {.name = "flow_stress_softening.softening", .unit = "1", .start = 0.1, .min = 0, .max = 1, TUNED,
         .meaning = "share of the shear stress lost at theta = theta_ref; 0: none", .source = "guess"},
     [EXPONENT] = {.name = "flow_stress_softening.exponent", .unit = "1", .start = 1, .min = 0.05, .max = 5, SHAPE,
-        TUNED, .meaning = "exponent m of the softening", .source = "Johnson and Cook 1983"},
+        TUNED, .meaning = "exponent m of the softening", .source = "Johnson and Cook 1983 (not read)"},
 };
 /* clang-format on */
 

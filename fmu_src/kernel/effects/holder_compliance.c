@@ -7,7 +7,7 @@ enum { ON, COMPLIANCE_X, COMPLIANCE_Y, FREQUENCY, DAMPING_RATIO, X, U_X, Y, U_Y,
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "holder_compliance", SWITCH,
         .meaning = "switch: the tool holder is a mass on spring and damper, and its motion changes path, slip and "
-            "thickness", .source = "Altintas 2012, Manufacturing Automation, chapter 3"},
+            "thickness", .source = "Altintas 2012 (not read), Manufacturing Automation, chapter 3"},
     [COMPLIANCE_X] = {.name = "holder_compliance.compliance_x", .unit = "m/N", .start = 2e-8, .min = 0, .max = 2e-7,
         .display_unit = "um/N", .nominal = 1e-8, TUNED,
         .meaning = "static deflection per force along the cutting direction; 0: rigid", .source = "guess: 50 N/um"},

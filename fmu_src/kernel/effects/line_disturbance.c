@@ -7,7 +7,7 @@ enum { ON, FIRST, FREQUENCY = FIRST + CHANNELS, PHASE, COUNT };
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "line_disturbance", SWITCH, .meaning = "switch: a line at one frequency is added to the measured forces",
-        .source = "definition: one harmonic; where it comes from: Morrison 2007, Grounding and Shielding"},
+        .source = "definition: one harmonic; where it comes from: Morrison 2007 (not read), Grounding and Shielding"},
     [FIRST] = {.name = "line_disturbance.friction_force", .unit = "N", .start = 0.2, .min = 0, .max = 1e6,
         .nominal = 1, TUNED, .meaning = "amplitude A of the line in measured_friction_force; 0: none",
         .source = "guess"},

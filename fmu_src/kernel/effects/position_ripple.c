@@ -9,7 +9,8 @@ enum { ON, FRICTION, COGGING, PERIOD, PHASE, POSITION, RATE, COUNT };
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "position_ripple", SWITCH,
         .meaning = "switch: the friction level and a force go up and down with the position",
-        .source = "Jahns and Soong 1996 (cogging); Popovic and Goldenberg 1998 (friction as harmonics of position)"},
+        .source = "Jahns and Soong 1996 (cogging, not read); "
+            "Popovic and Goldenberg 1998 (friction as harmonics of position, not read)"},
     [FRICTION] = {.name = "position_ripple.friction", .unit = "1", .start = 0.1, .min = 0, .max = 0.9, TUNED,
         .meaning = "amplitude r of the share by which F_C and F_S rise and fall; 0: none", .source = "guess"},
     [COGGING] = {.name = "position_ripple.cogging", .unit = "N", .start = 0.5, .min = 0, .max = 1e6, .nominal = 1, TUNED,

@@ -1,8 +1,9 @@
 /* Process damping: the flank is pressed into the wave that the edge leaves, by the slope of the path. Kurata, Altintas
- * and Shamoto 2010: in proportion to the velocity of the vibration over that of the cut. */
+ * and Shamoto 2010: in proportion to the velocity of the vibration over that of the cut. A flank with a clearance
+ * angle is clear of a path that goes down less steeply. */
 #include "effect.h"
 
-enum { ON, C, STEEPEST, COUNT };
+enum { ON, C, STEEPEST, CLEARANCE, COUNT };
 
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
@@ -14,6 +15,11 @@ static const struct Variable variables[COUNT] = {
         .source = "guess"},
     [STEEPEST] = {.name = "process_damping.steepest", .unit = "1", .start = 1, .min = 1e-3, .max = 100, SHAPE, TUNED,
         .meaning = "slope beyond which the force does not grow: the law is one of small waves", .source = "guess"},
+    [CLEARANCE] = {.name = "process_damping.clearance_angle", .unit = "rad", .start = 0, .min = 0, .max = 0.5,
+        .display_unit = "deg", SHAPE, TUNED,
+        .meaning = "angle between clearance face and cutting direction: a path that goes down less steeply leaves it free; 0: a "
+            "worn land along the cut",
+        .source = "definition; value: guess"},
 };
 /* clang-format on */
 
@@ -23,13 +29,14 @@ static void press(const lanes *p, const lanes *state, struct Point *x)
     (void)state;
     EACH_LANE {
         const double into = larger(-x->u_y[i], 0), along = larger(x->u_x[i], into / p[STEEPEST][i]);
-        x->edge_f[i] += into > 0 ? p[C][i] * x->w[i] * into / along : 0;
+        const double beyond = into > 0 ? into / along - tan(p[CLEARANCE][i]) : 0;
+        x->edge_f[i] += p[C][i] * x->w[i] * larger(beyond, 0);
     }
 }
 
 /* clang-format off */
 const struct Effect effect_process_damping = {
-    .equation = "feed_force - C w u_y/u_x while u_y < 0, the slope -u_y/u_x at most `steepest`",
+    .equation = "feed_force + C w (s - tan(clearance_angle)) where that is above 0, s = -u_y/u_x the slope of the path, at most `steepest`",
     .signature = "feed force rises early in the contact, while the tool still moves into the surface, and not later; the "
         "less the faster the cut",
     .applies_to = "internal, combined",

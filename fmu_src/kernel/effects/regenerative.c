@@ -7,10 +7,10 @@ enum { ON, SHARE, TURN, COUNT };
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "regenerative", SWITCH,
         .meaning = "switch: the tool meets the surface that it left one revolution earlier",
-        .source = "Tobias and Fishwick 1958"},
+        .source = "Tobias and Fishwick 1958 (not read)"},
     [SHARE] = {.name = "regenerative.share", .unit = "1", .start = 1, .min = 0, .max = 1, TUNED,
         .meaning = "overlap of the cut with that of the turn before; 0: none, 1: all of it",
-        .source = "Tobias and Fishwick 1958"},
+        .source = "Tobias and Fishwick 1958 (not read)"},
     [TURN] = {.name = "regenerative.revolution_time", .unit = "s", .display_unit = "ms", .start = 0.1, .min = 1e-5,
         .max = 1e3, .nominal = 0.1, SHAPE, TUNED, .meaning = "time of one revolution of the work; the surface that is left in it must fit into 256 pieces, "
             "vibration cycles that are alike counted once, or the run is refused",

@@ -25,7 +25,7 @@ static const struct Variable variables[COUNT] = {
         TUNED, .meaning = "length of the contact between chip and tool over the uncut thickness", .source = "guess"},
     [EXPONENT] = {.name = "sticking_limit.exponent", .unit = "1", .start = 3, .min = 0, .max = 10, SHAPE, TUNED,
         .meaning = "exponent of the normal stress over the contact length; 0: even stress, the lesser of both bounds",
-        .source = "guess; Zorev 1963 has a power"},
+        .source = "guess; Zorev 1963 (not read) has a power"},
 };
 /* clang-format on */
 

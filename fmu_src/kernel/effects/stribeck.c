@@ -6,7 +6,7 @@ enum { ON, RISE, V_S_RATIO, COUNT };
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "stribeck", SWITCH, .meaning = "switch: friction is higher near zero slip",
-        .source = "Stribeck 1902; exponential form: Bo and Pavelescu 1982"},
+        .source = "Stribeck 1902 (not read); exponential form: Bo and Pavelescu 1982 (not read)"},
     [RISE] = {.name = "stribeck.rise", .unit = "N", .start = 2, .min = 0, .max = 1e6, .nominal = 1, TUNED,
         .meaning = "added to F_S; 0: none", .source = "guess"},
     [V_S_RATIO] = {.name = "stribeck.v_s_ratio", .unit = "1", .start = 1, .min = 1e-3, .max = 1e4, .neutral = 1, TUNED,

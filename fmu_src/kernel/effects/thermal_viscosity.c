@@ -6,7 +6,7 @@ enum { ON, BETA, COUNT };
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "thermal_viscosity", SWITCH, .meaning = "switch: viscous friction falls with the temperature proxy",
-        .source = "Reynolds 1886: eta = eta_0 exp(-beta T)"},
+        .source = "Reynolds 1886 (not read): eta = eta_0 exp(-beta T)"},
     [BETA] = {.name = "thermal_viscosity.beta", .unit = "1", .start = 0.05, .min = 0, .max = 10, TUNED,
         .meaning = "loss of the viscous coefficient per theta_ref, as an exponent; 0: none", .source = "guess"},
 };

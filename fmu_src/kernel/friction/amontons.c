@@ -40,7 +40,7 @@ static void force(const lanes *p, struct Point *x)
 const struct FrictionLaw friction_amontons = {
     .meaning = "a force along the slip in proportion to the normal force, none at rest",
     .equation = "F = mu N sgn(v), N the input normal_load, or that of the shear plane under this friction",
-    .source = "Amontons 1699; Coulomb 1785",
+    .source = "Amontons 1699; Coulomb 1785 (neither read)",
     .reads = "normal_load",
     .level = level, .rates = rates, .force = force,
     .variables = variables, .count = COUNT,

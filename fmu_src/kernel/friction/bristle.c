@@ -95,7 +95,7 @@ static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
 const struct FrictionLaw friction_bristle = {
     .meaning = "20 elastic bonds that break at 3 F_C/sigma0 and form again at random places",
     .equation = "dz_i/dt = v;  |z_i| >= d: z_i = d u, u uniform in (-1, 1), d = 3 F_C/sigma0;  F = s0 mean(z_i)",
-    .source = "Haessig and Friedland 1991",
+    .source = "Haessig and Friedland 1991 (not read)",
     .reads = "sigma0, F_C",
     .variables = variables, .count = COUNT,
     .rates = rates, .force = force, .indicator = indicator, .event = event, .rest = rest,

@@ -19,7 +19,7 @@ static void force(const lanes *p, struct Point *x)
 const struct FrictionLaw friction_coulomb = {
     .meaning = "constant force along the slip, none at rest",
     .equation = "F = F_C sgn(v)",
-    .source = "Coulomb 1785; the paper, section 1",
+    .source = "Coulomb 1785 (not read); the paper, section 1",
     .reads = "F_C",
     .rates = rates, .force = force,
 };

@@ -23,7 +23,7 @@ static void force(const lanes *p, struct Point *x)
 const struct FrictionLaw friction_dahl = {
     .meaning = "elastic presliding that saturates at the Coulomb force",
     .equation = "dz/dt = v - sigma0 |v| z / F_C;  F = s0 z",
-    .source = "Dahl 1968; Canudas de Wit et al. 1995, section II",
+    .source = "Dahl 1968 (not read); Canudas de Wit et al. 1995, section II",
     .reads = "sigma0, F_C",
     .relaxes = 1, .rates = rates, .force = force,
 };

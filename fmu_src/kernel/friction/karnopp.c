@@ -9,7 +9,7 @@ enum { ZERO_VELOCITY_BAND, COUNT };
 static const struct Variable variables[COUNT] = {
     [ZERO_VELOCITY_BAND] = {.name = "karnopp.zero_velocity_band", .unit = "m/s", .display_unit = "m/min", .start = 1e-3,
         .min = 1e-9, .max = 1, .nominal = 1e-3, .causality = PARAMETER, .variability = TUNABLE,
-        .meaning = "slip speed below which the contact sticks", .source = "Karnopp 1985; value: guess"},
+        .meaning = "slip speed below which the contact sticks", .source = "Karnopp 1985 (not read); value: guess"},
 };
 /* clang-format on */
 
@@ -41,7 +41,7 @@ const struct FrictionLaw friction_karnopp = {
     .meaning = "sticks within a band of zero velocity and there balances the input applied_force up to F_S; Coulomb "
         "friction outside",
     .equation = "|v| < band: F = min(max(applied_force, -F_S), F_S);  else F = F_C sgn(v)",
-    .source = "Karnopp 1985",
+    .source = "Karnopp 1985 (not read)",
     .reads = "F_C, F_S, applied_force",
     .variables = variables, .count = COUNT,
     .rates = rates, .force = force, .indicator = indicator,

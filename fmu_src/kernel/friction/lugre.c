@@ -12,16 +12,17 @@ static const struct Variable variables[COUNT] = {
     [STRIBECK_EXPONENT] = {.name = "lugre.stribeck_exponent", .unit = "1", .start = 2, .min = 0.3, .max = 6,
         .neutral = 2, .causality = PARAMETER, .variability = TUNABLE,
         .meaning = "exponent of |v|/v_s in the Stribeck curve: 2 is LuGre's, 1 Tustin's, others were measured",
-        .source = "Canudas de Wit et al. 1995: 2; Bo and Pavelescu 1982: 0.5 to 1; Armstrong-Helouvry et al. 1994"},
+        .source = "Canudas de Wit et al. 1995: 2; Bo and Pavelescu 1982 (not read): 0.5 to 1; "
+            "Armstrong-Helouvry et al. 1994 (not read)"},
     [PRESLIDING_EXPONENT] = {.name = "lugre.presliding_exponent", .unit = "1", .start = 1, .min = 0.5, .max = 6,
         .causality = PARAMETER, .variability = TUNABLE,
         .meaning = "exponent of |z| over its steady value in the yielding of the bristles: 1 is LuGre's; the larger, the "
             "later they yield; without a say where elasto_plastic is on",
-        .source = "Canudas de Wit et al. 1995: 1; Wen 1976: the exponent n of the Bouc-Wen model"},
+        .source = "Canudas de Wit et al. 1995: 1; Wen 1976 (not read): the exponent n of the Bouc-Wen model"},
     [VISCOUS_EXPONENT] = {.name = "lugre.viscous_exponent", .unit = "1", .start = 1, .min = 0.2, .max = 3,
         .neutral = 1, .causality = PARAMETER, .variability = TUNABLE,
         .meaning = "exponent of |v|/(1 m/s) in viscous friction: 1 is LuGre's, with sigma2 the force at 1 m/s",
-        .source = "Canudas de Wit et al. 1995: 1; Armstrong-Helouvry et al. 1994"},
+        .source = "Canudas de Wit et al. 1995: 1; Armstrong-Helouvry et al. 1994 (not read)"},
 };
 /* clang-format on */
 

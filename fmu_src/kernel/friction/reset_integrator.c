@@ -50,7 +50,7 @@ const struct FrictionLaw friction_reset_integrator = {
     .meaning = "elastic up to the break-away deflection F_C/sigma0 with peak force F_S, then sliding at F_C",
     .equation = "dz/dt = v, or 0 where |z| >= z0 and v z > 0;  F = s0 (1 + a) z + s1 dz/dt, a = F_S/F_C - 1 while "
         "sticking, else 0",
-    .source = "Haessig and Friedland 1991",
+    .source = "Haessig and Friedland 1991 (not read)",
     .reads = "sigma0, sigma1, F_C, F_S",
     .rates = rates, .force = force, .indicator = indicator, .event = event,
 };

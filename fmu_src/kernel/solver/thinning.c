@@ -276,10 +276,11 @@ void make_room(struct Reel *reel)
     const int64_t untried = tried > first && tried <= ring_count(reel->ring, lane) ? tried : first;
     if (HISTORY - pieces_kept(reel) < ROOM)
         thin(reel, untried, 1);
-    if (HISTORY - pieces_kept(reel) < ROOM && reel->pieces.period > 0)
-        drop_repeats(reel, untried);
-    if (pieces_kept(reel) >= HISTORY)
+    const int64_t before = pieces_kept(reel);
+    if (HISTORY - before < ROOM) /* first what goes on for many cycles: across a gap nothing can be joined */
         thin(reel, first, AGAIN);
+    if (HISTORY - pieces_kept(reel) < ROOM && reel->pieces.period > 0)
+        drop_repeats(reel, untried - (before - pieces_kept(reel)));
     if (pieces_kept(reel) >= HISTORY) /* whoever looks back as far finds it gone */
         reel->ring->first[lane] = (double)(ring_first(reel->ring, lane) + 1);
 }
