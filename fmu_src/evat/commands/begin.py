@@ -13,7 +13,7 @@ from rich.table import Table
 from evat.commands.shared import Values, typed_values
 from evat.console import err, marked, out
 from evat.model import EvatError, ParameterError
-from evat.units import to_si
+from evat.units import number_and_unit, to_si
 
 if TYPE_CHECKING:
     from evat.experiment.begin.guess import Answers, Begun, Question
@@ -32,7 +32,11 @@ def init(
         str | None, typer.Option(help="Lever arm of an angle or a torque, such as '20 mm'; of a screw its lead/2/pi.")
     ] = None,
     motor_constant: Annotated[
-        str | None, typer.Option(help="Force or torque that a column in A or V stands for, such as '52 N/A', '0.5 N.m/A' or '10 N/V'.")
+        str | None,
+        typer.Option(
+            help="Force or torque that a column in A or V stands for, such as '52 N/A', '0.5 N.m/A' or '10 N/V'; of a friction "
+            "coefficient the load, such as '50 N'."
+        ),
     ] = None,
     mass: Annotated[str | None, typer.Option(help="What a drive accelerates, such as '30 kg'.")] = None,
     title: Annotated[str, typer.Option(help="Heads every report.")] = "",
@@ -135,11 +139,10 @@ def _told_radius(answers: Answers, text: str) -> None:
 
 
 def _told_constant(answers: Answers, text: str) -> None:
-    number, _, unit = text.strip().partition(" ")
-    try:
-        answers.motor_constant = (float(number), unit.strip())
-    except ValueError:
-        raise ParameterError(f"motor constant = {text!r}: a number and a unit are needed, such as '0.5 N.m/A'.") from None
+    told = number_and_unit(text)
+    if told is None:
+        raise ParameterError(f"motor constant = {text!r}: a number and a unit are needed, such as '0.5 N.m/A'.")
+    answers.motor_constant = (float(told[0]), told[1])
 
 
 def _missing(folder: Path, questions: Sequence[Question]) -> str:
