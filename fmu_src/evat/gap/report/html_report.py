@@ -19,7 +19,7 @@ from evat.gap.report.parts import TITLES, parts
 from evat.gap.report.pictures import charts
 from evat.gap.report.series import Series, unlike
 from evat.gap.report.summary import headline
-from evat.gap.report.words import number, percent, with_unit
+from evat.gap.report.words import number, percent, shown_unit, typed
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.judgement import CANNOT_TELL, UNKNOWN, fitted
 from evat.inference.fit import Fit
@@ -46,7 +46,8 @@ def page(answer: Diagnosis, comparison: Comparison, run: FmuRun | None, without:
     reference = comparison.recalibrated.predicted if answer.verdict == UNKNOWN else comparison.nominal.predicted
     placed = unlike(comparison, chosen.predicted if some else None, reference)
     drawn = charts(series, answer.where.regions, placed, answer.closure.held_out)
-    units = {"time": "s", "phase": "1", **{v.name: v.unit for v in prediction.model.variables}}
+    variables = [variable.name for variable in prediction.model.variables]
+    units = {name: shown_unit(prediction, name) for name in ("time", "phase", *variables)}
     return pages.render(
         "diagnosis.html.j2",
         answer=answer,
@@ -70,10 +71,11 @@ def page(answer: Diagnosis, comparison: Comparison, run: FmuRun | None, without:
         tried={"models": len(comparison.models), "rough": len(comparison.rough), "silent": comparison.silent, "unfed": comparison.unfed},
         run=run,
         without=without,
-        units=units,
+        units={name: unit for name, (unit, _, _) in units.items()},
+        level=lambda name, x: None if x is None else units[name][1] * x + units[name][2],
+        size=lambda name, x: None if x is None else units[name][1] * x,
         number=number,
         percent=percent,
-        with_unit=with_unit,
         script=interactive.script(),
     )
 
@@ -125,11 +127,10 @@ def _by_reason(lines: Sequence[str]) -> dict[str, list[str]]:
 
 def _place(comparison: Comparison, name: str, x: float) -> str:
     """A bound of a region as a person reads it."""
-    known = {variable.name: variable for variable in comparison.prediction.model.variables}
     if name == "time":
         factor, unit = clock_unit(max(float(np.ptp(trial.times)) for trial in comparison.prediction.experiment.trials))
         return f"{number(factor * x)} {unit}"
-    return display(x, known[name], digits=4) if name in known else number(x)
+    return number(x) if name == "phase" else display(x, typed(comparison.prediction, name), digits=4)
 
 
 def _recalibrated(answer: Diagnosis, fit: Fit) -> list[dict[str, Any]]:

@@ -14,7 +14,7 @@ from evat.files.writing import as_output_error, scratch
 from evat.html import render
 from evat.identification.report.figures import figures
 from evat.identification.report.summary import headline
-from evat.identification.result import Estimate, Identification
+from evat.identification.result import Estimate, Identification, error_text
 from evat.native import kernel
 
 SSV, JSON, REPORT = "identified.ssv", "identification.json", "report.html"
@@ -134,6 +134,7 @@ def write(identification: Identification, folder: Path) -> tuple[Path, Path, Pat
             identification=identification,
             headline=headline(identification),
             figures=figures(identification),
+            spread=error_text,
             provenance=_provenance(identification),
             files=FILES,
         )
