@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import datetime
 import io
+import json
 import sys
 from pathlib import Path
 from typing import Any
@@ -382,6 +383,11 @@ def test_in_a_terminal_it_asks_until_it_knows(tmp_path: Path, monkeypatch: pytes
     assert "evat experiment check" in printed
     np.testing.assert_allclose(read_experiment(tmp_path, MODEL).trials[0].inputs["slip_velocity"], SPEED / 1000, atol=1e-9)
     assert (tmp_path / "experiment.png").stat().st_size > 10_000
+    signals = [f"--signal={name}={column}" for name, column in (("slip_velocity", "CH2"), ("time", "CH1"), ("friction_force", "CH3"))]
+    status, printed, complaint = typed("experiment", "init", str(tmp_path), "--force", "--json", "--unit=CH2=mm/s", *signals)
+    assert status in (0, None), complaint
+    assert json.loads(printed)["signals"]["slip_velocity"]["unit"] == "mm/s"
+    assert "mm/s</td>" in (tmp_path / "experiment.html").read_text(encoding="utf-8")
 
 
 def test_a_document_that_is_there_is_not_replaced(tmp_path: Path) -> None:

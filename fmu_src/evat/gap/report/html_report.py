@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -36,8 +37,11 @@ FILES = {
 COLOURS = dict(zip(TITLES, ("#c8c8c8", "#8c8c8c", YELLOW, ORANGE, BLUE, RED), strict=True))
 
 
-def page(answer: Diagnosis, comparison: Comparison, run: FmuRun | None, without: str) -> str:
-    """report.html. run : what the FMU gave, None where it was not run, and then `without` says why."""
+def page(
+    answer: Diagnosis, comparison: Comparison, run: FmuRun | None, without: str, beside: Mapping[str, str] = MappingProxyType({})
+) -> str:
+    """report.html. run : what the FMU gave, None where it was not run, and then `without` says why; beside : links to other pages on these
+    data, and what each is."""
     document, chosen = answer.document(), fitted(comparison, answer.judgement.chosen)
     prediction = comparison.prediction
     some = bool(answer.judgement.chosen)
@@ -56,7 +60,7 @@ def page(answer: Diagnosis, comparison: Comparison, run: FmuRun | None, without:
         headline=headline(answer, comparison),
         judged=answer.verdict != CANNOT_TELL,
         left_of_effect=_called(answer),
-        files=FILES,
+        files={**FILES, **beside},
         parts=parts(comparison, chosen),
         titles=TITLES,
         colours=COLOURS,

@@ -16,6 +16,7 @@ from evat.identification.report.figures import figures
 from evat.identification.report.summary import headline
 from evat.identification.result import Estimate, Identification, error_text
 from evat.native import kernel
+from evat.plots.experiment_page import page_of
 
 SSV, JSON, REPORT = "identified.ssv", "identification.json", "report.html"
 FILES = {
@@ -136,7 +137,7 @@ def write(identification: Identification, folder: Path) -> tuple[Path, Path, Pat
             figures=figures(identification),
             spread=error_text,
             provenance=_provenance(identification),
-            files=FILES,
+            files={**FILES, **page_of(identification.experiment.folder, folder / REPORT)},
         )
         (made / REPORT).write_text(page, encoding="utf-8")
         for name in (SSV, JSON, REPORT):
