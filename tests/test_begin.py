@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import datetime
 import io
+import json
 import sys
 from pathlib import Path
 from typing import Any
@@ -96,7 +98,14 @@ def typed(*words: str) -> tuple[Any, str, str]:
         ("Temperatur [°C]", "temperature", "degC"),
         ("v_s", "velocity", ""),
         ("CH 3", "", ""),
-        ("Reibwert [-]", "", "1"),
+        ("Reibwert [-]", "coefficient", "1"),
+        ("coefficient de frottement", "coefficient", ""),
+        ("Fz_N", "force", "N"),
+        ("fz_mm", "feed", "mm"),
+        ("すべり速度(mm/s)", "velocity", "mm/s"),
+        ("垂直荷重(N)", "normal_load", "N"),
+        ("Axialkraft [N]", "normal_load", "N"),
+        ("X_Value", "time", ""),
     ],
 )
 def test_a_header_is_understood(header: str, kind: str, unit: str) -> None:
@@ -133,12 +142,81 @@ def test_a_name_tells_what_a_cut_was_made_at() -> None:
         ("t,v\n0.5,1\n0.6,2\n", TextForm(",", ".")),
         ("t\tv\n0,5\t1\n0,6\t2\n", TextForm("\t", ",")),
         ("a\nb\n\nt v\ns m/s\n0.5 1\n0.6 2\n", TextForm(" ", ".", skip_rows=3, rows_after_header=1)),
+        ("# t [s]  v [m/s]\n  0.5   1\n  0.6 -12.25\n", TextForm(" ", ".")),
         ("Messung 1;;\nt;v;F\n0,5;1;2\n0,6;2;2\n", TextForm(";", ",", skip_rows=1)),
     ],
 )
 def test_a_form_is_seen(tmp_path: Path, text: str, form: TextForm) -> None:
     (tmp_path / "a.csv").write_text(text, encoding="utf-8")
     assert sniff(tmp_path / "a.csv").form == form
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "# time[s]   vel[mm/s]    force[N]",
+        "t (s) v (mm/s) F (N)",
+        "Zeit s   Gleitgeschwindigkeit mm/s   Kraft N",
+        "t   speed   force\n(s) (mm/s) (N)",
+    ],
+)
+def test_columns_set_apart_by_blanks_are_read(tmp_path: Path, header: str) -> None:
+    rows = [f"{t:12.4f}{1e3 * v:14.5f} \t{f:12.5f}  " for t, v, f in zip(TIMES, SPEED, FORCE, strict=True)]
+    (tmp_path / "a.dat").write_text("rig 2\n" + "\n".join([header, *rows]) + "\n\n", encoding="utf-8")
+    write_begun(understood(tmp_path), Believed(), force=False)
+    trial = read_experiment(tmp_path, MODEL).trials[0]
+    np.testing.assert_allclose(trial.inputs["slip_velocity"], SPEED, atol=1e-8)
+    np.testing.assert_allclose(trial.outputs["friction_force"], FORCE, atol=1e-5)
+    (tmp_path / "a.dat").write_text("rig 2\n" + "\n".join([header, *rows, "3 4 five"]), encoding="utf-8")
+    place = 203 + header.count("\n")
+    with pytest.raises(ExperimentError, match=f"line {place}, column '.*': 'five' is no number"):
+        read_experiment(tmp_path, MODEL)
+    (tmp_path / "a.dat").write_text("rig 2\n" + "\n".join([header, *rows, "3 4"]), encoding="utf-8")
+    with pytest.raises(ExperimentError, match=f"line {place}: 2 cells where the headers are 3"):
+        read_experiment(tmp_path, MODEL)
+
+
+@pytest.mark.parametrize(
+    ("form", "header"),
+    [
+        ("%Y-%m-%dT%H:%M:%S.%f", "timestamp"),
+        ("%d.%m.%Y %H:%M:%S.%fZ", "Zeit"),
+        ("%I:%M:%S.%f %p", "Time of day"),
+        ("%H:%M:%S.%f", "Aufnahme"),  # no word for time: the numbers tell
+    ],
+)
+def test_a_clock_of_times_of_day_counts_seconds(tmp_path: Path, form: str, header: str) -> None:
+    begin_at = datetime.datetime(2024, 5, 3, 23, 59, 59, 250_000)  # runs over midnight
+    stamps = [(begin_at + datetime.timedelta(seconds=float(second))).strftime(form) for second in TIMES]
+    rows = [f"{stamp},{1e3 * v:.5f},{f:.5f}" for stamp, v, f in zip(stamps, SPEED, FORCE, strict=True)]
+    (tmp_path / "a.csv").write_text("\n".join([f"{header},v [mm/s],F [N]", *rows]), encoding="utf-8")
+    write_begun(understood(tmp_path), Believed(), force=False)
+    np.testing.assert_allclose(read_experiment(tmp_path, MODEL).trials[0].times, TIMES, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("second", "said"),
+    [
+        ("2024-05-04 10:00:01", "row 2: '2024-05-04 10:00:01'; the date changes where the time of day runs over midnight"),
+        ("later", "row 2: 'later' is no time of day; write it like 10:15:00.250"),
+        ("2024-05-03 09:00:01", "row 2: the clock must increase"),
+    ],
+)
+def test_a_clock_of_times_of_day_that_jumps_is_refused(tmp_path: Path, second: str, said: str) -> None:
+    document = begun_stamps(tmp_path)
+    rows = ["2024-05-03 10:00:00,1,1", f"{second},1,1", "2024-05-03 10:00:02,1,1"]
+    (tmp_path / "a.csv").write_text("\n".join(["stamp,v [m/s],F [N]", *rows]), encoding="utf-8")
+    with pytest.raises(ExperimentError, match=said):
+        read_experiment(tmp_path, MODEL)
+    document.write_text(document.read_text(encoding="utf-8").replace('unit = "s"', 'unit = "ms"', 1), encoding="utf-8")
+    with pytest.raises(ExperimentError, match=r"reader.timestamp: 'stamp'; it must be signals.time.column, whose unit then is \"s\""):
+        read_experiment(tmp_path, MODEL)
+
+
+def begun_stamps(folder: Path) -> Path:
+    rows = [f"2024-05-03 10:00:0{second},{second - 1},{second - 1}" for second in range(3)]
+    (folder / "a.csv").write_text("\n".join(["stamp,v [m/s],F [N]", *rows]), encoding="utf-8")
+    return write_begun(understood(folder), Believed(), force=False)
 
 
 def test_encodings_are_told_by_the_lines_that_tell() -> None:
@@ -201,6 +279,36 @@ def test_a_motor_constant_becomes_a_scale(tmp_path: Path, unit: str, number: flo
     answers = Answers({"friction_force": f"CH1 [{unit}]"}, radius=0.02, motor_constant=(number, given))
     force = next(signal for signal in understood(tmp_path, answers).signals if signal.name == "friction_force")
     assert force.table["scale"] == pytest.approx(scale)
+
+
+def test_a_torque_by_its_name_comes_before_a_force_by_its_unit(tmp_path: Path) -> None:
+    table(tmp_path / "a.csv", "t [s],speed [mm/s],Torque [N.mm],ch2 [N]", [TIMES, 1e3 * SPEED, 20 * FORCE, 50 + 0 * TIMES])
+    signals = {signal.name: signal.table for signal in understood(tmp_path, Answers(radius=0.02)).signals}
+    assert (signals["friction_force"]["column"], signals["friction_force"]["radius"]) == ("Torque [N.mm]", 0.02)
+
+
+@pytest.mark.parametrize(("load", "answers"), [(0.05 + 0 * TIMES, Answers()), (0.05 + 0.02 * TIMES, Answers(motor_constant=(50.0, "N")))])
+def test_a_friction_coefficient_is_scaled_by_the_load(tmp_path: Path, load: NDArray[np.float64], answers: Answers) -> None:
+    table(tmp_path / "a.csv", "t [s],speed [mm/s],CoF,Load [kN]", [TIMES, 1e3 * SPEED, FORCE / 50, load])
+    begun = understood(tmp_path, answers)
+    write_begun(begun, Believed(), force=False)
+    np.testing.assert_allclose(read_experiment(tmp_path, MODEL).trials[0].outputs["friction_force"], FORCE, atol=1e-5)
+    if answers.motor_constant is None:
+        assert any("times the load of 50 N" in sentence for sentence in begun.look)
+
+
+def test_a_friction_coefficient_under_a_changing_load_is_no_force(tmp_path: Path) -> None:
+    table(tmp_path / "a.csv", "t [s],speed [mm/s],CoF,Load [N]", [TIMES, 1e3 * SPEED, FORCE / 50, 50 + 20 * TIMES])
+    with pytest.raises(ExperimentError, match=r"'Load \[N\]' goes from 50 to 89.8 N"):
+        begin(tmp_path, Answers())
+    table(tmp_path / "a.csv", "t [s],speed [mm/s],CoF", [TIMES, 1e3 * SPEED, FORCE / 50])
+    assert begin(tmp_path, Answers())[1][0].asked == "'CoF' is a friction coefficient; at which normal load?"
+
+
+def test_a_folder_with_nothing_to_read_says_what_it_holds(tmp_path: Path) -> None:
+    (tmp_path / "run.tdms").write_bytes(b"TDSm")
+    with pytest.raises(ExperimentError, match=r"it holds 'run.tdms'. Export"):
+        begin(tmp_path, Answers())
 
 
 def test_what_was_measured_is_taken_and_not_what_was_commanded(tmp_path: Path) -> None:
@@ -275,6 +383,11 @@ def test_in_a_terminal_it_asks_until_it_knows(tmp_path: Path, monkeypatch: pytes
     assert "evat experiment check" in printed
     np.testing.assert_allclose(read_experiment(tmp_path, MODEL).trials[0].inputs["slip_velocity"], SPEED / 1000, atol=1e-9)
     assert (tmp_path / "experiment.png").stat().st_size > 10_000
+    signals = [f"--signal={name}={column}" for name, column in (("slip_velocity", "CH2"), ("time", "CH1"), ("friction_force", "CH3"))]
+    status, printed, complaint = typed("experiment", "init", str(tmp_path), "--force", "--json", "--unit=CH2=mm/s", *signals)
+    assert status in (0, None), complaint
+    assert json.loads(printed)["signals"]["slip_velocity"]["unit"] == "mm/s"
+    assert "mm/s</td>" in (tmp_path / "experiment.html").read_text(encoding="utf-8")
 
 
 def test_a_document_that_is_there_is_not_replaced(tmp_path: Path) -> None:
@@ -289,7 +402,7 @@ def test_a_document_that_is_there_is_not_replaced(tmp_path: Path) -> None:
 
 
 def test_what_is_no_recording_is_refused_or_left_aside(tmp_path: Path) -> None:
-    with pytest.raises(ExperimentError, match="no recording was found"):
+    with pytest.raises(ExperimentError, match="the folder is empty"):
         begin(tmp_path, Answers())
     (tmp_path / "dump.dat").write_bytes(bytes(range(256)) * 100)
     (tmp_path / "line.txt").write_text("1;2;" * 100_000, encoding="utf-8")

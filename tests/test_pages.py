@@ -1,16 +1,23 @@
-"""Do the pages that an FMU carries read well in a real browser, on a phone and on paper, and do their links lead somewhere?"""
+"""Do the pages of FMUs, systems and experiments read well in a real browser, on a phone and on paper, and do their links lead somewhere?"""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import evat
+import pandas as pd
 import pytest
 from browser import check_layout
 from evat import fmu
+from evat.commands.main import app
 from evat.fmu.documentation import contact, partner
+from evat.plots.experiment_page import reports_beside
 from lxml import html
+from typer.testing import CliRunner
 
 PART = "tool_heat"
+EVIL = "<script>alert(1)</script>"
 
 
 @pytest.fixture(scope="module")
@@ -42,3 +49,71 @@ def test_every_link_leads_somewhere(documentation: dict[str, dict[str, bytes]], 
 def test_the_page_fits_screen_phone_and_paper(documentation: dict[str, dict[str, bytes]], part: str, tmp_path: Path) -> None:
     (tmp_path / "index.html").write_bytes(documentation[part]["documentation/index.html"])
     check_layout(tmp_path / "index.html")
+
+
+@pytest.fixture(scope="module")
+def of_a_system(systems: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The table of a run; its page lies beside it."""
+    to = tmp_path_factory.mktemp("run") / "creep.csv"
+    asked = ["system", "run", str(systems["stick_slip"]), "--stop", "0.02", "-v", "guideway.F_C=1.5 N", "-o", str(to)]
+    result = CliRunner().invoke(app, asked)
+    assert result.exit_code == 0, result.output
+    return to
+
+
+def test_the_page_of_a_system_says_what_was_run(of_a_system: Path) -> None:
+    """Whether the coupling kept the power, each signal in numbers, the values with their units; its links lead to files that are there."""
+    page = html.fromstring(of_a_system.with_suffix(".html").read_bytes())
+    assert page.find_class("badge")[0].text_content() == "power kept"
+    assert "F_C = 1.5 N" in page.text_content()
+    rows = {row[0].text_content(): row for row in next(page.iter("table")).iter("tr")}
+    table = pd.read_csv(of_a_system)
+    (force,) = (name for name in table if name.startswith("guideway.friction_force"))
+    unit, at_the_end = (rows["guideway.friction_force"][place].text_content() for place in (1, 3))
+    assert unit == "mN"
+    assert float(at_the_end) == pytest.approx(1e3 * table[force].iloc[-1], rel=1e-3)
+    named = [link.get("href") for link in page.iter("a") if not link.get("href").startswith("#")]
+    assert sorted(named) == ["creep.csv", "creep.html", "creep.png"]
+    assert all((of_a_system.parent / name).is_file() for name in named)
+
+
+def test_the_page_of_a_system_fits_screen_phone_and_paper(of_a_system: Path) -> None:
+    check_layout(of_a_system.with_suffix(".html"))
+
+
+@pytest.fixture(scope="module")
+def of_an_experiment(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a rig in millimetres, its page, and what was identified from it."""
+    folder = tmp_path_factory.mktemp("lab")
+    made = evat.orthogonal({"friction_law": "coulomb", "F_C": 8.0}, motion="reversal", repeats=2, speeds=[0.5], rate=20.0)
+    evat.write_experiment(replace(made, title=f"rig {EVIL}"), folder / "rig")
+    for asked in (
+        ["experiment", "check", str(folder / "rig"), "-o", str(folder / "rig" / "experiment.html")],
+        ["identify", str(folder / "rig"), "-f", "F_C", "--search", "none", "-o", str(folder / "identified")],
+        ["experiment", "check", str(folder / "rig"), "-o", str(folder / "rig" / "experiment.html")],
+    ):
+        result = CliRunner().invoke(app, asked)
+        assert result.exit_code == 0, result.output
+    return folder
+
+
+def test_the_page_of_an_experiment_leads_to_its_reports_and_back(of_an_experiment: Path) -> None:
+    """To those of its data and no others; what was read stands in its tables, and a title stays text."""
+    place = of_an_experiment / "rig" / "experiment.html"
+    page = html.fromstring(place.read_bytes())
+    targets = [link.get("href") for link in page.iter("a") if not link.get("href").startswith("#")]
+    assert "../identified/report.html" in targets
+    assert all((place.parent / target).is_file() for target in targets)
+    assert page.find(".//h1").text_content() == f"rig {EVIL}"
+    assert page.find(".//script") is None
+    rows = {row[0].text_content(): [cell.text_content() for cell in row] for row in page.iter("tr")}
+    assert rows["friction_force"][1] == "output"
+    assert float(rows["friction_force"][-1].removesuffix(" N")) == pytest.approx(8.0, abs=0.5)
+    report = html.fromstring((of_an_experiment / "identified" / "report.html").read_bytes())
+    assert "../rig/experiment.html" in [link.get("href") for link in report.iter("a")]
+    other = reports_beside(place, "hash of other data")
+    assert other == {}
+
+
+def test_the_page_of_an_experiment_fits_screen_phone_and_paper(of_an_experiment: Path) -> None:
+    check_layout(of_an_experiment / "rig" / "experiment.html")

@@ -12,8 +12,8 @@ from evat.native import kernel
 from evat.units import display
 
 
-def _shown(value: float, variable: Variable | str) -> str:
-    return display(value, variable if isinstance(variable, Variable) else kernel.variable(variable))
+def _shown(value: float, variable: Variable | str, digits: int = 6) -> str:
+    return display(value, variable if isinstance(variable, Variable) else kernel.variable(variable), digits=digits)
 
 
 @lru_cache(maxsize=1)
@@ -26,9 +26,7 @@ def _environment() -> jinja2.Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    environment.filters["shown"] = lambda value, variable: display(
-        value, variable if isinstance(variable, Variable) else kernel.variable(variable)
-    )
+    environment.filters["shown"] = _shown
     environment.filters["anchor"] = lambda title: "-".join(re.findall(r"[a-z0-9]+", str(title).lower()))
     environment.filters["words"] = lambda name: str(name).replace("_", " ")
     return environment

@@ -101,6 +101,12 @@ def affine(unit: str, wanted: str) -> tuple[float, float]:
     return float(source.factor / target.factor), float((source.offset - target.offset) / target.factor)
 
 
+def number_and_unit(text: str) -> tuple[str, str] | None:
+    """The two parts of "30 m/min", as they were typed; None where it does not begin with a number."""
+    match = _NUMBER.fullmatch(text)
+    return None if match is None else (match[1], match[2])
+
+
 def to_si(value: str | float, unit: str, *, name: str) -> float:
     """The number in `unit` (a variable's SI unit) that a user's "30 m/min" or bare number, taken as SI, stands for."""
     if not isinstance(value, str):
@@ -108,10 +114,10 @@ def to_si(value: str | float, unit: str, *, name: str) -> float:
     typed = f"{name} = {value[:60]!r}"
     readable = "no unit" if unit == "1" else unit
     example = f'write for example "{name} = {_EXAMPLES.get(unit, f"1.5 {unit}")}"; a bare number has {readable}'
-    match = _NUMBER.fullmatch(value)
-    if match is None:
+    told = number_and_unit(value)
+    if told is None:
         raise ParameterError(f"{typed}: this is no number with a unit; {example}.")
-    stated = match[2]
+    number, stated = told
     try:
         source, target = base_unit(stated or unit), base_unit(unit)
     except ParameterError as error:
@@ -119,7 +125,7 @@ def to_si(value: str | float, unit: str, *, name: str) -> float:
     if source.exponents != target.exponents:
         raise ParameterError(f"{typed}: {stated} does not measure what {readable} measures; {example}.")
     try:
-        return convert(Decimal(match[1]), source, target)
+        return convert(Decimal(number), source, target)
     except (ParameterError, ArithmeticError):  # Decimal itself holds no exponent of 19 digits
         raise ParameterError(f"{typed}: the number is too large; {example}.") from None
 

@@ -6,6 +6,7 @@ import base64
 import json
 import re
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from evat.gap.report.parts import TITLES, parts
 from evat.gap.report.series import POINTS, Series, extremes, stretch
 from evat.gap.report.words import percent
 from evat.gap.search.compare import Comparison
+from evat.units import base_unit
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lxml import etree, html
@@ -153,16 +155,37 @@ def test_its_numbers_are_those_of_the_json(text: str) -> None:
 
 
 def test_a_number_on_the_page_is_the_number_behind_it(text: str) -> None:
-    """What is printed rounds to what the JSON has: within half of its last digit, as a number or in per cent."""
+    """What is printed rounds to what the JSON has: within half of its last digit, in its unit, as a number or in per cent."""
     checked = 0
     for each in html.fromstring(text).iter("data"):
         printed = re.fullmatch(r"(-?[\d.]+(?:e[+-]?\d+)?)( %)?", (each.text or "").strip())
         if printed is None:
             continue  # a bound in another unit, a share below what is printed
-        value = float(each.get("value")) * (100 if printed[2] else 1)
+        value = float(each.get("value")) * (100 if printed[2] else 1) / float(base_unit(each.get("data-unit") or "1").factor)
         assert float(printed[1]) == pytest.approx(value, rel=0.06)
         checked += 1
     assert checked > 20
+
+
+def test_what_was_recorded_in_millimetres_is_shown_in_them(tmp_path: Path) -> None:
+    """Speeds in the unit of the files, also those that are no signal; on the axes, in the table and where the gap lies."""
+    answer, comparison = diagnosed()
+    read = comparison.prediction.experiment
+    signals = {**read.signals, "slip_velocity": replace(read.signals["slip_velocity"], unit="mm/s")}
+    signals["friction_force"] = replace(read.signals["friction_force"], unit="kN")
+    prediction = copy(comparison.prediction)
+    prediction.experiment = replace(read, signals=signals)
+    comparison = replace(comparison, prediction=prediction)
+    page = _page(answer, comparison, tmp_path / "out")
+    assert r"slip velocity [mm\u002fs]" in page
+    assert r"friction force [kN]" in page
+    assert r"[m\u002fs]" not in page
+    rows = {row[0].text_content(): row for row in html.fromstring(page).iter("tr")}
+    assert float(rows["v_s [mm/s]"][1].text_content()) == pytest.approx(1e3 * float(read.nominal.values["v_s"]), rel=1e-3)
+    series = Series(comparison, None)
+    assert np.ptp(series.record(0).signals["slip_velocity"]) > 10.0  # mm/s
+    assert np.ptp(series.record(0).lines["measured"]) < 0.1  # kN
+    assert float(rows["friction force [kN]"][1].text_content()) < 0.01
 
 
 def test_the_parts_of_the_gap_add_up(text: str) -> None:

@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.table import Table
 
-from evat.commands.shared import Values, typed_values
+from evat.commands.shared import Json, Values, print_json, typed_values
 from evat.console import err, marked, out
+from evat.files.writing import OutputError, usable
 from evat.model import EvatError, ParameterError
-from evat.units import to_si
+from evat.units import number_and_unit, to_si
 
 if TYPE_CHECKING:
     from evat.experiment.begin.guess import Answers, Begun, Question
+    from evat.experiment.read import Scan
 
 PICTURE = "experiment.png"
 MOST_SAMPLES = 20_000  # of a recording, in the picture
@@ -32,7 +34,11 @@ def init(
         str | None, typer.Option(help="Lever arm of an angle or a torque, such as '20 mm'; of a screw its lead/2/pi.")
     ] = None,
     motor_constant: Annotated[
-        str | None, typer.Option(help="Force or torque that a column in A or V stands for, such as '52 N/A', '0.5 N.m/A' or '10 N/V'.")
+        str | None,
+        typer.Option(
+            help="Force or torque that a column in A or V stands for, such as '52 N/A', '0.5 N.m/A' or '10 N/V'; of a friction "
+            "coefficient the load, such as '50 N'."
+        ),
     ] = None,
     mass: Annotated[str | None, typer.Option(help="What a drive accelerates, such as '30 kg'.")] = None,
     title: Annotated[str, typer.Option(help="Heads every report.")] = "",
@@ -44,8 +50,9 @@ def init(
     encoding: Annotated[str | None, typer.Option(help="Of the headers, such as cp1252.")] = None,
     skip_rows: Annotated[int | None, typer.Option(help="Lines above the line of headers.", min=0)] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an experiment.toml that is there.")] = False,
+    as_json: Json = False,
 ) -> None:
-    """Look at a folder of data files and write an experiment.toml with every guess marked, and a picture of what was understood.
+    """Look at a folder of data files and write an experiment.toml with every guess marked, and a picture and a page of what was understood.
 
     Example: evat experiment init measurements --radius '20 mm' --motor-constant '0.5 N.m/A'
     """
@@ -63,15 +70,17 @@ def init(
         for question in questions:
             _ask(question, answers)
         begun, questions = begin(folder, answers)
-    written = write_begun(begun, believed, force=force)
+    written, sentences = write_begun(begun, believed, force=force), to_look_at(begun, believed)
+    if as_json:
+        print_json(_document(begun, written, sentences))
     out.print(_table(begun))
     for reason in begun.left:
         err.print(f"not used: {reason}")
     out.print(f"wrote {written}")
-    _picture(folder)
-    for sentence in to_look_at(begun, believed):
+    _understood(folder, sentences)
+    for sentence in sentences:
         out.print(marked("look:", "bold yellow", sentence), soft_wrap=True)
-    out.print(f"next: look at {written} and the picture, then: evat experiment check {folder}", soft_wrap=True)
+    out.print(f"next: look at {written} and the page, then: evat experiment check {folder}", soft_wrap=True)
 
 
 def _answers(signal: Sequence[str] | None, unit: Sequence[str] | None, radius: str | None, motor_constant: str | None) -> Answers:
@@ -135,11 +144,10 @@ def _told_radius(answers: Answers, text: str) -> None:
 
 
 def _told_constant(answers: Answers, text: str) -> None:
-    number, _, unit = text.strip().partition(" ")
-    try:
-        answers.motor_constant = (float(number), unit.strip())
-    except ValueError:
-        raise ParameterError(f"motor constant = {text!r}: a number and a unit are needed, such as '0.5 N.m/A'.") from None
+    told = number_and_unit(text)
+    if told is None:
+        raise ParameterError(f"motor constant = {text!r}: a number and a unit are needed, such as '0.5 N.m/A'.")
+    answers.motor_constant = (float(told[0]), told[1])
 
 
 def _missing(folder: Path, questions: Sequence[Question]) -> str:
@@ -175,6 +183,17 @@ def _ask(question: Question, answers: Answers) -> None:
             err.print(marked("no:", "bold red", str(error)), soft_wrap=True)
 
 
+def _document(begun: Begun, written: Path, look: Sequence[str]) -> dict[str, Any]:
+    """What was understood, for programs."""
+    return {
+        "experiment": str(written),
+        "signals": {signal.name: {**signal.table, "goes_by": signal.why or "you said so"} for signal in begun.signals},
+        "trials": [{"file": trial.file, "condition": trial.condition} for trial in begun.trials],
+        "not_used": list(begun.left),
+        "look": list(look),
+    }
+
+
 def _table(begun: Begun) -> Table:
     table = Table("variable", "column", "unit", "what it goes by", title=f"{len(begun.recorded.files)} files", title_justify="left")
     for signal in begun.signals:
@@ -188,16 +207,46 @@ def _table(begun: Begun) -> Table:
     return table
 
 
-def _picture(folder: Path) -> None:
-    """What was understood, read back as every other command will read it; or what is wrong with it."""
+def _understood(folder: Path, look: Sequence[str]) -> None:
+    """As a picture and a page, read back as every other command will read it; or what is wrong with it."""
     from evat.experiment import ExperimentError
-    from evat.experiment.read import read_experiment
+    from evat.experiment.read import read_experiment, scan_experiment
     from evat.models.contact import ContactModel
     from evat.plots.experiment import plot_experiment
+    from evat.plots.experiment_page import PAGE
 
     try:
         experiment = read_experiment(folder, ContactModel(), most=MOST_SAMPLES)
-        if experiment.trials:
-            out.print(f"wrote {plot_experiment(experiment, folder / PICTURE)}")
+        picture = plot_experiment(experiment, folder / PICTURE) if experiment.trials else None
+        if picture is not None:
+            out.print(f"wrote {picture}")
+        scan = scan_experiment(folder, ContactModel())
+        out.print(f"wrote {write_page(scan, folder / PAGE, look, None if picture is None else picture.read_bytes())}")
     except ExperimentError as error:
         err.print(marked("not yet fit:", "bold red", str(error)), soft_wrap=True)
+
+
+def check_page(to: Path | None) -> None:
+    """OutputError where `to` is given and is no page, or cannot be written: asked before data are read."""
+    if to is None:
+        return
+    if to.suffix.lower() not in (".html", ".htm"):
+        raise OutputError(f"--out {to}: a page is written; name it .html.")
+    if to.is_dir():
+        raise OutputError(f"--out {to}: this is a folder; name a file in it, such as {to / 'experiment.html'}.")
+    usable(to.parent)
+
+
+def write_page(scan: Scan, to: Path, look: Sequence[str], picture: bytes | None = None) -> Path:
+    """The page of an experiment; without a `picture` one is drawn of its recordings."""
+    from evat.experiment.read import read_experiment
+    from evat.files.writing import put, temporary
+    from evat.models.contact import ContactModel
+    from evat.plots.experiment import plot_experiment
+    from evat.plots.experiment_page import page
+
+    if picture is None and scan.trials:
+        with temporary() as folder:
+            experiment = read_experiment(scan.document.files[0], ContactModel(), most=MOST_SAMPLES)
+            picture = plot_experiment(experiment, folder / PICTURE).read_bytes()
+    return put(to, page(scan, to, picture, look), "the page")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +11,7 @@ import typer
 from rich.table import Table
 
 from evat import parameter_sets
-from evat.commands.begin import init
+from evat.commands.begin import check_page, init, write_page
 from evat.commands.recovery import recovery
 from evat.commands.shared import Json, SpeedUnit, Values, print_json, share_done, typed_values
 from evat.console import err, marked, out
@@ -21,13 +20,10 @@ from evat.motions import KINDS
 from evat.native import kernel
 from evat.required_inputs import unread_inputs
 from evat.studies.examples import EXAMPLES
-from evat.units import display, to_si
+from evat.units import to_si
 
 if TYPE_CHECKING:
-    from evat.experiment import Nominal, Signal
-    from evat.experiment.read import TrialFacts
-
-EVEN = 1.01  # longest over shortest step up to which a clock is called even
+    from evat.experiment.document import Document
 
 experiment = typer.Typer(
     name="experiment",
@@ -40,7 +36,11 @@ Folder = Annotated[Path, typer.Argument(help="A folder with an experiment.toml, 
 
 
 @experiment.command()
-def check(folder: Folder, as_json: Json = False) -> None:
+def check(
+    folder: Folder,
+    to: Annotated[Path | None, typer.Option("--out", "-o", help="Write it as a page, too: an .html file.")] = None,
+    as_json: Json = False,
+) -> None:
     """Read an experiment of any size, check every number, and list its trials and averages; or say what is wrong with it.
 
     Example: evat experiment check tests/copper
@@ -48,7 +48,9 @@ def check(folder: Folder, as_json: Json = False) -> None:
     from evat.experiment.read import scan_experiment
     from evat.inference.checks import check_gap
     from evat.models.contact import ContactModel
+    from evat.plots.experiment_page import channels_of, conditions_of, means_of, trials_of
 
+    check_page(to)
     with share_done(f"checking {folder.name}") as progress:
         scan = scan_experiment(folder, ContactModel(), progress=progress)
     for trial in scan.trials:
@@ -65,50 +67,35 @@ def check(folder: Folder, as_json: Json = False) -> None:
                 "data": scan.data_hash,
             }
         )
-    channels = [signal.name for signal in document.recorded if signal.role is not None]
-    if scan.trials:
-        out.print(_trials(document.title, document.signals, scan.trials, channels))
-        out.print(_channels(document.signals, scan.trials, channels))
-    if means is not None:
-        columns = {**means.values, **means.outputs}
-        table = Table("condition", *columns, title=f"averages: {means.file}", title_justify="left")
-        for row, condition in enumerate(means.conditions):
-            table.add_row(condition, *(_shown(float(column[row]), name) for name, column in columns.items()))
-        out.print(table)
-    conditions = dict.fromkeys([*(trial.condition for trial in scan.trials), *(means.conditions if means is not None else ())])
+    tables = [trials_of(scan), dataclasses.replace(channels_of(scan), title="")] if scan.trials else []
+    for each in (*tables, means_of(scan)):
+        if each is not None:
+            table = Table(*each.heads, title=each.title or None, title_justify="left")
+            for row in each.rows:
+                table.add_row(*row)
+            out.print(table)
+    conditions = conditions_of(scan)
     rows = sum(trial.rows for trial in scan.trials)
-    averages = f", {len(means.conditions)} rows of averages" if means is not None else ""
-    out.print(f"{len(scan.trials)} trials of {rows} rows in all{averages}; {len(conditions)} conditions")
-    out.print(_nominal(document.nominal))
+    averages = [f"{len(means.conditions)} rows of averages"] if means is not None else []
+    recordings = [f"{len(scan.trials)} trials of {rows} rows in all"] if scan.trials else []
+    out.print(f"{', '.join([*recordings, *averages])}; {len(conditions)} conditions")
+    out.print(_nominal(document))
     recorded = {name for name, signal in document.signals.items() if signal.role == "input"}
-    for unread in unread_inputs(ContactModel(), document.nominal.values, recorded):
+    doubts = tuple(unread_inputs(ContactModel(), document.nominal.values, recorded))
+    for unread in doubts:
         err.print(marked("warning:", "bold yellow", unread))
     out.print(f"data {scan.data_hash}", highlight=False, soft_wrap=True)
+    if to is not None:
+        out.print(f"wrote {write_page(scan, to, doubts)}", soft_wrap=True)
 
 
-def _trials(title: str, signals: Mapping[str, Signal], trials: Sequence[TrialFacts], channels: Sequence[str]) -> Table:
-    heads = (f"rms {name}" for name in channels)
-    table = Table("file", "condition", "rows", "from, to [s]", "rate [Hz]", *heads, title=title, title_justify="left")
-    for trial in trials:
-        rate = f"{(trial.rows - 1) / (trial.end - trial.begin):.6g}"
-        if trial.longest > EVEN * trial.shortest:
-            rate += f" (steps {trial.shortest:.3g} to {trial.longest:.3g} s)"
-        facts = (trial.file, trial.condition, str(trial.rows), f"{trial.begin:g}, {trial.end:g}", rate)
-        table.add_row(*facts, *(_shown(trial.rms[name], name, signals) for name in channels))
-    return table
+def _nominal(document: Document) -> str:
+    from evat.plots.experiment_page import shown
 
-
-def _channels(signals: Mapping[str, Signal], trials: Sequence[TrialFacts], channels: Sequence[str]) -> Table:
-    table = Table("signal", "role", "column", "unit in the file", "least", "most")
-    for name in channels:
-        least, most = min(trial.least[name] for trial in trials), max(trial.most[name] for trial in trials)
-        signal = signals[name]
-        table.add_row(name, signal.role, signal.column, signal.unit, _shown(least, name, signals), _shown(most, name, signals))
-    return table
-
-
-def _nominal(nominal: Nominal) -> str:
-    values = ", ".join(f"{name} = {value if isinstance(value, str) else _shown(value, name)}" for name, value in nominal.values.items())
+    nominal, signals = document.nominal, document.signals
+    values = ", ".join(
+        f"{name} = {value if isinstance(value, str) else shown(value, name, signals)}" for name, value in nominal.values.items()
+    )
     source = f" (with the set {nominal.parameters})" if nominal.parameters else ""
     return f"nominal model{source}: {values}; effects on: {', '.join(nominal.effects) or 'none'}; all else as the component starts"
 
@@ -244,10 +231,3 @@ def advise(
 
 def _millimetres(number: float, per: str) -> str:
     return f"{1e3 * number:.3g} mm{per}" if number >= 1e-4 else f"{1e6 * number:.3g} um{per}"
-
-
-def _shown(value: float, name: str, signals: Mapping[str, Signal] | None = None) -> str:
-    """In the unit of the owner's files, where these have it."""
-    from evat.experiment import as_typed
-
-    return display(value, as_typed(kernel.variable(name), signals or {}), digits=4)

@@ -164,6 +164,7 @@ def _told() -> Iterator[Callable[[str, float], None]]:
 
 def _show(answer: Identification) -> None:
     from evat.identification.report import summary
+    from evat.identification.result import error_text
 
     headline(summary.headline(answer))
     table = Table(
@@ -175,8 +176,7 @@ def _show(answer: Identification) -> None:
         )
         interval = "withheld" if estimate.verdict == "withheld" else interval
         word = Text(estimate.verdict, COLOURS[estimate.verdict])
-        sd = "unbounded" if estimate.sd > 1e300 else _shown(estimate.sd, estimate.variable, 2)
-        table.add_row(estimate.name, _shown(estimate.value, estimate.variable, 5), sd, interval, word)
+        table.add_row(estimate.name, _shown(estimate.value, estimate.variable, 5), error_text(estimate), interval, word)
     out.print(table)
     for estimate in answer.estimates:
         if estimate.why and not answer.stopped:

@@ -62,23 +62,26 @@ def run(
     every: Annotated[int | None, typer.Option(help="Keep every n-th step; without it as the system says.")] = None,
     order: Order = "gauss-seidel",
     inputs: Inputs = "linear",
-    to: Annotated[Path, typer.Option("--out", "-o", help="Result, .csv or .parquet; the plot is written beside it as .png.")] = Path(
-        "system.csv"
-    ),
+    to: Annotated[
+        Path, typer.Option("--out", "-o", help="Result, .csv or .parquet; beside it the plot as .png and a page as .html.")
+    ] = Path("system.csv"),
     as_json: Json = False,
 ) -> None:
-    """Run a system; write a table and a plot, and say how the power balance at its bonds came out.
+    """Run a system; write a table, a plot and a page, and say how the power balance at its bonds came out.
 
     Example: evat system run build/out/fmus/stick_slip.ssp -o stick-slip.parquet
     """
     from evat.files.table import write_trace
+    from evat.files.writing import put
     from evat.plots.system import plot_run
+    from evat.plots.system_page import page
     from evat.systems.couple import NO_INPUTS, Coupled, plan
     from evat.systems.model import SystemInterrupted, SystemStopped
     from evat.systems.read import read
     from evat.systems.values import record as read_record
 
-    beside, step_size, end = picture_beside(to), typed_seconds(step, "--step"), typed_seconds(stop, "--stop")
+    beside, report = picture_beside(to), to.with_suffix(".html")
+    step_size, end = typed_seconds(step, "--step"), typed_seconds(stop, "--stop")
     with temporary() as folder:
         system = read(ssp, folder)
         wanted = plan(system, step_size, end, every, order, inputs)
@@ -101,10 +104,21 @@ def run(
         late = trace.times >= 0.5 * (trace.times[0] + trace.times[-1])
         means = {name: {"value": float(column[late].mean()), "unit": trace.units[name]} for name, column in trace.items()}
         shares = {name: {"passed": passed, "made": made} for name, (passed, _, made) in power.shares().items()}
-        print_json({"table": str(to), "picture": str(beside), "mean_of_last_half": means, "energy": shares, "made_by": trace.made_by})
+        print_json(
+            {
+                "table": str(to),
+                "picture": str(beside),
+                "page": str(report),
+                "mean_of_last_half": means,
+                "energy": shares,
+                "made_by": trace.made_by,
+            }
+        )
     out.print(f"wrote {write_trace(trace, to)}")
     picture, untold = plot_run(trace, beside, system.title)
     out.print(f"wrote {picture}{f'; {untold}' if untold else ''}", soft_wrap=True)
+    files = {to.name: "all signals", beside.name: "the picture", report.name: "this page"}
+    out.print(f"wrote {put(report, page(coupled, trace, power, wanted, files, picture, untold), 'the page')}", soft_wrap=True)
     for line in power.advice(wanted.step, 2 if inputs == "linear" else 1):
         out.print(line, soft_wrap=True)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import ClassVar, Literal
 
 from evat.model import EvatError, FloatArray, Variable
+from evat.units import base_unit
 
 Role = Literal["input", "output"]
 InitialBristle = Literal["relaxed", "slid_in", "free"]
@@ -55,9 +56,13 @@ class Signal:
 
 
 def as_typed(variable: Variable, signals: Mapping[str, Signal]) -> Variable:
-    """The variable as its owner's files have it: to be shown in their unit, where they measure it itself."""
-    signal = signals.get(variable.name)
-    return variable if signal is None or signal.converted else replace(variable, display_unit=signal.unit)
+    """The variable to be shown in the unit of its owner's files, where they measure it, or something else that has a unit of its kind."""
+    own = signals.get(variable.name)
+    if own is None and variable.unit not in ("", "1"):
+        kind = base_unit(variable.unit).exponents
+        recorded = (each for each in signals.values() if each.role is not None and not each.converted)
+        own = next((each for each in recorded if base_unit(each.unit).exponents == kind), None)
+    return variable if own is None or own.converted else replace(variable, display_unit=own.unit)
 
 
 @dataclass(frozen=True, slots=True)

@@ -105,6 +105,9 @@ class _Reader(Checks):
             raise self.error("trials", "write each recording as a table [[trials]], with two brackets.")
         trials = tuple(self.trial(f"trials {place + 1}", entry) for place, entry in enumerate(entries))
         form = self.form(self.table("reader", table.get("reader", {})))
+        clock = signals.get(CLOCK)
+        if form.timestamp and (clock is None or clock.column != form.timestamp or clock.unit != "s"):
+            raise self.error("reader.timestamp", f'{form.timestamp!r}; it must be signals.{CLOCK}.column, whose unit then is "s".')
         means, ignored = None, tuple[str, ...]()
         if "means" in table:
             self.keys("means", self.table("means", table["means"]), keys("[means]"), needed("[means]"))
@@ -144,6 +147,7 @@ class _Reader(Checks):
             if not isinstance(count := table.get(key, 0), int) or isinstance(count, bool) or not 0 <= count <= MOST_LINES:
                 raise self.error(f"reader.{key}", f"{count!r}; a whole number of lines from 0 to {MOST_LINES} is needed.")
         delimiter, decimal, encoding = (self.text(f"reader.{key}", table.get(key, "")) for key in ("delimiter", "decimal", "encoding"))
+        self.text("reader.timestamp", table.get("timestamp", ""))
         if delimiter and (len(delimiter) != 1 or not delimiter.isascii() or delimiter in '"\n\r\0' or delimiter.isalnum()):
             raise self.error("reader.delimiter", f'{delimiter!r}; one character between columns is needed, such as ";" or "\\t".')
         if decimal not in ("", ".", ","):

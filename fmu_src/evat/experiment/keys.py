@@ -31,11 +31,17 @@ TABLES: dict[str, tuple[Key, ...]] = {
         Key("means", "table", "", "a file of averages, a row for each condition"),
     ),
     "[reader]": (
-        Key("delimiter", "one character", "the commonest of tab, semicolon, comma in the header line", "stands between two columns"),
+        Key(
+            "delimiter",
+            "one character",
+            "the commonest of tab, semicolon, comma in the header line",
+            "stands between two columns; a blank: any number of them",
+        ),
         Key("decimal", '"." or ","', '"."', "decimal mark of the numbers"),
         Key("encoding", "text", '"utf-8"', 'of the headers, such as "cp1252"'),
         Key("skip_rows", "whole number", "0", "lines above the line of headers"),
         Key("rows_after_header", "whole number", "0", "lines between the headers and the first numbers, such as one of units"),
+        Key("timestamp", "header", "", "column of the clock where it is written as times of day, hh:mm:ss; it counts from its first row"),
     ),
     "[nominal]": (
         Key("friction", "a friction law", "that of parameters", "the law by which the contact rubs"),

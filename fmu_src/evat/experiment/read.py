@@ -122,7 +122,7 @@ def read_experiment(
         means,
         data_hash,
         document.setup_sd,
-        _day(document),
+        day_of(document),
     )
 
 
@@ -148,7 +148,7 @@ class _ShareDone:
             self._progress(min(1.0, self._bytes / self._total))
 
 
-def _day(document: Document) -> str:
+def day_of(document: Document) -> str:
     """When the newest of its files was last changed, a day of UTC: a report of them has no other date, lest it change by itself."""
     return datetime.fromtimestamp(max(path.stat().st_mtime for path in document.files), timezone.utc).date().isoformat()
 

@@ -12,7 +12,8 @@ from pathlib import Path
 import charset_normalizer
 
 from evat.files.spelling import unit_meant
-from evat.files.text import LONGEST_LINE, MISSING, NUMBER, RecordError, TextForm
+from evat.files.text import LONGEST_LINE, MISSING, NUMBER, RecordError, TextForm, cells_of
+from evat.files.timestamps import is_timestamp
 
 HEAD = 256 << 10  # bytes that are looked at
 MOST_LINES = 500  # of them: more take time and tell nothing new
@@ -26,11 +27,13 @@ ENCODINGS = ["cp1252", "latin_1", "cp1250", "cp1251", "cp932", "gb18030"]
 
 @dataclass(frozen=True, slots=True)
 class Sniffed:
-    """What a file looks like: its form, its headers, and what a line of units below them says of each, "" where it says nothing."""
+    """What a file looks like: its form, its headers, what a line of units below them says of each, "" where it says nothing, and the
+    headers of columns that hold times of day."""
 
     form: TextForm
     headers: tuple[str, ...]
     units: tuple[str, ...]
+    timestamps: tuple[str, ...] = ()
 
 
 def sniff(path: Path, known: TextForm | None = None, stated: Sequence[str] = ()) -> Sniffed:
@@ -60,8 +63,8 @@ def sniff(path: Path, known: TextForm | None = None, stated: Sequence[str] = ())
                 best = (score, delimiter, decimal, numeric)
     if best is None or best[0][0] < FEWEST_ROWS:
         raise RecordError(
-            f"{path.name}: no rows of numbers were seen in its first {len(lines)} lines, with tab, semicolon, comma, bar or one "
-            "blank between the columns (runs of blanks are not read; save the file with tabs)."
+            f"{path.name}: no rows of numbers were seen in its first {len(lines)} lines, with tab, semicolon, comma, bar or blanks "
+            "between the columns."
         )
     _, delimiter, decimal, numeric = best
     form = TextForm(delimiter, decimal, encoding)
@@ -71,7 +74,7 @@ def sniff(path: Path, known: TextForm | None = None, stated: Sequence[str] = ())
 def _headed(path: Path, lines: list[str], first: int, form: TextForm, known: TextForm, stated: Sequence[str]) -> Sniffed:
     """Which of the lines above the numbers are headers, which are units."""
     width = len(_cells(lines[first], form.delimiter))
-    above = [place for place in range(first) if len(_cells(lines[place], form.delimiter)) == width]
+    above = [place for place in range(first) if len(_cells(lines[place], form.delimiter, width)) == width]
     if "skip_rows" in stated:
         above = [place for place in above if place >= known.skip_rows]
     if not above:
@@ -79,13 +82,15 @@ def _headed(path: Path, lines: list[str], first: int, form: TextForm, known: Tex
             f"{path.name}: line {first + 1} is the first of {width} numbers, and no line of {width} headers stands above it; add one."
         )
     header, units = above[0] if "skip_rows" in stated else above[-1], [""] * width
-    rows = {place: _cells(lines[place], form.delimiter) for place in above}
+    rows = {place: _cells(lines[place], form.delimiter, width) for place in above}
     if "skip_rows" not in stated and len(above) > 1 and _is_units(rows[header], rows[above[-2]]):
         header = above[-2]
     if header != above[-1]:
         units = rows[above[-1]]
     form = replace(form, skip_rows=header, rows_after_header=first - header - 1)
-    return Sniffed(form, tuple(_cells(lines[header], form.delimiter)), tuple(unit.strip().strip("[]()") for unit in units))
+    names, first_row = rows[header], _cells(lines[first], form.delimiter, width)
+    stamped = tuple(name for name, cell in zip(names, first_row, strict=True) if is_timestamp(cell))
+    return Sniffed(form, tuple(names), tuple(unit.strip().strip("[]()") for unit in units), stamped)
 
 
 def encoding_of(head: bytes, name: str) -> str:
@@ -108,7 +113,9 @@ def encoding_of(head: bytes, name: str) -> str:
     return "utf-8"
 
 
-def _cells(line: str, delimiter: str) -> list[str]:
+def _cells(line: str, delimiter: str, width: int = 0) -> list[str]:
+    if delimiter == " ":
+        return cells_of(line, width)
     try:
         return next(csv.reader([line], delimiter=delimiter), [])
     except csv.Error:

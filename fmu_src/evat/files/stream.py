@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -14,6 +15,7 @@ import pyarrow.parquet
 
 from evat.files.table import is_parquet
 from evat.files.text import PLAIN, RecordError, TextForm, bad_line, text_options
+from evat.files.timestamps import Timestamps
 from evat.model import FloatArray
 
 CSV_BLOCK = 1 << 22  # bytes; a row must fit into one
@@ -54,14 +56,16 @@ def open_batches(path: Path, wanted: Sequence[str], done: Bytes, form: TextForm 
 
 @contextmanager
 def _csv(path: Path, wanted: Sequence[str], done: Bytes, form: TextForm) -> Iterator[Batches]:
-    types = dict.fromkeys(wanted, pa.float64())  # by the whole column, not by what its first block looks like
+    types: dict[str, Any] = dict.fromkeys(wanted, pa.float64())  # by the whole column, not by what its first block looks like
+    stamps = {place: Timestamps(path.name, name) for place, name in enumerate(wanted) if name == form.timestamp}
+    types |= {wanted[place]: pa.string() for place in stamps}
     convert = pa.csv.ConvertOptions(include_columns=list(wanted), column_types=types, decimal_point=form.decimal)
     with ExitStack() as stack:
         stack.enter_context(_explained(path, form, wanted))
         # By its name: a file of Python's may be closed, or the interpreter gone, while Arrow still reads ahead.
         source, options = text_options(path, form, block_size=CSV_BLOCK)
         reader = stack.enter_context(pa.csv.open_csv(source, convert_options=convert, **options))
-        yield Batches(None, _told(_columns(reader), path.stat().st_size, None, done))
+        yield Batches(None, _told(_columns(reader, stamps), path.stat().st_size, None, done))
 
 
 @contextmanager
@@ -73,13 +77,16 @@ def _parquet(path: Path, wanted: Sequence[str], done: Bytes) -> Iterator[Batches
                 raise RecordError(f"{path.name}, column {name!r}: it holds {kind}; numbers are needed.")
         rows = file.metadata.num_rows
         batches = file.iter_batches(PARQUET_ROWS, columns=list(wanted))
-        yield Batches(rows, _told(_columns(batches), path.stat().st_size, rows, done))
+        yield Batches(rows, _told(_columns(batches, {}), path.stat().st_size, rows, done))
 
 
-def _columns(batches: Iterator[pa.RecordBatch]) -> Iterator[list[FloatArray]]:
+def _columns(batches: Iterator[pa.RecordBatch], stamps: Mapping[int, Timestamps]) -> Iterator[list[FloatArray]]:
     for batch in batches:
         if batch.num_rows:
-            yield [column.to_numpy(zero_copy_only=False).astype(np.float64, copy=False) for column in batch.columns]
+            yield [
+                stamps[place](column) if place in stamps else column.to_numpy(zero_copy_only=False).astype(np.float64, copy=False)
+                for place, column in enumerate(batch.columns)
+            ]
 
 
 def _told(batches: Iterator[list[FloatArray]], size: int, rows: int | None, done: Bytes) -> Iterator[list[FloatArray]]:

@@ -10,10 +10,10 @@ import codecs
 import csv
 import itertools
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import pyarrow as pa
 import pyarrow.csv
@@ -32,14 +32,16 @@ class RecordError(EvatError):
 
 @dataclass(frozen=True, slots=True)
 class TextForm:
-    """How the text files of an experiment are written. Without a `delimiter` it is the commonest of three in the header line;
-    `rows_after_header` stand between the headers and the numbers, such as one of units."""
+    """How the text files of an experiment are written. Without a `delimiter` it is the commonest of three in the header line; a blank
+    stands for any number of blanks and tabs, also in front. `rows_after_header` stand between the headers and the numbers, such as one of
+    units. `timestamp` is the header of a clock that is written as times of day, "" where it is a number."""
 
     delimiter: str = ""
     decimal: str = "."
     encoding: str = "utf-8"
     skip_rows: int = 0
     rows_after_header: int = 0
+    timestamp: str = ""
 
     @property
     def is_utf8(self) -> bool:
@@ -76,27 +78,55 @@ def delimiter_of(path: Path, form: TextForm = PLAIN) -> str:
     return max("\t;,", key=lines[-1].count if len(lines) > form.skip_rows else "".count)
 
 
+def cells_of(line: str, width: int) -> list[str]:
+    """The cells of a line whose columns are set apart by blanks. Where it does not have `width` words, it is one of headers: a unit in
+    brackets belongs to the name before it, and names of several words are set apart by two blanks or more; a sign of a remark in front
+    does not count."""
+    words = line.split()
+    if len(words) == width or not words:
+        return words
+    text = re.sub(r"^(?:#|%|//|;)+\s*", "", line.strip())
+    ways = (text.split(), re.split(r"\s+(?![\[(])", text), re.split(r"\s{2,}|\t", text))
+    return next((way for way in ways if len(way) == width), words)
+
+
+def _set_apart_by_tabs(path: Path, form: TextForm) -> tuple[bytes, list[str]]:
+    """The rows of a file whose columns are set apart by blanks, with one tab in place of each run of them, and its headers."""
+    lines = _decoded(path, form).splitlines()
+    first = form.skip_rows + 1 + form.rows_after_header
+    rows = [row for line in lines[first:] if (row := line.split())]
+    header = lines[form.skip_rows] if len(lines) > form.skip_rows else ""
+    return "\n".join(map("\t".join, rows)).encode(), cells_of(header, len(rows[0]) if rows else 0)
+
+
+def _decoded(path: Path, form: TextForm) -> str:
+    """The whole of a file that Arrow cannot read by itself."""
+    size, encoding = path.stat().st_size, "utf-8-sig" if form.is_utf8 else form.encoding
+    if size > MOST_DECODED:
+        why = f"in {form.encoding}" if not form.holds_ascii else "with runs of blanks between its columns"
+        raise RecordError(f"{path.name}: {size >> 20} MiB {why}; a file that large is read in UTF-8 with a delimiter alone, save it anew.")
+    try:
+        return path.read_bytes().decode(encoding)
+    except UnicodeError as error:
+        raise RecordError(f"{path.name}: this is no text in {form.encoding} ({error}); see reader.encoding.") from error
+
+
 def text_options(path: Path, form: TextForm, **read: Any) -> tuple[Any, dict[str, Any]]:
     """What Arrow's readers are given: the source, and the options to read and to parse it."""
     delimiter = delimiter_of(path, form)
     source: Any = path
     options: dict[str, Any] = {"skip_rows": form.skip_rows, "skip_rows_after_names": form.rows_after_header}
-    if not form.holds_ascii:
-        size = path.stat().st_size
-        if size > MOST_DECODED:
-            raise RecordError(f"{path.name}: {size >> 20} MiB in {form.encoding}; a file that large is read in UTF-8 alone, save it anew.")
-        try:
-            source = pa.BufferReader(path.read_bytes().decode(form.encoding).encode())
-        except UnicodeError as error:
-            raise RecordError(f"{path.name}: this is no text in {form.encoding} ({error}); see reader.encoding.") from error
+    if delimiter == " ":
+        body, names = _set_apart_by_tabs(path, form)
+        source, delimiter, options = pa.BufferReader(body), "\t", {"column_names": names}
+    elif not form.holds_ascii:
+        source = pa.BufferReader(_decoded(path, form).encode())
     elif not form.is_utf8:
         lines = lines_of(path, form, form.skip_rows + 1)
         names = next(csv.reader(lines[form.skip_rows :], delimiter=delimiter), [])
-        if not names:
-            raise RecordError(
-                f"{path.name}: it has {len(lines)} lines, and no line of headers after {form.skip_rows}; see reader.skip_rows."
-            )
         options = {"skip_rows": form.skip_rows + 1 + form.rows_after_header, "column_names": names}
+    if not options.get("column_names", ["told by the file"]):
+        raise RecordError(f"{path.name}: there is no line of headers after {form.skip_rows} lines; see reader.skip_rows.")
     return source, {
         "read_options": pa.csv.ReadOptions(**options, **read),
         "parse_options": pa.csv.ParseOptions(delimiter=delimiter),
@@ -110,15 +140,11 @@ def bad_line(path: Path, form: TextForm, wanted: Sequence[str] = ()) -> str:
     numbers = tuple(MISSING)
     try:
         with path.open(encoding=encoding, errors="replace", newline="") as file:
-            for _ in range(form.skip_rows):
-                file.readline(LONGEST_LINE)
-            rows = csv.reader(file, delimiter=delimiter)
-            header = next(rows, [])
-            for _ in range(form.rows_after_header):
-                next(rows, None)
-            places = [place for place, name in enumerate(header) if name in wanted]
-            for row in rows:
-                line = f"line {form.skip_rows + rows.line_num}"
+            rows = _numbered(file, form, delimiter)
+            header = next(rows, (0, []))[1]
+            places = [place for place, name in enumerate(header) if name in wanted and name != form.timestamp]
+            for number, row in rows:
+                line = f"line {number}"
                 if row and len(row) != len(header):
                     return f"{line}: {len(row)} cells where the headers are {len(header)}: {delimiter.join(row)[:60]!r}"
                 for place in places if row else ():
@@ -130,3 +156,21 @@ def bad_line(path: Path, form: TextForm, wanted: Sequence[str] = ()) -> str:
     except (OSError, csv.Error) as error:
         return f"({error})"
     return ""
+
+
+def _numbered(file: TextIO, form: TextForm, delimiter: str) -> Iterator[tuple[int, list[str]]]:
+    """The number of each line (that of its last, where a cell goes over several) and its cells; the headers first, then the numbers."""
+    for _ in range(form.skip_rows):
+        file.readline(LONGEST_LINE)
+    if delimiter == " ":
+        header = file.readline(LONGEST_LINE)
+        for _ in range(form.rows_after_header):
+            file.readline(LONGEST_LINE)
+        first = file.readline(LONGEST_LINE)
+        yield form.skip_rows + 1, cells_of(header, len(first.split()))
+        yield from enumerate(map(str.split, itertools.chain([first], file)), form.skip_rows + form.rows_after_header + 2)
+        return
+    rows = csv.reader(file, delimiter=delimiter)
+    for count, row in enumerate(rows):
+        if not 0 < count <= form.rows_after_header:
+            yield form.skip_rows + rows.line_num, row

@@ -122,7 +122,7 @@ class Diagnosis:
                 "trials": {name: _number(value) for name, value in self.where.trials.items()},
             },
             "gap": {
-                "unit": "N rms",
+                "unit": self.closure.unit,
                 "channels": {channel: {name: _number(value) for name, value in row.items()} for channel, row in self.closure.rms.items()},
                 "closed_share": _share((self.closure.share, self.closure.interval)),
                 "held_out_conditions": list(self.closure.held_out),

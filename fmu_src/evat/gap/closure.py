@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,12 +19,14 @@ from evat.model import BoolArray, FloatArray
 class Closure:
     """`share` of the structural gap that the effects close on `held_out` conditions, nan where none could be held out, with its 90 %
     interval; `rms[channel]`: nominal, recalibrated, corrected and noise floor [unit of the channel], there or, where there are none,
-    everywhere; `by_recalibration`: share of the nominal model's gap that recalibration alone closes there, with its interval."""
+    everywhere; `unit`: what these are in, "N rms" or, where channels differ, each with its own;
+    `by_recalibration`: share of the nominal model's gap that recalibration alone closes there, with its interval."""
 
     share: float
     interval: tuple[float, float]
     held_out: tuple[str, ...]
     rms: dict[str, dict[str, float]]
+    unit: str
     by_recalibration: tuple[float, tuple[float, float]] = (math.nan, (math.nan, math.nan))
 
 
@@ -120,7 +122,14 @@ def close(comparison: Comparison, chosen: Fit, held: HeldOut) -> Closure:
         }
         for channel in tables["nominal"]
     }
-    return Closure(*held.closed(chosen), held.conditions, rms, held.recalibrated())
+    return Closure(*held.closed(chosen), held.conditions, rms, _unit(comparison, rms), held.recalibrated())
+
+
+def _unit(comparison: Comparison, channels: Iterable[str]) -> str:
+    """One for all channels, or one for each in their order, in SI."""
+    known = {variable.name: variable.unit for variable in comparison.prediction.model.variables}
+    units = [known[channel] for channel in channels]
+    return f"{', '.join(units if len(set(units)) > 1 else units[:1])} rms"
 
 
 def _again(comparison: Comparison, whole: Fit, mask: BoolArray) -> Fit:

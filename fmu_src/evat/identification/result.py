@@ -155,7 +155,7 @@ class Identification:
             FitRow(
                 each.name,
                 display(each.value, each.variable, digits=5),
-                _error(each),
+                error_text(each),
                 f"{_end(each.low, each.open_below, each.variable)} to {_end(each.high, each.open_above, each.variable)}",
                 display(each.nominal, each.variable),
                 each.verdict,
@@ -234,7 +234,8 @@ class Identification:
         return table(f"Identification: {self.experiment.title}", header, rows, self.doubts)
 
 
-def _error(estimate: Estimate) -> str:
+def error_text(estimate: Estimate) -> str:
+    """The standard error in the unit in which the estimate is shown."""
     if not estimate.sd < 1e300:
         return "unbounded"
     unit = estimate.variable.display_unit or estimate.variable.unit

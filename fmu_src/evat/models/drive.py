@@ -112,7 +112,7 @@ class Driver:
         references, doing = [variable.valueReference], f"setting {name} = {value}"
         if variable.type in ("Real", "Float64"):
             if isinstance(value, str):
-                raise ParameterError(f"{name} = {value!r}: a number in {_unit(variable)} is needed.")
+                raise ParameterError(f"{name} = {value!r}: a number in {unit_of(variable)} is needed.")
             self._call(doing, self._fmu.setFloat64 if three else self._fmu.setReal, references, [float(value)])
         elif variable.type == "Boolean":
             if value not in (0, 1):
@@ -249,7 +249,8 @@ class _Loop:
             row[place] = float(getattr(self._fmu, f"get{kind}")([variable.valueReference])[0])
 
 
-def _unit(variable: Any) -> str:
+def unit_of(variable: Any) -> str:
+    """Of a variable of a modelDescription.xml, its own or its type's; "1" where neither has one."""
     declared = variable.declaredType.unit if variable.declaredType is not None else None
     return str(variable.unit or declared or "1")
 
@@ -274,7 +275,7 @@ def drive(
         return Trace(
             times=run.times,
             columns={name: rows[:, place].copy() for place, name in enumerate(run.outputs)},
-            units={name: _unit(driver.variables[name]) for name in run.outputs},
+            units={name: unit_of(driver.variables[name]) for name in run.outputs},
             made_by={
                 "fmu": fmu.name,
                 "token": driver.description.guid,

@@ -99,7 +99,7 @@ class Given:
 NO_INPUTS = Given((), np.zeros(1), np.zeros((1, 0)))
 
 
-class _Member:
+class Member:
     """A component at work: where its inputs and outputs stand among all signals."""
 
     def __init__(self, component: Component, driver: Driver, sources: Mapping[str, int], outputs: Mapping[str, int]) -> None:
@@ -123,10 +123,11 @@ class Coupled:
     """A system between `with` and its end."""
 
     def __init__(self, system: System, values: Values | None = None, given: Given = NO_INPUTS) -> None:
-        self.system, self.given, self._values = system, given, values or {}
-        for name in self._values:
+        self.system, self.given, given_values = system, given, values or {}
+        for name in given_values:
             if name not in system.components:
                 raise SspError(f"there is no component {name!r}; {nearest(name, system.components)}")
+        self.values = {name: {**component.values, **given_values.get(name, {})} for name, component in system.components.items()}
         self._stack = ExitStack()
         self.signals: dict[Port, int] = {}
         for name, component in system.components.items():
@@ -142,7 +143,7 @@ class Coupled:
             (name, connector.name)
             for name, component in system.components.items()
             for connector in component.connectors.values()
-            if connector.kind == "input" and connector.name not in {**component.values, **self._values.get(name, {})}
+            if connector.kind == "input" and connector.name not in self.values[name]
         )
         self.notes = (
             *system.notes,
@@ -164,10 +165,9 @@ class Coupled:
     def __exit__(self, *_: object) -> None:
         self._stack.close()
 
-    def _member(self, component: Component) -> _Member:
-        values = {**component.values, **self._values.get(component.name, {})}
+    def _member(self, component: Component) -> Member:
         try:
-            driver = self._stack.enter_context(Driver(component.source, values, name=component.name))
+            driver = self._stack.enter_context(Driver(component.source, self.values[component.name], name=component.name))
         except (FmuError, ParameterError, SimulationError) as error:
             raise type(error)(f"component {component.name}: {error}") from error
         feeds = {to[1]: self.signals[at] for to, at in self.system.connections.items() if to[0] == component.name}
@@ -179,7 +179,7 @@ class Coupled:
                 f"component {component.name}: {wrong[0]} is of type {driver.variables[wrong[0]].type}; only real inputs are coupled."
             )
         shows = {at[1]: place for at, place in self.signals.items() if at[0] == component.name and place < self._from_record}
-        return _Member(component, driver, feeds, shows)
+        return Member(component, driver, feeds, shows)
 
     def run(self, plan: Plan, progress: Progress | None = None) -> tuple[Trace, Power]:
         """Go through the plan: what the components showed, and how the power at the bonds came out.
@@ -282,7 +282,7 @@ class _Failed(Exception):
 class _failing:
     """Says which member it was."""
 
-    def __init__(self, member: _Member) -> None:
+    def __init__(self, member: Member) -> None:
         self._member = member
 
     def __enter__(self) -> None:

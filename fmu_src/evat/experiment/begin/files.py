@@ -16,7 +16,7 @@ from evat.files.table import is_parquet
 from evat.files.text import RecordError, TextForm
 from evat.model import FloatArray
 
-SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".asc", ".parquet", ".pq")
+SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".asc", ".lvm", ".prn", ".parquet", ".pq")
 MOST_FILES = 1000
 DEEPEST = 4  # folders inside one another
 
@@ -46,8 +46,7 @@ def recordings(folder: Path, known: TextForm, stated: Sequence[str]) -> Recordin
         except (RecordError, OSError) as error:
             aside.append(str(error) if str(error).startswith(path.name) else f"{name}: {error}")
     if not groups:
-        kinds = ", ".join(SUFFIXES)
-        raise ExperimentError(f"{folder}: no recording was found among its files ({kinds}). " + " ".join(aside[:5]))
+        raise ExperimentError(_nothing(folder, aside))
     chosen = max(groups.values(), key=len)
     for other in groups.values():
         aside += [f"{name}: its headers are others than those of {chosen[0][0]}" for name, _ in other if other is not chosen]
@@ -61,6 +60,18 @@ def recordings(folder: Path, known: TextForm, stated: Sequence[str]) -> Recordin
             )
     form = replace(first.form, encoding=encodings.pop() if len(encodings) == 1 else first.form.encoding)
     return Recordings(folder, tuple(name for name, _ in chosen), replace(first, form=form), tuple(aside))
+
+
+def _nothing(folder: Path, aside: Sequence[str]) -> str:
+    """What to say where nothing could be read."""
+    kinds = ", ".join(SUFFIXES)
+    if aside:
+        return f"{folder}: no recording was found among its files ({kinds}). " + " ".join(aside[:5])
+    names = sorted(path.name for path in folder.iterdir())
+    if not names:
+        return f"{folder}: the folder is empty; put the recordings into it ({kinds})."
+    there = f"{', '.join(map(repr, names[:5]))}{', ...' if len(names) > 5 else ''}"
+    return f"{folder}: none of its files is of a kind that is read ({kinds}); it holds {there}. Export the recordings as CSV or text."
 
 
 def first_rows(recorded: Recordings, file: str, wanted: Sequence[str]) -> dict[str, FloatArray]:

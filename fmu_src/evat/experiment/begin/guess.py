@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -104,7 +104,11 @@ class _Guess:
         self.rows: dict[str, dict[str, FloatArray]] = {}
 
     def begun(self) -> tuple[Begun | None, list[Question]]:
-        clock = self.chosen(CLOCK, ("time",))
+        recorded = self.recorded
+        clock = self.chosen(CLOCK, ("time",)) or self.only_timestamps()
+        if clock is not None and clock.header in recorded.sniffed.timestamps:
+            sniffed = recorded.sniffed
+            self.recorded = replace(recorded, sniffed=replace(sniffed, form=replace(sniffed.form, timestamp=clock.header)))
         if clock is None and self.of("principal_force", "feed_force", "force") and (self.of(*SET) or self.counted() < 50):
             return self.averages()
         if clock is None:
@@ -116,22 +120,23 @@ class _Guess:
         if motion is not None or not cut:
             if motion is None:
                 self.ask_column(MOTION, "which column is the slip velocity, or the position")
-            force = self.chosen(FRICTION, ("force", "torque", "current"))
+            force = self.chosen(FRICTION, ("force", "torque", "current", "coefficient"))
             if force is None and not cut:
                 self.ask_column(FRICTION, "which column is the friction force, a torque or the motor's current")
         if self.questions:
             return None, self.questions
-        read = [each for each in (clock, motion, force, *cut) if each is not None]
+        load = self.chosen("normal_load", ("normal_load",)) if force is not None and force.kind == "coefficient" else None
+        read = [each for each in (clock, motion, force, load, *cut) if each is not None]
         wanted = [each.header for each in read]
         self.rows = {file: first_rows(self.recorded, file, wanted) for file in self.recorded.files}
         self.clock(clock)
         if motion is not None:
             self.motion(motion, clock)
         for each in cut if force is None else [force]:
-            self.force(each, motion, FRICTION if each is force else str(self.told.get(each.header, each.kind)))
+            self.force(each, motion, FRICTION if each is force else str(self.told.get(each.header, each.kind)), load)
         for name, kind in (("normal_load", "normal_load"), ("uncut_thickness", "uncut_thickness"), (TRIGGER, "trigger")):
             more = self.chosen(name, (kind,))
-            if more is not None and more not in read and (motion is not None or name == TRIGGER):
+            if more is not None and (more not in read or more is load) and (motion is not None or name == TRIGGER):
                 self.plain(name, more)
         for name, header in self.answers.signals.items():
             if name not in {signal.name for signal in self.signals}:
@@ -148,11 +153,12 @@ class _Guess:
         return [each for each in self.columns.values() if each.kind in kinds and each.header not in self.told]
 
     def chosen(self, name: str, kinds: Sequence[str]) -> Meant | None:
-        """The column that was told, else the only one of the first kind that there is, measured rather than commanded."""
+        """The column that was told, else the only one of the first kind that there is, by its name rather than by its unit alone, measured
+        rather than commanded."""
         if name in self.answers.signals:
             return self.columns[self.answers.signals[name]]
-        for kind in kinds:
-            candidates = self.of(kind)
+        for kind, by_name in [(kind, by_name) for by_name in (True, False) for kind in kinds]:
+            candidates = [each for each in self.of(kind) if bool(each.word) == by_name]
             measured = [each for each in candidates if not each.commanded] or candidates
             stated = [each for each in measured if each.unit] or measured
             if len(stated) > 1:
@@ -164,6 +170,11 @@ class _Guess:
                 self.ask_column(name, f"which column is {name}", tuple(each.header for each in stated))
                 return stated[0]
         return None
+
+    def only_timestamps(self) -> Meant | None:
+        """The clock where no name tells it: the only column that holds times of day."""
+        stamped = self.recorded.sniffed.timestamps
+        return self.columns.get(stamped[0]) if len(stamped) == 1 else None
 
     def ask_column(self, name: str, asked: str, choices: tuple[str, ...] = ()) -> None:
         columns = choices or tuple(self.columns)
@@ -178,9 +189,9 @@ class _Guess:
             )
         return column.unit or usual
 
-    def why(self, name: str, column: Meant, more: str = "") -> str:
+    def why(self, name: str, column: Meant, more: str = "", stamped: bool = False) -> str:
         by = "" if name in self.answers.signals else f"by {column.word!r} in its header" if column.word else "by its unit"
-        unit = "" if column.unit else "its unit is usual, the header states none"
+        unit = "it holds times of day" if stamped else "" if column.unit else "its unit is usual, the header states none"
         return "; ".join(filter(None, (by, unit, more)))
 
     # The signals.
@@ -191,10 +202,11 @@ class _Guess:
         if not step > 0:
             raise ExperimentError(f"column {column.header!r} was taken for the clock and does not increase; say --signal {CLOCK}=COLUMN.")
         usual = "s" if step < 1 else "ms"  # nobody records friction at one sample a second or slower
-        unit = self.unit(column, usual)
+        stamped = column.header == self.recorded.sniffed.form.timestamp
+        unit = "s" if stamped else self.unit(column, usual)
         rate = 1 / (step * affine(unit, "s")[0])
         self.signals.append(
-            SignalGuess(CLOCK, {"column": column.header, "unit": unit}, self.why(CLOCK, column, f"{rate:.6g} samples a second"))
+            SignalGuess(CLOCK, {"column": column.header, "unit": unit}, self.why(CLOCK, column, f"{rate:.6g} samples a second", stamped))
         )
         self.look.append(f"the clock is in {unit}, so there are {rate:.6g} samples a second; is that so?")
 
@@ -226,12 +238,14 @@ class _Guess:
             )
         return self.answers.radius or 1.0
 
-    def force(self, column: Meant, motion: Meant | None, name: str) -> None:
-        unit = self.unit(column, {"current": "A", "torque": "N.m"}.get(column.kind, "N"))
+    def force(self, column: Meant, motion: Meant | None, name: str, load: Meant | None) -> None:
+        unit = self.unit(column, {"current": "A", "torque": "N.m", "coefficient": "1"}.get(column.kind, "N"))
         table: dict[str, Any] = {"column": column.header, "unit": unit, "role": "output"}
         what = self.dimension(column, unit, {"N": "force", "N.m": "torque", "A": "current", "V": "voltage", "1": "pure number"})
         if what == "torque":
             table["radius"] = self.radius(f"{column.header!r} is a torque")
+        elif load is not None and self.answers.motor_constant is None:
+            table["scale"] = self.constant_load(column, load)
         elif what != "force":
             table["scale"] = self.motor_constant(column, unit)
         more = ""
@@ -247,17 +261,25 @@ class _Guess:
                 self.look.append(f"{column.header!r} hardly follows the direction of motion: is it friction?")
         self.signals.append(SignalGuess(name, table, self.why(name, column, more)))
 
+    def constant_load(self, column: Meant, load: Meant) -> float:
+        """By which a friction coefficient becomes a force [N]."""
+        loads = np.concatenate([rows[load.header] for rows in self.rows.values()]) * affine(self.unit(load, "N"), "N")[0]
+        least, most = float(loads.min()), float(loads.max())
+        if not most - least <= ALIKE * most:
+            raise ExperimentError(
+                f"{column.header!r} is a friction coefficient, and {load.header!r} goes from {least:.4g} to {most:.4g} N; a force is "
+                "needed. Add a column of the friction force, or say --motor-constant 'LOAD N' for a load that all recordings share."
+            )
+        self.look.append(f"the friction force is {column.header!r} times the load of {np.median(loads):.4g} N")
+        return float(f"{np.median(loads):.6g}")
+
     def motor_constant(self, column: Meant, unit: str) -> float:
         """What a unit of SI of the column is in N."""
         if self.answers.motor_constant is None:
-            self.questions.append(
-                Question(
-                    "--motor-constant '0.5 N.m/A'",
-                    f"{column.header!r} is in {unit}; how many N or N.m is one {unit}?",
-                    (),
-                    "motor_constant",
-                )
-            )
+            option, asked = "--motor-constant '0.5 N.m/A'", f"{column.header!r} is in {unit}; how many N or N.m is one {unit}?"
+            if column.kind == "coefficient":
+                option, asked = "--motor-constant '50 N'", f"{column.header!r} is a friction coefficient; at which normal load?"
+            self.questions.append(Question(option, asked, (), "motor_constant"))
             return 1.0
         number, given = self.answers.motor_constant
         per = base_name(unit)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from evat.gap.report.parts import TITLES, parts
 from evat.gap.report.pictures import charts
 from evat.gap.report.series import Series, unlike
 from evat.gap.report.summary import headline
-from evat.gap.report.words import number, percent, with_unit
+from evat.gap.report.words import number, percent, shown_unit, typed
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.judgement import CANNOT_TELL, UNKNOWN, fitted
 from evat.inference.fit import Fit
@@ -36,8 +37,11 @@ FILES = {
 COLOURS = dict(zip(TITLES, ("#c8c8c8", "#8c8c8c", YELLOW, ORANGE, BLUE, RED), strict=True))
 
 
-def page(answer: Diagnosis, comparison: Comparison, run: FmuRun | None, without: str) -> str:
-    """report.html. run : what the FMU gave, None where it was not run, and then `without` says why."""
+def page(
+    answer: Diagnosis, comparison: Comparison, run: FmuRun | None, without: str, beside: Mapping[str, str] = MappingProxyType({})
+) -> str:
+    """report.html. run : what the FMU gave, None where it was not run, and then `without` says why; beside : links to other pages on these
+    data, and what each is."""
     document, chosen = answer.document(), fitted(comparison, answer.judgement.chosen)
     prediction = comparison.prediction
     some = bool(answer.judgement.chosen)
@@ -46,7 +50,8 @@ def page(answer: Diagnosis, comparison: Comparison, run: FmuRun | None, without:
     reference = comparison.recalibrated.predicted if answer.verdict == UNKNOWN else comparison.nominal.predicted
     placed = unlike(comparison, chosen.predicted if some else None, reference)
     drawn = charts(series, answer.where.regions, placed, answer.closure.held_out)
-    units = {"time": "s", "phase": "1", **{v.name: v.unit for v in prediction.model.variables}}
+    variables = [variable.name for variable in prediction.model.variables]
+    units = {name: shown_unit(prediction, name) for name in ("time", "phase", *variables)}
     return pages.render(
         "diagnosis.html.j2",
         answer=answer,
@@ -55,7 +60,7 @@ def page(answer: Diagnosis, comparison: Comparison, run: FmuRun | None, without:
         headline=headline(answer, comparison),
         judged=answer.verdict != CANNOT_TELL,
         left_of_effect=_called(answer),
-        files=FILES,
+        files={**FILES, **beside},
         parts=parts(comparison, chosen),
         titles=TITLES,
         colours=COLOURS,
@@ -70,10 +75,11 @@ def page(answer: Diagnosis, comparison: Comparison, run: FmuRun | None, without:
         tried={"models": len(comparison.models), "rough": len(comparison.rough), "silent": comparison.silent, "unfed": comparison.unfed},
         run=run,
         without=without,
-        units=units,
+        units={name: unit for name, (unit, _, _) in units.items()},
+        level=lambda name, x: None if x is None else units[name][1] * x + units[name][2],
+        size=lambda name, x: None if x is None else units[name][1] * x,
         number=number,
         percent=percent,
-        with_unit=with_unit,
         script=interactive.script(),
     )
 
@@ -125,11 +131,10 @@ def _by_reason(lines: Sequence[str]) -> dict[str, list[str]]:
 
 def _place(comparison: Comparison, name: str, x: float) -> str:
     """A bound of a region as a person reads it."""
-    known = {variable.name: variable for variable in comparison.prediction.model.variables}
     if name == "time":
         factor, unit = clock_unit(max(float(np.ptp(trial.times)) for trial in comparison.prediction.experiment.trials))
         return f"{number(factor * x)} {unit}"
-    return display(x, known[name], digits=4) if name in known else number(x)
+    return number(x) if name == "phase" else display(x, typed(comparison.prediction, name), digits=4)
 
 
 def _recalibrated(answer: Diagnosis, fit: Fit) -> list[dict[str, Any]]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from evat.gap.location import Region
 from evat.gap.report.chart import DARK, Chart, Line, Panel, axis
-from evat.gap.report.series import LOOKS, Record, Series, extremes, folded, lines_of, stretch, telling, unit
+from evat.gap.report.series import LOOKS, Record, Series, extremes, folded, lines_of, stretch, telling
 from evat.gap.report.words import percent
 from evat.model import FloatArray
 
@@ -29,11 +29,11 @@ def where_charts(series: Series, regions: Sequence[Region], unlike: FloatArray, 
     cycles = whitening.groups[strongest].cycles
     wanted = [*names, *(["phase"] if cycles >= FOLDED else []), telling(record, names, inputs) or "time", "time"]
     keys = [key for key in dict.fromkeys(wanted) if key in record.signals][:2]
-    force, total = axis(channel, unit(series, channel)), float(np.sum(unlike**2)) or 1.0
+    force, total = axis(channel, series.unit(channel)), float(np.sum(unlike**2)) or 1.0
     upper, lower = list[Panel](), list[Panel]()
     for key in keys:
-        bands = tuple(piece for each in regions if key in each.box for piece in _pieces(each.box[key]))
-        label = axis(key, unit(series, key))
+        bands = tuple(piece for each in regions if key in each.box for piece in _pieces(series, key, each.box[key]))
+        label = axis(key, series.unit(key))
         upper.append(Panel(label, force, _over(series, record, key, cycles), f"condition {record.condition}", bands))
         lower.append(Panel(label, "share of the squared gap [%]", (_shares(series, channel, key, unlike, total),), "all conditions", bands))
     ranges, share = "range holds" if len(regions) == 1 else "ranges hold", percent(sum(each.share for each in regions))
@@ -55,10 +55,10 @@ def _over(series: Series, record: Record, key: str, cycles: float) -> tuple[Line
     return lines_of(record, names, column[part], part, "", dots=True)
 
 
-def _pieces(bounds: tuple[float, float]) -> tuple[tuple[float, float], ...]:
-    """A range of phase that runs over the end of the cycle is two."""
-    low, high = bounds
-    return (bounds,) if low <= high else ((low, 1.0), (0.0, high))
+def _pieces(series: Series, key: str, bounds: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+    """As it is drawn; a range of phase that runs over the end of the cycle is two."""
+    low, high = (float(end) for end in series.shown(key, np.array(bounds)))
+    return ((low, high),) if low <= high else ((low, 1.0), (0.0, high))
 
 
 def _shares(series: Series, channel: str, key: str, unlike: FloatArray, total: float) -> Line:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
 
 from evat.files.writing import OutputError, as_output_error, scratch, usable
@@ -13,6 +14,7 @@ from evat.gap.report.fmu_run import FmuRun, run_fmu
 from evat.gap.report.html_report import page
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.judgement import fitted
+from evat.plots.experiment_page import page_of
 
 JSON, REPORT = "diagnosis.json", "report.html"
 FILES = (JSON, REPORT, corrected.SSV)
@@ -37,7 +39,7 @@ def write_diagnosis(
     with as_output_error(out, "the diagnosis"), scratch(out.parent) as folder:
         made = folder / "new"
         made.mkdir()
-        _fill(answer, comparison, made, fmu, without)
+        _fill(answer, comparison, made, fmu, without, page_of(comparison.prediction.experiment.folder, out / REPORT))
         _into_place(made, out, folder / "old")
     return tuple(out / name for name in FILES)
 
@@ -70,14 +72,14 @@ def _is_diagnosis(path: Path) -> bool:
     return isinstance(document, dict) and document.get("format") == FORMAT and "verdict" in document
 
 
-def _fill(answer: Diagnosis, comparison: Comparison, folder: Path, fmu: Path | None, without: str) -> None:
+def _fill(answer: Diagnosis, comparison: Comparison, folder: Path, fmu: Path | None, without: str, beside: Mapping[str, str]) -> None:
     ssv = corrected.write(answer, comparison, folder)
     run: FmuRun | None = None
     if fmu is not None:
         chosen = fitted(comparison, answer.judgement.chosen)
         run = run_fmu(fmu, ssv, comparison, chosen, answer.closure.held_out)
     (folder / JSON).write_text(answer.json(), encoding="utf-8")
-    (folder / REPORT).write_text(page(answer, comparison, run, without), encoding="utf-8")
+    (folder / REPORT).write_text(page(answer, comparison, run, without, beside), encoding="utf-8")
 
 
 def _into_place(made: Path, out: Path, old: Path) -> None:

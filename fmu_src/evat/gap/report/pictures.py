@@ -10,7 +10,8 @@ from scipy.signal import welch
 from evat.gap.location import Region
 from evat.gap.report.chart import DARK, GREEN, Chart, Line, Panel, axis
 from evat.gap.report.location_pictures import where_charts
-from evat.gap.report.series import CONDITIONS, LOOKS, POINTS, Record, Series, extremes, lines_of, stretch, telling, unit
+from evat.gap.report.series import CONDITIONS, LOOKS, POINTS, Record, Series, extremes, lines_of, stretch, telling
+from evat.gap.report.words import shown_unit
 from evat.inference.noise.autoregression import impulse_response
 from evat.model import FloatArray
 from evat.plots.cycles import clock_unit
@@ -44,7 +45,7 @@ def _models(series: Series, records: Sequence[Record], choices: Sequence[str], b
     """Measured and all models over time, and over the telling signal."""
     names = ["measured", *series.vectors]
     prediction, channel = series.comparison.prediction, records[0].channel
-    force = axis(channel, unit(series, channel))
+    force = axis(channel, series.unit(channel))
     factor, clock = clock_unit(max(float(np.ptp(record.signals["time"])) for record in records))
     signal = telling(records[0], box, list(prediction.experiment.trials[0].inputs))
     over_time, over_signal = list[Line](), list[Line]()
@@ -56,7 +57,7 @@ def _models(series: Series, records: Sequence[Record], choices: Sequence[str], b
             over_signal += lines_of(record, names, record.signals[signal][part], part, choice)
     panels = [Panel(axis("time", clock), force, tuple(over_time))]
     if signal is not None:
-        panels.append(Panel(axis(signal, unit(series, signal)), force, tuple(over_signal)))
+        panels.append(Panel(axis(signal, series.unit(signal)), force, tuple(over_signal)))
     return Chart(
         f"models-{number}",
         f"{channel.replace('_', ' ')}: mean of the repeats of one condition, and the models. {_which(records)}",
@@ -74,7 +75,7 @@ def _which(records: Sequence[Record]) -> str:
 def _left(series: Series, records: Sequence[Record], choices: Sequence[str], number: int) -> Chart:
     """What each model leaves, over time and frequency, beside the noise of the repeats."""
     channel = records[0].channel
-    name_of = axis(channel, unit(series, channel)).rpartition("[")
+    name_of = axis(channel, series.unit(channel)).rpartition("[")
     factor, clock = clock_unit(max(float(np.ptp(record.signals["time"])) for record in records))
     over_time, spectra = list[Line](), list[Line]()
     for record, choice in zip(records, choices, strict=True):
@@ -110,7 +111,8 @@ def _noise(series: Series, record: Record, rate: float, frequency: FloatArray, c
     group = next(g for g in whitening.groups if g.channel == record.channel and g.condition == record.condition)
     size, response = float(whitening.noise.sizes[group.members[0]]), impulse_response(whitening.noise.filters[record.channel])
     gain = np.abs(np.exp(-2j * np.pi * np.outer(frequency / rate, np.arange(response.size))) @ response)
-    return Line("noise", frequency, gain * size * np.sqrt(2 / rate / record.repeats), GREEN, "dot", None, choice)
+    _, factor, _ = shown_unit(series.comparison.prediction, record.channel)
+    return Line("noise", frequency, factor * gain * size * np.sqrt(2 / rate / record.repeats), GREEN, "dot", None, choice)
 
 
 def _means(series: Series) -> list[Chart]:
@@ -122,9 +124,10 @@ def _means(series: Series) -> list[Chart]:
     panels, x = [], np.arange(len(means.conditions), dtype=np.float64)
     for channel, measured in means.outputs.items():
         at = [segment.at.start for segment in prediction.segments if segment.trial < 0 and segment.channel == channel]
-        lines = [Line("measured", x, measured, DARK, "marks", means.sd.get(channel))]
-        lines += [Line(name, x, row[at], LOOKS[name][0], LOOKS[name][1]) for name, row in series.vectors.items()]
-        panels.append(Panel("condition", axis(channel, unit(series, channel)), tuple(lines), ticks=means.conditions))
+        sd, (_, factor, _) = means.sd.get(channel), shown_unit(prediction, channel)
+        lines = [Line("measured", x, series.shown(channel, measured), DARK, "marks", None if sd is None else factor * sd)]
+        lines += [Line(name, x, series.shown(channel, row[at]), LOOKS[name][0], LOOKS[name][1]) for name, row in series.vectors.items()]
+        panels.append(Panel("condition", axis(channel, series.unit(channel)), tuple(lines), ticks=means.conditions))
     return [
         Chart(
             "means",

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from evat.gap.location import samples_of
 from evat.gap.report.chart import BLUE, GREY, ORANGE, RED, Line, Style
+from evat.gap.report.words import shown_unit
 from evat.gap.search.compare import Comparison
 from evat.inference.whitening import Group
 from evat.model import FloatArray
@@ -24,7 +25,8 @@ LOOKS: dict[str, tuple[str, Style]] = {
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """One channel at one condition: `lines[name]` and `signals[name]` (what a sample is told by) of shape (n,). `repeats` were averaged."""
+    """One channel at one condition: `lines[name]` and `signals[name]` (what a sample is told by) of shape (n,), in the units in which they
+    are drawn. `repeats` were averaged."""
 
     condition: str
     channel: str
@@ -50,8 +52,10 @@ class Series:
         return list(self.vectors)[-1]
 
     def signals(self, trial: int) -> dict[str, FloatArray]:
+        """What the samples of a trial are told by, in the units in which it is drawn."""
         if trial not in self._signals:
-            self._signals[trial] = samples_of(self.comparison.prediction, trial)
+            known = samples_of(self.comparison.prediction, trial)
+            self._signals[trial] = {name: self.shown(name, column) for name, column in known.items()}
         return self._signals[trial]
 
     def record(self, place: int) -> Record:
@@ -60,9 +64,19 @@ class Series:
         group = whitening.groups[place]
         trial = prediction.segments[group.members[0]].trial
         lines = {"measured": whitening.means[place], **{name: row[group.at] for name, row in self.vectors.items()}}
+        lines = {name: self.shown(group.channel, line) for name, line in lines.items()}
         return Record(
             group.condition, group.channel, prediction.experiment.trials[trial].file, len(group.members), lines, self.signals(trial)
         )
+
+    def unit(self, name: str) -> str:
+        """In which a signal or channel is drawn: that of its owner's files."""
+        return shown_unit(self.comparison.prediction, name)[0]
+
+    def shown(self, name: str, values: FloatArray) -> FloatArray:
+        """Values of a signal or channel in that unit."""
+        _, factor, offset = shown_unit(self.comparison.prediction, name)
+        return values * factor + offset
 
     def recorded(self, channel: str) -> list[int]:
         """Of each condition one group, the one with most repeats; those with the largest nominal gap first."""
@@ -120,12 +134,6 @@ def folded(phase: FloatArray, lines: Mapping[str, FloatArray], bins: int = 200) 
     counts = np.bincount(place, minlength=bins)
     some = np.flatnonzero(counts)
     return (some + 0.5) / bins, {name: np.bincount(place, line, bins)[some] / counts[some] for name, line in lines.items()}
-
-
-def unit(series: Series, name: str) -> str:
-    """Of a signal or channel."""
-    units = {"time": "s", "phase": "1", **{v.name: v.unit for v in series.comparison.prediction.model.variables}}
-    return units[name]
 
 
 def telling(record: Record, box: Mapping[str, object], inputs: Sequence[str]) -> str | None:

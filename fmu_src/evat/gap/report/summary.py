@@ -8,7 +8,7 @@ from typing import Literal
 
 from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
-from evat.gap.report.words import number, percent, sentence, with_unit
+from evat.gap.report.words import number, percent, sentence, typed
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.credibility import shifted
 from evat.gap.verdict.judgement import fitted
@@ -113,10 +113,10 @@ def _experiment(answer: Diagnosis, comparison: Comparison) -> str:
     """The condition that tells the two likeliest models apart."""
     if answer.advice is None:
         return ""
-    variables = {variable.name: variable for variable in comparison.prediction.model.variables}
     signals = comparison.prediction.experiment.signals
     at = ", ".join(
-        f"{name} = {with_unit(x, variables[name].unit)}{' rms' if name in signals else ''}" for name, x in answer.advice.values.items()
+        f"{name} = {display(x, typed(comparison.prediction, name), digits=4)}{' rms' if name in signals else ''}"
+        for name, x in answer.advice.values.items()
     )
     one, other = (str(on) for on in answer.advice.separates)
     return f"measure at {at}: it tells {one} from {other}."
@@ -126,9 +126,11 @@ def _place(answer: Diagnosis, comparison: Comparison) -> str:
     """Where most of the gap lies, in words."""
     if not answer.where.regions:
         return "itself"
-    region, known = answer.where.regions[0], {variable.name: variable for variable in comparison.prediction.model.variables}
-    bounds = [
-        f"{name.replace('_', ' ')} from {' to '.join(display(x, known[name], digits=3) if name in known else number(x, 3) for x in ends)}"
-        for name, ends in region.box.items()
-    ]
+    region, bounds = answer.where.regions[0], []
+    for name, ends in region.box.items():
+        if name in ("time", "phase"):
+            said = [number(x, 3) for x in ends]
+        else:
+            said = [display(x, typed(comparison.prediction, name), digits=3) for x in ends]
+        bounds.append(f"{name.replace('_', ' ')} from {' to '.join(said)}")
     return f"of {region.channel.replace('_', ' ')}" + (f" at {' and '.join(bounds)}" if bounds else "")

@@ -6,8 +6,12 @@ import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
+from evat.experiment import as_typed
 from evat.gap.answer import Diagnosis
 from evat.inference.hypothesis import Hypothesis
+from evat.inference.prediction import Prediction
+from evat.model import Variable
+from evat.units import affine
 
 SENTENCES = {
     "no_gap": "No gap beyond noise and repeatability.",
@@ -91,6 +95,21 @@ def number(value: float | None, digits: int = 4) -> str:
 
 def with_unit(value: float | None, unit: str, digits: int = 4) -> str:
     return number(value, digits) + ("" if unit == "1" or value is None or not math.isfinite(value) else f" {unit}")
+
+
+def typed(prediction: Prediction, name: str) -> Variable:
+    """A variable of the model, shown as the files of the experiment have it."""
+    found = next(variable for variable in prediction.model.variables if variable.name == name)
+    return as_typed(found, prediction.experiment.signals)
+
+
+def shown_unit(prediction: Prediction, name: str) -> tuple[str, float, float]:
+    """The unit in which a signal or channel is shown; value in it = factor * value in SI + offset."""
+    if name in ("time", "phase"):
+        return ("s" if name == "time" else "1"), 1.0, 0.0
+    variable = typed(prediction, name)
+    unit = variable.display_unit or variable.unit
+    return unit, *affine(variable.unit, unit)
 
 
 def percent(share: float | None) -> str:

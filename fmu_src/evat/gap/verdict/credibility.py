@@ -7,10 +7,12 @@ import math
 import numpy as np
 
 from evat.constants import CONSTANTS
+from evat.experiment import as_typed
 from evat.gap.closure import HeldOut
 from evat.gap.search.compare import Comparison
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
+from evat.units import display
 
 
 def doubts(comparison: Comparison, on: Hypothesis, held: HeldOut) -> tuple[str, ...]:
@@ -59,8 +61,16 @@ def largest_shift(comparison: Comparison, fit: Fit) -> float:
 def shifted(comparison: Comparison, fit: Fit) -> tuple[str, ...]:
     """Nominal values that a fit, with the effects that are named or without any, has to move further than their owner can have meant."""
     nominal = comparison.prediction.experiment.nominal.values
+    signals, known = (
+        comparison.prediction.experiment.signals,
+        {variable.name: variable for variable in comparison.prediction.model.variables},
+    )
+
+    def said(name: str, value: float) -> str:
+        return display(value, as_typed(known[name], signals), digits=4)
+
     return tuple(
-        f"the nominal {p.name} is not credible: {p.mean:.4g} {p.unit} has to become {float(fit.values[p.name]):.4g}, "
+        f"the nominal {p.name} is not credible: {said(p.name, p.mean)} has to become {said(p.name, float(fit.values[p.name]))}, "
         f"{abs(float(u)):.2g} of its standard deviations away"
         for p, u in zip(fit.parameters, fit.point, strict=True)
         if p.name in nominal and abs(float(u)) > CONSTANTS.credible_shift

@@ -14,8 +14,9 @@ from evat.files.writing import as_output_error, scratch
 from evat.html import render
 from evat.identification.report.figures import figures
 from evat.identification.report.summary import headline
-from evat.identification.result import Estimate, Identification
+from evat.identification.result import Estimate, Identification, error_text
 from evat.native import kernel
+from evat.plots.experiment_page import page_of
 
 SSV, JSON, REPORT = "identified.ssv", "identification.json", "report.html"
 FILES = {
@@ -134,8 +135,9 @@ def write(identification: Identification, folder: Path) -> tuple[Path, Path, Pat
             identification=identification,
             headline=headline(identification),
             figures=figures(identification),
+            spread=error_text,
             provenance=_provenance(identification),
-            files=FILES,
+            files={**FILES, **page_of(identification.experiment.folder, folder / REPORT)},
         )
         (made / REPORT).write_text(page, encoding="utf-8")
         for name in (SSV, JSON, REPORT):

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from evat.experiment import as_typed
 from evat.identification.covariance import LOOSE, Optimum
 from evat.identification.objective import Objective
 from evat.identification.profile import Profile
@@ -20,6 +21,7 @@ from evat.identification.result import Curve, Estimate, Word
 from evat.identification.verdicts.advice import advise
 from evat.identification.verdicts.reasons import facts, reason
 from evat.model import FloatArray
+from evat.units import display
 
 BROAD = 0.5  # half the interval over the estimate
 COUPLED = 0.9  # correlation from which two parameters are told as one
@@ -51,7 +53,7 @@ def estimates(
         if word == "not identifiable" or not EDGE < u < 1 - EDGE
     ]
     advices = advise(objective, optimum, poor, untold)
-    verdicts = []
+    verdicts, signals = [], objective.prediction.experiment.signals
     for place, (one, told, curve) in enumerate(zip(objective.space.free, words, profiles, strict=True)):
         u = float(optimum.point[place])
         sd_u = float(np.sqrt(optimum.covariance[place, place]))
@@ -61,7 +63,7 @@ def estimates(
         why = "; ".join([*against[place], *([why] if why and not stopped else [])])
         verdicts.append(
             Estimate(
-                variable=one.variable,
+                variable=as_typed(one.variable, signals),
                 nominal=one.start,
                 bounds=(one.low, one.high),
                 value=one.value(u),
@@ -129,5 +131,6 @@ def _why(objective: Objective, related: FloatArray, place: int, edge: str, profi
         elif profile.open_above != profile.open_below:
             side = "above" if profile.open_below else "below"
             end = one.value(profile.high if profile.open_below else profile.low)
-            parts.append(f"the data limit it from {side} only, by {end:.4g} {one.variable.unit}".rstrip(" 1"))
+            shown = as_typed(one.variable, objective.prediction.experiment.signals)
+            parts.append(f"the data limit it from {side} only, by {display(end, shown, digits=4)}")
     return "; ".join(parts) or "the noise is too large for these data to tell it within half its value"

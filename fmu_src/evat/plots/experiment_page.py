@@ -1,0 +1,140 @@
+"""What does an experiment hold, in tables and as a page? Channels, recordings, averages, nominal model, and the reports on these data."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from evat import html as pages
+from evat.experiment import Signal, as_typed
+from evat.experiment.read import Scan, day_of
+from evat.headline import Headline
+from evat.native import kernel
+from evat.units import display
+
+PAGE = "experiment.html"  # in the folder of an experiment
+EVEN = 1.01  # longest over shortest step up to which a clock is called even
+REPORTS = {"diagnosis.json": "diagnosis", "identification.json": "identification"}  # what lies beside a report.html, and what that is of
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Rows of texts under their heads."""
+
+    title: str
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+def shown(value: float, name: str, signals: Mapping[str, Signal] | None = None) -> str:
+    """A value of a variable in the unit of the owner's files, where these have it."""
+    return display(value, as_typed(kernel.variable(name), signals or {}), digits=4)
+
+
+def channels_of(scan: Scan) -> Table:
+    """What was recorded: role, column, unit, and the least and most of all recordings."""
+    signals, rows = scan.document.signals, []
+    for signal in (each for each in scan.document.recorded if each.role is not None):
+        least, most = min(trial.least[signal.name] for trial in scan.trials), max(trial.most[signal.name] for trial in scan.trials)
+        ends = (shown(least, signal.name, signals), shown(most, signal.name, signals))
+        rows.append((signal.name, signal.role or "", signal.column, signal.unit, *ends))
+    return Table("What was recorded", ("signal", "role", "column", "unit in the file", "least", "most"), tuple(rows))
+
+
+def trials_of(scan: Scan) -> Table:
+    """Each recording: condition, rows, clock, and the root mean squares."""
+    signals, rows = scan.document.signals, []
+    names = [signal.name for signal in scan.document.recorded if signal.role is not None]
+    for trial in scan.trials:
+        rate = f"{(trial.rows - 1) / (trial.end - trial.begin):.6g}"
+        if trial.longest > EVEN * trial.shortest:
+            rate += f" (steps {trial.shortest:.3g} to {trial.longest:.3g} s)"
+        facts = (trial.file, trial.condition, str(trial.rows), f"{trial.begin:g}, {trial.end:g}", rate)
+        rows.append((*facts, *(shown(trial.rms[name], name, signals) for name in names)))
+    heads = ("file", "condition", "rows", "from, to [s]", "rate [Hz]", *(f"rms {name}" for name in names))
+    return Table(scan.document.title, heads, tuple(rows))
+
+
+def means_of(scan: Scan) -> Table | None:
+    """The averages, a row for each condition."""
+    means = scan.means
+    if means is None:
+        return None
+    columns = {**means.values, **means.outputs}
+    rows = tuple(
+        (condition, *(shown(float(column[row]), name, scan.document.signals) for name, column in columns.items()))
+        for row, condition in enumerate(means.conditions)
+    )
+    return Table(f"averages: {means.file}", ("condition", *columns), rows)
+
+
+def conditions_of(scan: Scan) -> tuple[str, ...]:
+    """By name, in the order of the files."""
+    averaged = scan.means.conditions if scan.means is not None else ()
+    return tuple(dict.fromkeys([*(trial.condition for trial in scan.trials), *averaged]))
+
+
+def page(scan: Scan, to: Path, picture: bytes | None, doubts: Sequence[str]) -> str:
+    """The page of an experiment that is to lie at `to`. picture : a .png of the recordings; doubts : what deserves a look."""
+    nominal, averages, signals = scan.document.nominal, means_of(scan), scan.document.signals
+    tables = [channels_of(scan), replace(trials_of(scan), title="Recordings")] if scan.trials else []
+    tables += [] if averages is None else [replace(averages, title="Averages")]
+    values = {name: value if isinstance(value, str) else shown(value, name, signals) for name, value in nominal.values.items()}
+    return pages.render(
+        "experiment.html.j2",
+        document=scan.document,
+        headline=_headline(scan, doubts),
+        day=day_of(scan.document),
+        tables=tables,
+        picture=None if picture is None else "data:image/png;base64," + base64.b64encode(picture).decode("ascii"),
+        values=[(kernel.variable(name), value) for name, value in values.items()],
+        files={_link(path, to): "read with it" if place else "the experiment" for place, path in enumerate(scan.document.files)},
+        reports=reports_beside(to, scan.data_hash),
+        data_hash=scan.data_hash,
+    )
+
+
+def reports_beside(to: Path, data_hash: str) -> dict[str, str]:
+    """Reports on the same data in the folders that lie in that of the page `to`, or beside it: links, and what each is."""
+    folder = Path(os.path.abspath(to)).parent
+    found = {}
+    for name, what in REPORTS.items():
+        for document in sorted({*folder.glob(f"*/{name}"), *folder.parent.glob(f"*/{name}")}):
+            with suppress(OSError, ValueError, AttributeError):
+                made_by = json.loads(document.read_text(encoding="utf-8")).get("made_by", {})
+                if made_by.get("data") == data_hash and document.with_name("report.html").is_file():
+                    found[_link(document.with_name("report.html"), to)] = what
+    return found
+
+
+def page_of(folder: Path, report: Path) -> dict[str, str]:
+    """The page of the experiment in `folder`, where it has one, as a link from `report` and what it is."""
+    place = folder / PAGE
+    return {_link(place, report): "what was measured"} if folder != Path() and place.is_file() else {}
+
+
+def _link(path: Path, to: Path) -> str:
+    return Path(os.path.relpath(path, Path(os.path.abspath(to)).parent)).as_posix()
+
+
+def _headline(scan: Scan, doubts: Sequence[str]) -> Headline:
+    recordings, conditions = len(scan.trials), conditions_of(scan)
+    counts = [sum(trial.condition == condition for trial in scan.trials) for condition in conditions]
+    parts = [f"{recordings} recordings"] if recordings else []
+    parts += [f"{len(scan.means.conditions)} rows of averages"] if scan.means is not None else []
+    repeated = sum(count > 1 for count in counts)
+    sentence = f"{' and '.join(parts)} of {len(conditions)} condition{'s' if len(conditions) != 1 else ''}"
+    sentence += f", {repeated} of them repeated." if recordings else "."
+    name = scan.document.folder.name or "."
+    return Headline(
+        "can be read" if not doubts else "look",
+        "good" if not doubts else "attention",
+        sentence[0].upper() + sentence[1:],
+        reasons=tuple(doubts),
+        next=f"evat diagnose {name} says why measurement and nominal model disagree; evat identify {name} finds parameters.",
+    )
