@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from rich.table import Table
 
-from evat.commands.shared import FAILED, STOPPED, Json, picture_beside, print_json, seconds, share_done, typed_seconds
+from evat.commands.shared import Json, picture_beside, print_json, seconds, share_done, typed_seconds
+from evat.commands.statuses import FAILED, STOPPED
 from evat.console import err, marked, out
 from evat.files.writing import temporary
 
