@@ -98,6 +98,23 @@ def test_help_comes_before_anything_heavy_is_loaded() -> None:
     assert {name for name in loaded.split() if name.partition(".")[0] == "evat"} == own
 
 
+def test_a_diagnosis_loads_only_what_it_uses(tmp_path: Path) -> None:
+    """As far as there is an experiment to read; what runs the FMU is loaded where it runs."""
+    code = "import sys; import atexit; atexit.register(lambda: print('loaded', *sys.modules))\n"
+    code += "sys.argv = ['evat', 'diagnose', 'nowhere', '--no-fmu']; from evat.commands.main import main; main()"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "nowhere" in done.stderr
+    loaded = set(done.stdout.rsplit("loaded ", 1)[1].split())
+    assert "evat.gap" in loaded
+    assert not {"fmpy", "pythonfmu", "pymoo", "cma", "distributed", "xarray", "SALib", "tomlkit", "mkdocs"} & loaded
+    rooms = {name.split(".")[1] for name in loaded if name.startswith("evat.")}
+    assert not rooms & {"fmu", "guide", "identification", "paper_conditions", "processes", "signature", "studies", "systems"}
+    assert {name for name in loaded if name.startswith("evat.commands.")} == {
+        "evat.commands.diagnose", "evat.commands.main", "evat.commands.shared", "evat.commands.statuses",
+    }  # fmt: skip
+
+
 @pytest.mark.parametrize("name", main.COMMANDS)
 def test_the_list_of_commands_says_what_each_says_of_itself(name: str) -> None:
     command = main.loaded(name)

@@ -25,15 +25,15 @@ def build(
 ) -> None:
     """Build the FMUs (contact and partners, native, FMI 2.0 and 3.0, for five platforms), the pythonfmu twin, and the systems (.ssp)."""
     from evat import fmu
-    from evat.fmu import python_fmu
-    from evat.native.compile import TARGETS, host_target
+    from evat.fmu import host, python_fmu
+    from evat.native.compile import TARGETS
     from evat.systems import write, write_full
     from evat.systems.declared import names
 
-    targets = [host_target().fmi3_folder] if host_only else list(TARGETS)
     usable(to)
-    with lines_done(2 * len(fmu.parts()) * (2 + len(targets)) + 2 * len(names()) + 1) as progress:
-        paths = [*fmu.build_all(to, targets, progress)]
+    count = 2 * len(fmu.parts()) * (3 if host_only else 2 + len(TARGETS))
+    with lines_done(count + 2 * len(names()) + 1) as progress:
+        paths = [*(host.build_all(to, progress) if host_only else fmu.build_all(to, progress=progress))]
         paths += [*write.write_all(to, to, progress), *write_full.write_all(to, to, progress)]
         progress("pythonfmu twin")
         paths.append(python_fmu.build_python_fmu(to / "EvatContactPython.fmu"))
@@ -56,7 +56,7 @@ def run(
     speed_unit: SpeedUnit = "m/min",
     to: Annotated[Path, typer.Option("--out", "-o", help="Folder for figures, tables and report.")] = Path("runs"),
 ) -> None:
-    """The main job: build the FMU and drive it through fmpy for the paper's four materials, or along a measured record.
+    """The main job: drive the FMU through fmpy for the paper's four materials, or along a measured record.
 
     Example: evat run --record test.txt --time 'Time [s]' --position 'Position [mm]' --force 'Friction [uN]' --force-sign -1
     """
@@ -74,11 +74,13 @@ def run(
 
 
 def _host_fmu(version: Literal[2, 3], to: Path) -> Path:
-    from evat import fmu
-    from evat.native.compile import host_target
+    """The contact's FMU for this machine beside the results that it gives."""
+    from evat.files.writing import put
+    from evat.fmu.host import host_fmu
 
     with lines_done(3) as progress:
-        return fmu.build_fmu(version, to / fmu.file_name(version), [host_target().fmi3_folder], progress)
+        found = host_fmu(version, progress=progress)
+    return put(to / found.name, found.read_bytes())
 
 
 def _run_record(

@@ -29,7 +29,7 @@ COMMANDS = {
     ),
     "run": (
         "fmus",
-        "The main job: build the FMU and drive it through fmpy for the paper's four materials, or along a measured record.",
+        "The main job: drive the FMU through fmpy for the paper's four materials, or along a measured record.",
     ),
     "build": (
         "fmus",
