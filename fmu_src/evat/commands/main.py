@@ -37,7 +37,7 @@ COMMANDS = {
     ),
     "system": (
         "system",
-        "Systems of FMUs (.ssp): the contact in a machine. `evat build` writes ours; any flat one of FMI 2 or 3 co-simulation FMUs runs.",
+        "Systems of FMUs: the contact in a machine. Ours run by name; so does any flat .ssp of FMI 2 or 3 co-simulation FMUs.",
     ),
     "experiment": (
         "experiment",
