@@ -64,27 +64,16 @@ def host_fmu(version: Version = 2, part: str = CONTACT, progress: Progress = sil
     ------
     CompileError where it has to be built, and there is no C compiler; OutputError where it cannot be kept.
     """
-    path = brought(version, part)
-    if path is None:
-        path = _kept(version, part)
-        if not is_whole(path, made_from()):
-            seal(fmu.build_fmu(version, path, [host_target().fmi3_folder], progress, part), made_from())
+    path = brought(version, part) or _kept(version, part)
+    if not is_whole(path, made_from()):
+        seal(fmu.build_fmu(version, path, [host_target().fmi3_folder], progress, part), made_from())
     return path
 
 
 def build_all(folder: Path, progress: Progress = silent) -> tuple[Path, ...]:
-    """As `fmu.build_all` for this machine alone; what a wheel brought need not be compiled."""
-    made = []
-    for part in fmu.parts():
-        for version in VERSIONS:
-            path, found = folder / fmu.file_name(version, part), brought(version, part)
-            if found is None:
-                fmu.build_fmu(version, path, [host_target().fmi3_folder], progress, part)
-            else:
-                progress(f"{found.name}: as the package brought it")
-                put(path, found.read_bytes())
-            made.append(path)
-    return tuple(made)
+    """As `fmu.build_all` for this machine alone; what is there already is not compiled again."""
+    found = [host_fmu(version, part, progress) for part in fmu.parts() for version in VERSIONS]
+    return tuple(put(folder / path.name, path.read_bytes()) for path in found)
 
 
 def bring(folder: Path) -> None:
