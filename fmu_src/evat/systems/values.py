@@ -15,9 +15,9 @@ from evat.files.table import read_table
 from evat.files.text import RecordError
 from evat.model import ParameterError, nearest
 from evat.native import kernel
+from evat.systems.bindings import values_of
 from evat.systems.couple import Given
 from evat.systems.model import Port, SspError, System, port
-from evat.systems.read import values_of
 from evat.units import to_si
 from evat.work_materials import constants, material_of
 
