@@ -40,7 +40,7 @@ def _facts(variable: Variable) -> str:
         if variable.type in ("choice", "boolean")
         else f"{variable.min:g} .. {variable.max:g} {'' if variable.unit == '1' else variable.unit}"
     )
-    return "; ".join(filter(None, (start, ", ".join(variable.choices) or bounds.strip())))
+    return "; ".join(filter(None, (start, ", ".join(f"{name} ({number})" for name, number in variable.items.items()) or bounds.strip())))
 
 
 def info(
