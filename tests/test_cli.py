@@ -11,6 +11,7 @@ import pyarrow.parquet
 import pytest
 from command_line import evat
 from evat import parameter_sets
+from evat.commands import main
 from evat.commands.main import app
 from evat.files.table import read_table
 from typer.testing import CliRunner
@@ -86,10 +87,39 @@ def test_a_saved_set_is_simulated_like_the_shipped_one(tmp_path: Path) -> None:
 
 
 def test_help_comes_before_anything_heavy_is_loaded() -> None:
-    """What takes longer to load than the help to read: only where it is used."""
-    code = "import sys; import evat.commands.main; print(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split()
-    assert not {"pint", "dask", "fmpy", "scipy", "matplotlib", "pandas", "plotly"} & set(loaded)
+    """It takes a quarter of a second, nearly all of it typer's; numpy alone would double that. Of ours it needs next to nothing."""
+    code = "import sys; sys.argv = ['evat', '--help']; import atexit; atexit.register(lambda: print('loaded', *sys.modules))\n"
+    code += "from evat.commands.main import main; main()"
+    printed = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout
+    shown, loaded = printed.rsplit("loaded ", 1)
+    assert "simulate" in shown
+    assert not {"numpy", "lxml", "cffi", "pint", "importlib.metadata"} & set(loaded.split())
+    own = {"evat", "evat.commands", "evat.commands.main", "evat.commands.statuses", "evat.console", "evat.headline"}
+    assert {name for name in loaded.split() if name.partition(".")[0] == "evat"} == own
+
+
+def test_a_diagnosis_loads_only_what_it_uses(tmp_path: Path) -> None:
+    """As far as there is an experiment to read; what runs the FMU is loaded where it runs."""
+    code = "import sys; import atexit; atexit.register(lambda: print('loaded', *sys.modules))\n"
+    code += "sys.argv = ['evat', 'diagnose', 'nowhere', '--no-fmu']; from evat.commands.main import main; main()"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "nowhere" in done.stderr
+    loaded = set(done.stdout.rsplit("loaded ", 1)[1].split())
+    assert "evat.gap" in loaded
+    assert not {"fmpy", "pythonfmu", "pymoo", "cma", "distributed", "xarray", "SALib", "tomlkit", "mkdocs"} & loaded
+    rooms = {name.split(".")[1] for name in loaded if name.startswith("evat.")}
+    assert not rooms & {"fmu", "guide", "identification", "paper_conditions", "processes", "signature", "studies", "systems"}
+    assert {name for name in loaded if name.startswith("evat.commands.")} == {
+        "evat.commands.diagnose", "evat.commands.main", "evat.commands.shared", "evat.commands.statuses",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("name", main.COMMANDS)
+def test_the_list_of_commands_says_what_each_says_of_itself(name: str) -> None:
+    command = main.loaded(name)
+    assert command.name == name
+    assert " ".join(command.help.split("\n\n")[0].split()) == main.COMMANDS[name][1]
 
 
 @pytest.mark.parametrize("command", [[], ["simulate"], ["experiment", "check"], ["system", "run"]])

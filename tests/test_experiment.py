@@ -18,7 +18,8 @@ from evat import parameter_sets
 from evat.commands.main import app
 from evat.experiment import Experiment, ExperimentError, Means, Nominal, Signal, Trial, as_typed
 from evat.experiment import write as experiment_writer
-from evat.experiment.read import read_experiment, scan_experiment, write_experiment
+from evat.experiment.read import read_experiment, scan_experiment
+from evat.experiment.write import write_experiment
 from evat.files import stream
 from evat.files.writing import OutputError
 from evat.models.contact import ContactModel

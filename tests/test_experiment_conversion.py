@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat.experiment import ExperimentError, Nominal
-from evat.experiment.read import read_experiment, write_experiment
+from evat.experiment.read import read_experiment
 from evat.experiment.smoothing import derivative
+from evat.experiment.write import write_experiment
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 from evat.models.contact import ContactModel

@@ -243,6 +243,8 @@ def test_the_tables_are_the_kernels(site: Path) -> None:
     for causality in ("input", "parameter", "output"):
         for variable in tables._of_the_contact(causality):
             assert f'<code class="name">{variable.name}</code>' in listed, variable.name
+            for choice, number in variable.items.items():
+                assert f'<code class="name">{choice}</code> ({number})' in listed, choice
     how_to = (source_root() / "kernel" / "effects" / "README.md").read_text(encoding="utf-8").splitlines()[0]
     assert how_to.removeprefix("# ") in (site / "add-an-effect.html").read_text(encoding="utf-8")
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from evat import fmu
 from evat.files.writing import OutputError
-from evat.gap.report import fmu_run
+from evat.fmu import host
 from evat.native import compile as compile_c
 from evat.native import kernel
 from evat.native.compile import is_whole, kernel_library_path, seal, seal_of, source_root
@@ -127,13 +127,13 @@ def cache(fmi2_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> li
     """A place of its own for the user's caches, and the FMUs that are built into it, in their order."""
     built = list[Path]()
 
-    def build(version: int, path: Path, targets: list[str]) -> Path:
+    def build(version: int, path: Path, targets: list[str], progress: object, part: str) -> Path:
         built.append(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(fmi2_fmu.read_bytes())
         return path
 
-    monkeypatch.setattr(fmu_run, "user_cache_path", lambda *_, **__: tmp_path / "cache")
+    monkeypatch.setattr(host, "user_cache_path", lambda *_, **__: tmp_path / "cache")
     monkeypatch.setattr(fmu, "build_fmu", build)
     return built
 
@@ -148,17 +148,48 @@ def _with_half_a_binary(data: bytes) -> bytes:
     return changed.getvalue()
 
 
+def test_an_fmu_is_built_once_and_again_when_what_it_is_made_from_changes(cache: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    assert host.host_fmu() == host.host_fmu() == cache[0]
+    assert len(cache) == 1
+    assert host.host_fmu(3, "spindle") == cache[1]
+    assert cache[1].name == "EvatSpindle-fmi3.fmu"
+    monkeypatch.setattr(host, "made_from", lambda: "another state")
+    assert host.host_fmu() == cache[2] != cache[0]
+
+
+def test_the_fmu_that_a_wheel_brought_is_taken_while_it_is_of_these_sources(
+    cache: list[Path], fmi2_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(host, "BROUGHT", tmp_path / "brought")
+    brought = tmp_path / "brought" / fmi2_fmu.name
+    brought.parent.mkdir()
+    brought.write_bytes(fmi2_fmu.read_bytes())
+    assert host.host_fmu() == cache[0]  # nothing says that it is whole
+    seal(brought, host.made_from())
+    assert host.host_fmu() == brought
+    seal(brought, "of other sources")
+    assert host.host_fmu() == cache[0]
+    assert len(cache) == 1
+
+
+def test_all_that_building_an_fmu_loads_counts_as_what_it_is_made_from() -> None:
+    code = "import sys, evat.fmu.host; print(*(m.__file__ for n, m in sys.modules.items() if n.startswith('evat.') and m.__file__))"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    rooms = {Path(path).relative_to(PACKAGE).parts[0] for path in loaded if len(Path(path).relative_to(PACKAGE).parts) > 1}
+    assert rooms <= set(host.ROOMS)
+
+
 @pytest.mark.parametrize("damage", ["empty", "torn", "half a binary", "a bit"])
 def test_a_damaged_fmu_among_the_caches_is_built_anew(cache: list[Path], fmi2_fmu: Path, damage: str) -> None:
-    path, whole = fmu_run.host_fmu(), fmi2_fmu.read_bytes()
-    assert fmu_run.host_fmu() == path
+    path, whole = host.host_fmu(), fmi2_fmu.read_bytes()
+    assert host.host_fmu() == path
     assert len(cache) == 1
     bit = bytearray(whole)
     bit[len(bit) // 2] ^= 1
     path.write_bytes({"empty": b"", "torn": whole[:20_000], "half a binary": _with_half_a_binary(whole), "a bit": bytes(bit)}[damage])
-    assert fmu_run.host_fmu().read_bytes() == whole
+    assert host.host_fmu().read_bytes() == whole
     assert len(cache) == 2
-    fmu_run.host_fmu()
+    host.host_fmu()
     assert len(cache) == 2
 
 
@@ -170,7 +201,7 @@ def test_a_place_for_caches_that_is_none_is_no_end_of_a_diagnosis(
 
     monkeypatch.undo()
     (tmp_path / "file").write_text("no folder", encoding="utf-8")
-    monkeypatch.setattr(fmu_run, "user_cache_path", lambda *_, **__: tmp_path / "file" / "cache")
+    monkeypatch.setattr(host, "user_cache_path", lambda *_, **__: tmp_path / "file" / "cache")
     path, why = _fmu(None)
     assert path is None
     assert "cannot be written: Not a directory" in why

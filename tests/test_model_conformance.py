@@ -298,6 +298,20 @@ def test_a_digest_is_a_models_own(fmi2_fmu: Path) -> None:
     assert ContactModel().digest == kernel.token()
 
 
+def test_a_choice_by_its_place_is_the_same_in_the_library_and_in_the_fmu(fmi2_fmu: Path) -> None:
+    """FMI counts them from 1."""
+    run = Run(np.array([0.0, 1e-3]), {"slip_velocity": np.array([0.1, 0.1])}, ("friction_force",))
+    values = {"kinematics": "external", "F_C": 3.0, "friction_law": float(kernel.variable("friction_law").choices.index("coulomb"))}
+    assert FmuModel(fmi2_fmu).simulate(run, (), values)["friction_force"] == pytest.approx(3.0)
+    assert ContactModel().simulate(run, (), values)["friction_force"] == pytest.approx(3.0)
+
+
+def test_an_fmu_takes_a_text_with_a_unit(fmi2_fmu: Path) -> None:
+    run = Run(np.array([0.0, 1e-3]), {}, ("friction_force",))
+    values = {"friction_law": "coulomb", "F_C": "0.003 kN", "kinematics": "external", "slip_velocity": "6 m/min"}
+    assert FmuModel(fmi2_fmu).simulate(run, (), values)["friction_force"] == pytest.approx(3.0)
+
+
 def test_an_fmus_digest_is_of_what_runs(fmi2_fmu: Path, tmp_path: Path) -> None:
     """One bit of a binary changes it; how and when the archive was packed does not."""
 

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from evat import parameter_sets
 from evat.experiment import Experiment
-from evat.experiment.read import read_experiment, write_experiment
+from evat.experiment.read import read_experiment
+from evat.experiment.write import write_experiment
 from evat.model import EvatError, ParameterError
 from evat.models.contact import ContactModel
 from evat.models.simulate import simulate

@@ -201,6 +201,16 @@ def test_a_written_ssv_is_valid_and_names_its_units(tmp_path: Path) -> None:
     assert {"N", "N/m", "N.s/m", "m/s"} <= declared
 
 
+def test_a_number_of_a_choice_in_an_ssv_is_that_of_the_fmu(tmp_path: Path) -> None:
+    """Item 2 of its enumeration, which FMI counts from 1."""
+    second = kernel.variable("damping_mode").choices[1]
+    for told in ('Integer value="2"', f'Enumeration value="{second}"'):
+        read = load(ssv_file(tmp_path, f'<ssv:Parameter name="damping_mode"><ssv:{told}/></ssv:Parameter>'))
+        assert read.values["damping_mode"] == 1
+    with pytest.raises(ParameterError, match="damping_mode"):
+        load(ssv_file(tmp_path, '<ssv:Parameter name="damping_mode"><ssv:Integer value="0"/></ssv:Parameter>'))
+
+
 def test_an_ssv_in_other_units_is_converted(tmp_path: Path) -> None:
     path = ssv_file(
         tmp_path,

@@ -12,7 +12,9 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from evat.fmu import build_fmu
+from evat import fmu
+from evat.files.read_toml import read_toml
+from evat.fmu import build_fmu, host
 from evat.native import compile as compiling
 from evat.native.compile import (
     TARGETS,
@@ -29,6 +31,7 @@ from evat.native.compile import (
     shell_sources,
     source_root,
 )
+from packaging.requirements import Requirement
 
 ROOT = Path(__file__).resolve().parent.parent
 SCRIPTS = ("run.py", "test.py")
@@ -271,7 +274,21 @@ def test_objects_are_made_one_for_each_source(tmp_path: Path) -> None:
     assert all(path.suffix == ".o" for path in folder.iterdir())
 
 
-def test_the_wheel_is_for_one_platform_and_holds_library_and_sources(tmp_path: Path) -> None:
+def test_a_wheel_is_built_with_what_the_package_depends_on_and_an_editable_install_without() -> None:
+    """As pip asks: the FMUs in a wheel are made by the package."""
+    ask = "import backend; print(*backend.get_requires_for_build_{}(), sep=chr(10))"
+    needed = {}
+    for kind in ("wheel", "editable"):
+        path = {**os.environ, "PYTHONPATH": str(ROOT / "build")}
+        done = subprocess.run([sys.executable, "-c", ask.format(kind)], cwd=ROOT, env=path, capture_output=True, text=True, check=True)
+        needed[kind] = set(done.stdout.splitlines())
+    declared = {str(Requirement(each)) for each in read_toml(ROOT / "pyproject.toml")["project"]["dependencies"]}
+    assert declared <= {str(Requirement(each)) for each in needed["wheel"]}
+    assert not declared & needed["editable"]
+
+
+def test_the_wheel_is_for_one_platform_and_holds_libraries_fmus_and_sources(tmp_path: Path) -> None:
+    """What is compiled already is not compiled again for it."""
     subprocess.run(
         [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)], cwd=ROOT, check=True, capture_output=True
     )
@@ -279,6 +296,9 @@ def test_the_wheel_is_for_one_platform_and_holds_library_and_sources(tmp_path: P
     assert wheel.name.endswith(f"-py3-none-{host_target().wheel}.whl")
     held = zipfile.ZipFile(wheel)
     names = set(held.namelist())
+    for path in (host.host_fmu(version, part) for version in host.VERSIONS for part in fmu.parts()):
+        for each in (path, seal_of(path)):
+            assert held.read(f"evat/_fmus/{each.name}") == each.read_bytes()
     library = f"evat/_lib/{kernel_library_path().name}"
     assert held.read(library) == kernel_library_path().read_bytes()
     assert held.read(f"{library}.sha256") == seal_of(kernel_library_path()).read_bytes()  # what says that it is whole

@@ -7,7 +7,6 @@ it in a machine. `evat.__all__` lists the names; `help(evat.simulate)` shows one
 from __future__ import annotations
 
 import importlib
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # the same as _PLACES, for type checkers and editors; a test holds the two together
@@ -33,7 +32,7 @@ if TYPE_CHECKING:  # the same as _PLACES, for type checkers and editors; a test 
     from evat.systems.run import run_system
     from evat.systems.sweep import Sweep, sweep_system
 
-__version__ = version("evat")
+__version__: str
 
 __all__ = [
     "Batch",
@@ -102,7 +101,11 @@ _PLACES = {
 def __getattr__(name: str) -> Any:
     """Load what is asked for, once (PEP 562): `import evat` alone loads no library."""
     attribute: Any
-    if name == "parameter_sets":
+    if name == "__version__":
+        from importlib.metadata import version  # takes as long to load as the list of commands
+
+        attribute = version("evat")
+    elif name == "parameter_sets":
         attribute = importlib.import_module("evat.parameter_sets")
     else:
         places = [module for module, names in _PLACES.items() if name in names]

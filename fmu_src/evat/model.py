@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Literal, Protocol, overload
 import numpy as np
 import numpy.typing as npt
 
+FIRST_ITEM = 1  # FMI counts the items of an enumeration from here; the kernel counts the places of a choice from 0
 Type = Literal["real", "integer", "boolean", "choice"]
 Causality = Literal["independent", "parameter", "calculated", "input", "output", "local"]
 Variability = Literal["fixed", "tunable", "discrete", "continuous"]
@@ -127,6 +128,11 @@ class Variable:
     def allows(self, number: float | FloatArray) -> bool | BoolArray:
         """Whether a number lies within the bounds, for an input but for the slack; not a number does not."""
         return (self.min - self.slack <= number) & (number <= self.max + self.slack)
+
+    @property
+    def items(self) -> dict[str, int]:
+        """The choices, each with its number in an FMU."""
+        return {choice: place for place, choice in enumerate(self.choices, FIRST_ITEM)}
 
     def check(self, value: float | int | bool | str) -> float:
         """The value as the number that the model is given; ParameterError where it is not one that this variable allows."""

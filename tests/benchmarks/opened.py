@@ -9,7 +9,7 @@ from typing import Any
 
 import fmpy
 from evat.fmu.description.model_description import FIRST_REFERENCE
-from evat.fmu.description.simple_types import FIRST_ITEM
+from evat.model import FIRST_ITEM
 from evat.native import kernel
 
 

@@ -16,9 +16,9 @@ from typing import Any
 import fmpy
 import pytest
 from evat.fmu.description.model_description import FIRST_REFERENCE
-from evat.fmu.description.simple_types import FIRST_ITEM
 from evat.fmu.fmu_facts import BuildError
 from evat.fmu.python_fmu import build_python_fmu
+from evat.model import FIRST_ITEM
 from evat.models import reference as reference_model
 from evat.models.reference import ReferenceContact
 from evat.native import kernel

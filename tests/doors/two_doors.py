@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from evat.fmu.description.simple_types import FIRST_ITEM
+from evat.model import FIRST_ITEM
 from evat.native import kernel
 from raw_fmi import BOOLEAN, INTEGER, OK, REAL, Instance
 

@@ -322,23 +322,6 @@ def test_means_run_through_the_fmu(
     assert run.difference < 1e-9
 
 
-def test_the_fmu_is_built_once_and_again_when_the_model_changes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    built = list[Path]()
-
-    def build(version: int, path: Path, targets: Any) -> Path:
-        path.parent.mkdir(parents=True)
-        path.write_bytes(b"an FMU")
-        built.append(path)
-        return path
-
-    monkeypatch.setattr(fmu_run, "user_cache_path", lambda *_, **__: tmp_path)
-    monkeypatch.setattr(fmu_run.fmu, "build_fmu", build)
-    assert fmu_run.host_fmu() == fmu_run.host_fmu() == built[0]
-    assert len(built) == 1
-    monkeypatch.setattr(fmu_run.kernel, "token", lambda: "{another}")
-    assert fmu_run.host_fmu() == built[1] != built[0]
-
-
 def test_why_an_effect_was_not_chosen(outcome: tuple[Diagnosis, Comparison]) -> None:
     answer, comparison = outcome
     chosen = explain(comparison, answer, EFFECT)

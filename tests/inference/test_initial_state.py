@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat.experiment import Experiment, InitialBristle, Nominal, Trial
-from evat.experiment.read import read_experiment, write_experiment
+from evat.experiment.read import read_experiment
+from evat.experiment.write import write_experiment
 from evat.gap import diagnose_with
 from evat.gap.report.corrected import content
 from evat.identification import Settings, identify

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat.experiment import ExperimentError, SetupSd, Signal
-from evat.experiment.read import read_experiment, write_experiment
+from evat.experiment.read import read_experiment
+from evat.experiment.write import write_experiment
 from evat.gap import diagnose_with
 from evat.inference.prediction import Prediction
 from evat.inference.setup_errors import ZERO_OF_MOTION as ZERO

@@ -363,9 +363,83 @@ def test_the_command_keeps_what_came_before_the_stop(systems: dict[str, Path], t
     assert 0.1 <= read_table(to).clock("time [s]")[-1] < 0.2
 
 
-def test_the_full_form_says_which_form_is_read(fmus: dict[str, Path], tmp_path: Path) -> None:
-    path = write_full.write("stick_slip", tmp_path / "stick_slip-full.ssp", fmus["fmi2"].parent)
-    refused(path, tmp_path, r"it is of SSP 2.0; .*NAME.ssp beside it")
+def test_a_version_of_ssp_that_is_not_read(remade: Callable[..., Path], tmp_path: Path) -> None:
+    refused(remade({}, {'version="1.0" name': 'version="3.0" name'}), tmp_path, r"it is of SSP 3.0; SSP 1.0, 1.1 and 2.0 are read")
+
+
+MAPPED = '<ssm:MappingEntry source="drive_table_mass" target="drive.table_mass"/>'
+OVER_BUS = (
+    'startElement="guideway" startConnector="friction_force" endElement="drive"',
+    'startElement="bus" startConnector="guideway_friction_force" endElement="drive"',
+)
+INTO_BUS = 'startElement="guideway" startConnector="friction_force" endElement="bus" endConnector="guideway_friction_force"'
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "complaint"),
+    [
+        (SSD, 'implementation="CoSimulation"', 'implementation="ModelExchange"', "component path: it is to run by ModelExchange"),
+        (SSD, 'source="resources/EvatPathReference.fmu" ', "", "component path: it has no source"),
+        (SSD, 'kind="inout"', 'kind="both"', "not valid by the schema of SSP 2.0"),
+        (SSD, 'endElement="bus"', 'endElement="bass"', "names component 'bass', which is not there"),
+        (SSD, 'endElement="bus" endConnector="', 'endElement="bus" endConnector="x', "component bus has no connector 'x"),
+        (SSD, 'resources/system.ssm', "../system.ssm", "lies outside of the archive"),
+        (write_full.MAPPING, MAPPED, "", "its parameter mapping says nothing of 'drive_table_mass'"),
+        (write_full.MAPPING, '"drive_table_mass"', '"table_mass"', "its parameter mapping names 'table_mass'; did you mean"),
+        (write_full.MAPPING, '"drive.table_mass"', '"drive.mass"', "drive_table_mass is for drive.mass, which no component has"),
+        (write_full.MAPPING, '"drive.table_mass"', '"table_mass"', "'table_mass' is no COMPONENT.VARIABLE"),
+        (
+            write_full.MAPPING, MAPPED, MAPPED.replace("/>", '><ssc:LinearTransformation factor="2"/></ssm:MappingEntry>'),
+            "the entry has a transformation",
+        ),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_a_system_of_ssp_2(full: Path, tmp_path: Path, file: str, old: str, new: str, complaint: str) -> None:
+    refused(_reworded(full, tmp_path, file, old, new), tmp_path, complaint)
+
+
+@pytest.mark.parametrize(
+    ("new", "complaint"),
+    [
+        (
+            'startElement="bus" startConnector="guideway_friction_force" endElement="bus" endConnector="guideway_friction_force"',
+            "by itself",
+        ),
+        ('startElement="drive" startConnector="friction_force" endConnector="guideway_friction_force"', "nothing gives, or nothing takes"),
+        ('startElement="drive" startConnector="table_position" endConnector="guideway_friction_force"', "is fed twice"),
+    ],
+)
+def test_a_signal_that_goes_wrong_on_its_way(full: Path, tmp_path: Path, new: str, complaint: str) -> None:
+    """The friction goes to the drive over the bus, so that what is on the bus matters."""
+    path = _reworded(full, tmp_path, SSD, *OVER_BUS)
+    refused(_reworded(path, tmp_path, SSD, INTO_BUS, new), tmp_path, complaint)
+
+
+def test_a_signal_arrives_over_the_bus_however_its_connections_are_written(full: Path, tmp_path: Path) -> None:
+    over = _reworded(full, tmp_path, SSD, *OVER_BUS)
+    turned = 'startElement="bus" startConnector="guideway_friction_force" endElement="guideway" endConnector="friction_force"'
+    for number, path in enumerate((full, over, _reworded(over, tmp_path, SSD, INTO_BUS, turned))):
+        (tmp_path / str(number)).mkdir()
+        assert read(path, tmp_path / str(number)).connections["drive", "friction_force"] == ("guideway", "friction_force")
+
+
+def _reworded(path: Path, folder: Path, file: str, old: str, new: str) -> Path:
+    """The archive with the first such words of a file changed."""
+    with zipfile.ZipFile(path) as packed:
+        files = {name: packed.read(name) for name in packed.namelist()}
+    assert old in files[file].decode()
+    files[file] = files[file].decode().replace(old, new, 1).encode()
+    changed = folder / "reworded.ssp"
+    with zipfile.ZipFile(changed, "w") as packed:
+        for name, data in files.items():
+            packed.writestr(name, data)
+    return changed
+
+
+@pytest.fixture(scope="module")
+def full(fmus: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """stick_slip of SSP 2.0."""
+    return write_full.write("stick_slip", tmp_path_factory.mktemp("full") / "stick_slip-full.ssp", fmus["fmi2"].parent)
 
 
 def test_a_component_that_is_there_twice(remade: Callable[..., Path], tmp_path: Path) -> None:

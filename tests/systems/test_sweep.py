@@ -45,6 +45,20 @@ def test_a_cluster_gives_the_same_rows(systems: dict[str, Path], tmp_path: Path)
     assert rows == rows_of(systems["stick_slip"], tmp_path / "again")
 
 
+@pytest.mark.parametrize("places", ["dissipative,as_published", "1,2"])
+def test_a_choice_is_swept_by_its_names_or_by_the_numbers_of_the_fmu(systems: dict[str, Path], tmp_path: Path, places: str) -> None:
+    over = axis(read(systems["stick_slip"], tmp_path / "in"), f"guideway.damping_mode={places}")
+    assert over.texts == ("dissipative", "as_published")
+    assert over.values[1] == {"guideway": {"damping_mode": "as_published"}}
+
+
+def test_a_choice_that_there_is_not_is_refused_before_anything_runs(systems: dict[str, Path], tmp_path: Path) -> None:
+    system = read(systems["stick_slip"], tmp_path / "in")
+    for wrong in ("passive", "0", "3"):
+        with pytest.raises(ParameterError, match=rf"guideway.damping_mode = '{wrong}': allowed are dissipative \(1\), as_published \(2\)"):
+            axis(system, f"guideway.damping_mode=dissipative,{wrong}")
+
+
 def test_a_point_that_fails_says_why_and_the_others_stand(systems: dict[str, Path], tmp_path: Path) -> None:
     system = read(systems["stick_slip"], tmp_path / "in")
     rows = sweep(systems["stick_slip"], [axis(system, "drive.table_mass=-1,1")], {}, WISHES)

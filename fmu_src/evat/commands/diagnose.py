@@ -118,22 +118,25 @@ def _rival(asked: str, experiment: Experiment, model: Model) -> None:
 
 def _there(fmu: Path | None) -> None:
     from evat.model import ParameterError
+
+    if fmu is None:
+        return
+    if not fmu.is_file():
+        raise ParameterError(f"--fmu {fmu}: there is no such file; leave the option out to have one built, or see --no-fmu.")
     from evat.models.drive import Driver
 
-    if fmu is not None and not fmu.is_file():
-        raise ParameterError(f"--fmu {fmu}: there is no such file; leave the option out to have one built, or see --no-fmu.")
-    if fmu is not None:
-        Driver(fmu, {})  # asked before minutes of work: it reads the description
+    Driver(fmu, {})  # asked before minutes of work: it reads the description
 
 
 def _fmu(given: Path | None) -> tuple[Path | None, str]:
     """The FMU, or why there is none: a machine without a compiler, or without a place to keep an FMU, can diagnose, too."""
     from evat.files.writing import OutputError
-    from evat.gap.report import host_fmu
     from evat.native.compile import CompileError
 
     if given is not None:
         return given, ""
+    from evat.fmu.host import host_fmu
+
     try:
         return host_fmu(), ""
     except (CompileError, OutputError) as error:

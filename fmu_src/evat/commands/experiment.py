@@ -132,7 +132,7 @@ def orthogonal(
 
     Example: evat experiment orthogonal -s published/copper --noise '1 %' --seed 1 --out copper --truth copper.ssv
     """
-    from evat.experiment.read import write_experiment
+    from evat.experiment.write import write_experiment
     from evat.plots.experiment import plot_experiment
     from evat.studies import orthogonal as tests
 

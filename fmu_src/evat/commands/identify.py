@@ -12,7 +12,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from rich.table import Table
 from rich.text import Text
 
-from evat.commands.shared import STOPPED, Json, Values, one_of, print_json, share_done, stoppable, typed_values
+from evat.commands.shared import Json, Values, one_of, print_json, share_done, stoppable, typed_values
+from evat.commands.statuses import STOPPED
 from evat.console import err, headline, marked, note, out, shows_bars
 from evat.files.writing import usable
 from evat.model import Model, ParameterError, Variable

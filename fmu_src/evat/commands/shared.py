@@ -16,6 +16,7 @@ from typing import Annotated, Any
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from evat.commands.statuses import STOPPED
 from evat.console import err, note, out, shows_bars
 from evat.files.json_values import json_value
 from evat.files.writing import OutputError, usable
@@ -27,10 +28,6 @@ Values = Annotated[
     list[str] | None,
     typer.Option("--value", "-v", help="NAME=VALUE of a parameter or constant input, units allowed; repeat it for more."),
 ]
-# Exit statuses; the page on first runs explains them.
-FAILED = 1  # the work was done, and what it says is no
-REFUSED = 2  # something was asked that cannot be done
-STOPPED = 130  # as of a process that Ctrl-C ends; what was done by then is kept
 SpeedUnit = Annotated[str, typer.Option(help="Unit in which the speeds of the paper's table 1 are read: m/min or m/s.")]
 
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from contextlib import nullcontext
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.table import Table
 
-from evat.commands.shared import FAILED, STOPPED, Json, picture_beside, print_json, seconds, share_done, typed_seconds
+from evat.commands.shared import Json, lines_done, picture_beside, print_json, seconds, share_done, typed_seconds
+from evat.commands.statuses import FAILED, STOPPED
 from evat.console import err, marked, out
 from evat.files.writing import temporary
 
@@ -21,9 +23,9 @@ if TYPE_CHECKING:
 system = typer.Typer(
     name="system",
     no_args_is_help=True,
-    help="Systems of FMUs (.ssp): the contact in a machine. `evat build` writes ours; any flat one of FMI 2 or 3 co-simulation FMUs runs.",
+    help="Systems of FMUs: the contact in a machine. Ours run by name; so does any flat .ssp of FMI 2 or 3 co-simulation FMUs.",
 )
-Ssp = Annotated[Path, typer.Argument(help="An .ssp file.")]
+Ssp = Annotated[Path, typer.Argument(help="An .ssp file, or the name of a system of ours, such as stick_slip.")]
 Step = Annotated[str | None, typer.Option(help="Communication step, such as '20 us'; a bare number is in s. Without it the system's own.")]
 Stop = Annotated[str | None, typer.Option(help="Stop time, such as '20 ms'; a bare number is in s. Without it the system's own.")]
 Order = Annotated[Literal["gauss-seidel", "jacobi"], typer.Option(help="One component after the other, or all from the same values.")]
@@ -34,6 +36,18 @@ SystemValues = Annotated[
 Sets = Annotated[
     list[str] | None, typer.Option("--set", "-s", help="COMPONENT=SET: an .ssv file or a shipped set of the contact; repeat it for more.")
 ]
+
+
+@contextmanager
+def _found(ssp: Path) -> Iterator[Path]:
+    """The file that is meant, while a bar shows which FMUs have to be built for it."""
+    from evat.fmu import parts
+    from evat.systems.ours import found
+
+    with ExitStack() as stack:
+        with lines_done(3 * len(parts())) as progress:
+            file = stack.enter_context(found(ssp, progress))
+        yield file
 
 
 def _values(system: System, value: list[str] | None, sets: list[str] | None) -> dict[str, dict[str, Value]]:
@@ -69,7 +83,7 @@ def run(
 ) -> None:
     """Run a system; write a table, a plot and a page, and say how the power balance at its bonds came out.
 
-    Example: evat system run build/out/fmus/stick_slip.ssp -o stick-slip.parquet
+    Example: evat system run stick_slip -o stick-slip.parquet
     """
     from evat.files.table import write_trace
     from evat.files.writing import put
@@ -82,8 +96,8 @@ def run(
 
     beside, report = picture_beside(to), to.with_suffix(".html")
     step_size, end = typed_seconds(step, "--step"), typed_seconds(stop, "--stop")
-    with temporary() as folder:
-        system = read(ssp, folder)
+    with _found(ssp) as file, temporary() as folder:
+        system = read(file, folder)
         wanted = plan(system, step_size, end, every, order, inputs)
         given, values = NO_INPUTS if record is None else read_record(system, record), _values(system, value, sets)
         coupled = Coupled(system, values, given)
@@ -151,7 +165,7 @@ def sweep(
     """Run a system over a grid of its parameters: a table of means over the last half of each run, and a map. Ends with status 1 where a
     run has failed; Ctrl-C keeps the runs that are done.
 
-    Example: evat system sweep build/out/fmus/evat_turning.ssp --over 'contact.amplitude_x=3:9 um:4' --stop '5 ms'
+    Example: evat system sweep evat_turning --over 'contact.amplitude_x=3:9 um:4' --stop '5 ms'
 
     Beside it conventional turning: --beside contact.amplitude_x=0 --beside contact.amplitude_y=0
 
@@ -167,8 +181,8 @@ def sweep(
 
     picture, broken_off = picture_beside(to), list[bool]()
     wishes = {"step": typed_seconds(step, "--step"), "stop": typed_seconds(stop, "--stop"), "order": order, "inputs": inputs}
-    with temporary() as folder:
-        system = read(ssp, folder)
+    with _found(ssp) as file, temporary() as folder:
+        system = read(file, folder)
         axes = tuple(sweeping.axis(system, text) for text in over)
         values = _values(system, value, sets)
         grids = [{}, typed(system, beside)] if beside else [{}]
@@ -177,7 +191,7 @@ def sweep(
         with nullcontext() if dask is None else Cluster(dask) as cluster, share_done(f"sweeping {system.name}") as progress:
             rows, *again = [
                 sweeping.sweep(
-                    ssp,
+                    file,
                     axes,
                     values,
                     wishes,
@@ -228,7 +242,7 @@ def averaging(
 ) -> None:
     """Run a system with averaging = cycle in long steps, and again with every cycle: cost and error of both.
 
-    Example: evat system averaging build/out/fmus/evat_turning.ssp --stop 0.1 -v spindle.speed_set=25
+    Example: evat system averaging evat_turning --stop 0.1 -v spindle.speed_set=25
     """
     from evat.files.table import write_columns
     from evat.studies.two_scales.plot import plot_cut
@@ -237,8 +251,8 @@ def averaging(
 
     beside = picture_beside(to)
     long_step, fine_step, end = seconds(step, "--step"), typed_seconds(fine, "--fine"), typed_seconds(stop, "--stop")
-    with temporary() as folder:
-        system = read(ssp, folder)
+    with _found(ssp) as file, temporary() as folder:
+        system = read(file, folder)
         with share_done("following every cycle") as progress:
             comparison = compare(
                 system,

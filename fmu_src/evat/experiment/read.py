@@ -21,12 +21,11 @@ from evat.experiment.document import FRICTION, TRIGGER, Document, TrialEntry, re
 from evat.experiment.means import read_means
 from evat.experiment.smoothing import derivative
 from evat.experiment.trigger import triggered
-from evat.experiment.write import write_experiment
 from evat.files.text import TextForm
 from evat.model import FloatArray, Model
 from evat.required_inputs import MOTION
 
-__all__ = ["Scan", "TrialFacts", "read_experiment", "scan_experiment", "write_experiment"]
+__all__ = ["Scan", "TrialFacts", "read_experiment", "scan_experiment"]
 
 HASHED = 1 << 20  # bytes at a time
 UNEVEN = 0.05  # of a step: so far may a clock's steps differ where something is differentiated

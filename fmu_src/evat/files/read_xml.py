@@ -34,18 +34,24 @@ def read_xml(source: Path | bytes, what: str) -> Any:
 
 
 @lru_cache
-def _schema(name: str) -> Any:
-    spec = util.find_spec("fmpy")
-    if spec is None or not spec.submodule_search_locations:
-        raise XmlError("the SSP schemas come with the package fmpy, which is not installed here: pip install fmpy.")
-    return etree.XMLSchema(file=str(Path(spec.submodule_search_locations[0]) / "ssp" / "schema" / f"{name}.xsd"))
+def _schema(name: str, version: str) -> Any:
+    """Those of SSP 1 come with fmpy; of SSP 2.0, which it has not, they lie beside this file as the Modelica Association gives them."""
+    folder = Path(__file__).parent / "ssp2"
+    if version != "2.0":
+        spec = util.find_spec("fmpy")
+        if spec is None or not spec.submodule_search_locations:
+            raise XmlError("the SSP schemas come with the package fmpy, which is not installed here: pip install fmpy.")
+        folder = Path(spec.submodule_search_locations[0]) / "ssp" / "schema"
+    return etree.XMLSchema(file=str(folder / f"{name}{'11' if version == '1.1' and name.endswith('Description') else ''}.xsd"))
 
 
-def check_valid(tree: Any, schema: str, what: str) -> None:
-    """XmlError with the line where the tree is not what a schema of SSP says."""
-    if not _schema(schema).validate(tree):
-        wrong = _schema(schema).error_log[0]
-        raise XmlError(f"{what}, line {wrong.line}: not valid by the schema of SSP 1.0: {wrong.message}")
+def check_valid(tree: Any, name: str, what: str) -> None:
+    """XmlError with the line where the tree is not what the schema `name` says, in the version of SSP that the document states."""
+    version = tree.getroot().get("version")
+    schema = _schema(name, version if version in ("1.1", "2.0") else "1.0")
+    if not schema.validate(tree):
+        wrong = schema.error_log[0]
+        raise XmlError(f"{what}, line {wrong.line}: not valid by the schema of SSP {version or '1.0'}: {wrong.message}")
 
 
 def number(element: Any, key: str, what: str, default: float | None = None, *, whole: bool = False) -> float:

@@ -16,7 +16,7 @@ from lxml import etree
 
 from evat.files.read_xml import XmlError, check_valid, number, read_xml
 from evat.files.writing import put
-from evat.model import ParameterError, Variable
+from evat.model import FIRST_ITEM, ParameterError, Variable
 from evat.units import BaseUnit, base_unit, convert
 
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
@@ -119,6 +119,8 @@ def _value(name: str, element: Any, units: Mapping[str, BaseUnit], variables: Ma
         return variable.check(text)
     if kind == "Boolean":
         return variable.check(text.strip() in ("true", "1"))
+    if variable.type == "choice":
+        return variable.check(float(text) - FIRST_ITEM)  # as the FMU numbers them
     unit = element.get("unit")
     if unit is None or not math.isfinite(float(text)):
         return variable.check(float(text))

@@ -52,7 +52,7 @@ def file_name(version: Version, part: str = CONTACT) -> str:
     return f"{fmu_facts_of(part).model_name}-fmi{version}.fmu"
 
 
-def _silent(line: str) -> None:
+def silent(line: str) -> None:
     """Nobody wants to hear of the progress."""
 
 
@@ -60,7 +60,7 @@ def build_fmu(
     version: Version,
     output: str | PathLike[str],
     targets: Iterable[str] | None = None,
-    progress: Progress = _silent,
+    progress: Progress = silent,
     part: str = CONTACT,
 ) -> Path:
     """Build one FMU, for Co-Simulation and Model Exchange.
@@ -135,7 +135,7 @@ def build_fmu(
     return archive.write(files, output)
 
 
-def build_all(folder: Path, targets: Iterable[str] | None = None, progress: Progress = _silent) -> tuple[Path, ...]:
+def build_all(folder: Path, targets: Iterable[str] | None = None, progress: Progress = silent) -> tuple[Path, ...]:
     """Build the FMUs of both versions into `folder`."""
     names = None if targets is None else list(targets)
     return tuple(build_fmu(version, folder / file_name(version, part), names, progress, part) for part in parts() for version in (2, 3))

@@ -26,11 +26,10 @@ from evat.files.writing import put, temporary
 from evat.fmu import archive
 from evat.fmu.description import fmi2
 from evat.fmu.description.model_description import FIRST_REFERENCE
-from evat.fmu.description.simple_types import FIRST_ITEM
 from evat.fmu.documentation.contact import license_text
 from evat.fmu.fmu_facts import FmuFacts
 from evat.html import render
-from evat.model import BuildError
+from evat.model import FIRST_ITEM, BuildError
 from evat.models import reference as reference_model
 from evat.native import kernel
 

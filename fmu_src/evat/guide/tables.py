@@ -61,7 +61,7 @@ def _number(value: float, variable: Variable) -> str:
 
 def _allowed(variable: Variable) -> str:
     if variable.choices:
-        return ", ".join(map(_code, variable.choices))
+        return ", ".join(f"{_code(name)} ({number})" for name, number in variable.items.items())
     if variable.type == "boolean":
         return "true, false"
     unit = "" if variable.unit == "1" else f" {variable.unit}"

@@ -60,12 +60,12 @@ class FmuModel(ContactModel):
 
     def simulate(self, run: Run, on: Sequence[str], values: Mapping[str, float | str]) -> Trace:
         """Drive the FMU through `run`; see evat.model.Model. At least two samples."""
-        kernel.check_values(values, on)
+        numbers = kernel.check_values(values, on)
         check_required_inputs(self, on, values, run.inputs)
         off = dict.fromkeys((effect.name for effect in self.effects), 0.0)
         first = {name: float(column[0]) for name, column in run.inputs.items()}
         whole = replace(run, outputs=tuple(run.outputs) or kernel.outputs())
-        trace = drive(self.fmu, whole, {**off, **values, **dict.fromkeys(on, 1.0), **first})
+        trace = drive(self.fmu, whole, {**off, **kernel.by_choice(numbers), **first})
         return replace(trace, made_by={**trace.made_by, "model": self.digest})
 
     def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:

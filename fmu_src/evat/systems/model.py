@@ -16,7 +16,7 @@ class SspError(EvatError):
     --------
     >>> import evat
     >>> try:
-    ...     evat.run_system("fmus/stick_slip.ssp", {"spindle": {"speed_set": 25.0}})
+    ...     evat.run_system("stick_slip", {"spindle": {"speed_set": 25.0}})
     ... except evat.SspError as error:
     ...     print(error)
     there is no component 'spindle'; there are path, guideway, drive.

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from evat.files.writing import temporary
 from evat.model import Run, Trace, nearest
 from evat.systems.couple import NO_INPUTS, Coupled, Given, Inputs, Order, plan
 from evat.systems.model import SspError, System, port
+from evat.systems.ours import found
 from evat.systems.read import read
 from evat.systems.values import in_units, merged, of_work, seconds
 
@@ -35,7 +35,7 @@ def run_system(
     Parameters
     ----------
     ssp : path
-        The .ssp file; `evat build` writes ours.
+        The .ssp file, or one of our systems by its name, such as "stick_slip".
     values : mapping of str to mapping of str to float, str or bool, optional
         For each component the values of its variables, in the units of its FMU (ours: SI), or texts with a unit such as "20 m/min".
     sets : mapping of str to str, optional
@@ -79,15 +79,15 @@ def run_system(
 
     Examples
     --------
-    After `evat build --host-only --out fmus`, the stick-slip case of LuGre 1995:
+    The stick-slip case of LuGre 1995:
 
     >>> import evat
-    >>> trace = evat.run_system("fmus/stick_slip.ssp", stop=0.1)
+    >>> trace = evat.run_system("stick_slip", stop=0.1)
     >>> trace.units["guideway.friction_force"]
     'N'
     """
-    with temporary() as folder:
-        system = read(Path(ssp), folder)
+    with found(ssp) as path, temporary() as folder:
+        system = read(path, folder)
         wanted = plan(system, seconds(step, "step"), seconds(stop, "stop"), every, order, inputs)
         for name in sets or {}:
             if name not in system.components:

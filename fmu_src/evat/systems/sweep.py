@@ -82,10 +82,8 @@ class Sweep(NamedArrays):
 
     Examples
     --------
-    After `evat build --host-only --out fmus`:
-
     >>> import evat
-    >>> swept = evat.sweep_system("fmus/stick_slip.ssp", {"drive.pid_gain": [2.0, 4.0]}, stop="10 ms")
+    >>> swept = evat.sweep_system("stick_slip", {"drive.pid_gain": [2.0, 4.0]}, stop="10 ms")
     >>> swept["guideway.friction_force"].shape
     (2,)
     """
@@ -283,7 +281,7 @@ def sweep_system(
     Parameters
     ----------
     ssp : path
-        The .ssp file; `evat build` writes ours.
+        The .ssp file, or one of our systems by its name, such as "stick_slip".
     over : mapping of str to sequence
         An axis of the grid each: "component.variable" with its values, in the unit of the FMU (ours: SI) or as texts with units, or
         "component" with names of parameter sets. Several names joined by commas get the same values.
@@ -318,17 +316,16 @@ def sweep_system(
 
     Examples
     --------
-    After `evat build --host-only --out fmus`:
-
     >>> import evat
-    >>> swept = evat.sweep_system("fmus/stick_slip.ssp", {"path.speed": ["0.05 m/s", "0.1 m/s"]}, stop="20 ms")
+    >>> swept = evat.sweep_system("stick_slip", {"path.speed": ["0.05 m/s", "0.1 m/s"]}, stop="20 ms")
     >>> swept.to_xarray()["guideway.friction_force"].sizes
     Frozen({'path.speed': 2})
     """
+    from evat.systems.ours import found
     from evat.systems.read import read
 
-    with temporary() as folder:
-        system = read(Path(ssp), folder)
+    with found(ssp) as path, temporary() as folder:
+        system = read(path, folder)
         axes = tuple(axis_of(system, names, wanted, f"over {names!r}") for names, wanted in over.items())
         if not axes:
             raise ParameterError(f"over is empty: name at least one axis; {EXAMPLE}.")
@@ -340,7 +337,7 @@ def sweep_system(
         grids: list[Values | None] = [None] if beside is None else [None, in_units(system, beside)]
         told = progress or (lambda _: None)
         rows, *again = [
-            sweep(Path(ssp), axes, held, wishes, lambda done, n=n: told((n + done) / len(grids)), beside=grid, workers=workers)  # type: ignore[misc]
+            sweep(path, axes, held, wishes, lambda done, n=n: told((n + done) / len(grids)), beside=grid, workers=workers)  # type: ignore[misc]
             for n, grid in enumerate(grids)
         ]
     return Sweep(axes, tuple(rows), units_of(system), tuple(again[0]) if again else (), system.name)

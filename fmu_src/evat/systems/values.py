@@ -15,9 +15,9 @@ from evat.files.table import read_table
 from evat.files.text import RecordError
 from evat.model import ParameterError, nearest
 from evat.native import kernel
+from evat.systems.bindings import values_of
 from evat.systems.couple import Given
 from evat.systems.model import Port, SspError, System, port
-from evat.systems.read import values_of
 from evat.units import to_si
 from evat.work_materials import constants, material_of
 
@@ -47,7 +47,7 @@ def unit(system: System, at: Port) -> str:
 
 
 def value(system: System, at: Port, text: str) -> Value:
-    """What a typed value stands for in the unit of the FMU; choices stay names."""
+    """What a typed value stands for in the unit of the FMU; choices by their names, also where the FMU's number was typed."""
     known = variable(system, at)
     if known.causality in ("output", "local", "independent") and known.initial != "exact":
         raise SspError(f"{'.'.join(at)} is {known.causality} and computed; only parameters, inputs and the starts of states can be set.")
@@ -58,7 +58,13 @@ def value(system: System, at: Port, text: str) -> Value:
             raise ParameterError(f"{'.'.join(at)} = {text!r}: allowed are true and false.")
         return text.lower() == "true"
     if known.type == "Enumeration":
-        return text
+        items: dict[str, str] = {str(item.name): str(item.value) for item in known.declaredType.items}
+        if text in items:
+            return text
+        if text in items.values():
+            return next(name for name, number in items.items() if number == text)
+        allowed = ", ".join(f"{name} ({number})" for name, number in items.items())
+        raise ParameterError(f"{'.'.join(at)} = {text!r}: allowed are {allowed}.")
     return to_si(text, unit(system, at), name=".".join(at))
 
 

@@ -116,19 +116,20 @@ def parameter_files(declared: Declared) -> dict[str, bytes]:
     return files
 
 
-def write(name: str, output: Path, fmus: Path) -> Path:
-    """Write a system of ours as an .ssp with the FMI 2 FMUs in the folder `fmus`; it appears whole or not at all."""
+def write(name: str, output: Path, fmus: Mapping[str, Path]) -> Path:
+    """Write a system of ours as an .ssp with these FMI 2 FMUs, by their parts; it appears whole or not at all."""
     declared = load(name)
     files = {"SystemStructure.ssd": structure(declared), **parameter_files(declared)}
     for part in declared.parts.values():
-        files[fmu_entry(part)] = (fmus / fmu.file_name(2, part.part)).read_bytes()
+        files[fmu_entry(part)] = fmus[part.part].read_bytes()
     return archive.write(files, output)
 
 
 def write_all(folder: Path, fmus: Path, progress: Progress = lambda _: None) -> list[Path]:
-    """All systems of ours."""
+    """All systems of ours, with the FMUs in the folder `fmus`."""
+    of_parts = {part: fmus / fmu.file_name(2, part) for part in fmu.parts()}
     written = []
     for name in names():
         progress(f"system {name}")
-        written.append(write(name, folder / f"{name}.ssp", fmus))
+        written.append(write(name, folder / f"{name}.ssp", of_parts))
     return written

@@ -10,12 +10,12 @@ from functools import cached_property
 
 from evat import __version__
 from evat.fmu.archive import generation_time
-from evat.fmu.description.simple_types import FIRST_ITEM, Enumeration, RealType, SimpleTypes, simple_types
+from evat.fmu.description.simple_types import Enumeration, RealType, SimpleTypes, simple_types
 from evat.fmu.description.unit_definitions import definitions
 from evat.fmu.fmu_facts import TOLERANCE, FmuFacts
 from evat.fmu.structure.model_structure import Structure
 from evat.fmu.xml import Element, Scalar, add, top
-from evat.model import Law, Variable
+from evat.model import FIRST_ITEM, Law, Variable
 
 FIRST_REFERENCE = 1
 CAUSALITIES = {

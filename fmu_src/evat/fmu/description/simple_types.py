@@ -8,8 +8,6 @@ from dataclasses import dataclass
 
 from evat.model import Law, Variable
 
-FIRST_ITEM = 1  # FMI counts the items of an enumeration from here; the kernel counts the places of a choice from 0
-
 
 @dataclass(frozen=True, slots=True)
 class RealType:
@@ -78,10 +76,7 @@ def simple_types(variables: Sequence[Variable], laws: Sequence[Law], quantities:
             reals.setdefault(name, RealType(name, quantity, variable.unit, display))
             of[variable.name] = name
         elif variable.type == "choice":
-            items = tuple(
-                Item(choice, place, _item_description(variable, choice, meanings))
-                for place, choice in enumerate(variable.choices, FIRST_ITEM)
-            )
+            items = tuple(Item(choice, number, _item_description(variable, choice, meanings)) for choice, number in variable.items.items())
             enumerations.append(Enumeration(_camel(variable.name), variable.meaning, items))
             of[variable.name] = _camel(variable.name)
     return SimpleTypes(tuple(reals[name] for name in sorted(reals)), tuple(enumerations), of)

@@ -2,9 +2,8 @@
 
 from evat.files.writing import OutputError
 from evat.gap.report.explanation import explain, explain_verdict
-from evat.gap.report.fmu_run import host_fmu
 from evat.gap.report.output import check_place, write_diagnosis
 from evat.gap.report.summary import headline
 from evat.gap.report.words import sentence
 
-__all__ = ["OutputError", "check_place", "explain", "explain_verdict", "headline", "host_fmu", "sentence", "write_diagnosis"]
+__all__ = ["OutputError", "check_place", "explain", "explain_verdict", "headline", "sentence", "write_diagnosis"]

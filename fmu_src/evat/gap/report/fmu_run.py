@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
-import importlib.metadata
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from platformdirs import user_cache_path
 
-from evat import fmu, parameter_sets
+from evat import parameter_sets
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment
-from evat.fmu.sources import source_files
 from evat.gap.budget import squares
 from evat.gap.search.compare import Comparison
 from evat.inference.fit import Fit
@@ -22,9 +17,6 @@ from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 from evat.models.fmu import FmuModel
 from evat.native import kernel
-from evat.native.compile import PACKAGE, host_target, is_whole, seal
-
-PAGES = ("documentation.html.j2", "base.html.j2", "pieces.html.j2")  # templates that an FMU carries the result of
 
 
 @dataclass(frozen=True)
@@ -44,23 +36,6 @@ class FmuRun:
     samples: int
     conditions: tuple[str, ...]
     left_out: tuple[str, ...]
-
-
-def host_fmu() -> Path:
-    """The FMU for this machine, built on first use and kept among the user's caches until anything that it is made from changes."""
-    digest = hashlib.sha256(kernel.token().encode())
-    for name, data in sorted(source_files(2, fmu.fmu_facts_of()).items()):
-        digest.update(f"{name}\0".encode() + data + b"\0")
-    makers = [PACKAGE / "native" / "compile.py", *(PACKAGE / "fmu").rglob("*.py"), *map((PACKAGE / "templates").joinpath, PAGES)]
-    for path in sorted(makers):
-        digest.update(path.read_bytes() + b"\0")
-    for package in ("evat", "fmpy", "ziglang"):
-        with suppress(importlib.metadata.PackageNotFoundError):
-            digest.update(importlib.metadata.version(package).encode())
-    path = Path(user_cache_path("evat", appauthor=False)) / digest.hexdigest()[:20] / fmu.file_name(2)
-    if not is_whole(path):
-        seal(fmu.build_fmu(2, path, [host_target().fmi3_folder]))
-    return path
 
 
 def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditions: tuple[str, ...]) -> FmuRun:

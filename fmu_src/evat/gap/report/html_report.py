@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup
@@ -15,7 +15,6 @@ from evat.gap.answer import Diagnosis
 from evat.gap.budget import structural_share
 from evat.gap.report import interactive, printed
 from evat.gap.report.chart import BLUE, GREY, ORANGE, RED, YELLOW, Chart
-from evat.gap.report.fmu_run import FmuRun
 from evat.gap.report.parts import TITLES, parts
 from evat.gap.report.pictures import charts
 from evat.gap.report.series import Series, unlike
@@ -27,6 +26,9 @@ from evat.inference.fit import Fit
 from evat.inference.noise.autoregression import impulse_response
 from evat.plots.cycles import clock_unit
 from evat.units import display
+
+if TYPE_CHECKING:
+    from evat.gap.report.fmu_run import FmuRun
 
 RELATIVES = 5  # sets that are listed at least, likely or not
 FILES = {

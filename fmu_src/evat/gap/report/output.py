@@ -6,15 +6,18 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from evat.files.writing import OutputError, as_output_error, scratch, usable
 from evat.gap.answer import FORMAT, Diagnosis
 from evat.gap.report import corrected
-from evat.gap.report.fmu_run import FmuRun, run_fmu
 from evat.gap.report.html_report import page
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.judgement import fitted
 from evat.plots.experiment_page import page_of
+
+if TYPE_CHECKING:
+    from evat.gap.report.fmu_run import FmuRun
 
 JSON, REPORT = "diagnosis.json", "report.html"
 FILES = (JSON, REPORT, corrected.SSV)
@@ -76,6 +79,8 @@ def _fill(answer: Diagnosis, comparison: Comparison, folder: Path, fmu: Path | N
     ssv = corrected.write(answer, comparison, folder)
     run: FmuRun | None = None
     if fmu is not None:
+        from evat.gap.report.fmu_run import run_fmu  # brings fmpy
+
         chosen = fitted(comparison, answer.judgement.chosen)
         run = run_fmu(fmu, ssv, comparison, chosen, answer.closure.held_out)
     (folder / JSON).write_text(answer.json(), encoding="utf-8")

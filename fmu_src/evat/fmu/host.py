@@ -1,0 +1,89 @@
+"""Where is the FMU that runs on this machine? In the package, if a wheel brought it; else among the user's caches, built on first use.
+
+Either is taken only while it is whole, and made from what is here now. `python -m evat.fmu.host FOLDER` writes what a wheel brings.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import sys
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+
+from platformdirs import user_cache_path
+
+from evat import fmu
+from evat.files.writing import put
+from evat.fmu import Progress, silent
+from evat.fmu.fmu_facts import Version
+from evat.native.compile import CONTACT, PACKAGE, host_target, is_whole, seal, seal_of, source_root
+
+BROUGHT = PACKAGE / "_fmus"
+# What an FMU is made from: C and facts, and the rooms of the package that building one loads, with the modules that stand in none.
+SOURCES = ("fmi", "fmus", "kernel", "machines")
+ROOMS = ("files", "fmu", "native", "parameters", "templates")
+VERSIONS: tuple[Version, ...] = (2, 3)
+KINDS = (".c", ".h", ".j2", ".py", ".toml")
+
+
+@lru_cache
+def made_from() -> str:
+    """Changes with anything of ours that an FMU is made from; the same in a checkout and where it is installed."""
+    root = source_root()
+    files = {f"{path.relative_to(root)}": path for name in SOURCES for path in (root / name).rglob("*")}
+    files |= {f"evat/{path.name}": path for path in PACKAGE.iterdir()}
+    files |= {f"evat/{path.relative_to(PACKAGE)}": path for name in ROOMS for path in (PACKAGE / name).rglob("*")}
+    digest = hashlib.sha256(host_target().zig.encode())
+    for name, path in sorted(files.items()):
+        if path.suffix in KINDS:
+            digest.update(f"{Path(name).as_posix()}\0".encode() + path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def _kept(version: Version, part: str) -> Path:
+    """Where the user's caches have it: a place for each state of the sources and each version of what compiles them."""
+    digest = hashlib.sha256(made_from().encode())
+    for package in ("evat", "fmpy", "ziglang"):
+        with suppress(importlib.metadata.PackageNotFoundError):
+            digest.update(importlib.metadata.version(package).encode())
+    return Path(user_cache_path("evat", appauthor=False)) / digest.hexdigest()[:20] / fmu.file_name(version, part)
+
+
+def brought(version: Version, part: str = CONTACT) -> Path | None:
+    """The FMU that the wheel brought; None where it brought none, or it is no longer that of these sources."""
+    path = BROUGHT / fmu.file_name(version, part)
+    return path if is_whole(path, made_from()) else None
+
+
+def host_fmu(version: Version = 2, part: str = CONTACT, progress: Progress = silent) -> Path:
+    """The FMU `part` for this machine; `progress` is told what is built.
+
+    Raises
+    ------
+    CompileError where it has to be built, and there is no C compiler; OutputError where it cannot be kept.
+    """
+    path = brought(version, part) or _kept(version, part)
+    if not is_whole(path, made_from()):
+        seal(fmu.build_fmu(version, path, [host_target().fmi3_folder], progress, part), made_from())
+    return path
+
+
+def build_all(folder: Path, progress: Progress = silent) -> tuple[Path, ...]:
+    """As `fmu.build_all` for this machine alone; what is there already is not compiled again."""
+    found = [host_fmu(version, part, progress) for part in fmu.parts() for version in VERSIONS]
+    return tuple(put(folder / path.name, path.read_bytes()) for path in found)
+
+
+def bring(folder: Path) -> None:
+    """Every FMU into the folder, each with what says that it is whole and of these sources."""
+    for part in fmu.parts():
+        for version in VERSIONS:
+            found = host_fmu(version, part)
+            for path in (found, seal_of(found)):
+                put(folder / path.name, path.read_bytes())
+
+
+if __name__ == "__main__":
+    bring(Path(sys.argv[1]))
