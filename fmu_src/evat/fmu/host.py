@@ -58,11 +58,34 @@ def brought(version: Version, part: str = CONTACT) -> Path | None:
 
 
 def host_fmu(version: Version = 2, part: str = CONTACT, progress: Progress = silent) -> Path:
-    """The FMU `part` for this machine; `progress` is told what is built.
+    """The FMU for this machine: that which came with an installed evat, or one that is compiled on first use and kept.
+
+    Parameters
+    ----------
+    version : 2 or 3
+        Of FMI.
+    part : str
+        The contact, "evat_contact", or one of its partners; `evat.fmu.parts()` lists them.
+    progress : callable, optional
+        Told what is being done, a line each.
+
+    Returns
+    -------
+    Path
+        Of the FMU; copy it, and leave it as it is.
 
     Raises
     ------
-    CompileError where it has to be built, and there is no C compiler; OutputError where it cannot be kept.
+    CompileError
+        Where it has to be compiled, and there is no C compiler (`pip install 'evat[build]'`).
+    OutputError
+        Where it cannot be kept.
+
+    Examples
+    --------
+    >>> import evat
+    >>> evat.host_fmu(3).name
+    'EvatContact-fmi3.fmu'
     """
     path = brought(version, part) or _kept(version, part)
     if not is_whole(path, made_from()):
