@@ -95,16 +95,16 @@ def host_fmu(version: Version = 2, part: str = CONTACT, progress: Progress = sil
 
 def build_all(folder: Path, progress: Progress = silent) -> tuple[Path, ...]:
     """As `fmu.build_all` for this machine alone; what is there already is not compiled again."""
-    found = [host_fmu(version, part, progress) for part in fmu.parts() for version in VERSIONS]
-    return tuple(put(folder / path.name, path.read_bytes()) for path in found)
+    here = [host_fmu(version, part, progress) for part in fmu.parts() for version in VERSIONS]
+    return tuple(put(folder / path.name, path.read_bytes()) for path in here)
 
 
 def bring(folder: Path) -> None:
     """Every FMU into the folder, each with what says that it is whole and of these sources."""
     for part in fmu.parts():
         for version in VERSIONS:
-            found = host_fmu(version, part)
-            for path in (found, seal_of(found)):
+            kept = host_fmu(version, part)
+            for path in (kept, seal_of(kept)):
                 put(folder / path.name, path.read_bytes())
 
 

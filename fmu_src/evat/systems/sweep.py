@@ -322,10 +322,10 @@ def sweep_system(
     >>> swept.to_xarray()["guideway.friction_force"].sizes
     Frozen({'path.speed': 2})
     """
-    from evat.systems.ours import found
+    from evat.systems.ours import archive_of
     from evat.systems.read import read
 
-    with found(ssp) as path, temporary() as folder:
+    with archive_of(ssp) as path, temporary() as folder:
         system = read(path, folder)
         axes = tuple(axis_of(system, names, wanted, f"over {names!r}") for names, wanted in over.items())
         if not axes:
