@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import evat
@@ -30,6 +31,23 @@ def test_what_is_uncertain_is_identified_without_a_model_object(identified: evat
     assert identified["F_C"].value == pytest.approx(8.0, rel=1e-2)
     assert "F_C" in identified
     assert "sigma0" not in identified
+
+
+def test_one_name_need_not_be_in_a_list(made: evat.experiment.Experiment, identified: evat.Identification) -> None:  # type: ignore[name-defined]
+    assert evat.identify(made, free="F_C", settings=QUICK)["F_C"].value == identified["F_C"].value
+
+
+@pytest.mark.parametrize("answer", [evat.identify, evat.diagnose])
+def test_names_in_the_place_of_the_model_are_told(answer: Callable[..., object], made: evat.experiment.Experiment) -> None:  # type: ignore[name-defined]
+    with pytest.raises(evat.ParameterError, match=r"model = \['F_C'\]: this is no model; .*free=\['F_C'\]"):
+        answer(made, ["F_C"])
+
+
+def test_a_run_takes_lists() -> None:
+    run = evat.Run([0, 1e-3], {"slip_velocity": [0.1, 0.1]}, "friction_force")  # type: ignore[arg-type, dict-item]
+    values = {"kinematics": "external", "friction_law": "coulomb", "F_C": 3.0}
+    assert evat.ContactModel().simulate(run, (), values)["friction_force"] == pytest.approx(3.0)
+    assert evat.run_many(run, values)["friction_force"].shape == (1, 2)
 
 
 def test_an_experiment_that_is_sure_of_all_says_what_to_name(made: evat.experiment.Experiment) -> None:  # type: ignore[name-defined]

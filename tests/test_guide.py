@@ -6,6 +6,7 @@ import contextlib
 import doctest
 import html
 import io
+import json
 import re
 import shlex
 import sys
@@ -19,7 +20,7 @@ from evat.commands.main import main
 from evat.constants import CONSTANTS
 from evat.experiment.keys import TABLES
 from evat.files.read_toml import read_toml
-from evat.guide import seal, tables
+from evat.guide import notebooks, seal, tables
 from evat.native import kernel
 from evat.native.compile import source_root
 from evat.systems.write import write_all
@@ -30,6 +31,7 @@ BLOCK = re.compile(
     r"(?:^<!-- not run: (?P<reason>[^\n]+) -->\n)?^(?P<fence>`{3,4})(?P<kind>\w*)\n(?P<text>.*?)^(?P=fence)$", re.DOTALL | re.MULTILINE
 )
 PRINTED = "# -> "
+CAMPAIGN = "seven seconds; the campaign runs it"
 # What is not run, and why: longer than these tests may take, or in need of what they have not.
 NOT_RUN = {
     "README.md": [
@@ -37,6 +39,7 @@ NOT_RUN = {
         "it takes ten seconds; the guide's page on measuring runs another",
     ],
     "believe.md": ["takes a minute"],
+    "notebook-rig.md": [CAMPAIGN],
     "contributing.md": ["sets up an environment and runs every test", "the tests build the guide by themselves"],
     "extend.md": ["build/test.py compiles by itself, which takes a minute"],
     "first-run.md": [
@@ -104,9 +107,14 @@ def run_console(block: Block, monkeypatch: pytest.MonkeyPatch) -> None:
             assert agrees(expected + "\n", printed.getvalue()), f"{command} printed:\n{printed.getvalue()}"
 
 
-@pytest.mark.parametrize("name", PAGES)
-def test_every_block_of_a_page_runs(name: str, tmp_path: Path, fmus: dict[str, Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    todo = [block for block in blocks(PAGES[name]) if block.reason is None and block.kind not in SHOWN_ONLY]
+LONG = [pytest.param(name, (None, CAMPAIGN), marks=pytest.mark.campaign) for name, reasons in NOT_RUN.items() if CAMPAIGN in reasons]
+
+
+@pytest.mark.parametrize(("name", "reasons"), [*((name, (None,)) for name in PAGES), *LONG])
+def test_every_block_of_a_page_runs(
+    name: str, reasons: tuple[str | None, ...], tmp_path: Path, fmus: dict[str, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    todo = [block for block in blocks(PAGES[name]) if block.reason in reasons and block.kind not in SHOWN_ONLY]
     if any("fmus/" in block.text for block in todo):  # what `evat build --out fmus` would leave
         (tmp_path / "fmus").mkdir()
         for path in fmus.values():
@@ -128,6 +136,29 @@ def test_what_is_not_run_is_listed_with_its_reason() -> None:
     for name, page in PAGES.items():
         text = page.read_text(encoding="utf-8")
         assert text.count("<!-- not run:") - text.count("`<!-- not run:") == len(NOT_RUN.get(name, [])), f"{name}: a reason above no block"
+
+
+@pytest.mark.parametrize("name", [name for name in PAGES if name.startswith(notebooks.PREFIX)])
+def test_a_notebook_has_the_blocks_of_its_page(name: str) -> None:
+    made = json.loads(notebooks.notebook(PAGES[name].read_text(encoding="utf-8")))
+    code = ["".join(cell["source"]) for cell in made["cells"] if cell["cell_type"] == "code"]
+    assert code == [block.text.strip() for block in blocks(PAGES[name])]
+    text = "".join(line for cell in made["cells"] if cell["cell_type"] == "markdown" for line in cell["source"])
+    assert ".md" not in text
+    assert "<!--" not in text
+    assert "```" not in text
+    pytest.importorskip("nbformat").validate(made)
+
+
+def test_notebooks_are_written_as_the_site_holds_them(site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "argv", ["evat", "guide", "--notebooks", str(tmp_path / "mine")])
+    with pytest.raises(SystemExit):
+        main()
+    written = {path.name: path.read_bytes() for path in (tmp_path / "mine").iterdir()}
+    assert set(written) == {"fmu.ipynb", "paper.ipynb", "rig.ipynb", "machine.ipynb"}
+    assert written == {path.name: path.read_bytes() for path in site.glob("*.ipynb")}
+    for name in written:
+        assert f'href="{name}"' in (site / f"notebook-{name}").with_suffix(".html").read_text(encoding="utf-8")
 
 
 def test_the_experiment_that_is_shown_is_one(tmp_path: Path) -> None:

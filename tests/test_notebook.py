@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import evat
@@ -73,6 +74,10 @@ def test_a_sweep_is_a_grid() -> None:
     assert np.array_equal(data["contact.force"].values, [[0, 1], [10, np.nan]], equal_nan=True)
     assert data["contact.amplitude_x"].attrs["units"] == "m"
     assert "1 of 4 runs failed; the first: broken" in swept("a.b", "m")._repr_html_()
+    whole = swept("a.b", "m")
+    shown = replace(whole, rows=tuple(replace(row, failure="") for row in whole.rows))._repr_html_()
+    assert "contact.force" in shown
+    assert "failed" not in shown
 
 
 def test_a_sweep_is_drawn_over_what_was_swept() -> None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # the same as _PLACES, for type checkers and editors; a test 
     from evat.experiment.write import write_experiment
     from evat.files.writing import OutputError
     from evat.fmu import build_fmu
+    from evat.fmu.host import host_fmu
     from evat.identification import Execution, Identification, Settings
     from evat.model import BuildError, EvatError, FmuError, Model, ParameterError, Run, SimulationError, Trace
     from evat.models.contact import ContactModel
@@ -59,6 +60,7 @@ __all__ = [
     "build_fmu",
     "diagnose",
     "effects",
+    "host_fmu",
     "identify",
     "laws",
     "orthogonal",
@@ -82,6 +84,7 @@ _PLACES = {
     "evat.files.writing": ("OutputError",),
     "evat.fmu": ("build_fmu",),
     "evat.identification": ("Execution", "Identification", "Settings"),
+    "evat.fmu.host": ("host_fmu",),
     "evat.model": ("BuildError", "EvatError", "FmuError", "Model", "ParameterError", "Run", "SimulationError", "Trace"),
     "evat.models.contact": ("ContactModel",),
     "evat.models.fmu": ("FmuModel",),

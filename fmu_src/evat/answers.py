@@ -130,7 +130,8 @@ def identify(
     from evat.identification.run import identify as of_model
 
     asked, simulated = _asked(experiment, model)
-    return of_model(asked, simulated, tuple(free) or _uncertain(asked), _in_si(settings, simulated), execution=execution)
+    wanted = (free,) if isinstance(free, str) else tuple(free)
+    return of_model(asked, simulated, wanted or _uncertain(asked), _in_si(settings, simulated), execution=execution)
 
 
 def _asked(experiment: Asked, model: Model | None) -> tuple[Experiment, Model]:
@@ -138,6 +139,8 @@ def _asked(experiment: Asked, model: Model | None) -> tuple[Experiment, Model]:
         from evat.models.contact import ContactModel
 
         model = ContactModel()
+    elif not hasattr(model, "simulate_many"):
+        raise ParameterError(f"model = {model!r}: this is no model; names of parameters go by keyword, for example free=['F_C'].")
     if isinstance(experiment, Experiment):
         return experiment, model
     from evat.experiment.read import read_experiment

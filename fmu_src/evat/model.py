@@ -232,6 +232,14 @@ class Run:
     inputs: Mapping[str, FloatArray] = field(default_factory=dict)
     outputs: Sequence[str] = ()
 
+    def __post_init__(self) -> None:
+        """Lists become arrays, one name becomes a sequence of one."""
+        columns = {name: np.asarray(column, dtype=np.float64) for name, column in self.inputs.items()}
+        object.__setattr__(self, "times", np.asarray(self.times, dtype=np.float64))
+        object.__setattr__(self, "inputs", columns)
+        if isinstance(self.outputs, str):
+            object.__setattr__(self, "outputs", (self.outputs,))
+
 
 class NamedArrays(Mapping[str, FloatArray]):
     """A result that is a mapping from names to arrays; where there is none of a name, near ones are told. KIND says what it is."""

@@ -79,8 +79,8 @@ def _host_fmu(version: Literal[2, 3], to: Path) -> Path:
     from evat.fmu.host import host_fmu
 
     with lines_done(3) as progress:
-        found = host_fmu(version, progress=progress)
-    return put(to / found.name, found.read_bytes())
+        built = host_fmu(version, progress=progress)
+    return put(to / built.name, built.read_bytes())
 
 
 def _run_record(

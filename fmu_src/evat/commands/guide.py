@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import webbrowser
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -13,6 +14,9 @@ from evat.console import out
 def guide(
     path: Annotated[bool, typer.Option("--path", help="Print where its first page lies; open nothing.")] = False,
     build: Annotated[bool, typer.Option("--build", help="Build it anew from its pages and the kernel's tables; open nothing.")] = False,
+    notebooks: Annotated[
+        Path | None, typer.Option("--notebooks", help="Write its four notebooks (.ipynb) into this folder; open nothing.")
+    ] = None,
 ) -> None:
     """Open the guide in the browser: a manual with tables of everything, offline.
 
@@ -20,6 +24,12 @@ def guide(
     """
     from evat import guide as site
 
+    if notebooks is not None:
+        from evat.guide.notebooks import write
+
+        for path_of_notebook in write(site.pages(), notebooks):
+            out.print(f"wrote {path_of_notebook}", soft_wrap=True, highlight=False)
+        return
     if build:
         out.print(f"wrote {site.build()}", soft_wrap=True, highlight=False)
         return

@@ -39,14 +39,14 @@ Sets = Annotated[
 
 
 @contextmanager
-def _found(ssp: Path) -> Iterator[Path]:
+def _archive(ssp: Path) -> Iterator[Path]:
     """The file that is meant, while a bar shows which FMUs have to be built for it."""
     from evat.fmu import parts
-    from evat.systems.ours import found
+    from evat.systems.ours import archive_of
 
     with ExitStack() as stack:
         with lines_done(3 * len(parts())) as progress:
-            file = stack.enter_context(found(ssp, progress))
+            file = stack.enter_context(archive_of(ssp, progress))
         yield file
 
 
@@ -96,7 +96,7 @@ def run(
 
     beside, report = picture_beside(to), to.with_suffix(".html")
     step_size, end = typed_seconds(step, "--step"), typed_seconds(stop, "--stop")
-    with _found(ssp) as file, temporary() as folder:
+    with _archive(ssp) as file, temporary() as folder:
         system = read(file, folder)
         wanted = plan(system, step_size, end, every, order, inputs)
         given, values = NO_INPUTS if record is None else read_record(system, record), _values(system, value, sets)
@@ -181,7 +181,7 @@ def sweep(
 
     picture, broken_off = picture_beside(to), list[bool]()
     wishes = {"step": typed_seconds(step, "--step"), "stop": typed_seconds(stop, "--stop"), "order": order, "inputs": inputs}
-    with _found(ssp) as file, temporary() as folder:
+    with _archive(ssp) as file, temporary() as folder:
         system = read(file, folder)
         axes = tuple(sweeping.axis(system, text) for text in over)
         values = _values(system, value, sets)
@@ -251,7 +251,7 @@ def averaging(
 
     beside = picture_beside(to)
     long_step, fine_step, end = seconds(step, "--step"), typed_seconds(fine, "--fine"), typed_seconds(stop, "--stop")
-    with _found(ssp) as file, temporary() as folder:
+    with _archive(ssp) as file, temporary() as folder:
         system = read(file, folder)
         with share_done("following every cycle") as progress:
             comparison = compare(

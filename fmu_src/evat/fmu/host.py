@@ -58,11 +58,34 @@ def brought(version: Version, part: str = CONTACT) -> Path | None:
 
 
 def host_fmu(version: Version = 2, part: str = CONTACT, progress: Progress = silent) -> Path:
-    """The FMU `part` for this machine; `progress` is told what is built.
+    """The FMU for this machine: that which came with an installed evat, or one that is compiled on first use and kept.
+
+    Parameters
+    ----------
+    version : 2 or 3
+        Of FMI.
+    part : str
+        The contact, "evat_contact", or one of its partners; `evat.fmu.parts()` lists them.
+    progress : callable, optional
+        Told what is being done, a line each.
+
+    Returns
+    -------
+    Path
+        Of the FMU; copy it, and leave it as it is.
 
     Raises
     ------
-    CompileError where it has to be built, and there is no C compiler; OutputError where it cannot be kept.
+    CompileError
+        Where it has to be compiled, and there is no C compiler (`pip install 'evat[build]'`).
+    OutputError
+        Where it cannot be kept.
+
+    Examples
+    --------
+    >>> import evat
+    >>> evat.host_fmu(3).name
+    'EvatContact-fmi3.fmu'
     """
     path = brought(version, part) or _kept(version, part)
     if not is_whole(path, made_from()):
@@ -72,16 +95,16 @@ def host_fmu(version: Version = 2, part: str = CONTACT, progress: Progress = sil
 
 def build_all(folder: Path, progress: Progress = silent) -> tuple[Path, ...]:
     """As `fmu.build_all` for this machine alone; what is there already is not compiled again."""
-    found = [host_fmu(version, part, progress) for part in fmu.parts() for version in VERSIONS]
-    return tuple(put(folder / path.name, path.read_bytes()) for path in found)
+    here = [host_fmu(version, part, progress) for part in fmu.parts() for version in VERSIONS]
+    return tuple(put(folder / path.name, path.read_bytes()) for path in here)
 
 
 def bring(folder: Path) -> None:
     """Every FMU into the folder, each with what says that it is whole and of these sources."""
     for part in fmu.parts():
         for version in VERSIONS:
-            found = host_fmu(version, part)
-            for path in (found, seal_of(found)):
+            kept = host_fmu(version, part)
+            for path in (kept, seal_of(kept)):
                 put(folder / path.name, path.read_bytes())
 
 

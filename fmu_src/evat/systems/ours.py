@@ -16,7 +16,7 @@ from evat.systems.write import Progress, write
 
 
 @contextmanager
-def found(ssp: str | PathLike[str], progress: Progress = lambda _: None) -> Iterator[Path]:
+def archive_of(ssp: str | PathLike[str], progress: Progress = lambda _: None) -> Iterator[Path]:
     """The file, or for as long as it is asked for that of the system of this name; `progress` is told which FMUs are built for it.
 
     Raises

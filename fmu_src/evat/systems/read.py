@@ -112,7 +112,7 @@ def _declared(variable: Any) -> str | None:
 
 def _real(connector: Any) -> Any:
     """What says that it is a real number, and of which unit; None where nothing does."""
-    return next((found for kind in ("Real", "Float64") if (found := connector.find(f"ssc:{kind}", NAMESPACES)) is not None), None)
+    return next((real for kind in ("Real", "Float64") if (real := connector.find(f"ssc:{kind}", NAMESPACES)) is not None), None)
 
 
 def _connector(element: Any, variables: Mapping[str, Any], where: str) -> Connector:

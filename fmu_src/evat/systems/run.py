@@ -12,7 +12,7 @@ from evat.files.writing import temporary
 from evat.model import Run, Trace, nearest
 from evat.systems.couple import NO_INPUTS, Coupled, Given, Inputs, Order, plan
 from evat.systems.model import SspError, System, port
-from evat.systems.ours import found
+from evat.systems.ours import archive_of
 from evat.systems.read import read
 from evat.systems.values import in_units, merged, of_work, seconds
 
@@ -86,7 +86,7 @@ def run_system(
     >>> trace.units["guideway.friction_force"]
     'N'
     """
-    with found(ssp) as path, temporary() as folder:
+    with archive_of(ssp) as path, temporary() as folder:
         system = read(path, folder)
         wanted = plan(system, seconds(step, "step"), seconds(stop, "stop"), every, order, inputs)
         for name in sets or {}:

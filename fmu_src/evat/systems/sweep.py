@@ -158,8 +158,9 @@ class Sweep(NamedArrays):
         from evat.notebook.tables import columns_table
 
         title = f"Sweep of {self.system} over {', '.join(f'{each.label} ({len(each.texts)})' for each in self.axes)}"
-        failed = f"{len(self.failed)} of {len(self.rows) + len(self.beside)} runs failed; the first: {next(iter(self.failed.values()))}"
-        return columns_table(title, {name: self[name].ravel() for name in self}, self.units, (failed if self.failed else "",))
+        runs = len(self.rows) + len(self.beside)
+        failed = [f"{len(self.failed)} of {runs} runs failed; the first: {why}" for why in list(self.failed.values())[:1]]
+        return columns_table(title, {name: self[name].ravel() for name in self}, self.units, failed)
 
 
 def _line(grid: FloatArray, rest: tuple[int, ...]) -> FloatArray:
@@ -321,10 +322,10 @@ def sweep_system(
     >>> swept.to_xarray()["guideway.friction_force"].sizes
     Frozen({'path.speed': 2})
     """
-    from evat.systems.ours import found
+    from evat.systems.ours import archive_of
     from evat.systems.read import read
 
-    with found(ssp) as path, temporary() as folder:
+    with archive_of(ssp) as path, temporary() as folder:
         system = read(path, folder)
         axes = tuple(axis_of(system, names, wanted, f"over {names!r}") for names, wanted in over.items())
         if not axes:
