@@ -50,7 +50,7 @@ class KernelHook(BuildHookInterface[Any]):
         for library in compile_c.build_libraries(Path(self.folder.name)):
             for path in (library, compile_c.seal_of(library)):
                 included[str(path)] = f"evat/_lib/{path.name}"
-        for part in ("kernel", "machines", "fmi", "fmus"):
+        for part in ("kernel", "machines", "fmi", "fmus", "coupling"):
             included[str(root / "fmu_src" / part)] = f"evat/_source/{part}"
         included[str(root / "ssp")] = "evat/_source/ssp"
         included.update(guide_included(root))
