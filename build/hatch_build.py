@@ -74,7 +74,7 @@ class WheelHook(BuildHookInterface[Any]):
                 included[str(path)] = f"evat/_lib/{path.name}"
         for path in host_fmus(root, Path(self.folder.name), self.metadata.version):
             included[str(path)] = f"evat/_fmus/{path.name}"
-        for part in ("kernel", "machines", "fmi", "fmus"):
+        for part in ("kernel", "machines", "fmi", "fmus", "coupling"):
             included[str(root / "fmu_src" / part)] = f"evat/_source/{part}"
         included[str(root / "ssp")] = "evat/_source/ssp"
         included.update(guide_included(root))

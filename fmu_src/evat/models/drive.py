@@ -1,4 +1,4 @@
-"""How is an FMU driven along a record? Through fmpy, as any importer would, with buffers that are kept from step to step."""
+"""How is an FMU driven along a record? Loaded by fmpy, as by any importer, and stepped by the compiled loop that steps coupled ones."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ from typing import Any
 
 import fmpy
 import numpy as np
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
 from evat.files.unpack import ArchiveError, opened, unpack
 from evat.files.writing import OutputError, temporary
 from evat.model import FloatArray, FmuError, ParameterError, Run, SimulationError, Trace
+from evat.native.coupling import FORMS, CallFailed, Coupling, Member, NotFinite, Output
 
 Progress = Callable[[float], None]
 
@@ -149,51 +151,62 @@ class Driver:
             if name not in self.variables:
                 raise ParameterError(f"the FMU has no variable {name!r}.")
         self.prepare(names, run.outputs, float(times[0]), float(times[-1]))
-        rows = np.empty((times.size, len(run.outputs)))
-        self.set("first inputs", table[0])
-        self.begin()
-        self.get("first outputs", rows[0])
-        for n in range(1, times.size):
-            at = f"step to t = {times[n]:.9g} s"
-            self.step(at, times[n - 1], times[n] - times[n - 1], table[n - 1], table[n])
-            self.get(at, rows[n])
-            if progress is not None and n % 256 == 0:
-                progress(n / times.size)
+        shown = len(run.outputs)
+        loop = Coupling([self.member], [range(shown, shown + len(names))], [range(shown)], len(names))
+        loop.signals[shown:] = table[0]
+        found, at = np.empty((shown, times.size)), "first inputs"
+        try:
+            loop.set(0)
+            self.begin()
+            at = "first outputs"
+            loop.show(0)
+            at = ""
+            loop.run(found, times.size - 1, 1, lambda n, m: times[n : m + 1], lambda ends: table[loop.steps + 1 :][: ends.size], progress)
+        except (CallFailed, NotFinite) as failed:
+            raise self.failure(at or f"step to t = {times[loop.steps + 1]:.9g} s", failed) from failed
         self.end()
-        return rows
+        return found.T
 
     def prepare(self, inputs: Sequence[str], outputs: Sequence[str], start: float, stop: float) -> None:
-        """Enter the initialisation; from here on `set`, `step` and `get` take the values of these inputs and outputs."""
-        if self.description.fmiVersion.startswith("3"):
+        """Enter the initialisation; from here on `member` has these inputs and outputs."""
+        three, self._outputs = self.description.fmiVersion.startswith("3"), list(outputs)
+        if three:
             self._call("initialisation", self._fmu.enterInitializationMode, startTime=start, stopTime=stop, tolerance=self._tolerance)
         else:
             self._call("initialisation", self._fmu.setupExperiment, startTime=start, stopTime=stop, tolerance=self._tolerance)
             self._call("initialisation", self._fmu.enterInitializationMode)
-        three = self.description.fmiVersion.startswith("3")
-        self._interpolates = not three and bool(self.description.coSimulation.canInterpolateInputs)
-        self._loop = _Loop(self._fmu, three, [self.variables[n] for n in inputs], [self.variables[n] for n in outputs])
+        self.member = Member(
+            3 if three else 2,
+            self._fmu.component,
+            self._address,
+            [self.variables[name].valueReference for name in inputs],
+            [self._output(self.variables[name], three) for name in outputs],
+            not three and bool(self.description.coSimulation.canInterpolateInputs),
+        )
 
-    def set(self, doing: str, row: FloatArray) -> None:
-        """The inputs."""
-        self._call(doing, self._loop.set, row)
+    def _address(self, function: str) -> int:
+        address = ctypes.cast(getattr(self._fmu.dll, function), ctypes.c_void_p).value
+        return address or 0
+
+    @staticmethod
+    def _output(variable: Any, three: bool) -> Output:
+        kinds = {"Enumeration": "Int64"} if three else {"Real": "Float64", "Integer": "Int32", "Enumeration": "Int32", "Boolean": "Int32"}
+        form = kinds.get(variable.type, variable.type if three else "")
+        if form not in FORMS:
+            raise ParameterError(f"{variable.name} is of type {variable.type}, which is no number; only numbers are read.")
+        read = form if three else "Integer" if variable.type == "Enumeration" else variable.type
+        return Output(variable.valueReference, form, f"fmi{3 if three else 2}Get{read}")
+
+    def failure(self, doing: str, failed: CallFailed | NotFinite) -> SimulationError:
+        """What is told of a call that failed, or of an output."""
+        if isinstance(failed, NotFinite):
+            return SimulationError(f"{self._outputs[failed.output]} is {failed.value}, which is no finite number")
+        said = self._log[-1] if self._log else FMICallException(failed.function, failed.status)
+        return SimulationError(f"{doing}: the FMU answered: {said}")
 
     def begin(self) -> None:
         """End the initialisation."""
         self._call("initialisation", self._fmu.exitInitializationMode)
-
-    def step(self, doing: str, time: float, step: float, now: FloatArray, then: FloatArray) -> None:
-        """A step over which the inputs go from `now`, where they stand, to `then`: linearly, or where the FMU cannot, at their mean."""
-        if now.size and self._interpolates:
-            self._call(doing, self._loop.lean, (then - now) / step)
-        elif now.size:
-            self._call(doing, self._loop.set, 0.5 * (now + then))
-        self._call(doing, self._fmu.doStep, time, step)
-        if now.size:
-            self._call(doing, self._loop.set, then)
-
-    def get(self, doing: str, row: FloatArray) -> None:
-        """The outputs."""
-        self._call(doing, self._loop.get, row)
 
     def end(self) -> None:
         self._call("the end", self._fmu.terminate)
@@ -206,47 +219,6 @@ def _check_run(run: Run) -> None:
     for name, column in run.inputs.items():
         if np.shape(column) != times.shape:
             raise ParameterError(f"{name} has {np.size(column)} samples, the clock has {times.size}.")
-
-
-class _Loop:
-    """The value references and buffers of a record's inputs and outputs, kept from step to step."""
-
-    def __init__(self, fmu: Any, three: bool, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
-        self._fmu, self._three, self._inputs = fmu, three, len(inputs)
-        self._in = (ctypes.c_uint32 * len(inputs))(*(v.valueReference for v in inputs))
-        self._in_values = (ctypes.c_double * len(inputs))()
-        self._first = (ctypes.c_int * len(inputs))(*([1] * len(inputs)))
-        self._real = [place for place, v in enumerate(outputs) if v.type in ("Real", "Float64")]
-        self._other = [(place, v) for place, v in enumerate(outputs) if v.type not in ("Real", "Float64")]
-        self._out = (ctypes.c_uint32 * len(self._real))(*(outputs[place].valueReference for place in self._real))
-        self._out_values = (ctypes.c_double * len(self._real))()
-        self._out_view = np.ctypeslib.as_array(self._out_values)
-        self._in_view = np.ctypeslib.as_array(self._in_values)
-
-    def set(self, row: FloatArray) -> None:
-        if not self._inputs:
-            return
-        self._in_view[:] = row
-        if self._three:
-            self._fmu.fmi3SetFloat64(self._fmu.component, self._in, self._inputs, self._in_values, self._inputs)
-        else:
-            self._fmu.fmi2SetReal(self._fmu.component, self._in, self._inputs, self._in_values)
-
-    def lean(self, rates: FloatArray) -> None:
-        """FMI 2: the inputs' rates over the coming step."""
-        self._in_view[:] = rates
-        self._fmu.fmi2SetRealInputDerivatives(self._fmu.component, self._in, self._inputs, self._first, self._in_values)
-
-    def get(self, row: FloatArray) -> None:
-        if self._real:
-            if self._three:
-                self._fmu.fmi3GetFloat64(self._fmu.component, self._out, len(self._real), self._out_values, len(self._real))
-            else:
-                self._fmu.fmi2GetReal(self._fmu.component, self._out, len(self._real), self._out_values)
-            row[self._real] = self._out_view
-        for place, variable in self._other:
-            kind = {"Int32": "Int32", "Enumeration": "Int64" if self._three else "Integer"}.get(variable.type, variable.type)
-            row[place] = float(getattr(self._fmu, f"get{kind}")([variable.valueReference])[0])
 
 
 def unit_of(variable: Any) -> str:

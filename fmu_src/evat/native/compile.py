@@ -30,6 +30,7 @@ else:
 
 KERNEL_LIBRARY = "evat_kernel"
 CONTACT = "evat_contact"  # the part whose model is the kernel; every other is a partner
+COUPLING = "coupling"  # what steps coupled FMUs: in no FMU itself
 PACKAGE = Path(__file__).resolve().parent.parent
 
 # One set of flags for the Python library and for every FMU, so that both give the same bits: no contraction, no fast-math, the
@@ -135,7 +136,7 @@ def host_target() -> Target:
 
 
 def source_root() -> Path:
-    """The folder that holds kernel/, machines/, fmi/ and fmus/: beside the package in a checkout, in the package once installed."""
+    """The folder of the C sources, kernel/ and its neighbours: beside the package in a checkout, in the package once installed."""
     places = (PACKAGE / "_source", PACKAGE.parent)
     for place in places:
         if (place / "kernel" / "kernel.h").is_file():
@@ -276,16 +277,21 @@ def build_kernel_library(output_dir: Path, lanes: int = 1, processor: Processor 
 
 def build_machine_library(output_dir: Path, part: str) -> Path:
     """A partner for Python, likewise."""
-    return _build_if_changed(output_dir / _machine_library_name(part), part, "machine.h", {}, BASELINE)
+    return _build_if_changed(output_dir / _plain_library_name(part), part, "machine.h", {}, BASELINE)
+
+
+def build_coupling_library(output_dir: Path) -> Path:
+    """What steps coupled FMUs, likewise."""
+    return _build_if_changed(output_dir / _plain_library_name(COUPLING), COUPLING, "coupling.h", {}, BASELINE)
 
 
 def _build_if_changed(output: Path, part: str, header: str, defines: Mapping[str, str | int], processor: Processor) -> Path:
     root, target = source_root(), host_target()
-    sources = model_sources(root, part)
+    sources = _library_sources(root, part)
     state = f"{sources_digest(root, part)} {_compiler_version()}".rstrip()
     if not is_whole(output, state):
         seal_of(output).unlink(missing_ok=True)
-        include = include_folders(root, part)[:1]
+        include = (root / COUPLING,) if part == COUPLING else include_folders(root, part)[:1]
         compile_library(sources, output, target, include=include, exports=[header], defines=defines, processor=processor)
         seal(output, state)
     return output
@@ -317,9 +323,10 @@ def is_whole(path: Path, made_from: str | None = None) -> bool:
 
 
 def build_libraries(output_dir: Path) -> list[Path]:
-    """The kernel with one lane and with many, and every partner."""
+    """The kernel with one lane and with many, every partner, and what steps coupled FMUs."""
     kernels = [build_kernel_library(output_dir, lanes, processor) for lanes in (1, MANY_LANES) for processor in _processors(lanes)]
-    return [*kernels, *(build_machine_library(output_dir, part) for part in machine_names(source_root()))]
+    partners = [build_machine_library(output_dir, part) for part in machine_names(source_root())]
+    return [*kernels, *partners, build_coupling_library(output_dir)]
 
 
 def kernel_library_path(lanes: int = 1, instructions: Collection[str] = ()) -> Path:
@@ -332,10 +339,15 @@ def machine_library_path(part: str) -> Path:
     """The compiled partner that came with this package."""
     if part not in machine_names(source_root()):
         raise CompileError(f"there is no partner {part!r}; allowed are {', '.join(machine_names(source_root()))}.")
-    return _compiled(_machine_library_name(part), part, lambda folder: build_machine_library(folder, part))
+    return _compiled(_plain_library_name(part), part, lambda folder: build_machine_library(folder, part))
 
 
-def _machine_library_name(part: str) -> str:
+def coupling_library_path() -> Path:
+    """The compiled library that came with this package and steps coupled FMUs."""
+    return _compiled(_plain_library_name(COUPLING), COUPLING, build_coupling_library)
+
+
+def _plain_library_name(part: str) -> str:
     return f"evat_{part}{host_target().extension}"
 
 
@@ -421,10 +433,15 @@ def _call(command: list[str], folder: Path, output: Path) -> None:
         raise CompileError(f"{output.name}: the C compiler refused:\n  {said}")
 
 
+def _library_sources(root: Path, part: str) -> list[Path]:
+    return [root / COUPLING / "coupling.c"] if part == COUPLING else model_sources(root, part)
+
+
 def sources_digest(root: Path, part: str) -> str:
     """Of all that the library of a part is compiled from on this machine, but the compiler."""
     digest = hashlib.sha256()
-    for path in (Path(__file__), *model_sources(root, part), *model_headers(root, part)):
+    headers = [root / COUPLING / "coupling.h"] if part == COUPLING else model_headers(root, part)
+    for path in (Path(__file__), *_library_sources(root, part), *headers):
         digest.update(f"{path.name}\0".encode() + path.read_bytes() + b"\0")
     digest.update(host_target().zig.encode())
     return digest.hexdigest()

@@ -1,23 +1,23 @@
-"""How do the components of a system go through time together? Communication steps, inputs continued or interpolated, power watched.
+"""How do the components of a system go through time together? What is connected to what, how it starts, what is kept when it stops.
 
-In each step the components move one after the other (Gauss-Seidel) or all from the same values (Jacobi). The input of a component whose
-source has moved already is interpolated over the step; any other is continued, as a constant or along its last slope. At the end of the
-step all inputs are set to what their sources show, and outputs that follow them at once are read anew.
+The steps themselves, in which inputs are continued or interpolated and power is watched, are compiled: fmu_src/coupling/coupling.h.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from evat.model import FloatArray, FmuError, ParameterError, SimulationError, Trace, nearest
 from evat.models.drive import Driver
-from evat.systems.model import Component, Port, SspError, System, SystemInterrupted, SystemStopped
+from evat.native.coupling import CallFailed, Coupling, Ends, NotFinite
+from evat.systems.model import Bond, Component, Port, SspError, System, SystemInterrupted, SystemStopped
 from evat.systems.power import Power
 
 Order = Literal["gauss-seidel", "jacobi"]
@@ -46,9 +46,13 @@ class Plan:
         """Steps in all; the last one may be shorter."""
         return max(1, int(np.ceil((self.stop - self.start) / self.step * (1 - 1e-9))))
 
+    def ends(self, steps: NDArray[np.int64]) -> FloatArray:
+        """Ends of these steps, counted from 1 [s]; of 0 the start."""
+        return np.where(steps == self.count, self.stop, self.start + steps * self.step)
+
     def time(self, n: int) -> float:
         """End of the n-th step [s]."""
-        return self.stop if n == self.count else self.start + n * self.step
+        return float(self.ends(np.array([n]))[0])
 
 
 def plan(
@@ -92,31 +96,22 @@ class Given:
     times: FloatArray
     table: FloatArray
 
-    def at(self, time: float) -> FloatArray:
-        return np.array([np.interp(time, self.times, column) for column in self.table.T])
+    def at(self, times: FloatArray) -> FloatArray:
+        """Values at these times, of shape (times, ports)."""
+        return np.array([np.interp(times, self.times, column) for column in self.table.T]).reshape(-1, times.size).T
 
 
 NO_INPUTS = Given((), np.zeros(1), np.zeros((1, 0)))
 
 
+@dataclass(frozen=True, slots=True)
 class Member:
     """A component at work: where its inputs and outputs stand among all signals."""
 
-    def __init__(self, component: Component, driver: Driver, sources: Mapping[str, int], outputs: Mapping[str, int]) -> None:
-        self.name, self.driver = component.name, driver
-        self.inputs, self.outputs = list(sources), list(outputs)
-        self.source = np.array(list(sources.values()), dtype=np.intp)
-        self.place = np.array(list(outputs.values()), dtype=np.intp)
-        self.row = np.empty(len(outputs))
-
-    def show(self, doing: str, signals: FloatArray) -> None:
-        """Read the outputs into the signals."""
-        if self.row.size:
-            self.driver.get(doing, self.row)
-            if not np.all(np.isfinite(self.row)):
-                name = self.outputs[int(np.argmin(np.isfinite(self.row)))]
-                raise SimulationError(f"{name} is {self.row[self.outputs.index(name)]}, which is no finite number")
-            signals[self.place] = self.row
+    name: str
+    driver: Driver
+    sources: Mapping[str, int]
+    places: Mapping[str, int]
 
 
 class Coupled:
@@ -179,96 +174,84 @@ class Coupled:
                 f"component {component.name}: {wrong[0]} is of type {driver.variables[wrong[0]].type}; only real inputs are coupled."
             )
         shows = {at[1]: place for at, place in self.signals.items() if at[0] == component.name and place < self._from_record}
-        return Member(component, driver, feeds, shows)
+        return Member(component.name, driver, feeds, shows)
 
     def run(self, plan: Plan, progress: Progress | None = None) -> tuple[Trace, Power]:
         """Go through the plan: what the components showed, and how the power at the bonds came out.
 
         Raises
         ------
-        SystemStopped with the results so far, where a component fails.
+        SystemStopped with the results so far, where a component fails; SystemInterrupted with them at Ctrl-C.
         """
-        y, rows, times = np.zeros(len(self.signals)), [], []
-        power, doing = Power(self.system, self.signals), ("the start", plan.start)
-        kept = 0
+        loop, table = None, np.empty((self._from_record, 1 + -(-plan.count // plan.every)))
         try:
-            for member in self.members:
-                with _failing(member):
-                    member.driver.prepare(member.inputs, member.outputs, plan.start, plan.stop)
-            self._settle(y, plan.start)
-            rows.append(y[: self._from_record].copy())
-            times.append(plan.start)
-            slope = np.zeros_like(y)
-            for n in range(1, plan.count + 1):
-                doing = ("the step", plan.time(n - 1))
-                before = y.copy()
-                self._step(plan, n, y, slope, power)
-                if plan.inputs == "linear":
-                    slope = (y - before) / (plan.time(n) - plan.time(n - 1))
-                if n % plan.every == 0 or n == plan.count:
-                    times.append(plan.time(n))
-                    rows.append(y[: self._from_record].copy())
-                kept = n
-                if progress is not None and n % 512 == 0:
-                    progress(n / plan.count)
+            loop = self._started(plan)
+            try:
+                loop.run(table, plan.count, plan.every, lambda n, m: plan.ends(np.arange(n, m + 1)), self.given.at, progress)
+            except (CallFailed, NotFinite) as failed:
+                raise self._failed(f"step to t = {plan.time(loop.steps + 1):.9g} s", failed) from failed
         except _Failed as failed:
-            trace = self._trace(times, rows, plan)
+            done, where = (0, "the start") if loop is None else (loop.steps, "the step")
             raise SystemStopped(
-                f"component {failed.member} failed in {doing[0]} at t = {doing[1]:.9g} s, after {kept} of {plan.count} steps: {failed}",
-                trace,
+                f"component {failed.member} failed in {where} at t = {plan.time(done):.9g} s, after {done} of {plan.count} steps: {failed}",
+                self._trace(plan, table, loop),
             ) from failed
         except KeyboardInterrupt:
-            raise SystemInterrupted(self._trace(times[: len(rows)], rows[: len(times)], plan)) from None
+            raise SystemInterrupted(self._trace(plan, table, loop)) from None
         for member in self.members:
             member.driver.end()
-        return self._trace(times, rows, plan), power
+        names = [".".join(bond.force) for bond in self.system.bonds]
+        return self._trace(plan, table, loop), Power(dict(zip(names, loop.powers(), strict=True)))
 
-    def _settle(self, y: FloatArray, time: float) -> None:
-        """What all show at the start: inputs from outputs until nothing changes."""
-        y[self._from_record :] = self.given.at(time)
-        for _ in range(START_PASSES):
-            before = y.copy()
-            for member in self.members:
-                with _failing(member):
-                    member.driver.set("first inputs", y[member.source])
-                    member.show("first outputs", y)
-            if np.array_equal(before, y):
-                break
+    def _started(self, plan: Plan) -> Coupling:
+        """All members at the start, with what they show there."""
         for member in self.members:
             with _failing(member):
-                member.driver.begin()
-                member.show("first outputs", y)
-
-    def _step(self, plan: Plan, n: int, y: FloatArray, slope: FloatArray, power: Power) -> None:
-        start, end = plan.time(n - 1), plan.time(n)
-        step, doing = end - start, f"step to t = {end:.9g} s"
-        given = self.given.at(end)
-        guess = y + step * slope  # what a source that has not moved yet is taken to show at the end
-        guess[self._from_record :] = given
-        then = guess.copy()
-        power.open(y)
-        for member in self.members:
-            now, ahead = y[member.source], (then if plan.order == "gauss-seidel" else guess)[member.source]
-            with _failing(member):
-                member.driver.step(doing, start, step, now, ahead)
-                member.show(doing, then)
-            power.moved(member.name, ahead, then)
-        power.close(step)
-        y[:] = then
-        for member in self.members:  # inputs as they have turned out
-            if member.inputs:
+                member.driver.prepare(list(member.sources), list(member.places), plan.start, plan.stop)
+        loop = Coupling(
+            [member.driver.member for member in self.members],
+            [list(member.sources.values()) for member in self.members],
+            [list(member.places.values()) for member in self.members],
+            len(self.given.ports),
+            bonds=[self._bond(bond) for bond in self.system.bonds],
+            jacobi=plan.order == "jacobi",
+            continued=plan.inputs == "linear",
+        )
+        loop.signals[self._from_record :] = self.given.at(np.array([plan.start]))[0]
+        try:
+            for _ in range(START_PASSES):
+                before = loop.signals.copy()
+                for n in range(len(self.members)):
+                    doing = "first inputs"
+                    loop.set(n)
+                    doing = "first outputs"
+                    loop.show(n)
+                if np.array_equal(before, loop.signals):
+                    break
+            for n, member in enumerate(self.members):
                 with _failing(member):
-                    member.driver.set(doing, y[member.source])
-                    member.show(doing, y)
+                    member.driver.begin()
+                loop.show(n)
+        except (CallFailed, NotFinite) as failed:
+            raise self._failed(doing, failed) from failed
+        return loop
 
-    def _trace(self, times: Sequence[float], rows: Sequence[FloatArray], plan: Plan) -> Trace:
-        table = np.array(rows).reshape(len(rows), self._from_record)
+    def _bond(self, bond: Bond) -> Ends:
+        names = [member.name for member in self.members]
+        return Ends(self.signals[bond.force], self.signals[bond.velocity], names.index(bond.force[0]), names.index(bond.velocity[0]))
+
+    def _failed(self, doing: str, failed: CallFailed | NotFinite) -> _Failed:
+        member = self.members[failed.member]
+        return _Failed(member.name, str(member.driver.failure(doing, failed)))
+
+    def _trace(self, plan: Plan, table: FloatArray, loop: Coupling | None) -> Trace:
+        kept = 0 if loop is None else loop.kept
         names = [at for at, place in self.signals.items() if place < self._from_record]
         units = {".".join(at): self.system.components[at[0]].connectors[at[1]].unit for at in names}
-        columns = {".".join(at): table[:, place].copy() for place, at in enumerate(names)}
+        columns = {".".join(at): table[place, :kept] for place, at in enumerate(names)}
         about: dict[str, str | float] = {"system": self.system.name, "step": plan.step, "order": plan.order, "inputs": plan.inputs}
         about |= {"notes": "; ".join(self.notes)} if self.notes else {}
-        return Trace(np.array(times), columns, units, about)
+        return Trace(plan.ends(np.minimum(np.arange(kept) * plan.every, plan.count)), columns, units, about)
 
 
 class _Failed(Exception):
@@ -279,18 +262,13 @@ class _Failed(Exception):
         self.member = member
 
 
-class _failing:
+@contextmanager
+def _failing(member: Member) -> Iterator[None]:
     """Says which member it was."""
-
-    def __init__(self, member: Member) -> None:
-        self._member = member
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, SimulationError):
-            raise _Failed(self._member.name, str(error)) from error
+    try:
+        yield
+    except (ParameterError, SimulationError) as error:
+        raise _Failed(member.name, str(error)) from error
 
 
 def run_file(
