@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import importlib.metadata
 import itertools
 import os
@@ -452,6 +454,7 @@ def _for_all_first(words: list[str]) -> list[str]:
 def main() -> None:
     """The command `evat`: errors of ours, and what the system refuses, as one line on stderr and exit status 2; 130 when stopped."""
     show_warnings()
+    atexit.register(gc.freeze)  # looking for circles in all that was loaded takes a second, after which it all goes anyhow
     with suppress(ValueError):  # in a thread that is not the first one nobody sends signals
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # what a scheduler sends ends it as Ctrl-C does: nothing is left behind
     try:
