@@ -144,6 +144,7 @@ def test_a_name_tells_what_a_cut_was_made_at() -> None:
         ("t,v\n0.5,1\n0.6,2\n", TextForm(",", ".")),
         ("t\tv\n0,5\t1\n0,6\t2\n", TextForm("\t", ",")),
         ("a\nb\n\nt v\ns m/s\n0.5 1\n0.6 2\n", TextForm(" ", ".", skip_rows=3, rows_after_header=1)),
+        ("Samples\t9\t9\nt\tv\tF\tnote\n" + 20 * "0.5\t1\t2\t\n", TextForm("\t", ".", skip_rows=1)),
         ("# t [s]  v [m/s]\n  0.5   1\n  0.6 -12.25\n", TextForm(" ", ".")),
         ("Messung 1;;\nt;v;F\n0,5;1;2\n0,6;2;2\n", TextForm(";", ",", skip_rows=1)),
     ],
