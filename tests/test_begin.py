@@ -131,6 +131,8 @@ def test_repeats_are_told_by_the_names_of_files(files: list[str], conditions: li
 
 
 def test_a_name_tells_what_a_cut_was_made_at() -> None:
+    told, _ = named(["essai v50 rep 1.txt", "essai v50 rep 2.txt"])
+    assert {each.condition for each in told.values()} == {"essai_v50"}
     told, _ = named(["al_vc120_f0.1_rep1.csv", "al_vc120_f0.1_rep2.csv", "al_vc60_f0p2_rep1.csv"])
     assert set(told["al_vc60_f0p2_rep1.csv"].values) == {("cutting_speed", 60.0, "m/min"), ("feed", 0.2, "mm")}
 
@@ -142,6 +144,7 @@ def test_a_name_tells_what_a_cut_was_made_at() -> None:
         ("t,v\n0.5,1\n0.6,2\n", TextForm(",", ".")),
         ("t\tv\n0,5\t1\n0,6\t2\n", TextForm("\t", ",")),
         ("a\nb\n\nt v\ns m/s\n0.5 1\n0.6 2\n", TextForm(" ", ".", skip_rows=3, rows_after_header=1)),
+        ("Samples\t9\t9\nt\tv\tF\tnote\n" + 20 * "0.5\t1\t2\t\n", TextForm("\t", ".", skip_rows=1)),
         ("# t [s]  v [m/s]\n  0.5   1\n  0.6 -12.25\n", TextForm(" ", ".")),
         ("Messung 1;;\nt;v;F\n0,5;1;2\n0,6;2;2\n", TextForm(";", ",", skip_rows=1)),
     ],
@@ -318,7 +321,7 @@ def test_what_was_measured_is_taken_and_not_what_was_commanded(tmp_path: Path) -
     begun = understood(tmp_path)
     columns = {signal.name: signal.table["column"] for signal in begun.signals}
     assert columns == {"time": "Zeit[s]", "slip_velocity": "v_ist[mm/s]", "friction_force": "F_R[N]", "normal_load": "F_N[N]"}
-    assert begun.left == ("column 'v_soll[mm/s]': not used", "column 'mu[-]': not used")
+    assert begun.left == ("column 'v_soll[mm/s]'", "column 'mu[-]'")
 
 
 def test_three_forces_of_a_dynamometer_are_asked_about(tmp_path: Path) -> None:

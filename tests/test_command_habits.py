@@ -9,14 +9,17 @@ import re
 import signal
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import evat
 import numpy as np
 import pytest
+import typer
 from evat.commands.main import _for_all_first, app, main
 from evat.commands.shared import picture_beside, stoppable
-from evat.files.writing import OutputError
+from evat.files.writing import OutputError, put
 from evat.native import kernel
 from evat.processes import process_pool
 from evat.systems.couple import Coupled, plan
@@ -176,3 +179,30 @@ def test_a_stop_is_asked_for_once(capsys: pytest.CaptureFixture[str]) -> None:
         assert asked()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     assert capsys.readouterr().err == ""  # it came to its end in time
+
+
+def test_everything_that_answers_answers_as_json() -> None:
+    """All commands but those that only write a folder or open a browser."""
+    silent = {"guide", "experiment orthogonal", "experiment example"}
+
+    def commands(group: Any, before: str = "") -> Iterator[tuple[str, Any]]:
+        for name, command in group.commands.items():
+            if hasattr(command, "commands"):
+                yield from commands(command, f"{before}{name} ")
+            else:
+                yield before + name, command
+
+    found = dict(commands(typer.main.get_command(app)))
+    without = {name for name, command in found.items() if not any("--json" in each.opts for each in command.params)}
+    assert without == silent
+    assert len(found) > 15
+
+
+def test_a_benchmark_tells_its_verdicts_as_json(tmp_path: Path) -> None:
+    """Of answers that are there already, which are kept."""
+    for name in ("a", "b"):
+        put(tmp_path / "cases" / name / "experiment.toml", "format = 1")
+        put(tmp_path / "out" / name / "diagnosis.json", json.dumps({"verdict": "no_gap"}))
+    code, printed, _ = said("benchmark", str(tmp_path / "cases"), "-o", str(tmp_path / "out"), "--workers", "1", "--json")
+    assert code == 0
+    assert json.loads(printed)["verdicts"] == {"a": "no_gap", "b": "no_gap"}

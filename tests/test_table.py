@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import stat
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -179,3 +181,14 @@ def test_integers_and_holes_of_parquet_are_numbers(tmp_path: Path) -> None:
         read_back.column("F", "N")
     with pytest.raises(RecordError, match="not all of it is numbers"):
         read_back.column("s", "1")
+
+
+def test_writing_a_table_does_not_load_pandas(tmp_path: Path) -> None:
+    """Which takes most of the time between Ctrl-C and the end."""
+    code = (
+        "import sys, numpy as np; from pathlib import Path; from evat.files.table import write_columns;"
+        "write_columns({'t [s]': np.arange(3.0), 'x [N]': np.arange(6.0)[::2]}, Path(sys.argv[1]));"
+        "sys.exit('pandas' in sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code, str(tmp_path / "a.csv")], check=True)
+    assert (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()[1:] == ["0,0", "1,2", "2,4"]

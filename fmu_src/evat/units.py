@@ -111,9 +111,12 @@ def to_si(value: str | float, unit: str, *, name: str) -> float:
     """The number in `unit` (a variable's SI unit) that a user's "30 m/min" or bare number, taken as SI, stands for."""
     if not isinstance(value, str):
         return float(value)
-    typed = f"{name} = {value[:60]!r}"
+    is_option = name.startswith("--")
+    typed = f"{name} {value[:60]!r}" if is_option else f"{name} = {value[:60]!r}"
     readable = "no unit" if unit == "1" else unit
-    example = f'write for example "{name} = {_EXAMPLES.get(unit, f"1.5 {unit}")}"; a bare number has {readable}'
+    example = _EXAMPLES.get(unit, f"1.5 {unit}")
+    example = f"{name} '{example}'" if is_option else f'"{name} = {example}"'
+    example = f"write for example {example}; a bare number has {readable}"
     told = number_and_unit(value)
     if told is None:
         raise ParameterError(f"{typed}: this is no number with a unit; {example}.")

@@ -6,6 +6,7 @@ import importlib.metadata
 import json
 import os
 import time
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -14,6 +15,7 @@ import typer
 from rich.progress import track
 from rich.table import Table
 
+from evat.commands.shared import Json, print_json
 from evat.console import err, out
 from evat.files.writing import put, usable
 from evat.model import EvatError, ParameterError
@@ -48,6 +50,7 @@ def calibrate(
         Path | None, typer.Option("--out", "-o", help="Write the constants to this file, too, as the package keeps them.")
     ] = None,
     workers: Workers = PROCESSORS,
+    as_json: Json = False,
 ) -> None:
     """Fit the constants of the diagnosis's judgement to simulated cases whose truth is known.
 
@@ -64,7 +67,7 @@ def calibrate(
     """
     if sensitivity:
         return _sensitivity(
-            state.with_stem("sensitivity") if state == Path("calibration.jsonl") else state, constants, cases, store, workers
+            state.with_stem("sensitivity") if state == Path("calibration.jsonl") else state, constants, cases, store, workers, as_json
         )
     if constants:
         raise ParameterError(f"--constants {constants[0]}: it goes with --sensitivity; the calibration fits all its constants at once.")
@@ -81,6 +84,8 @@ def calibrate(
     table = Table("constant", "value")
     for name, value in vars(fitted).items():
         table.add_row(name, f"{value:.4g}")
+    if as_json:
+        print_json({"constants": vars(fitted), "log_loss": loss, "usable_cases": len(done), "cases": numbers(done)})
     out.print(table)
     out.print(f"mean log loss {loss:.3f} over {len(done)} cases: {numbers(done)}", highlight=False)
     made = {"by": "evat calibrate", "version": importlib.metadata.version("evat"), "cases": numbers(done), "log_loss": round(loss, 4)}
@@ -92,13 +97,16 @@ def calibrate(
         out.print("kept in the package")
 
 
-def _sensitivity(state: Path, patterns: list[str] | None, count: int | None, store: bool, workers: int) -> None:
+def _sensitivity(state: Path, patterns: list[str] | None, count: int | None, store: bool, workers: int, as_json: bool) -> None:
     from evat.studies.calibration import constant_sensitivity as study
 
     names, cases = study.named(patterns or ["*"]), study.CASES[:count]
     held = study.campaign(state, names, workers, cases, tell=lambda done: err.print(f"{done} of {len(cases)} cases", highlight=False))
     table = Table("constant", "value", "half", "twice")
-    for name, row in study.column(held, names, cases).items():
+    rows = study.column(held, names, cases)
+    if as_json:
+        print_json(rows)
+    for name, row in rows.items():
         changes = (f"{row[word]['log_loss']:+.3f} ({row[word]['right']:+d}, {row[word]['changed']})" for word in ("halved", "doubled"))
         table.add_row(name, str(row["value"]), *changes)
     out.print(table)
@@ -112,6 +120,7 @@ def benchmark(
     cases: Annotated[Path, typer.Argument(help="Folder of experiment folders.")],
     to: Annotated[Path, typer.Option("--out", "-o", help="Folder for NAME/diagnosis.json of each.")] = Path("benchmark"),
     workers: Workers = PROCESSORS,
+    as_json: Json = False,
 ) -> None:
     """Diagnose every experiment in a folder; tests/gap/blind/score.py compares the answers with sealed labels.
 
@@ -126,11 +135,11 @@ def benchmark(
         answers = pool.map(_diagnosed, missing)
         for folder, text in track(zip(missing, answers, strict=True), description="cases", total=len(missing), console=err, transient=True):
             put(to / folder.name / "diagnosis.json", text)
-    verdicts: dict[str, int] = {}
-    for folder in folders:
-        verdict = _verdict(to / folder.name / "diagnosis.json")
-        verdicts[str(verdict)] = verdicts.get(str(verdict), 0) + 1
-    out.print(", ".join(f"{count} {verdict}" for verdict, count in sorted(verdicts.items())), highlight=False)
+    verdicts = {folder.name: str(_verdict(to / folder.name / "diagnosis.json")) for folder in folders}
+    if as_json:
+        print_json({"verdicts": verdicts, "answers": str(to)})
+    counts = sorted(Counter(verdicts.values()).items())
+    out.print(", ".join(f"{count} {verdict}" for verdict, count in counts), highlight=False)
 
 
 def _verdict(path: Path) -> str | None:

@@ -9,7 +9,7 @@ import typer
 from rich.table import Table
 
 from evat import parameter_sets
-from evat.commands.shared import SpeedUnit, Values, lines_done, share_done, typed_seconds, typed_values
+from evat.commands.shared import Json, SpeedUnit, Values, lines_done, print_json, share_done, typed_seconds, typed_values
 from evat.console import out
 from evat.files.writing import usable
 from evat.native import kernel
@@ -22,11 +22,12 @@ if TYPE_CHECKING:
 def build(
     to: Annotated[Path, typer.Option("--out", help="Folder for the FMUs.")] = Path("build/out/fmus"),
     host_only: Annotated[bool, typer.Option(help="Binaries for this machine's platform only.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Build the FMUs (contact and partners, native, FMI 2.0 and 3.0, for five platforms), the pythonfmu twin, and the systems (.ssp)."""
     from evat import fmu
     from evat.fmu import host, python_fmu
-    from evat.native.compile import TARGETS
+    from evat.native.compile import TARGETS, host_target
     from evat.systems import write, write_full
     from evat.systems.declared import names
 
@@ -37,6 +38,9 @@ def build(
         paths += [*write.write_all(to, to, progress), *write_full.write_all(to, to, progress)]
         progress("pythonfmu twin")
         paths.append(python_fmu.build_python_fmu(to / "EvatContactPython.fmu"))
+    if as_json:
+        targets = [host_target().fmi3_folder] if host_only else list(TARGETS)
+        print_json({"platforms": targets, "written": [{"path": str(path), "bytes": path.stat().st_size} for path in paths]})
     for path in paths:
         out.print(f"wrote {path} ({path.stat().st_size / 1e6:.2f} MB)")
 
@@ -55,6 +59,7 @@ def run(
     family: Annotated[str, typer.Option(help="Without --record: regularised or published sets.")] = "regularised",
     speed_unit: SpeedUnit = "m/min",
     to: Annotated[Path, typer.Option("--out", "-o", help="Folder for figures, tables and report.")] = Path("runs"),
+    as_json: Json = False,
 ) -> None:
     """The main job: drive the FMU through fmpy for the paper's four materials, or along a measured record.
 
@@ -62,7 +67,7 @@ def run(
     """
     usable(to)
     if record is None:
-        _run_materials(family, speed_unit, to)
+        _run_materials(family, speed_unit, to, as_json)
         return
     from evat.studies.record import Columns
 
@@ -70,7 +75,7 @@ def run(
     values = kernel.check_values({**parameter_set.values, **typed_values(value)})
     first, last = typed_seconds(begin, "--begin"), typed_seconds(end, "--end")
     between = (float("-inf") if first is None else first, float("inf") if last is None else last)
-    _run_record(record, Columns(time, force, velocity, position, force_sign), parameter_set, values, between, to)
+    _run_record(record, Columns(time, force, velocity, position, force_sign), parameter_set, values, between, to, as_json)
 
 
 def _host_fmu(version: Literal[2, 3], to: Path) -> Path:
@@ -90,6 +95,7 @@ def _run_record(
     values: dict[str, float],
     between: tuple[float, float],
     to: Path,
+    as_json: bool,
 ) -> None:
     from evat.plots.cycles import plot_record
     from evat.studies.record import follow_record
@@ -100,11 +106,14 @@ def _run_record(
     residual = f"residual {result.residual_rms:.3g} N RMS, {100 * result.residual_share:.1f} % of the measured force"
     title = f"{record.name}, {parameter_set.name}: {residual}"
     picture = plot_record(result.times, result.velocity, result.measured, result.trace["friction_force"], to / "record.png", title)
+    if as_json:
+        rms = {"residual_rms": {"value": result.residual_rms, "unit": "N"}, "residual_share": result.residual_share}
+        print_json({"record": str(record), "set": parameter_set.name, **rms, "samples": result.times.size, "picture": str(picture)})
     out.print(title)
     out.print(f"wrote {picture}")
 
 
-def _run_materials(family: str, speed_unit: str, to: Path) -> None:
+def _run_materials(family: str, speed_unit: str, to: Path, as_json: bool) -> None:
     from evat.studies import main_job, main_job_report
     from evat.studies.paper.domain import condition_caveats, domain_shares
 
@@ -115,6 +124,9 @@ def _run_materials(family: str, speed_unit: str, to: Path) -> None:
     shares = tuple(domain_shares(material) for material in materials())
     main_job_report.write_means(cases, to / "means.csv")
     page = main_job_report.write_report(cases, figures, shares, family, speed_unit, to)
+    if as_json:
+        written = [str(path) for path in (*figures, to / "means.csv", page)]
+        print_json({"means": main_job_report.means(cases), "caveats": list(condition_caveats(shares)), "written": written})
     for conditions, what in (
         (main_job.GUESSED, "the component's starts, not those of the paper's tests"),
         (main_job.INFERRED, "from the measured means themselves (evat study paper), not known"),

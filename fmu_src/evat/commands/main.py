@@ -5,6 +5,8 @@ The module of a command is loaded when that command is typed: no command waits f
 
 from __future__ import annotations
 
+import atexit
+import gc
 import importlib
 import itertools
 import os
@@ -182,6 +184,7 @@ def _for_all_first(words: list[str]) -> list[str]:
 def main() -> None:
     """The command `evat`: errors of ours, and what the system refuses, as one line on stderr and exit status 2; 130 when stopped."""
     show_warnings()
+    atexit.register(gc.freeze)  # looking for circles in all that was loaded takes a second, after which it all goes anyhow
     with suppress(ValueError):  # in a thread that is not the first one nobody sends signals
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # what a scheduler sends ends it as Ctrl-C does: nothing is left behind
     try:

@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from evat import parameter_sets
-from evat.commands.shared import SpeedUnit, lines_done
+from evat.commands.shared import Json, SpeedUnit, lines_done, print_json
 from evat.console import out
 from evat.files.writing import usable
 from evat.model import FloatArray, ParameterError
@@ -43,6 +43,7 @@ def recovery(
     csv: Annotated[Path | None, typer.Option(help="Write every number to this file, .csv or .parquet.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the forecast as a map to this file.")] = None,
     speed_unit: SpeedUnit = "m/min",
+    as_json: Json = False,
 ) -> None:
     """Forecast which of the coefficients of the paper's table 1 come back from simulated tests, and which motion makes them come back.
 
@@ -65,8 +66,9 @@ def recovery(
         usable(plot.parent)
     with lines_done(len(chosen) * len(motions)) as progress:
         forecasts = [study.recovery(one, motions, progress=progress, **tests) for one in chosen]
-    for forecast in forecasts:
-        _show(forecast)
+    if not as_json:
+        for forecast in forecasts:
+            _show(forecast)
     fits: dict[tuple[str, str], Identification] = {}
     if fit:
         with lines_done(len(chosen) * len(motions)) as progress:
@@ -74,13 +76,16 @@ def recovery(
                 for name in motions:
                     progress(f"{one.name}: {name}, identification")
                     fits[one.name, name] = study.fitted(one, name, seed=seed, generations=generations, **tests)
-        for forecast in forecasts:
+        for forecast in forecasts if not as_json else ():
             for name in motions:
                 out.print(_beside(forecast, name, fits[forecast.name, name]))
+    rows = [row for forecast in forecasts for row in _rows(forecast, fits)]
+    if as_json:
+        print_json(rows)
     if csv is not None:
         from evat.files.table import write_columns
 
-        out.print(f"wrote {write_columns(_columns([row for forecast in forecasts for row in _rows(forecast, fits)]), csv)}")
+        out.print(f"wrote {write_columns(_columns(rows), csv)}")
     if plot is not None:
         from evat.studies.recovery_plot import plot_recovery
 

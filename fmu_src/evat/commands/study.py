@@ -10,7 +10,7 @@ import typer
 from rich.table import Table
 
 from evat import paper_tables
-from evat.commands.shared import lines_done
+from evat.commands.shared import Json, lines_done, print_json
 from evat.console import out
 from evat.files.writing import usable
 from evat.native import kernel
@@ -34,6 +34,7 @@ def paper(
     seed: Annotated[int, typer.Option(help="Of draws and search; the same seed gives the same study.", min=0)] = 0,
     resume: Annotated[bool, typer.Option(help="Go on with the study that OUT holds, to the result it would have had.")] = False,
     to: Annotated[Path, typer.Option("--out", "-o", help="Folder for figures, JSON and the state of the study.")] = Path("paper-study"),
+    as_json: Json = False,
 ) -> None:
     """Look for process conditions under which the paper's table 2 comes out, and say what its eight measured means determine.
 
@@ -50,6 +51,8 @@ def paper(
     shares = tuple(domain_shares(material) for material in paper_tables.materials())
     borne = borne_friction()
     told = (*condition_caveats(shares), *study_caveats(study), *friction_caveats(borne))
+    if as_json:
+        print_json(output.as_json(study, shares, borne, told))
     for table in (_means(study), _errors(study), _conditions(study), _predictions(study)):
         out.print(table)
     for text in told:

@@ -84,7 +84,8 @@ def read_document(folder_or_toml: Path, model: Model) -> Document:
     """The experiment.toml of a folder, or such a file itself; ExperimentError names key or entry, what was found and what is allowed."""
     path = folder_or_toml / FILE if folder_or_toml.is_dir() else folder_or_toml
     if not path.is_file():
-        raise ExperimentError(f"{path}: there is no such file; an experiment is a folder with a file {FILE} in it.")
+        todo = f"evat experiment init {folder_or_toml} makes one from the data files there" if folder_or_toml.is_dir() else "see the name"
+        raise ExperimentError(f"{path}: there is no such file; an experiment is a folder with a file {FILE} in it; {todo}.")
     return _Reader(path, model).document()
 
 

@@ -20,6 +20,7 @@ MOST_LINES = 500  # of them: more take time and tell nothing new
 MOST_BYTES = 8 << 30
 DELIMITERS = ("\t", ";", ",", "|", " ")
 FEWEST_ROWS = 2
+CLEARLY = 1.1
 MARKS = {codecs.BOM_UTF8: "utf-8", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 # What measuring programs write, the commonest first; a few letters in a line of headers leave the choice between all others open.
 ENCODINGS = ["cp1252", "latin_1", "cp1250", "cp1251", "cp932", "gb18030"]
@@ -59,7 +60,8 @@ def sniff(path: Path, known: TextForm | None = None, stated: Sequence[str] = ())
             numeric = [len(row) == width > 1 and _numeric(row, decimal) for row in rows]
             count = _numbers_of(decimal)
             score = (sum(numeric), sum(count(row) for row, is_numeric in zip(rows, numeric, strict=True) if is_numeric))
-            if best is None or score > best[0]:
+            # Blanks stand inside cells, too: they set columns apart only where nothing else tells about as many numbers.
+            if best is None or (score > best[0] and (delimiter != " " or score[1] > CLEARLY * best[0][1])):
                 best = (score, delimiter, decimal, numeric)
     if best is None or best[0][0] < FEWEST_ROWS:
         raise RecordError(

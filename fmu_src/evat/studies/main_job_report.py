@@ -51,6 +51,21 @@ def main_job_error(cases: list[MainJobCase], conditions: str, model: str, princi
     return float(np.mean(errors))
 
 
+def means(cases: list[MainJobCase]) -> list[dict[str, object]]:
+    """The cycle means [N] for programs, beside the measured ones."""
+    measured = {(row.material, row.force): row.mean for row in paper_tables.table_2()}
+    return [
+        {
+            "material": case.material,
+            "model": case.model,
+            "principle": case.principle,
+            "conditions": case.conditions,
+            **{f"mean_{force}": {"value": case.means[force], "measured": measured[case.material, force], "unit": "N"} for force in FORCES},
+        }
+        for case in cases
+    ]
+
+
 def write_means(cases: list[MainJobCase], path: Path) -> Path:
     """The cycle means as CSV, one line for each case, beside the measured means."""
     measured = {(row.material, row.force): row.mean for row in paper_tables.table_2()}

@@ -436,7 +436,7 @@ class _Guess:
         repeats: str,
     ) -> Begun:
         used = {str(signal.table["column"]) for signal in self.signals}
-        left = [f"column {header!r}: not used" for header in self.columns if header not in used]
+        left = [f"column {header!r}" for header in self.columns if header not in used]
         names = tuple(self.signals)
         return Begun(
             self.recorded, names, trials, means, ignored, kinematics, values, repeats, (*left, *self.recorded.aside), tuple(self.look)

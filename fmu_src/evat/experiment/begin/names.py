@@ -15,7 +15,9 @@ _REPEAT = re.compile(
     r"(?:rep|repeat|r|nr|no|run|trial|try|wdh|wiederholung|mess|messung|versuch|essai|ensayo|prova|test|meas|take|n)?[#.]?(\d{1,3})|[a-z]",
     re.IGNORECASE,
 )
-_WORD = re.compile(r"(?:rep|repeat|nr|no|wdh|wiederholung|take|essai|ensayo|prova|trial|try)[#.]?\d{1,3}", re.IGNORECASE)
+_WORDS = "rep|repeat|nr|no|wdh|wiederholung|take|essai|ensayo|prova|trial|try"
+_WORD = re.compile(rf"(?:{_WORDS})[#.]?\d{{1,3}}", re.IGNORECASE)
+_APART = re.compile(rf"(?<![^\W_])({_WORDS})[\s_.-]+(?=\d{{1,3}}(?:[\s_]|$))", re.IGNORECASE)  # "rep 1", "trial_2"
 _VALUE = re.compile(r"(?P<name>[a-z]*?)_?(?P<number>\d+(?:[.,p]\d+)?)(?P<unit>[a-zµμ%°][a-zµμ/%°-]*)?", re.IGNORECASE)
 # What stands before a number in a name, where the unit is left out: the variable, and the unit that is usual.
 _SHORT = {"vc": ("cutting_speed", "m/min"), "f": ("feed", "mm"), "ap": ("width", "mm"), "b": ("width", "mm"), "fn": ("normal_load", "N")}
@@ -45,7 +47,8 @@ def named(files: Sequence[str]) -> tuple[dict[str, FromName], str]:
 def _parts(file: str) -> list[str]:
     path = PurePosixPath(file)
     stem = re.sub(r"\s*\((\d+)\)$", r"_\1", path.stem)
-    return [part for folder in (*path.parent.parts, stem) for part in re.split(r"[_\s]+|-(?=\D)|(?<=\D)-", folder) if part]
+    folders = (_APART.sub(r"\1", folder) for folder in (*path.parent.parts, stem))
+    return [part for folder in folders for part in re.split(r"[_\s]+|-(?=\D)|(?<=\D)-", folder) if part]
 
 
 def _repeat_place(parts: dict[str, list[str]]) -> tuple[int | None, str]:
