@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -117,3 +118,14 @@ def test_the_page_of_an_experiment_leads_to_its_reports_and_back(of_an_experimen
 
 def test_the_page_of_an_experiment_fits_screen_phone_and_paper(of_an_experiment: Path) -> None:
     check_layout(of_an_experiment / "rig" / "experiment.html")
+
+
+def test_a_recorded_position_is_shown_as_one(tmp_path: Path) -> None:
+    """It was told as the velocity that is taken from it: 250 mm as 15 m/min."""
+    from evat.commands.main import app
+    from typer.testing import CliRunner
+
+    assert CliRunner().invoke(app, ["experiment", "example", "axis", "-o", str(tmp_path / "axis")]).exit_code == 0
+    told = CliRunner().invoke(app, ["experiment", "check", str(tmp_path / "axis")], env={"COLUMNS": "160"})
+    assert re.search(r"slip_velocity \(its position\).*deg.* 250 mm", told.output)
+    assert "m/min" not in told.output.partition("nominal model")[0]

@@ -146,8 +146,8 @@ def _names(prefix: str, names: Iterable[str]) -> str:
     return "\n".join(f"::: {prefix}.{name}\n" for name in names)
 
 
-def _value(value: Value) -> str:
-    return ", ".join(f"{each:.4g}" for each in (value if isinstance(value, tuple) else (value,)))
+def _value(value: Value | list[float]) -> str:
+    return ", ".join(f"{each:.4g}" for each in (value if isinstance(value, (tuple, list)) else (value,)))
 
 
 def _change(row: Mapping[str, Any] | None) -> str:

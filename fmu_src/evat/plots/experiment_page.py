@@ -12,6 +12,7 @@ from pathlib import Path
 
 from evat import html as pages
 from evat.experiment import Signal, as_typed
+from evat.experiment.document import POSITION
 from evat.experiment.read import Scan, day_of
 from evat.headline import Headline
 from evat.native import kernel
@@ -36,27 +37,39 @@ def shown(value: float, name: str, signals: Mapping[str, Signal] | None = None) 
     return display(value, as_typed(kernel.variable(name), signals or {}), digits=4)
 
 
+def _recorded(value: float, signal: Signal, signals: Mapping[str, Signal]) -> str:
+    """A number of what was recorded; of a velocity that is taken from a position, a number of that."""
+    if signal.of != POSITION:
+        return shown(value, signal.name, signals)
+    length = signal.unit if signal.radius is None and signal.scale is None else "mm"
+    return display(value, replace(kernel.variable(signal.name), unit="m", display_unit=length), digits=4)
+
+
+def _label(signal: Signal) -> str:
+    return f"{signal.name} (its position)" if signal.of == POSITION else signal.name
+
+
 def channels_of(scan: Scan) -> Table:
     """What was recorded: role, column, unit, and the least and most of all recordings."""
     signals, rows = scan.document.signals, []
     for signal in (each for each in scan.document.recorded if each.role is not None):
         least, most = min(trial.least[signal.name] for trial in scan.trials), max(trial.most[signal.name] for trial in scan.trials)
-        ends = (shown(least, signal.name, signals), shown(most, signal.name, signals))
-        rows.append((signal.name, signal.role or "", signal.column, signal.unit, *ends))
+        ends = (_recorded(least, signal, signals), _recorded(most, signal, signals))
+        rows.append((_label(signal), signal.role or "", signal.column, signal.unit, *ends))
     return Table("What was recorded", ("signal", "role", "column", "unit in the file", "least", "most"), tuple(rows))
 
 
 def trials_of(scan: Scan) -> Table:
     """Each recording: condition, rows, clock, and the root mean squares."""
     signals, rows = scan.document.signals, []
-    names = [signal.name for signal in scan.document.recorded if signal.role is not None]
+    recorded = [signal for signal in scan.document.recorded if signal.role is not None]
     for trial in scan.trials:
         rate = f"{(trial.rows - 1) / (trial.end - trial.begin):.6g}"
         if trial.longest > EVEN * trial.shortest:
             rate += f" (steps {trial.shortest:.3g} to {trial.longest:.3g} s)"
         facts = (trial.file, trial.condition, str(trial.rows), f"{trial.begin:g}, {trial.end:g}", rate)
-        rows.append((*facts, *(shown(trial.rms[name], name, signals) for name in names)))
-    heads = ("file", "condition", "rows", "from, to [s]", "rate [Hz]", *(f"rms {name}" for name in names))
+        rows.append((*facts, *(_recorded(trial.rms[signal.name], signal, signals) for signal in recorded)))
+    heads = ("file", "condition", "rows", "from, to [s]", "rate [Hz]", *(f"rms {_label(signal)}" for signal in recorded))
     return Table(scan.document.title, heads, tuple(rows))
 
 
