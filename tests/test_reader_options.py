@@ -144,3 +144,15 @@ def test_every_key_that_is_declared_is_read(tmp_path: Path) -> None:
             with pytest.raises(ExperimentError) as error:
                 read_experiment(tmp_path, MODEL)
             assert ("is not known" in str(error.value)) == (key == "nonsense"), (table, key, str(error.value))
+
+
+def test_a_wrong_cell_names_its_file_once(tmp_path: Path) -> None:
+    """As it is called in the experiment."""
+    reader = 'encoding = "cp1252"\ndecimal = ","\ndelimiter = ";"\nskip_rows = 1\nrows_after_header = 1'
+    wrong = folder(tmp_path, reader, MESSY.replace("3,25", "drei").encode("cp1252"))
+    (wrong / "trials").mkdir()
+    (wrong / "a.csv").rename(wrong / "trials" / "a.csv")
+    toml = wrong / "experiment.toml"
+    toml.write_text(toml.read_text(encoding="utf-8").replace('"a.csv"', '"trials/a.csv"'), encoding="utf-8")
+    with pytest.raises(ExperimentError, match=r"^trials/a\.csv\b(?!.*a\.csv)"):
+        read_experiment(wrong, MODEL)

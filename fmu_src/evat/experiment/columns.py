@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -70,13 +71,19 @@ class Column:
         return column
 
 
+def unreadable(file: str, error: RecordError) -> str:
+    """What a file's reader says of it, who knows its bare name, with the name that it has in the experiment."""
+    said, bare = str(error), Path(file).name
+    return file + (said[len(bare) :] if said.startswith(bare) else f": {said}")
+
+
 def trial_columns(document: Document, entry: TrialEntry, model: Model) -> list[Column]:
     """The columns that a trial's file must have, the clock first."""
     by_name = {variable.name: variable for variable in model.variables}
     try:
         header = headers(entry.path, document.form)
     except RecordError as error:
-        raise ExperimentError(f"{entry.file}: {error}") from error
+        raise ExperimentError(unreadable(entry.file, error)) from error
     columns = []
     for signal in sorted(document.recorded, key=lambda signal: signal.name != CLOCK):
         if signal.column not in header:
@@ -130,7 +137,7 @@ def trial_batches(
                 at, last = at + batch[0].size, float(batch[0][-1])
                 yield batch
     except RecordError as error:
-        raise ExperimentError(f"{entry.file}: {error}") from error
+        raise ExperimentError(unreadable(entry.file, error)) from error
     if at < 2:
         raise ExperimentError(f"{entry.file}: it has {at} row{'s' * (at != 1)} of data; a recording has at least 2.")
 

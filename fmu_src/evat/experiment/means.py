@@ -11,7 +11,7 @@ from pathlib import Path
 
 from evat.experiment import ExperimentError, Means
 from evat.experiment.checks import SETTABLE
-from evat.experiment.columns import Column, check_header
+from evat.experiment.columns import Column, check_header, unreadable
 from evat.experiment.document import MEAN, Document, TrialEntry, check_inputs
 from evat.files.table import HEADER, Table, read_table, read_texts, unit_in
 from evat.files.text import RecordError
@@ -28,7 +28,7 @@ def read_means(document: Document, file: str, path: Path, model: Model) -> Means
         table = read_table(path, document.form)
         names = read_texts(path, CONDITION, document.form) if CONDITION in (*table.columns, *table.without_numbers) else None
     except RecordError as error:
-        raise ExperimentError(f"{file}: {error}") from error
+        raise ExperimentError(unreadable(file, error)) from error
     by_name = {variable.name: variable for variable in model.variables}
     columns = _columns(document, file, table, by_name)
     checked = {column.name: column.checked(file, 0, table.columns[column.header]) for column in columns}
