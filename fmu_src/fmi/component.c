@@ -2,6 +2,7 @@
 #include "component.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -27,30 +28,38 @@ static size_t aligned(size_t size) { return (size + 15) / 16 * 16; }
 
 static size_t block_size(void)
 {
-    const size_t variables = (size_t)model_variable_count(), states = (size_t)model_state_count();
+    const size_t variables = (size_t)model_variable_count(), states = (size_t)model_state_count(),
+                 indicators = (size_t)model_indicator_count();
     const struct Component *c = NULL; /* whose elements are measured */
     return aligned(sizeof *c) + 2 * aligned(model_size()) + states * (sizeof *c->state + sizeof *c->rate) +
+           indicators * (sizeof *c->indicators + sizeof *c->indicator) +
            variables * (sizeof *c->settable + sizeof *c->type);
 }
 
 static void lay_out(struct Component *c)
 {
-    c->count = model_variable_count();
-    c->state_count = model_state_count();
+    const int states = model_state_count(), indicators = model_indicator_count();
     unsigned char *at = (unsigned char *)c + aligned(sizeof *c);
     c->model = (struct Model *)at;
     c->preview = (struct Model *)(at += aligned(model_size()));
-    c->state = (int *)(at += aligned(model_size()));
-    c->rate = c->state + c->state_count;
-    c->settable = (uint16_t *)(c->rate + c->state_count);
-    c->type = (uint8_t *)(c->settable + c->count);
+    c->indicators = (double *)(at += aligned(model_size()));
+    c->state = (int *)(c->indicators + indicators);
+    c->rate = c->state + states;
+    c->indicator = c->rate + states;
+    c->settable = (uint16_t *)(c->indicator + indicators);
+    c->type = (uint8_t *)(c->settable + model_variable_count());
 }
 
 static void learn_tables(struct Component *c)
 {
-    for (int n = 0; n < c->state_count; ++n)
-        c->state[n] = model_state(n);
-    for (int i = 0; i < c->count; ++i) {
+    c->count = c->variant->shown ? c->variant->count : model_variable_count();
+    for (int n = 0; n < model_state_count(); ++n)
+        if (reference_of(c, model_state(n)))
+            c->state[c->state_count++] = model_state(n);
+    for (int n = 0; n < model_indicator_count(); ++n)
+        if (reference_of(c, model_indicator(n)))
+            c->indicator[c->indicator_count++] = n;
+    for (int i = 0; i < model_variable_count(); ++i) {
         const struct Variable *v = model_variable(i);
         c->type[i] = (uint8_t)v->type;
         c->settable[i] = (uint16_t)when_settable(c, i, v);
@@ -58,7 +67,6 @@ static void learn_tables(struct Component *c)
             if (model_derivative_of(i) == c->state[n])
                 c->rate[n] = i;
     }
-    model_token(c->token);
 }
 
 static void begin(struct Component *c, enum Interface interface)
@@ -69,8 +77,8 @@ static void begin(struct Component *c, enum Interface interface)
     c->life.stop = INFINITY;
     c->told = 0;
     model_reset(c->model);
-    for (const struct Start *start = fmu_starts; start->index != MODEL_TIME; ++start)
-        model_set(c->model, start->index, start->value);
+    for (int n = 0; n < c->variant->start_count; ++n)
+        model_set(c->model, c->variant->starts[n].index, c->variant->starts[n].value);
 }
 
 static int is_blank(const char *text) { return text == NULL || text[strspn(text, " \t\r\n")] == '\0'; }
@@ -84,21 +92,51 @@ static void quote(const char *text, char *quoted, size_t size)
     quoted[n] = '\0';
 }
 
+/* The token by which a host asks for an FMU. */
+static const char *token_of(const struct Variant *variant, const char *model)
+{
+    return variant->token ? variant->token : model;
+}
+
+/* Which FMU does the host ask for? NULL: none that was made from these tables. */
+static const struct Variant *asked_for(const char *token, const char *model)
+{
+    for (int n = 0; n < fmu_variant_count; ++n) {
+        const struct Variant *v = &fmu_variants[n];
+        if (token && strcmp(token, token_of(v, model)) == 0 && (!v->model || strcmp(v->model, model) == 0))
+            return v;
+    }
+    return NULL;
+}
+
+static void refuse_token(const char *function, const struct Host *host, const char *token, const char *model)
+{
+    char given[64], allowed[512] = "";
+    quote(token, given, sizeof given);
+    for (int n = 0; n < fmu_variant_count; ++n) {
+        const struct Variant *v = &fmu_variants[n];
+        const size_t used = strlen(allowed);
+        snprintf(allowed + used, sizeof allowed - used, "%s%s%s%s", n ? ", " : "", token_of(v, model),
+                 *v->name ? " of " : "", v->name);
+    }
+    refuse_instance(host,
+                    "%s: the token of the model description is %s, this binary was built for %s; "
+                    "use the modelDescription.xml that came with it.",
+                    function, token ? given : "missing", allowed);
+}
+
 struct Component *component_new(const char *function, const struct Host *host, enum Interface interface,
                                 const char *name, const char *token)
 {
-    char expected[39], given[64];
-    model_token(expected);
-    quote(token, given, sizeof given);
+    char model[39];
+    model_token(model);
+    const struct Variant *variant = asked_for(token, model);
     if (is_blank(name)) {
         refuse_instance(host, "%s: the instance name is empty; give the instance a name.", function);
         return NULL;
     }
-    if (token == NULL || strcmp(token, expected) != 0) {
-        refuse_instance(host,
-                        "%s: the token of the model description is %s, this binary was built for %s; "
-                        "use the modelDescription.xml that came with it.",
-                        function, token ? given : "missing", expected);
+    if (variant == NULL) {
+        refuse_token(function, host, token, model);
         return NULL;
     }
     struct Component *c = host->allocate(1, block_size());
@@ -115,6 +153,8 @@ struct Component *component_new(const char *function, const struct Host *host, e
     c->host = *host;
     c->host.name = strcpy(own_name, name);
     c->function = function;
+    c->variant = variant;
+    strcpy(c->token, token);
     lay_out(c);
     begin(c, interface);
     learn_tables(c);

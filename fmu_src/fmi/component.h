@@ -10,8 +10,8 @@
 
 #include "model.h"
 
-/* The value reference of the first variable; they follow one another. Not 0: importers are about that take the
- * dependencies of FMI 3 for places in the list, counted from 1 as in FMI 2. So both readings agree. */
+/* The value reference of the first variable that an FMU shows; they follow one another. Not 0: importers are about that
+ * take the dependencies of FMI 3 for places in the list, counted from 1 as in FMI 2. So both readings agree. */
 enum { FIRST_REFERENCE = 1 };
 
 /* The numbers of fmi2Status and fmi3Status. */
@@ -66,23 +66,38 @@ struct Life {
     uint32_t set_up, tolerance_set, slope_set, event_pending, reserved;
 };
 
-/* What this FMU starts with, beside its model's tables; the last is that of the time. See starts.c. */
+/* What an FMU starts with, beside its model's tables. */
 struct Start {
     int index;
     double value;
 };
-extern const struct Start fmu_starts[];
+
+/* An FMU that carries the model: with other starts, and with a part of its variables. One binary serves all; the token
+ * that a host gives says as which. See variants.c. */
+struct Variant {
+    const char *name; /* of the FMU */
+    const char *token; /* of its description; NULL: the model's own */
+    const char *model; /* the token of the model that these indices belong to */
+    const struct Start *starts;
+    int start_count;
+    const uint16_t *shown; /* indices of its variables, rising, the time first; NULL: all */
+    int count; /* of them */
+};
+extern const struct Variant fmu_variants[];
+extern const int fmu_variant_count;
 
 struct Component {
     struct Life life;
     struct Host host;
     const char *function; /* the FMI function at work */
     uint32_t told; /* warnings that this run has logged */
-    int count, state_count; /* of variables, and of continuous states */
+    const struct Variant *variant;
+    int count, state_count, indicator_count; /* of variables, continuous states and event indicators that are shown */
     char token[40];
     /* What depends on the model lies behind, in the same block of memory. */
     struct Model *model, *preview; /* preview: the model as it would start now; as it was before an event */
-    int *state, *rate; /* indices of the states and of their rates */
+    double *indicators; /* of the whole model */
+    int *state, *rate, *indicator; /* indices of the states and of their rates; places of the event indicators */
     uint16_t *settable; /* modes in which each variable may be set */
     uint8_t *type;
 };
@@ -153,9 +168,15 @@ struct Access {
 /* The index of the variable that a value reference names; -1: it names none. */
 static inline int index_of(const struct Component *c, uint32_t reference)
 {
-    const uint32_t index = reference - FIRST_REFERENCE; /* 0 becomes the largest */
-    return index < (uint32_t)c->count ? (int)index : -1;
+    const uint32_t place = reference - FIRST_REFERENCE; /* 0 becomes the largest */
+    if (place >= (uint32_t)c->count)
+        return -1;
+    return c->variant->shown ? c->variant->shown[place] : (int)place;
 }
+/* The value reference of a variable; 0: the FMU does not show it. */
+uint32_t reference_of(const struct Component *c, int index);
+/* What the FMU has a variable at before a host sets it. */
+double start_of(const struct Variant *variant, int index);
 /* Bring outputs up to date. */
 enum Answer refresh(struct Component *c);
 /* Every number that leaves an instance passes here: one that is not finite is an error, told in one line; while a

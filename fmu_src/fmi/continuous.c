@@ -76,15 +76,16 @@ enum Answer get_nominals(struct Component *c, double *nominals, size_t count)
 
 enum Answer get_indicators(struct Component *c, double *indicators, size_t count)
 {
-    const int indicator_count = model_indicator_count();
-    if (!is_count(c, indicators, count, (size_t)indicator_count, "event indicators"))
+    if (!is_count(c, indicators, count, (size_t)c->indicator_count, "event indicators"))
         return ANSWER_ERROR;
     enum Answer answer = refresh(c);
     if (answer > ANSWER_WARNING)
         return answer;
-    model_indicators(visible_model(c), indicators);
-    for (int i = 0; i < indicator_count && answer == ANSWER_OK; ++i)
-        answer = give(c, "", model_variable(model_indicator(i))->name, indicators[i]);
+    model_indicators(visible_model(c), c->indicators);
+    for (int i = 0; i < c->indicator_count && answer == ANSWER_OK; ++i) {
+        indicators[i] = c->indicators[c->indicator[i]];
+        answer = give(c, "", model_variable(model_indicator(c->indicator[i]))->name, indicators[i]);
+    }
     return answer;
 }
 

@@ -531,7 +531,7 @@ static fmi3Status count_of(struct Component *c, size_t count, size_t *result)
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *nEventIndicators)
 {
     ENTER(ANY_MODE);
-    return count_of(instance, (size_t)model_indicator_count(), nEventIndicators);
+    return count_of(instance, (size_t)((struct Component *)instance)->indicator_count, nEventIndicators);
 }
 
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nContinuousStates)

@@ -115,9 +115,12 @@ static const char *flaw_between(const struct Life *life, const struct Model *mod
 static int is_sound(struct Component *c, const struct Life *life, const struct Model *model)
 {
     const char *flaw = flaw_of_life(c, life);
-    for (int i = 0; i < c->count && !flaw; ++i) {
+    for (int i = 0; i < model_variable_count() && !flaw; ++i) {
         const enum Causality role = model_variable(i)->causality;
-        const enum Status status = role == PARAMETER || role == INPUT ? model_check(i, model_get(model, i)) : STATUS_OK;
+        const int given = role == PARAMETER || role == INPUT;
+        const enum Status status = given ? model_check(i, model_get(model, i)) : STATUS_OK;
+        if (given && !reference_of(c, i) && model_get(model, i) != start_of(c->variant, i))
+            flaw = "what this FMU does not show is not as it starts";
         if (status != STATUS_OK) {
             report(c, ANSWER_ERROR, "the FMU state is refused: %s = %g: %s.", model_variable(i)->name,
                    model_get(model, i), status_text(status));

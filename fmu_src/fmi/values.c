@@ -18,6 +18,24 @@ static const char *const causality_names[] = {[INDEPENDENT] = "the independent v
                                               [OUTPUT] = "an output",
                                               [LOCAL] = "a local variable"};
 
+uint32_t reference_of(const struct Component *c, int index)
+{
+    if (!c->variant->shown)
+        return (uint32_t)(FIRST_REFERENCE + index);
+    for (int place = 0; place < c->count; ++place)
+        if (c->variant->shown[place] == index)
+            return (uint32_t)(FIRST_REFERENCE + place);
+    return 0;
+}
+
+double start_of(const struct Variant *variant, int index)
+{
+    for (int n = 0; n < variant->start_count; ++n)
+        if (variant->starts[n].index == index)
+            return variant->starts[n].value;
+    return model_variable(index)->start;
+}
+
 /* A solver of model exchange may try states that are out of reach and come back. */
 static enum Answer out_of_reach(const struct Component *c)
 {
@@ -145,8 +163,8 @@ static enum Answer not_settable(struct Component *c, int index)
     char allowed[256];
     list_modes(c->settable[index], allowed, sizeof allowed);
     return report(c, ANSWER_ERROR,
-                  "%s (value reference %d) is %s%s and cannot be set now; allowed in: %s. Its value is kept.", v->name,
-                  FIRST_REFERENCE + index, causality_names[v->causality], fixed,
+                  "%s (value reference %lu) is %s%s and cannot be set now; allowed in: %s. Its value is kept.", v->name,
+                  (unsigned long)reference_of(c, index), causality_names[v->causality], fixed,
                   c->settable[index] ? allowed : "no state");
 }
 
@@ -157,9 +175,9 @@ static enum Answer bad_value(struct Component *c, int index, double value, enum 
     const int bare = v->unit[0] == '1' && v->unit[1] == '\0';
     const char *space = bare ? "" : " ", *unit = bare ? "" : v->unit;
     return report(c, ANSWER_ERROR,
-                  "%s = %g%s%s (value reference %d): %s; allowed is %g to %g%s%s. The value %g%s%s is kept.", v->name,
-                  value + offset, space, unit, FIRST_REFERENCE + index, status_text(status), v->min + offset,
-                  v->max + offset, space, unit, model_get(c->model, index) + offset, space, unit);
+                  "%s = %g%s%s (value reference %lu): %s; allowed is %g to %g%s%s. The value %g%s%s is kept.", v->name,
+                  value + offset, space, unit, (unsigned long)reference_of(c, index), status_text(status),
+                  v->min + offset, v->max + offset, space, unit, model_get(c->model, index) + offset, space, unit);
 }
 
 enum Answer held_on_bound(struct Component *c, int index, double value)

@@ -58,7 +58,7 @@ class Door:
         self.variables = {v.name: v for v in description.modelVariables}
         self.reference = {name: int(v.valueReference) for name, v in self.variables.items()}
         target = host_target()
-        binary = f"binaries/{target.fmi2_folder if self.version == 2 else target.fmi3_folder}/EvatContact{target.extension}"
+        binary = f"binaries/{target.fmi2_folder if self.version == 2 else target.fmi3_folder}/{description.modelName}{target.extension}"
         with zipfile.ZipFile(fmu) as archive:
             self.path = archive.extract(binary, folder)
         self.library = ct.CDLL(self.path)

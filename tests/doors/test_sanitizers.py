@@ -15,6 +15,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import pytest
+from evat.files.writing import put
+from evat.fmu import fmu_facts_of
+from evat.fmu.sources import VARIANTS, variants_file
 from evat.native.compile import (
     SANITIZE,
     CompileError,
@@ -79,9 +82,11 @@ def objects(root: Path, folder: Path, sources: Iterable[Path]) -> dict[str, Path
 def sound(preload: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Kernel and both shells as they are, compiled once: the copy with planted faults differs in one file."""
     assert preload
-    root = source_root()
-    sources = sorted({*kernel_sources(root), *shell_sources(root, 2), *shell_sources(root, 3)})
-    return objects(root, tmp_path_factory.mktemp("sound") / "objects", sources)
+    root, folder = source_root(), tmp_path_factory.mktemp("sound")
+    own = folder / VARIANTS
+    put(own, variants_file([(2, fmu_facts_of()), (3, fmu_facts_of())]))
+    sources = sorted({*kernel_sources(root), *shell_sources(root, 2), *shell_sources(root, 3)} - {root / VARIANTS})
+    return objects(root, folder / "objects", [*sources, own])
 
 
 def sanitized(parts: Mapping[str, Path], folder: Path, fmus: dict[str, Path]) -> Path:

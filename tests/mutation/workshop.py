@@ -18,6 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import tomlkit
+from evat.fmu import fmu_facts_of
+from evat.fmu.sources import VARIANTS, variants_file
 from evat.native import compile as compiling
 from evat.native.compile import (
     CONTACT,
@@ -96,7 +98,7 @@ LEFT_OUT = ("tests/effects/test_adding_an_effect.py",)  # it compiles a project 
 def files(part: str) -> list[Path]:
     """Of a part; what the shells alone see of the kernel is theirs."""
     some = (path for pattern in PARTS[part].files for path in (ROOT / SOURCES).glob(pattern))
-    return sorted(path for path in some if part != "kernel" or path.name != "model.c")
+    return sorted(path for path in some if (part != "kernel" or path.name != "model.c") and path.name != Path(VARIANTS).name)
 
 
 def every_mistake(part: str) -> list[Mistake]:
@@ -137,6 +139,7 @@ class Workshop:
         for name in ("pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md"):
             shutil.copy(ROOT / name, self.copy / name)
         self.root = self.copy / SOURCES
+        (self.root / VARIANTS).write_bytes(variants_file([(2, fmu_facts_of()), (3, fmu_facts_of())]))  # the tokens of the given FMUs
         self.libraries = self.root / "evat" / "_lib"
         self.target = host_target()
         if fmus is not None and not self.fmus.exists():

@@ -341,12 +341,14 @@ def test_a_component_that_fails_at_the_start_leaves_no_row(systems: dict[str, Pa
     """A row of zeros would be taken for a result."""
     from evat.commands.main import app
 
-    with pytest.raises(SystemStopped, match=r"component guideway failed in the start at t = 0 s, after 0 of 1000 steps") as stopped:
-        run(systems["stick_slip"], {"guideway": {"averaging": "cycle"}}, step=1e-3, stop=1.0)
+    with pytest.raises(SystemStopped, match=r"component contact failed in the start at t = 0 s, after 0 of 1000 steps") as stopped:
+        run(systems["evat_turning"], {"contact": {"reference_temperature": 200.0}}, step=1e-6, stop=1e-3)
     assert stopped.value.trace.times.size == 0
-    assert stopped.value.trace["drive.table_position"].size == 0
+    assert stopped.value.trace["contact.mean_feed_force"].size == 0
     to = tmp_path / "none.csv"
-    result = CliRunner().invoke(app, ["system", "run", str(systems["stick_slip"]), "-v", "guideway.averaging=cycle", "-o", str(to)])
+    result = CliRunner().invoke(
+        app, ["system", "run", str(systems["evat_turning"]), "-v", "contact.reference_temperature=200", "-o", str(to)]
+    )
     assert isinstance(result.exception, SystemStopped)
     assert not to.exists()
 

@@ -15,7 +15,7 @@ from evat.fmu.description.model_description import Facts
 from evat.fmu.description.terminals import terminal_files
 from evat.fmu.documentation.contact import copyright_line
 from evat.fmu.fmu_facts import TOLERANCE, Version
-from evat.fmu.part_model import fmu_facts_of, model_of, parts
+from evat.fmu.part_model import fmu_facts_of, model_of, parts, token_of
 from evat.fmu.reference_results import reference_files
 from evat.fmu.sources import binary_name, compile_binary, source_files, source_names
 from evat.model import BuildError
@@ -31,7 +31,7 @@ def facts(version: Version, part: str = CONTACT) -> Facts:
     model, fmu_facts = model_of(part), fmu_facts_of(part)
     return Facts(
         fmu=fmu_facts,
-        token=model.token,
+        token=token_of(version, fmu_facts),
         variables=model.variables,
         states=model.states,
         laws=model.laws,
@@ -98,7 +98,18 @@ def build_fmu(
     >>> evat.build_fmu(3, "EvatSpindle.fmu", ["x86_64-linux"], part="spindle").name
     'EvatSpindle.fmu'
     """
-    output = Path(output)
+    return _build(version, Path(output), targets, progress, part, {})
+
+
+def _build(
+    version: Version,
+    output: Path,
+    targets: Iterable[str] | None,
+    progress: Progress,
+    part: str,
+    binaries: dict[tuple[Version, str, str], bytes],
+) -> Path:
+    """The same; `binaries` of a version, a platform and a model are compiled once for all FMUs that carry it."""
     if version not in (2, 3):
         raise BuildError(f"FMI version {version!r}: FMUs are built for version 2 or 3.")
     names = list(TARGETS) if targets is None else list(targets)
@@ -121,7 +132,10 @@ def build_fmu(
     with temporary() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
 
         def compiled(name: str) -> bytes:
-            return compile_binary(version, TARGETS[name], fmu_facts, folder / name)
+            key = (version, name, fmu_facts.model)
+            if key not in binaries:
+                binaries[key] = compile_binary(version, TARGETS[name], fmu_facts.model, folder / name)
+            return binaries[key]
 
         try:
             for name, data in zip(names, pool.map(compiled, names), strict=True):
@@ -138,4 +152,8 @@ def build_fmu(
 def build_all(folder: Path, targets: Iterable[str] | None = None, progress: Progress = silent) -> tuple[Path, ...]:
     """Build the FMUs of both versions into `folder`."""
     names = None if targets is None else list(targets)
-    return tuple(build_fmu(version, folder / file_name(version, part), names, progress, part) for part in parts() for version in (2, 3))
+    versions: tuple[Version, ...] = (2, 3)
+    binaries: dict[tuple[Version, str, str], bytes] = {}
+    return tuple(
+        _build(version, folder / file_name(version, part), names, progress, part, binaries) for part in parts() for version in versions
+    )

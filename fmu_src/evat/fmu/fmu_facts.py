@@ -20,7 +20,7 @@ class FmuFacts:
     """The facts of one FMU that are neither physics nor behaviour; the fields are the keys of the file, `part` is its name.
 
     An FMU may carry the `model` of another part with other values at the `start`: choices that its use needs, which some importers cannot
-    set.
+    set. It may be slim: of the model's variables it has those that are `shown`, and all others stand at their starts; none named: all.
     """
 
     part: str
@@ -36,6 +36,7 @@ class FmuFacts:
     reference_results: Mapping[str, list[str]]
     model: str
     start: Mapping[str, float | str] = field(default_factory=dict)
+    shown: list[str] = field(default_factory=list)
 
     def interfaces(self, version: Version) -> Mapping[str, Mapping[str, Scalar]]:
         """The interface elements of one FMI version with their attributes."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import uuid
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -10,9 +13,9 @@ from evat.fmu.documentation import contact as documentation
 from evat.fmu.documentation import partner as machine_documentation
 from evat.fmu.documentation import picture
 from evat.fmu.documentation.picture import Picture
-from evat.fmu.fmu_facts import FmuFacts, load
+from evat.fmu.fmu_facts import FmuFacts, Version, load
 from evat.fmu.reference_results import Follow
-from evat.fmu.structure.model_structure import Structure, model_structure
+from evat.fmu.structure.model_structure import Structure, model_structure, restricted
 from evat.fmu.structure.partner import machine_structure
 from evat.model import BuildError, FloatArray, Law, Variable
 from evat.native import kernel, machine
@@ -32,11 +35,56 @@ def fmu_facts_of(part: str = CONTACT) -> FmuFacts:
     return load(source_root() / "fmus" / f"{part}.toml")
 
 
+def every_variable(model: str) -> tuple[Variable, ...]:
+    """The table of a model, whatever an FMU shows of it."""
+    return kernel.variables() if model == CONTACT else machine.variables(model)
+
+
+def model_token(model: str) -> str:
+    """The hash over the tables of a model."""
+    return kernel.token() if model == CONTACT else machine.token(model)
+
+
+def variants(model: str) -> tuple[FmuFacts, ...]:
+    """The FMUs that carry a model; one binary serves them all."""
+    return tuple(facts for facts in map(fmu_facts_of, parts()) if facts.model == model)
+
+
+def token_of(version: Version, fmu_facts: FmuFacts) -> str:
+    """The GUID or instantiationToken of one file: it changes with the model's tables, and with what the FMU makes of them."""
+    identity = [fmu_facts.model_name, version, sorted(fmu_facts.start.items()), fmu_facts.shown, model_token(fmu_facts.model)]
+    return f"{{{uuid.UUID(bytes=hashlib.sha256(json.dumps(identity).encode()).digest()[:16])}}}"
+
+
+def shown_variables(fmu_facts: FmuFacts) -> tuple[Variable, ...]:
+    """The table as the FMU shows it, with its own starts and places.
+
+    Raises BuildError for a name that is not in the table, and where a state is shown without its rate, or no time.
+    """
+    every = every_variable(fmu_facts.model)
+    known = {v.name for v in every}
+    if unknown := [name for name in (*fmu_facts.shown, *fmu_facts.start) if name not in known]:
+        raise BuildError(f"fmus/{fmu_facts.part}.toml: {', '.join(unknown)}: there is no such variable. Correct the file.")
+    shown = set(fmu_facts.shown) or known
+    rates = {v.derivative_of: v.name for v in every if v.derivative_of}
+    if missing := [name for name in ("time", *(rates[name] for name in shown & rates.keys())) if name not in shown]:
+        raise BuildError(f"fmus/{fmu_facts.part}.toml: {', '.join(missing)} must be shown, too. Add it.")
+    rows = [v for v in every if v.name in shown]
+    return tuple(
+        replace(
+            v,
+            index=place,
+            start=v.check(fmu_facts.start[v.name]) if v.name in fmu_facts.start else v.start,
+            derivative_of=v.derivative_of if v.derivative_of in shown else None,
+        )
+        for place, v in enumerate(rows)
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class PartModel:
-    """What one model says of itself, and what is made of that."""
+    """What one FMU says of its model, and what is made of that."""
 
-    token: str
     variables: tuple[Variable, ...]
     states: tuple[str, ...]
     laws: tuple[Law, ...]
@@ -46,20 +94,19 @@ class PartModel:
     follow: Follow
 
 
-def _contact(start: Mapping[str, float | str]) -> PartModel:
-    variables = tuple(replace(v, start=v.check(start[v.name])) if v.name in start else v for v in kernel.variables())
+def _contact(facts: FmuFacts) -> PartModel:
+    variables = shown_variables(facts)
 
     def follow(times: FloatArray, names: Sequence[str]) -> FloatArray:
-        contact = kernel.Contact(start)
+        contact = kernel.Contact(facts.start)
         contact.start(float(times[0]))
         return contact.run(times, {}, names)
 
     return PartModel(
-        kernel.token(),
         variables,
-        kernel.states(),
+        tuple(name for name in kernel.states() if name in {v.name for v in variables}),
         kernel.laws(),
-        model_structure,
+        lambda: restricted(model_structure(), variables),
         lambda fmu_facts: documentation.documentation_files(fmu_facts, variables),
         picture.icon,
         follow,
@@ -73,7 +120,6 @@ def _partner(part: str) -> PartModel:
         return one.run(times, {}, names)
 
     return PartModel(
-        machine.token(part),
         machine.variables(part),
         machine.states(part),
         (),
@@ -88,4 +134,4 @@ def _partner(part: str) -> PartModel:
 def model_of(part: str) -> PartModel:
     """The model of the FMU `part`, with the starts that it has there."""
     fmu_facts = fmu_facts_of(part)
-    return _contact(fmu_facts.start) if fmu_facts.model == CONTACT else _partner(part)
+    return _contact(fmu_facts) if fmu_facts.model == CONTACT else _partner(part)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from evat.files.writing import put
 from evat.fmu.fmu_facts import FmuFacts, Version
+from evat.fmu.part_model import every_variable, fmu_facts_of, model_token, token_of, variants
 from evat.fmu.xml import add, serialised, top
-from evat.native import kernel, machine
 from evat.native.compile import (
-    CONTACT,
     FLAGS,
     Target,
     compile_library,
@@ -22,7 +22,7 @@ from evat.native.compile import (
     source_root,
 )
 
-STARTS = "fmi/starts.c"  # which an FMU may have of its own
+VARIANTS = "fmi/variants.c"  # which the FMUs have of their own
 NAMES = "kernel/names.h"  # which the sources in an FMU have of their own
 
 # A function or an object that a C file defines for others, as clang-format sets it: from the first column, nothing static.
@@ -46,26 +46,35 @@ def source_files(version: Version, fmu_facts: FmuFacts) -> dict[str, bytes]:
     root = source_root()
     paths = (*compiled_sources(version, fmu_facts), *model_headers(root, fmu_facts.model))
     files = {f"sources/{path.relative_to(root).as_posix()}": path.read_bytes() for path in paths}
-    files[f"sources/{STARTS}"] = starts(fmu_facts)
+    files[f"sources/{VARIANTS}"] = variants_file([(version, fmu_facts)])
     files[f"sources/{NAMES}"] = names(version, fmu_facts)
     files["sources/buildDescription.xml"] = build_description(version, fmu_facts)
     return files
 
 
-def starts(fmu_facts: FmuFacts) -> bytes:
-    """The FMU's starts.c: the values that it has at the start beside the table's."""
-    if not fmu_facts.start:
-        return (source_root() / STARTS).read_bytes()
-    places = {
-        variable.name: variable for variable in (kernel.variables() if fmu_facts.model == CONTACT else machine.variables(fmu_facts.model))
-    }
-    rows = "".join(
-        f"    {{{places[name].index}, {places[name].check(value)!r}}}, /* {name} */\n" for name, value in fmu_facts.start.items()
+def variants_file(fmus: Sequence[tuple[Version, FmuFacts]]) -> bytes:
+    """The file variants.c of a program that is each of these FMUs, as the token says."""
+    text = (
+        "/* As which FMUs does this program show its model? Of each its token, its starts beside those of the tables, and the\n"
+        " * variables that it has. */\n"
+        '#include "component.h"\n\n'
     )
-    return (
-        "/* Which values does this FMU start with, beside those of its model's tables? */\n"
-        f'#include "component.h"\n\nconst struct Start fmu_starts[] = {{\n{rows}    {{MODEL_TIME, 0}},\n}};\n'
-    ).encode()
+    rows = []
+    for place, (version, facts) in enumerate(fmus):
+        table = {variable.name: variable for variable in every_variable(facts.model)}
+        row = f'.name = "{facts.model_name}", .token = "{token_of(version, facts)}",\n     .model = "{model_token(facts.model)}"'
+        if facts.start:
+            starts = "".join(f"    {{{table[n].index}, {table[n].check(value)!r}}}, /* {n} */\n" for n, value in facts.start.items())
+            text += f"static const struct Start starts_{place}[] = {{\n{starts}}};\n"
+            row += f",\n     .starts = starts_{place}, .start_count = {len(facts.start)}"
+        if facts.shown:
+            names = sorted(facts.shown, key=lambda name: table[name].index)
+            shown = "".join(f"    {table[name].index}, /* {name} */\n" for name in names)
+            text += f"static const uint16_t shown_{place}[] = {{\n{shown}}};\n"
+            row += f",\n     .shown = shown_{place}, .count = {len(names)}"
+        rows.append(f"    {{{row}}},\n")
+    text += f"\nconst struct Variant fmu_variants[] = {{\n{''.join(rows)}}};\nconst int fmu_variant_count = {len(rows)};\n"
+    return text.encode()
 
 
 def names(version: Version, fmu_facts: FmuFacts) -> bytes:
@@ -97,18 +106,17 @@ def binary_name(version: Version, target: Target, fmu_facts: FmuFacts) -> str:
     return f"binaries/{folder}/{fmu_facts.model_name}{target.extension}"
 
 
-def compile_binary(version: Version, target: Target, fmu_facts: FmuFacts, folder: Path) -> bytes:
-    """The library of one platform; `folder` holds it while it is made.
+def compile_binary(version: Version, target: Target, model: str, folder: Path) -> bytes:
+    """The library of one platform for all FMUs that carry a model; `folder` holds it while it is made.
 
-    But for starts.c, model and shell are compiled from where they lie, with the same command for all FMUs, so that the compiler's cache has
-    them from the second one on.
+    But for variants.c, model and shell are compiled from where they lie, with the same command for all models, so that the compiler's
+    cache has the shell from the second one on.
     """
-    output = folder / f"fmi{version}" / target.fmi3_folder / f"{fmu_facts.model_name}{target.extension}"
+    named = fmu_facts_of(model)
+    output = folder / f"fmi{version}" / target.fmi3_folder / f"{named.model_name}{target.extension}"
     root = source_root()
-    sources = compiled_sources(version, fmu_facts)
-    if fmu_facts.start:
-        own = output.parent / Path(STARTS).name
-        put(own, starts(fmu_facts))
-        sources[sources.index(root / STARTS)] = own
-    include = [*include_folders(root, fmu_facts.model), fmi_headers()]
+    own = output.parent / Path(VARIANTS).name
+    put(own, variants_file([(version, facts) for facts in variants(model)]))
+    sources = [own if source == root / VARIANTS else source for source in compiled_sources(version, named)]
+    include = [*include_folders(root, model), fmi_headers()]
     return compile_library(sources, output, target, include=include).read_bytes()

@@ -110,6 +110,8 @@ def _part(name: str, entry: Mapping[str, Any], where: str) -> Part:
         if fmu_facts_of(entry["part"]).model != CONTACT:
             raise SspError(f"{where}: parameter sets are of the contact; {entry['part']} has none.")
         values, sources = set_values(entry["set"])
+        if hidden := [key for key in values if key not in variables]:
+            raise SspError(f"{where}: the set {entry['set']} gives {', '.join(hidden)}, which {entry['part']} does not show.")
     if "work" in entry:
         thermal = of_work(entry["work"], variables)
         values |= thermal

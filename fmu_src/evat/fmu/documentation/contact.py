@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Collection
 from dataclasses import dataclass
 from importlib import metadata
 
@@ -58,9 +59,15 @@ class Own:
 
 def _own(variables: tuple[Variable, ...]) -> tuple[Own, ...]:
     """What belongs to laws and effects, each with its parameters, states and rates in the order of the table."""
-    groups = [Own(law.name, f"friction law {law.name}", None, law.variables) for law in kernel.laws() if law.variables]
+    table = {v.name: v for v in variables}
+    groups = []
+    for law in kernel.laws():
+        if of_law := tuple(table[v.name] for v in law.variables if v.name in table):
+            groups.append(Own(law.name, f"friction law {law.name}", None, of_law))
     for effect in kernel.effects():
-        switch = kernel.variable(effect.name)
+        if effect.name not in table:
+            continue
+        switch = table[effect.name]
         own = {v.name for v in (*effect.variables, *effect.states)}
         every = tuple(v for v in variables if v.name in own or v.derivative_of in own)
         groups.append(Own(effect.name, f"effect {effect.name}", switch, every))
@@ -87,9 +94,10 @@ def _neutral(variable: Variable) -> str:
     return "" if math.isnan(variable.neutral) else _number(variable.neutral)
 
 
-def _link(name: str) -> Markup:
-    """A link to the row of a variable; an unknown name is an error of the template."""
-    return Markup('<a href="#{0}">{1}</a>').format(kernel.variable(name).name, _code(name))
+def _link(name: str, shown: Collection[str]) -> Markup:
+    """The name of a variable, a link to its row where it is shown; an unknown name is an error of the template."""
+    known = kernel.variable(name).name
+    return Markup('<a href="#{0}">{1}</a>').format(known, _code(known)) if known in shown else _code(known)
 
 
 def _code(name: str) -> Markup:
@@ -108,19 +116,22 @@ def page(fmu_facts: FmuFacts, drawing: picture.Picture, variables: tuple[Variabl
     own = _own(variables)
     owned = {v.name for each in own for v in each.variables} | {each.switch.name for each in own if each.switch}
     parameters = [variable for variable in variables if variable.causality == "parameter"]
+    shown = {variable.name for variable in variables}
     text = render(
         "documentation.html.j2",
         fmu_facts=fmu_facts,
         version=__version__,
         token=kernel.token(),
         diagram=inline(drawing.svg),
-        v=_link,
+        v=lambda name: _link(name, shown),
         code=_code,
         laws=kernel.laws(),
-        effects=kernel.effects(),
+        effects=[effect for effect in kernel.effects() if effect.name in shown],
+        shown_count=len(shown),
+        every_count=len(kernel.variables()),
         parameters=parameters,
         guesses=sum(variable.source.startswith("guess") for variable in parameters),
-        indicator_count=len(kernel.indicators()),
+        indicator_count=len(shown & set(kernel.indicators())),
         sets=[parameter_sets.load(name) for name in parameter_sets.names()],
         groups=[(key, title, [v for v in variables if _group(v) == key and v.name not in owned]) for key, title in _TITLES.items()],
         own=own,

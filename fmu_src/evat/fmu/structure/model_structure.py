@@ -38,6 +38,32 @@ class Structure:
     reinit: frozenset[str]
 
 
+def restricted(structure: Structure, variables: Sequence[Variable]) -> Structure:
+    """What is left of it where there are these variables alone, and everything else stands still."""
+    there = {v.name: v for v in variables}
+
+    def kept(unknowns: Sequence[Unknown]) -> tuple[Unknown, ...]:
+        rows = []
+        for unknown in unknowns:
+            if unknown.variable.name in there:
+                pairs = [(there[v.name], kind) for v, kind in zip(unknown.knowns, unknown.kinds, strict=True) if v.name in there]
+                rows.append(Unknown(there[unknown.variable.name], tuple(v for v, _ in pairs), tuple(kind for _, kind in pairs)))
+        return tuple(rows)
+
+    return Structure(
+        outputs=kept(structure.outputs),
+        derivatives=tuple(unknown for unknown in kept(structure.derivatives) if unknown.variable.derivative_of),
+        initial_unknowns=kept([u for u in structure.initial_unknowns if (v := there.get(u.variable.name)) and _is_asked_for(v)]),
+        indicators=kept(structure.indicators),
+        reinit=structure.reinit & there.keys(),
+    )
+
+
+def _is_asked_for(variable: Variable) -> bool:
+    """FMI asks for the start of outputs and of rates."""
+    return variable.causality == "output" or variable.derivative_of is not None
+
+
 def _running(probe: Probe, unknowns: Sequence[Variable]) -> tuple[Unknown, ...]:
     """The unknowns with their knowns in the order of the table; a state that is an output follows itself alone."""
     rows = []
