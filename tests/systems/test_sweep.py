@@ -12,7 +12,7 @@ from evat.files.table import read_table, read_texts
 from evat.model import ParameterError
 from evat.systems.model import SspError
 from evat.systems.read import read
-from evat.systems.sweep import Row, axis, sweep
+from evat.systems.sweep import Row, axis, sweep, worth
 from typer.testing import CliRunner
 
 WISHES = {"stop": 0.05, "step": 1e-3}
@@ -31,6 +31,12 @@ def test_each_point_is_a_run_of_its_own(systems: dict[str, Path], tmp_path: Path
     late = trace.times >= 0.025
     assert rows[-1].means == {name: float(np.mean(column[late])) for name, column in trace.columns.items()}
     assert not any(row.failure for row in rows)
+
+
+def test_processes_are_started_where_they_save_time() -> None:
+    assert worth(4, 10) == 1  # evat_turning: 1.1 s of processor time in one, 1.3 s in each of two
+    assert worth(4, 100_000) is None  # 6.4 s in one, 4.2 s in each of two
+    assert worth(50, 10) is None  # each loads the system
 
 
 def test_a_cluster_gives_the_same_rows(systems: dict[str, Path], tmp_path: Path) -> None:

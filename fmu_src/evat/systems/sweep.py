@@ -25,7 +25,8 @@ from evat.systems.values import Value, in_units, merged, of_work, seconds, unit,
 from evat.units import to_si
 
 MOST_RUNS = 100_000
-FEW_STEPS = 2000
+STEPS_TO_OPEN = 20_000  # steps that take as long as it takes to load a system: 0.2 s, at some 10 us a step of evat_turning
+FEW_STEPS = 120_000  # for more, two processes are worth their start, 0.7 s of processor time each
 EXAMPLE = "for example 'spindle.speed_set=2:30:8', 'contact.amplitude_x=3 um:9 um:4' or 'contact=regularised/copper,regularised/al-6061'"
 NOT_RUN = "not run: the sweep was stopped"
 MAPPED = ("mean_principal_force", "mean_feed_force", "mean_contact_ratio")  # of a cut
@@ -350,8 +351,8 @@ def units_of(system: System) -> dict[str, str]:
 
 
 def worth(points: int, steps: int) -> int | None:
-    """Processes that so many runs of so many communication steps are worth: to start one takes as long as a thousand steps."""
-    return 1 if points * steps <= FEW_STEPS else None
+    """Processes that so many runs of so many communication steps are worth, None as many as there are: each takes long to start."""
+    return 1 if points * (STEPS_TO_OPEN + steps) <= FEW_STEPS else None
 
 
 def _here(most: int, function: Callable[..., Any], archive: bytes, points: Sequence[tuple[Any, ...]]) -> Iterator[tuple[int, Any]]:
