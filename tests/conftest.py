@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import os
+import signal
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
@@ -18,6 +19,10 @@ from evat import fmu
 from evat.fmu.python_fmu import MODEL_NAME, build_python_fmu
 from evat.native.compile import PACKAGE, host_target, is_whole, kernel_library_path, seal, source_root
 from evat.systems.write import write_all
+
+# What a shell starts in the background ignores SIGINT, and so would every program that a test stops by it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
 
 GIVEN = os.environ.get("EVAT_TEST_FMUS")
 FOLDER = Path(GIVEN) if GIVEN else Path(__file__).resolve().parent.parent / "build" / "out" / "test-fmus"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -123,9 +122,13 @@ def test_the_page_of_an_experiment_fits_screen_phone_and_paper(of_an_experiment:
 def test_a_recorded_position_is_shown_as_one(tmp_path: Path) -> None:
     """It was told as the velocity that is taken from it: 250 mm as 15 m/min."""
     from evat.commands.main import app
+    from evat.experiment.read import scan_experiment
+    from evat.models.contact import ContactModel
+    from evat.plots.experiment_page import channels_of, trials_of
     from typer.testing import CliRunner
 
     assert CliRunner().invoke(app, ["experiment", "example", "axis", "-o", str(tmp_path / "axis")]).exit_code == 0
-    told = CliRunner().invoke(app, ["experiment", "check", str(tmp_path / "axis")], env={"COLUMNS": "160"})
-    assert re.search(r"slip_velocity \(its position\).*deg.* 250 mm", told.output)
-    assert "m/min" not in told.output.partition("nominal model")[0]
+    scan = scan_experiment(tmp_path / "axis", ContactModel())
+    slip = next(row for row in channels_of(scan).rows if row[0].startswith("slip_velocity"))
+    assert (slip[0], slip[-1]) == ("slip_velocity (its position)", "250 mm")
+    assert all("mm" in row[5] for row in trials_of(scan).rows)

@@ -102,15 +102,15 @@ static int show(struct Coupling *c, const struct Member *m, double *signals)
         if (!went_well(c, m, &o->get, status))
             return 0;
         for (int i = 0; i < o->count; ++i) {
-            const double found = number(c->buffer, o->form, i);
-            if (!isfinite(found)) {
+            const double shown = number(c->buffer, o->form, i);
+            if (!isfinite(shown)) {
                 c->failed = (int)(m - c->members);
                 c->status = 0;
                 c->place = o->places[i];
-                c->found = found;
+                c->shown = shown;
                 return 0;
             }
-            signals[o->places[i]] = found;
+            signals[o->places[i]] = shown;
         }
     }
     return 1;

@@ -70,7 +70,7 @@ struct Coupling {
      * which signal is no finite number, and what it is. */
     int failed, status, place;
     const char *function;
-    double found;
+    double shown;
 };
 
 /* All of these answer 1, or 0 where a member failed. */

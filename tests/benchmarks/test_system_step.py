@@ -44,17 +44,17 @@ def plain(system: System, folder: Path) -> float:
 @pytest.mark.parametrize("name", ["stick_slip", "hunting", "feed_drive", "circular_path", "emps", "evat_turning"])
 def test_a_step_of_a_system(benchmark: Any, summary: Summary, systems: dict[str, Path], tmp_path: Path, name: str) -> None:
     """tests/systems/test_compiled_steps.py holds both to the same bits."""
-    system, found = read(systems[name], tmp_path / "read"), {"compiled": math.inf, "plain": math.inf}
+    system, seconds = read(systems[name], tmp_path / "read"), {"compiled": math.inf, "plain": math.inf}
     for n in range(ROUNDS):
         for kind, took in (("compiled", compiled(system)), ("plain", plain(system, tmp_path / str(n)))):
-            found[kind] = min(found[kind], took)
+            seconds[kind] = min(seconds[kind], took)
     benchmark.pedantic(lambda: compiled(system), rounds=1)
-    ratio = found["plain"] / found["compiled"]
-    benchmark.extra_info.update(found)
+    ratio = seconds["plain"] / seconds["compiled"]
+    benchmark.extra_info.update(seconds)
     summary.add(
         f"{name}: a step of {len(system.components)} components",
-        f"{found['compiled'] * 1e6:.1f} us, {ratio:.0f} times cheaper than in Python",
+        f"{seconds['compiled'] * 1e6:.1f} us, {ratio:.0f} times cheaper than in Python",
         wanted="<= 2 us" if name == "stick_slip" else "",
-        limit=f"loop over fmpy: {found['plain'] * 1e6:.0f} us",
+        limit=f"loop over fmpy: {seconds['plain'] * 1e6:.0f} us",
     )
     assert ratio >= 10

@@ -20,10 +20,10 @@ REFERENCE = Given((("drive", "position_reference"),), TIMES, 1e-3 * np.sin(20 * 
 @pytest.fixture(scope="module")
 def coupled(systems: dict[str, Path], fmus: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> dict[str, System]:
     """Systems of FMI 2; "of FMI 3" the same parts by FMI 3, which has no derivatives of inputs."""
-    found = {name: read(systems[name], tmp_path_factory.mktemp(name)) for name in ("stick_slip", "emps", "evat_turning")}
-    plain, folder = found["stick_slip"], fmus["fmi3"].parent
+    systems_read = {name: read(systems[name], tmp_path_factory.mktemp(name)) for name in ("stick_slip", "emps", "evat_turning")}
+    plain, folder = systems_read["stick_slip"], fmus["fmi3"].parent
     parts = {name: replace(part, source=folder / f"{part.source.stem}-fmi3.fmu") for name, part in plain.components.items()}
-    return found | {"of FMI 3": replace(plain, components=parts)}
+    return systems_read | {"of FMI 3": replace(plain, components=parts)}
 
 
 @pytest.mark.parametrize(

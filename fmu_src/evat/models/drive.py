@@ -17,7 +17,7 @@ from fmpy.fmi3 import FMU3Slave
 from evat.files.unpack import ArchiveError, opened, unpack
 from evat.files.writing import OutputError, temporary
 from evat.model import FloatArray, FmuError, ParameterError, Run, SimulationError, Trace
-from evat.native.coupling import FORMS, CallFailed, Coupling, Member, NotFinite, Output
+from evat.native.coupling import FORMS, CallFailed, CoupledFmu, Coupling, NotFinite, Output
 
 Progress = Callable[[float], None]
 
@@ -154,18 +154,18 @@ class Driver:
         shown = len(run.outputs)
         loop = Coupling([self.member], [range(shown, shown + len(names))], [range(shown)], len(names))
         loop.signals[shown:] = table[0]
-        found, at = np.empty((shown, times.size)), "first inputs"
+        rows, at = np.empty((shown, times.size)), "first inputs"
         try:
             loop.set(0)
             self.begin()
             at = "first outputs"
             loop.show(0)
             at = ""
-            loop.run(found, times.size - 1, 1, lambda n, m: times[n : m + 1], lambda ends: table[loop.steps + 1 :][: ends.size], progress)
+            loop.run(rows, times.size - 1, 1, lambda n, m: times[n : m + 1], lambda ends: table[loop.steps + 1 :][: ends.size], progress)
         except (CallFailed, NotFinite) as failed:
             raise self.failure(at or f"step to t = {times[loop.steps + 1]:.9g} s", failed) from failed
         self.end()
-        return found.T
+        return rows.T
 
     def prepare(self, inputs: Sequence[str], outputs: Sequence[str], start: float, stop: float) -> None:
         """Enter the initialisation; from here on `member` has these inputs and outputs."""
@@ -175,7 +175,7 @@ class Driver:
         else:
             self._call("initialisation", self._fmu.setupExperiment, startTime=start, stopTime=stop, tolerance=self._tolerance)
             self._call("initialisation", self._fmu.enterInitializationMode)
-        self.member = Member(
+        self.member = CoupledFmu(
             3 if three else 2,
             self._fmu.component,
             self._address,

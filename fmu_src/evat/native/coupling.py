@@ -53,7 +53,7 @@ class Output:
 
 
 @dataclass(frozen=True)
-class Member:
+class CoupledFmu:
     """An FMU instance: its version of FMI (2 or 3), the addresses of itself and, by name, of its functions; references of the inputs that
     it is given, and the outputs that it shows. interpolates: it takes rates of its inputs."""
 
@@ -90,7 +90,7 @@ class Coupling:
 
     def __init__(
         self,
-        members: Sequence[Member],
+        members: Sequence[CoupledFmu],
         sources: Sequence[Sequence[int]],
         places: Sequence[Sequence[int]],
         given: int,
@@ -125,11 +125,11 @@ class Coupling:
         self._kept.append(self._ffi.new(kind, of))
         return self._kept[-1]
 
-    def _function(self, at: Any, member: Member, name: str) -> None:
+    def _function(self, at: Any, member: CoupledFmu, name: str) -> None:
         at.address = self._ffi.cast("void (*)(void)", member.address(name))
         at.name = self._new("char[]", name.encode())
 
-    def _fill(self, kept: Any, member: Member, sources: Sequence[int], places: Sequence[int]) -> None:
+    def _fill(self, kept: Any, member: CoupledFmu, sources: Sequence[int], places: Sequence[int]) -> None:
         count, fmi = len(member.inputs), member.fmi
         kept.fmi, kept.slopes, kept.input_count = fmi, member.interpolates, count
         kept.instance = self._ffi.cast("void *", member.instance)
@@ -221,5 +221,5 @@ class Coupling:
             return
         c = self._c
         if c.status == 0:
-            raise NotFinite(c.failed, self._places[c.failed].index(c.place), c.found)
+            raise NotFinite(c.failed, self._places[c.failed].index(c.place), c.shown)
         raise CallFailed(c.failed, cffi_text(self._ffi, c.function), c.status)

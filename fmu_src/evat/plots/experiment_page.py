@@ -24,7 +24,7 @@ REPORTS = {"diagnosis.json": "diagnosis", "identification.json": "identification
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class PrintedTable:
     """Rows of texts under their heads."""
 
     title: str
@@ -49,17 +49,17 @@ def _label(signal: Signal) -> str:
     return f"{signal.name} (its position)" if signal.of == POSITION else signal.name
 
 
-def channels_of(scan: Scan) -> Table:
+def channels_of(scan: Scan) -> PrintedTable:
     """What was recorded: role, column, unit, and the least and most of all recordings."""
     signals, rows = scan.document.signals, []
     for signal in (each for each in scan.document.recorded if each.role is not None):
         least, most = min(trial.least[signal.name] for trial in scan.trials), max(trial.most[signal.name] for trial in scan.trials)
         ends = (_recorded(least, signal, signals), _recorded(most, signal, signals))
         rows.append((_label(signal), signal.role or "", signal.column, signal.unit, *ends))
-    return Table("What was recorded", ("signal", "role", "column", "unit in the file", "least", "most"), tuple(rows))
+    return PrintedTable("What was recorded", ("signal", "role", "column", "unit in the file", "least", "most"), tuple(rows))
 
 
-def trials_of(scan: Scan) -> Table:
+def trials_of(scan: Scan) -> PrintedTable:
     """Each recording: condition, rows, clock, and the root mean squares."""
     signals, rows = scan.document.signals, []
     recorded = [signal for signal in scan.document.recorded if signal.role is not None]
@@ -70,10 +70,10 @@ def trials_of(scan: Scan) -> Table:
         facts = (trial.file, trial.condition, str(trial.rows), f"{trial.begin:g}, {trial.end:g}", rate)
         rows.append((*facts, *(_recorded(trial.rms[signal.name], signal, signals) for signal in recorded)))
     heads = ("file", "condition", "rows", "from, to [s]", "rate [Hz]", *(f"rms {_label(signal)}" for signal in recorded))
-    return Table(scan.document.title, heads, tuple(rows))
+    return PrintedTable(scan.document.title, heads, tuple(rows))
 
 
-def means_of(scan: Scan) -> Table | None:
+def means_of(scan: Scan) -> PrintedTable | None:
     """The averages, a row for each condition."""
     means = scan.means
     if means is None:
@@ -83,7 +83,7 @@ def means_of(scan: Scan) -> Table | None:
         (condition, *(shown(float(column[row]), name, scan.document.signals) for name, column in columns.items()))
         for row, condition in enumerate(means.conditions)
     )
-    return Table(f"averages: {means.file}", ("condition", *columns), rows)
+    return PrintedTable(f"averages: {means.file}", ("condition", *columns), rows)
 
 
 def conditions_of(scan: Scan) -> tuple[str, ...]:
@@ -115,14 +115,14 @@ def page(scan: Scan, to: Path, picture: bytes | None, doubts: Sequence[str]) -> 
 def reports_beside(to: Path, data_hash: str) -> dict[str, str]:
     """Reports on the same data in the folders that lie in that of the page `to`, or beside it: links, and what each is."""
     folder = Path(os.path.abspath(to)).parent
-    found = {}
+    reports = {}
     for name, what in REPORTS.items():
         for document in sorted({*folder.glob(f"*/{name}"), *folder.parent.glob(f"*/{name}")}):
             with suppress(OSError, ValueError, AttributeError):
                 made_by = json.loads(document.read_text(encoding="utf-8")).get("made_by", {})
                 if made_by.get("data") == data_hash and document.with_name("report.html").is_file():
-                    found[_link(document.with_name("report.html"), to)] = what
-    return found
+                    reports[_link(document.with_name("report.html"), to)] = what
+    return reports
 
 
 def page_of(folder: Path, report: Path) -> dict[str, str]:

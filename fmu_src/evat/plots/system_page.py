@@ -13,7 +13,7 @@ from evat.headline import Headline
 from evat.model import FloatArray, Trace
 from evat.models.drive import unit_of
 from evat.notebook.panels import prefixed
-from evat.systems.couple import Coupled, Member, Plan
+from evat.systems.couple import Coupled, Plan, SystemMember
 from evat.systems.power import ALLOWED, Power
 
 
@@ -51,7 +51,7 @@ def _headline(coupled: Coupled, trace: Trace, power: Power, plan: Plan) -> Headl
     return Headline("power kept", "good", ran, share=share, share_of=share_of)
 
 
-def _given(member: Member, name: str, value: float | str | bool) -> str:
+def _given(member: SystemMember, name: str, value: float | str | bool) -> str:
     unit = unit_of(member.driver.variables[name]) if name in member.driver.variables else "1"
     text = f"{value:.6g}" if isinstance(value, (int, float)) and not isinstance(value, bool) else str(value)
     return f"{name} = {text}" + ("" if unit == "1" else f" {unit}")

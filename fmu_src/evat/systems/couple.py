@@ -105,7 +105,7 @@ NO_INPUTS = Given((), np.zeros(1), np.zeros((1, 0)))
 
 
 @dataclass(frozen=True, slots=True)
-class Member:
+class SystemMember:
     """A component at work: where its inputs and outputs stand among all signals."""
 
     name: str
@@ -160,7 +160,7 @@ class Coupled:
     def __exit__(self, *_: object) -> None:
         self._stack.close()
 
-    def _member(self, component: Component) -> Member:
+    def _member(self, component: Component) -> SystemMember:
         try:
             driver = self._stack.enter_context(Driver(component.source, self.values[component.name], name=component.name))
         except (FmuError, ParameterError, SimulationError) as error:
@@ -174,7 +174,7 @@ class Coupled:
                 f"component {component.name}: {wrong[0]} is of type {driver.variables[wrong[0]].type}; only real inputs are coupled."
             )
         shows = {at[1]: place for at, place in self.signals.items() if at[0] == component.name and place < self._from_record}
-        return Member(component.name, driver, feeds, shows)
+        return SystemMember(component.name, driver, feeds, shows)
 
     def run(self, plan: Plan, progress: Progress | None = None) -> tuple[Trace, Power]:
         """Go through the plan: what the components showed, and how the power at the bonds came out.
@@ -263,7 +263,7 @@ class _Failed(Exception):
 
 
 @contextmanager
-def _failing(member: Member) -> Iterator[None]:
+def _failing(member: SystemMember) -> Iterator[None]:
     """Says which member it was."""
     try:
         yield

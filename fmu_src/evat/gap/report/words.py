@@ -99,8 +99,8 @@ def with_unit(value: float | None, unit: str, digits: int = 4) -> str:
 
 def typed(prediction: Prediction, name: str) -> Variable:
     """A variable of the model, shown as the files of the experiment have it."""
-    found = next(variable for variable in prediction.model.variables if variable.name == name)
-    return as_typed(found, prediction.experiment.signals)
+    variable = next(each for each in prediction.model.variables if each.name == name)
+    return as_typed(variable, prediction.experiment.signals)
 
 
 def shown_unit(prediction: Prediction, name: str) -> tuple[str, float, float]:
