@@ -80,7 +80,7 @@ def test_a_disk_that_is_full(tmp_path: Path, arguments: tuple[str, ...], most: i
 @POSIX
 def test_a_disk_that_fills_while_a_search_goes_on(rig: Path, tmp_path: Path) -> None:
     """The journal keeps what was written of it, and the search goes on from there."""
-    asked = ("identify", str(rig), "-f", "F_C", "--search", "de", "--population", "8", "--generations", "12", "-o", "found")
+    asked = ("identify", str(rig), "-f", "F_C", "--search", "de", "--population", "8", "--generations", "6", "-o", "found")
     refused(evat(*asked, folder=tmp_path, most=2048), str(Path("found") / "search.journal"), "the journal cannot be written")
     assert files(tmp_path) == ["found", str(Path("found") / "search.journal")]
     assert evat(*asked, "--resume", folder=tmp_path).returncode == 0

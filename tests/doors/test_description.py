@@ -37,6 +37,9 @@ TYPES = {
 }
 
 
+ONE = pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.campaign), 3], scope="module")  # each compiles for long
+
+
 @pytest.fixture(scope="module", params=[2, 3])
 def version(request: pytest.FixtureRequest) -> int:
     return int(request.param)
@@ -250,6 +253,7 @@ def running_knowns() -> tuple[Variable, ...]:
     return tuple(v for v in kernel.variables() if v.causality in ("independent", "input") or v.name in states)
 
 
+@ONE
 def test_what_is_not_listed_does_not_react(description: ModelDescription) -> None:
     states = kernel.states()
     unknowns = [*description.outputs, *description.derivatives, *description.eventIndicators]
@@ -301,6 +305,7 @@ def reactions_of_the_start(count: int, seed: int, unknowns: tuple[str, ...]) -> 
     return reacting
 
 
+@ONE
 def test_what_is_not_listed_for_the_start_does_not_react(description: ModelDescription) -> None:
     reacted = reactions_of_the_start(150, 9000, tuple(u.variable.name for u in description.initialUnknowns))
     assert reacted - listed(description.initialUnknowns) == set()
@@ -334,6 +339,7 @@ def test_factor_of_a_tunable_dependency_is_that_of_its_equation(description: Mod
     assert contact.derivative("proxy_lag.theta_rate", "proxy_speed") == pytest.approx(1 / 0.02, rel=1e-6)  # differences
 
 
+@ONE
 def test_linear_kinds_are_linear(description: ModelDescription) -> None:
     """constant, fixed: one factor for all points of one choice of fixed parameters."""
     claims = tuple(
@@ -409,9 +415,6 @@ def test_failed_write_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.Mo
         archive.write({"a": b"new"}, output)
     assert output.read_bytes() == old
     assert [p.name for p in tmp_path.iterdir()] == ["out.fmu"]
-
-
-ONE = pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.campaign), 3], scope="module")  # each compiles for long
 
 
 @ONE

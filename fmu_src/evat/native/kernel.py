@@ -244,12 +244,14 @@ def effects() -> tuple[Effect, ...]:
     return tuple(table)
 
 
+@functools.lru_cache(maxsize=1)
 def states() -> tuple[str, ...]:
     """Names of the continuous states."""
     _, loaded = library()
     return tuple(variables()[loaded.kernel_state(place)].name for place in range(loaded.kernel_state_count()))
 
 
+@functools.lru_cache(maxsize=1)
 def indicators() -> tuple[str, ...]:
     """Names of the event indicators."""
     _, loaded = library()
