@@ -108,6 +108,14 @@ def test_a_level_that_strays_is_wander(strays: Callable[[np.ndarray, float], np.
     assert of(strays(noise(7), 0.02)).wander == 0.0
 
 
+@pytest.mark.parametrize(("memory", "count"), [(0.0, 400), (0.8, 400), (0.95, 400), (0.95, 1000), (0.99, 1000), (0.99, 3000)])
+def test_noise_that_remembers_is_no_wander(memory: float, count: int) -> None:
+    """Also where the three recordings last for ten times its memory only: slow periods hold most of it."""
+    force, drawn = 10 * np.sin(2 * np.pi * 6 * np.arange(count) / count), (noise(seed, memory, count=count) for seed in range(60))
+    shares = [irregular(rows, [1e-3] * 3, [force] * 3).wander for rows in zip(drawn, drawn, drawn, strict=True)]
+    assert np.mean(np.array(shares) > 0) <= 0.1
+
+
 def test_a_drift_is_no_wander() -> None:
     """Of the zero, or of the gain; as large as the jump above."""
     assert of(noise(8) + np.linspace(-4, 4, COUNT)).wander == 0.0

@@ -48,9 +48,14 @@ def bursts(row: FloatArray) -> BoolArray:
 
 
 def _memory(row: FloatArray) -> float:
-    """Lag-one correlation of a row by the signs of its samples (quadrant correlation): bursts, large as they may be, are few."""
-    signs = np.sign(row - np.median(row))
-    return float(np.clip(np.sin(np.pi / 2 * np.mean(signs[1:] * signs[:-1])), 0.0, 0.99))
+    """Lag-one correlation of a row, as a first-order autoregression has it."""
+    return float(np.clip(_quadrant_correlation([row - np.median(row)]), 0.0, 0.99))
+
+
+def _quadrant_correlation(rows: Sequence[FloatArray]) -> float:
+    """Lag-one correlation by the signs of the samples: bursts and jumps, large as they may be, are few."""
+    signs = [np.sign(row) for row in rows]
+    return float(np.sin(np.pi / 2 * np.mean(np.concatenate([row[1:] * row[:-1] for row in signs]))))
 
 
 def lines(row: FloatArray) -> tuple[float, float, int]:
@@ -75,26 +80,41 @@ def _spectrum(row: FloatArray) -> FloatArray:
 def wander(rows: Sequence[FloatArray], predicted: Sequence[FloatArray]) -> float:
     """Mean square of baseline wander in what repeats do not share [unit squared].
 
-    Of a level, or of a friction that changes its sign with the motion: what the slowest periods of a recording hold beyond as many of the
-    next ones, a straight drift aside.
+    Of a level, or of a friction that changes its sign with the motion: what the slowest periods of a recording hold beyond what a
+    first-order autoregression would that has the next ones, a straight drift aside.
 
     Parameters
     ----------
     rows, predicted : of each recording the difference from its repeats, and what is predicted of it; (n,) each.
     """
-    slow, per_period, count = np.zeros(2), np.zeros(2), 0
     periods = int(CONSTANTS.wander_periods)
-    for row, own in zip(rows, predicted, strict=True):
-        if row.size < 8 * periods + 2:
-            continue
-        free = _without_drift(row, own)
-        for way, level in enumerate((free, free * np.sign(own))):
-            squares = 2 * np.abs(np.fft.rfft(level - level.mean())) ** 2 / row.size
-            slow[way] += squares[1 : periods + 1].sum()
-            per_period[way] += squares[periods + 1 : 4 * periods + 1].mean()
-        count += row.size
-    beyond = np.where(slow > CONSTANTS.wander_height * periods * per_period, slow - periods * per_period, 0.0)
-    return float(np.max(beyond)) / max(count, 1)
+    long = [(row, own) for row, own in zip(rows, predicted, strict=True) if row.size >= 8 * periods + 2]
+    levels = [_without_drift(row, own) for row, own in long]
+    ways = [levels, [level * np.sign(own) for level, (_, own) in zip(levels, long, strict=True)]] if long else []
+    return max((_slow_excess(way, periods) for way in ways), default=0.0)
+
+
+def _slow_excess(rows: Sequence[FloatArray], periods: int) -> float:
+    """Mean square in the slowest periods beyond that of noise."""
+    # Differences of a first-order autoregression have a lag-one correlation of -(1 - memory)/2, and a jump is one of many. What is smoother
+    # than any such noise is none. Short recordings tell the memory coarsely: the longest that they allow counts.
+    thinned = [row[:: _every(row)] for row in rows]
+    of_differences = _quadrant_correlation([np.diff(row) for row in thinned])
+    longest = 1 + 2 * of_differences + CONSTANTS.memory_deviations * np.pi / np.sqrt(sum(row.size for row in thinned))
+    memory = 0.0 if of_differences > CONSTANTS.smooth_differences else float(np.clip(longest, 0.0, 0.99))
+    slow = expected = 0.0
+    for row, few in zip(rows, thinned, strict=True):
+        squares = 2 * np.abs(np.fft.rfft(row - row.mean())[1 : 4 * periods + 1]) ** 2 / row.size
+        angles = 2 * np.pi * np.arange(1, 4 * periods + 1) / few.size
+        of_noise = 1 / (1 - 2 * memory * np.cos(angles) + memory**2)
+        slow += float(squares[:periods].sum())
+        expected += float(squares[periods:].mean() * of_noise[:periods].sum() / of_noise[periods:].mean())
+    return (slow - expected) / sum(row.size for row in rows) if slow > CONSTANTS.wander_height * expected else 0.0
+
+
+def _every(row: FloatArray) -> int:
+    """Of how many samples one is enough to tell what is slow."""
+    return max(1, row.size // int(CONSTANTS.wander_samples))
 
 
 def _without_drift(row: FloatArray, own: FloatArray) -> FloatArray:
