@@ -152,7 +152,7 @@ def install(python: Path, root: Path, what: str) -> None:
     pip = [str(python), "-m", "pip", "install", "--disable-pip-version-check"]
     with_uv = [str(python), "-m", "uv", "pip", "install", "--python", str(python), "-e", what]
     if subprocess.run([*pip, "--quiet", "uv>=0.5"], cwd=root, capture_output=True, check=False).returncode == 0:
-        if subprocess.run(with_uv, cwd=root, env={**os.environ, **uv_settings(python)}, check=False).returncode == 0:
+        if subprocess.run(with_uv, cwd=root, env={**uv_settings(python), **os.environ}, check=False).returncode == 0:
             return
         say("uv could not install it, for the reason above; pip tries")
     complaints: list[str] = []

@@ -120,6 +120,16 @@ def test_uv_looks_for_packages_where_pip_does(tmp_path: Path) -> None:
     assert settings["UV_HTTP_TIMEOUT"] == "7"
 
 
+def test_variables_of_uv_itself_hold_before_settings_of_pip() -> None:
+    before = (
+        "import environment, subprocess; from pathlib import Path; run = subprocess.run; "
+        "told = lambda command, **how: print(how['env']['UV_HTTP_TIMEOUT']) or sys.exit(0) if '-m uv ' in ' '.join(command) else "
+        "(run(command, **how) if 'config' in command else subprocess.CompletedProcess(command, 0)); "
+        "subprocess.run = told; environment.install(Path(sys.executable), Path(), '.')"
+    )
+    assert run_script("test.py", before, UV_HTTP_TIMEOUT="5", PIP_DEFAULT_TIMEOUT="7").stdout.splitlines()[-1] == "5"
+
+
 def test_a_broken_environment_is_named(tmp_path: Path) -> None:
     (tmp_path / ".venv" / "bin").mkdir(parents=True)
     python = tmp_path / ".venv" / "bin" / "python"
