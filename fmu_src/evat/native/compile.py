@@ -287,11 +287,10 @@ def build_coupling_library(output_dir: Path) -> Path:
 
 def _build_if_changed(output: Path, part: str, header: str, defines: Mapping[str, str | int], processor: Processor) -> Path:
     root, target = source_root(), host_target()
-    sources = _library_sources(root, part)
+    sources, _, include = _library_inputs(root, part)
     state = f"{sources_digest(root, part)} {_compiler_version()}".rstrip()
     if not is_whole(output, state):
         seal_of(output).unlink(missing_ok=True)
-        include = (root / COUPLING,) if part == COUPLING else include_folders(root, part)[:1]
         compile_library(sources, output, target, include=include, exports=[header], defines=defines, processor=processor)
         seal(output, state)
     return output
@@ -433,15 +432,18 @@ def _call(command: list[str], folder: Path, output: Path) -> None:
         raise CompileError(f"{output.name}: the C compiler refused:\n  {said}")
 
 
-def _library_sources(root: Path, part: str) -> list[Path]:
-    return [root / COUPLING / "coupling.c"] if part == COUPLING else model_sources(root, part)
+def _library_inputs(root: Path, part: str) -> tuple[list[Path], list[Path], tuple[Path, ...]]:
+    """C files, headers, and the folders of those, of a library for Python."""
+    if part == COUPLING:
+        return [root / COUPLING / "coupling.c"], [root / COUPLING / "coupling.h"], (root / COUPLING,)
+    return model_sources(root, part), model_headers(root, part), include_folders(root, part)[:1]
 
 
 def sources_digest(root: Path, part: str) -> str:
     """Of all that the library of a part is compiled from on this machine, but the compiler."""
     digest = hashlib.sha256()
-    headers = [root / COUPLING / "coupling.h"] if part == COUPLING else model_headers(root, part)
-    for path in (Path(__file__), *_library_sources(root, part), *headers):
+    sources, headers, _ = _library_inputs(root, part)
+    for path in (Path(__file__), *sources, *headers):
         digest.update(f"{path.name}\0".encode() + path.read_bytes() + b"\0")
     digest.update(host_target().zig.encode())
     return digest.hexdigest()
