@@ -1,0 +1,52 @@
+"""What does a search for the cause of a gap have to do with, and what came of it so far?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from evat.gap.search.screen import Screen, Start
+from evat.inference.fit import Fit
+from evat.inference.hypothesis import Hypothesis
+from evat.inference.parameters import Scales
+from evat.inference.prediction import Prediction
+from evat.inference.whitening import Whitening
+from evat.model import Effect, FloatArray, Model
+
+Progress = Callable[[str, float], None]  # what is done now, and which share of the whole is behind it
+
+
+@dataclass
+class Candidates:
+    """Hypotheses beside the `recalibrated` model, of effects that are `offered`.
+
+    `models` are those that were fitted; `rough` is the evidence of all that were looked at, as far as they were; `fronts` tell of an effect
+    how it starts beside the recalibrated parameters, and from which point (p,) it is fitted. `silent` effects do nothing here, `unfed` ones
+    lack inputs.
+    """
+
+    prediction: Prediction
+    whitening: Whitening
+    recalibrated: Fit
+    offered: Sequence[Effect]
+    tell: Progress
+    models: dict[Hypothesis, Fit] = field(default_factory=dict)
+    rough: dict[Hypothesis, float] = field(default_factory=dict)
+    fronts: dict[str, tuple[Start, FloatArray]] = field(default_factory=dict)
+    silent: list[str] = field(default_factory=list)
+    unfed: dict[str, Sequence[str]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.scales = Scales(self.prediction.model, self.prediction.experiment)
+        self.screen = Screen(self.prediction, self.whitening, self.scales)
+
+    @property
+    def without_effects(self) -> float:
+        """Log evidence of the recalibrated model."""
+        return self.recalibrated.likelihood.evidence
+
+
+def allowed(model: Model, effects: Sequence[str]) -> bool:
+    """May these be on together?"""
+    rivals = {effect.name: effect.rivals for effect in model.effects}
+    return not any(other in rivals.get(name, ()) for name in effects for other in effects)

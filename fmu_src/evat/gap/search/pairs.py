@@ -1,0 +1,106 @@
+"""Do two effects explain it better than one? Second effects beside the best, and others in the place of either of the best pair."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evat.constants import CONSTANTS
+from evat.gap.search.candidates import Candidates, allowed
+from evat.gap.search.form import without
+from evat.gap.search.screen import Start, linear
+from evat.inference.fit import Fit, fit
+from evat.inference.hypothesis import NOMINAL, Hypothesis
+from evat.inference.prediction import Prediction
+from evat.inference.whitening import Whitening
+from evat.model import FloatArray
+
+
+def try_pairs(candidates: Candidates) -> None:
+    """Fit the pairs that promise most."""
+    _fit_promising(candidates, _beside_the_best(candidates))
+    _swap(candidates)
+
+
+Merit = dict[Hypothesis, tuple[float, Fit, Start, FloatArray]]  # of a pair: evidence, what it goes on from, its second effect, its point
+
+
+def _beside_the_best(candidates: Candidates) -> Merit:
+    """Second effects beside the best models, by linear sums."""
+    models, fronts, merit = candidates.models, candidates.fronts, Merit()
+    leaders = sorted(models, key=lambda held: -models[held].likelihood.evidence)[: CONSTANTS.paired_singles]
+    for leader in leaders:
+        base = models[leader]
+        for effect in candidates.offered:
+            key = leader.beside(effect.name)
+            if effect.name in leader or effect.name not in fronts or not allowed(candidates.prediction.model, key.effects):
+                continue
+            start, _ = fronts[effect.name]
+            # Slopes of the second effect as they are without the first.
+            sums = candidates.whitening.sums(base.predicted, np.column_stack([base.slopes, start.slopes]))
+            width = start.slopes.shape[1]
+            begin = np.concatenate([base.point, np.zeros(width)])
+            evidence, point = linear(candidates.whitening, sums, begin, start.parameters[:width])
+            point = np.concatenate([point, start.point[width:]])
+            if key not in merit or evidence > merit[key][0]:
+                merit[key] = (evidence, base, start, point)
+                candidates.rough[key] = evidence
+    return merit
+
+
+def _fit_promising(candidates: Candidates, merit: Merit) -> None:
+    models = candidates.models
+    singles = max((single.likelihood.evidence for single in models.values()), default=-np.inf)
+    for place, key in enumerate(sorted(merit, key=lambda k: -merit[k][0])[: CONSTANTS.pair_fits]):
+        candidates.tell(f"fitting {' and '.join(key)}", 0.75 + 0.2 * place / CONSTANTS.pair_fits)
+        if merit[key][0] < singles + CONSTANTS.gain_of_a_pair:
+            break
+        _, base, start, point = merit[key]
+        _fit_beside(candidates, key, base, start, point)
+
+
+def _fit_beside(candidates: Candidates, key: Hypothesis, base: Fit, start: Start, point: FloatArray) -> None:
+    parameters = (*base.parameters, *start.parameters)
+    whole = fit(candidates.prediction, candidates.whitening, parameters, point, key.effects, fixed=base.fixed)
+    if whole is not None:
+        candidates.models[key] = whole
+
+
+def _swap(candidates: Candidates) -> None:
+    """What else could stand in for either effect of the best pair? Screened anew beside the other, since alone it looks different."""
+    prediction, whitening, models, rough = candidates.prediction, candidates.whitening, candidates.models, candidates.rough
+    evidence = {key: model.likelihood.evidence for key, model in models.items()}
+    best = max(evidence, key=lambda key: evidence[key], default=NOMINAL)
+    if len(best) < 2:
+        return
+    tried = [effect for effect in candidates.offered if Hypothesis((effect.name,)) in rough]
+    like = sorted(tried, key=lambda effect: -rough[Hypothesis((effect.name,))])[: CONSTANTS.swaps]
+    swaps = list[tuple[float, Hypothesis, Fit, Start]]()
+    for kept in best.parts():
+        (other,) = (part for part in best.parts() if part != kept)
+        base = models.get(kept) or (without(prediction, whitening, models[best], other.effects) if other.effects else None)
+        for effect in like:
+            key = kept.beside(effect.name)
+            if base is None or effect.name in kept or key in models or not allowed(prediction.model, key.effects):
+                continue
+            candidates.tell(f"trying {effect.name} beside {kept}", 0.93)
+            swaps += [(start.evidence, key, base, start) for start in candidates.screen.starts(base, effect)[:1]]
+    deficit = max(CONSTANTS.hopeless_deficit, CONSTANTS.error_of_linear_gain * (evidence[best] - candidates.without_effects))
+    for value, key, base, start in sorted(swaps, key=lambda each: -each[0])[: CONSTANTS.swap_fits]:
+        if value < evidence[best] - deficit:
+            break
+        _fit_beside(candidates, key, base, start, np.concatenate([base.point, start.point]))
+
+
+def polish(prediction: Prediction, whitening: Whitening, models: dict[Hypothesis, Fit]) -> None:
+    """Where a pair went further than its first effect alone, that goes on from there: a second effect is not paid for a longer way."""
+    pairs = {key: model for key, model in models.items() if len(key) > 1}
+    best = max((model.likelihood.evidence for key, model in models.items() if len(key) == 1), default=0.0)
+    for key, base in list(models.items()):
+        further = [pair for pair in pairs.values() if {p.name for p in base.parameters} <= {p.name for p in pair.parameters}]
+        if len(key) > 1 or not further or base.likelihood.evidence < best - CONSTANTS.hopeless_deficit:
+            continue
+        values = max(further, key=lambda pair: pair.likelihood.evidence).values
+        start = np.array([p.place(float(values[p.name])) for p in base.parameters])
+        again = fit(prediction, whitening, base.parameters, start, base.on, fixed=base.fixed)
+        if again is not None and again.likelihood.log > base.likelihood.log:
+            models[key] = again

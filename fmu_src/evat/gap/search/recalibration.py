@@ -1,0 +1,110 @@
+"""Which values of the nominal model fit best, and what noise, whitening and beginnings of trials follow from that?"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from evat.constants import CONSTANTS
+from evat.inference.discrepancy import likelihood
+from evat.inference.fit import Fit, fit
+from evat.inference.initial_state import begun, with_initial_state
+from evat.inference.noise.estimate import Noise, estimate_noise
+from evat.inference.parameters import Parameter, form_parameters, nominal_parameters
+from evat.inference.prediction import Linearised, Prediction
+from evat.inference.whitening import Whitening
+from evat.model import FloatArray, SimulationError
+
+NO_RUN = "the nominal model does not run on this experiment; simulate it on its own to see why."
+
+
+def recalibrated_model(
+    prediction: Prediction, whitening: Whitening, numerical: FloatArray, by_inputs: FloatArray | None
+) -> tuple[Prediction, Noise, Whitening, Fit]:
+    """The nominal model at its best, with the noise and the whitening that follow from it; then every model is forgiven what an effect of a
+    slightly other form would leave. Shapes of the law enter the prediction linearly from there on."""
+    model, experiment, zeros = prediction.model, prediction.experiment, prediction.input_zeros
+    at = _likeliest_zeros(prediction, whitening)
+    prediction = _linearised(prediction, {}, (), zeros, at)
+    law = (*nominal_parameters(model, experiment), *prediction.setup.parameters)
+    first = _trusted(prediction, whitening, (*law, *zeros), np.concatenate([np.zeros(len(law)), at]))
+    acts = np.any(first.slopes[:, : len(law)], axis=0) | np.array([p.name in experiment.nominal.values for p in law])
+    own = tuple(parameter for parameter, does in zip(law, acts, strict=True) if does)  # of the law that is there
+    prediction, predicted = _begun(prediction, first)
+    noise = estimate_noise(prediction, predicted)
+    whitening = Whitening(prediction, noise, predicted, numerical, by_inputs)
+    recalibrated = _trusted(prediction, whitening, (*own, *zeros), np.concatenate([first.point[: len(law)][acts], first.point[len(law) :]]))
+    forms = (*form_parameters(model, experiment), *zeros)
+    at = np.concatenate([np.zeros(len(forms) - len(zeros)), recalibrated.point[len(own) :]])
+    for _ in range(CONSTANTS.linearisations if forms else 0):
+        prediction = _linearised(prediction, recalibrated.values, recalibrated.on, forms, at)
+        shapes = [each for each in prediction.linearised if np.any(each.column)]
+        start = np.concatenate([recalibrated.point[: len(own)], [each.at for each in shapes]])
+        recalibrated = _trusted(prediction, whitening, (*own, *(each.parameter for each in shapes)), start)
+        reached = dict(zip((each.parameter.name for each in shapes), recalibrated.point[len(own) :], strict=True))
+        before, at = (
+            at,
+            np.array([float(u) if abs(u := reached.get(form.name, 0.0)) > CONSTANTS.linearisation_range else 0.0 for form in forms]),
+        )
+        if np.max(np.abs(at - before)) <= CONSTANTS.linearisation_range:
+            break
+    whitening.forgive(CONSTANTS.form_error * recalibrated.likelihood.size, recalibrated.likelihood.length)
+    return prediction, noise, whitening, recalibrated.again(whitening)
+
+
+def _begun(prediction: Prediction, first: Fit) -> tuple[Prediction, FloatArray]:
+    """How trials begin by a fit that left it open, and what the fit then predicts, (N,)."""
+    before = prediction.starts
+    prediction = begun(with_initial_state(prediction, first.values, first.on), first.predicted)
+    return prediction, first.predicted if prediction.starts == before else prediction.one(first.values, first.on)
+
+
+def _likeliest_zeros(prediction: Prediction, whitening: Whitening) -> FloatArray:
+    """Where each zero of an input is looked for, in its prior standard deviations: a contact at rest that creeps by it is far from
+    linear in it."""
+    best = []
+    for zero in prediction.input_zeros:
+        tried = np.linspace(zero.within(-np.inf), zero.within(np.inf), CONSTANTS.zeros_tried)
+        logs = list[float]()
+        for u in tried:
+            row = prediction.one({zero.name: zero.value(float(u))})
+            sums = whitening.sums(row, np.empty((row.size, 0))) if np.all(np.isfinite(row)) else None
+            logs.append(likelihood(whitening, sums, np.empty(0)).log - 0.5 * u**2 if sums is not None else -np.inf)
+        best.append(float(tried[int(np.argmax(logs))]))
+    return np.array(best)
+
+
+def _linearised(
+    prediction: Prediction, values: Mapping[str, float | str], on: Sequence[str], forms: Sequence[Parameter], at: FloatArray
+) -> Prediction:
+    """Shapes of the base law and zeros of inputs about `at` (p,), in their prior standard deviations. values, on : of the model there."""
+    plain, step = prediction.linearise(()), CONSTANTS.linearisation_step
+    held = {name: value for name, value in values.items() if name not in prediction.setup.names}
+    held |= {form.name: form.value(float(u)) for form, u in zip(forms, at, strict=True)}
+    shapes = [place for place, form in enumerate(forms) if form.name not in prediction.setup_names]
+    table = at[shapes] + np.vstack([np.zeros(len(shapes)), step * np.eye(len(shapes))])
+    lanes = {forms[k].name: np.array([forms[k].value(float(u)) for u in column]) for k, column in zip(shapes, table.T, strict=True)}
+    first, *others = plain.many({**held, **lanes}, on)
+    rows = dict(zip(shapes, others, strict=True))
+    for place, form in enumerate(forms):
+        if place not in rows:  # an input is one for all lanes
+            rows[place] = plain.one({**held, form.name: form.value(float(at[place]) + step)}, on)
+    columns = [np.nan_to_num((rows[place] - first) / step) for place in range(len(forms))]
+    return prediction.linearise([Linearised(form, float(u), column) for form, u, column in zip(forms, at, columns, strict=True)])
+
+
+def _trusted(prediction: Prediction, whitening: Whitening, parameters: Sequence[Parameter], start: FloatArray) -> Fit:
+    """A fit that the whitening then trusts as far as what it leaves allows."""
+    trusted = must(fit(prediction, whitening, parameters, start, most_steps=0))
+    for _ in range(2):
+        whitening.doubt(trusted.likelihood.size, trusted.likelihood.length)
+        trusted = must(fit(prediction, whitening, parameters, trusted.point))
+    whitening.doubt(trusted.likelihood.size, trusted.likelihood.length)
+    return trusted.again(whitening)
+
+
+def must(fitted: Fit | None) -> Fit:
+    if fitted is None:
+        raise SimulationError(NO_RUN)
+    return fitted
