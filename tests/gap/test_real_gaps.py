@@ -48,7 +48,7 @@ def _tribometer(nominal: Values) -> Experiment:
 
 
 def test_the_tribometer_asks_lugre_for_an_elasto_plastic_break_away() -> None:
-    """An independent study leaves 11.4 % with LuGre, 5.4 % with an elasto-plastic stop and a free zero (tests/test_real_records.py)."""
+    """An independent study leaves 11.4 % with LuGre, 5.4 % with an elasto-plastic stop and a free zero (test_real_records.py)."""
     law = {"friction_law": "lugre", "F_C": 2.69, "F_S": 2.69, "sigma0": 3.6e4, "sigma1": 0.0, "sigma2": 0.0}
     answer = diagnose(_tribometer(law), STILL)
     assert answer.verdict in ("effect", "ambiguous")

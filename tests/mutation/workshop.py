@@ -56,7 +56,7 @@ class Part:
 PARTS = {
     "kernel": Part(
         ("kernel/**/*.c", "kernel/elementary.h", "kernel/solver/root.h"),
-        ("tests/laws", "tests/effects", "tests/doors/test_reference.py", "tests/doors/test_lanes.py", "tests/test_batch.py"),
+        ("tests/laws", "tests/effects", "tests/doors/test_reference.py", "tests/doors/test_lanes.py", "tests/models/test_batch.py"),
         2.0,
     ),
     "machines": Part(("machines/*.c", "machines/parts/*.c"), ("tests/systems/test_machines.py",), 9.0),

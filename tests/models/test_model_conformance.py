@@ -99,7 +99,7 @@ def model(case: Case, fmi2_fmu: Path) -> Model:
 def test_every_model_is_here(fmi2_fmu: Path) -> None:
     """All classes of the package and of the tests that have simulate_many, or whose base has: but the protocol and the base of toys."""
     bases, models = dict[str, set[str]](), set[str]()
-    for folder in (Path(evat.__file__).parent, Path(__file__).parent):
+    for folder in (Path(evat.__file__).parent, Path(__file__).parents[1]):
         for path in folder.rglob("*.py"):
             for node in ast.parse(path.read_text(encoding="utf-8")).body:
                 if isinstance(node, ast.ClassDef):

@@ -21,7 +21,7 @@ def test_no_two_classes_have_one_name() -> None:
 
 def test_no_result_is_called_found() -> None:
     """A result is named by what it is: a fit, a row of forces, a place."""
-    root = Path(__file__).parents[1]
+    root = Path(__file__).parents[2]
     called = []
     for path in (*(root / "fmu_src").rglob("*.py"), *(root / "tests").rglob("*.py"), *(root / "build").glob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

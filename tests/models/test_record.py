@@ -13,7 +13,7 @@ from evat.native import kernel
 from evat.studies.record import Columns, follow_record, read_record, velocity_from_position
 from scipy.optimize import least_squares
 
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "tribometer_5N_hysteresis" / "test_data_2.txt"
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "tribometer_5N_hysteresis" / "test_data_2.txt"
 COLUMNS = Columns(time="Time [s]", force="Friction [uN]", position="Position [mm]", force_sign=-1)
 FITTED = (17.0, 57.0)
 needs_data = pytest.mark.skipif(not DATA.is_file(), reason="the tribometer record is not beside this checkout (../shared/data)")

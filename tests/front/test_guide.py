@@ -25,7 +25,7 @@ from evat.native import kernel
 from evat.native.compile import source_root
 from evat.systems.write import write_all
 
-README = Path(__file__).resolve().parent.parent / "README.md"
+README = Path(__file__).resolve().parents[2] / "README.md"
 PAGES = {path.name: path for path in (*sorted(guide.pages().glob("*.md")), README)}
 BLOCK = re.compile(
     r"(?:^<!-- not run: (?P<reason>[^\n]+) -->\n)?^(?P<fence>`{3,4})(?P<kind>\w*)\n(?P<text>.*?)^(?P=fence)$", re.DOTALL | re.MULTILINE

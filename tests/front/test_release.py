@@ -10,7 +10,7 @@ import pytest
 from evat.files.read_toml import read_toml
 from evat.paper_tables import table_1_source
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 yaml = pytest.importorskip("yaml")
 
 

@@ -16,7 +16,7 @@ from scipy.io import loadmat
 from scipy.optimize import least_squares
 from scipy.signal import butter, decimate, filtfilt
 
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 TRIBOMETER = DATA / "tribometer_5N_hysteresis" / "test_data_2.txt"
 EMPS = DATA / "emps" / "DATA_EMPS.mat"
 needs_tribometer = pytest.mark.skipif(not TRIBOMETER.is_file(), reason="the tribometer record is not beside this checkout (../shared/data)")
