@@ -269,11 +269,12 @@ class Prediction:
         """All rows of all sets in one call: (count, channels * rows)."""
         rows = len(means.conditions)
         own = self._own(self.of_model_alone(values), {})
-        sets = {name: np.repeat(value, rows) if np.ndim(value) == 1 else value for name, value in own.items()}
-        sets.update({name: np.tile(column, count) for name, column in means.values.items()})
+        # The sets of a row are neighbours: lanes that move alike step alike, in half of the time.
+        sets = {name: np.tile(value, rows) if np.ndim(value) == 1 else value for name, value in own.items()}
+        sets.update({name: np.repeat(column, count) for name, column in means.values.items()})
         names = {channel: self.variable_of(channel) for channel in means.outputs}
         settled = self.model.settled(tuple(dict.fromkeys(names.values())), effects, sets)
-        return np.concatenate([settled[name].reshape(count, rows) for name in names.values()], axis=1)
+        return np.concatenate([settled[name].reshape(rows, count).T for name in names.values()], axis=1)
 
 
 def _with_lead_in(trial: Trial) -> tuple[FloatArray, Mapping[str, FloatArray], int]:
