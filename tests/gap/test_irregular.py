@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from evat.gap import diagnose_with
+from evat.gap.report.words import sentence
 from evat.gap.search.compare import compare
 from evat.gap.verdict.judgement import features
 from evat.inference.hypothesis import Hypothesis
@@ -137,3 +139,17 @@ def test_lines_that_the_likeliest_model_has_are_none() -> None:
     has_it = replace(comparison.recalibrated, predicted=comparison.recalibrated.predicted + 0.3 * np.concatenate(ringing))
     with_it = replace(comparison, models={Hypothesis(("lean",)): has_it})
     assert features(with_it).irregular_share["F"] < 0.1
+
+
+def test_a_level_that_jumps_from_repeat_to_repeat_is_told() -> None:
+    """Also a jump that is larger than the force itself, of which fits of gain and clock leave something."""
+    made = measured(repeats=3, noise=0.02)
+    jumps = [6.0 * (-1) ** place * (trial.times > (0.2 + 0.05 * place) * trial.times[-1]) for place, trial in enumerate(made.trials)]
+    trials = [replace(t, outputs={"F": t.outputs["F"] + jump}) for t, jump in zip(made.trials, jumps, strict=True)]
+    answer, _ = diagnose_with(replace(made, trials=tuple(trials)), Toy())
+    assert answer.verdict == "unknown"
+    assert sentence(answer).startswith(
+        "Something comes and goes by itself that none of the known effects does: in the F a level that jumps"
+    )
+    calm, _ = diagnose_with(measured(repeats=3, noise=0.02), Toy())
+    assert not calm.foreign

@@ -23,7 +23,7 @@ from evat.gap.search.portion import portion
 from evat.gap.verdict.constants import Constants, stored
 from evat.gap.verdict.credibility import doubts, shifted
 from evat.gap.verdict.gates import gates
-from evat.gap.verdict.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, judge
+from evat.gap.verdict.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, foreign_channels, judge
 from evat.gap.verdict.raised import raised
 from evat.gap.verdict.small import small_effect
 from evat.inference.checks import check_clocks
@@ -95,6 +95,7 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
         families=_families(prediction.model, judgement),
         members=_members(prediction.model),
         small=None if comparison.audit.refused else small_effect(comparison, judgement),
+        foreign={channel: comparison.noise.irregular[channel] for channel in foreign_channels(judgement.features, known)},
     )
 
 
@@ -197,8 +198,7 @@ def _missing(comparison: Comparison) -> tuple[str, ...]:
     notes += [f"{name}: {', '.join(inputs)} was not recorded" for name, inputs in comparison.unfed.items()]
     for channel, comes in comparison.noise.irregular.items():
         if comes.share > CONSTANTS.notable_irregularity:
-            where = f", the strongest line at {comes.frequency:.4g} Hz" if comes.frequency else ""
-            notes.append(f"{channel}: {comes.share:.0%} of what repeats do not share is no noise but bursts, lines or wander{where}")
+            notes.append(f"{channel}: {comes.share:.0%} of what repeats do not share is no noise but comes and goes by itself: {comes}")
     if not comparison.noise.repeated:
         notes.append("repeatability: no condition was recorded twice, so trial-to-trial changes are taken from priors")
     return tuple(notes)

@@ -16,6 +16,7 @@ from evat.gap.verdict.gates import Gate
 from evat.gap.verdict.judgement import Judgement
 from evat.gap.verdict.small import SmallEffect
 from evat.inference.hypothesis import Hypothesis
+from evat.inference.noise.irregularity import Irregularity
 
 FORMAT = 1
 
@@ -45,7 +46,8 @@ class Recalibrated:
 @dataclass(frozen=True)
 class Diagnosis:
     """The answer; see the format for what each part means. `families` are the probabilities that an effect of each acts, the likeliest
-    first; `members` the effects of each; `small` is what is certain and yet small."""
+    first; `members` the effects of each; `small` is what is certain and yet small; `foreign` is, channel by channel, what comes and goes by
+    itself and is more than the effects explain."""
 
     verdict: str
     effects: tuple[Named, ...]
@@ -61,6 +63,7 @@ class Diagnosis:
     families: Mapping[str, float] = field(default_factory=dict)
     members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     small: SmallEffect | None = None
+    foreign: Mapping[str, Irregularity] = field(default_factory=dict)
 
     @property
     def candidates(self) -> tuple[tuple[Hypothesis, float | None], ...]:

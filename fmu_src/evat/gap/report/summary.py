@@ -87,6 +87,8 @@ def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
         return "put right what is said above, and diagnose again."
     if answer.verdict == "no_gap":
         return "nothing; the nominal model is as good as these data can tell."
+    if answer.verdict == "unknown" and answer.foreign:
+        return "look for mains hum, a loose cable, deposits that tear off, starved lubrication or chatter, and record the repeats again."
     if answer.verdict == "unknown":
         return f"look at the measurement {_place(answer, comparison)}: the gap lies there, and no known effect makes it."
     if answer.verdict == "mistuned":

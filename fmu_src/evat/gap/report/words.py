@@ -9,6 +9,7 @@ from types import MappingProxyType
 from evat.experiment import as_typed
 from evat.gap.answer import Diagnosis
 from evat.inference.hypothesis import Hypothesis
+from evat.inference.noise.irregularity import Irregularity
 from evat.inference.prediction import Prediction
 from evat.model import Variable
 from evat.units import affine
@@ -23,6 +24,8 @@ SENTENCES = {
 
 def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({}), *, share: bool = True) -> str:
     """The verdict in one sentence. meanings : of effects and laws, what each is in the world; share : say how much of the gap it closes."""
+    if answer.verdict == "unknown" and answer.foreign:
+        return _foreign(answer.foreign)
     if answer.verdict in SENTENCES:
         return SENTENCES[answer.verdict] + (f" Beside that, {_small(answer)}." if answer.small else "")
     if answer.verdict == "ambiguous":
@@ -38,6 +41,11 @@ def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({
         names = " and ".join(f"{name} ({what})" if what else name for name, what in zip(each, known, strict=True))
     how = _sure(answer.judgement.probabilities[answer.judgement.chosen])
     return f"The gap is caused by {names} (probability {how}){_far(answer) if share else ''}{_certain(answer)}."
+
+
+def _foreign(foreign: Mapping[str, Irregularity]) -> str:
+    each = [f"in the {channel.replace('_', ' ')} {comes}" for channel, comes in foreign.items()]
+    return f"Something comes and goes by itself that none of the known effects does: {'; '.join(each)} of what repeats do not share."
 
 
 def _certain(answer: Diagnosis) -> str:

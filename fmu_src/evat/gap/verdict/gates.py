@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from evat.constants import CONSTANTS
-from evat.gap.verdict.judgement import MISTUNED, NO_GAP, Judgement, judge, steps
+from evat.gap.verdict.judgement import MISTUNED, NO_GAP, Judgement, judge, steps, unexplained_channels
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,9 +116,9 @@ def _evidence(judgement: Judgement) -> list[Gate]:
             1 / (1 + math.exp(-even)), f"the library knows it: {step.by_library:.3g} of the probability of a gap is unknown",
             f"no hypothesis explains it: {step.by_library:.3g} of the probability of a gap is unknown",
         )  # fmt: skip
-    explained = max(1 - step.left, 0.0)
+    foreign = unexplained_channels(features, max(1 - step.left, 0.0))
     for channel, share in features.irregular_share.items():
-        unexplained = features.irregular[channel] > explained * features.recalibrated[channel]
+        unexplained = channel in foreign
         gate(
             f"regular, {channel}", "share of what repeats do not share that is bursts, lines and wander"
             + ("" if unexplained else "; no more of it than the effects explain, so any share will do"),

@@ -237,11 +237,21 @@ def judge(features: Features, constants: Constants, reverse: Collection[str] = (
 
 def _foreign(features: Features, explained: float, unknown: float, structural: float, constants: Constants) -> tuple[float, float]:
     """Probabilities of something unknown and of any gap, where more comes and goes by itself than the effects explain."""
-    for channel, share in features.irregular_share.items():
-        if features.irregular[channel] > explained * features.recalibrated[channel]:
-            foreign = _sigmoid((share - constants.irregular) * CONSTANTS.irregularity_slope)
-            unknown, structural = max(unknown, foreign), max(structural, foreign)
+    for channel in unexplained_channels(features, explained):
+        foreign = _sigmoid((features.irregular_share[channel] - constants.irregular) * CONSTANTS.irregularity_slope)
+        unknown, structural = max(unknown, foreign), max(structural, foreign)
     return unknown, structural
+
+
+def unexplained_channels(features: Features, explained: float) -> tuple[str, ...]:
+    """Where more comes and goes by itself than effects explain. explained : the share of the structural gap that they do."""
+    return tuple(c for c, square in features.irregular.items() if square > explained * features.recalibrated[c])
+
+
+def foreign_channels(features: Features, constants: Constants) -> tuple[str, ...]:
+    """Where what comes and goes by itself is something unknown rather than not."""
+    unexplained = unexplained_channels(features, max(1 - steps(features, constants).left, 0.0))
+    return tuple(channel for channel in unexplained if features.irregular_share[channel] > constants.irregular)
 
 
 def _seen(size: float) -> float:

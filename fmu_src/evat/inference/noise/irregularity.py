@@ -32,6 +32,12 @@ class Irregularity:
     def share(self) -> float:
         return min(self.bursts + self.lines + self.wander, 1.0)
 
+    def __str__(self) -> str:
+        """What it is, the largest first, as a person reads it."""
+        line = f"a line at {self.frequency:.4g} Hz" if self.frequency else "lines"
+        kinds = {"a level that jumps or wanders": self.wander, "bursts": self.bursts, line: self.lines}
+        return ", ".join(f"{kind} ({share:.0%})" for kind, share in sorted(kinds.items(), key=lambda each: -each[1]) if share >= 0.01)
+
 
 def bursts(row: FloatArray) -> BoolArray:
     """Which samples of a difference between repeats lie in a burst, and not in the tail of one shock to noise that goes on."""
@@ -90,22 +96,24 @@ def wander(rows: Sequence[FloatArray], predicted: Sequence[FloatArray]) -> float
     periods = int(CONSTANTS.wander_periods)
     long = [(row, own) for row, own in zip(rows, predicted, strict=True) if row.size >= 8 * periods + 2]
     levels = [_without_drift(row, own) for row, own in long]
-    ways = [levels, [level * np.sign(own) for level, (_, own) in zip(levels, long, strict=True)]] if long else []
-    return max((_slow_excess(way, periods) for way in ways), default=0.0)
-
-
-def _slow_excess(rows: Sequence[FloatArray], periods: int) -> float:
-    """Mean square in the slowest periods beyond that of noise."""
     # Differences of a first-order autoregression have a lag-one correlation of -(1 - memory)/2, and a jump is one of many. What is smoother
     # than any such noise is none. Short recordings tell the memory coarsely: the longest that they allow counts.
-    thinned = [row[:: _every(row)] for row in rows]
+    thinned = [_without_shift(row, own)[:: _every(row)] for row, own in long]
+    if not thinned:
+        return 0.0
     of_differences = _quadrant_correlation([np.diff(row) for row in thinned])
     longest = 1 + 2 * of_differences + CONSTANTS.memory_deviations * np.pi / np.sqrt(sum(row.size for row in thinned))
     memory = 0.0 if of_differences > CONSTANTS.smooth_differences else float(np.clip(longest, 0.0, 0.99))
+    ways = (levels, [level * np.sign(own) for level, (_, own) in zip(levels, long, strict=True)])
+    return max(_slow_excess(way, periods, memory) for way in ways)
+
+
+def _slow_excess(rows: Sequence[FloatArray], periods: int, memory: float) -> float:
+    """Mean square in the slowest periods beyond that of noise with this memory of thinned samples."""
     slow = expected = 0.0
-    for row, few in zip(rows, thinned, strict=True):
+    for row in rows:
         squares = 2 * np.abs(np.fft.rfft(row - row.mean())[1 : 4 * periods + 1]) ** 2 / row.size
-        angles = 2 * np.pi * np.arange(1, 4 * periods + 1) / few.size
+        angles = 2 * np.pi * np.arange(1, 4 * periods + 1) / -(-row.size // _every(row))
         of_noise = 1 / (1 - 2 * memory * np.cos(angles) + memory**2)
         slow += float(squares[:periods].sum())
         expected += float(squares[periods:].mean() * of_noise[:periods].sum() / of_noise[periods:].mean())
@@ -119,13 +127,36 @@ def _every(row: FloatArray) -> int:
 
 def _without_drift(row: FloatArray, own: FloatArray) -> FloatArray:
     """A row less its mean, and less a straight drift of zero and gain unless a single shift of its level explains more."""
-    course, free = np.linspace(-1.0, 1.0, row.size), row - row.mean()
-    basis = np.column_stack([np.ones(row.size), course, course * own / (np.sqrt(np.mean(own**2)) + 1e-300)])
-    straight = row - basis @ np.linalg.lstsq(basis, row, rcond=None)[0]
-    before = np.arange(1, row.size)
-    sums = np.cumsum([level - level.mean() for level in (free, free * np.sign(own))], axis=1)[:, :-1]
-    by_shift = np.max(sums**2 * row.size / (before * (row.size - before)))
-    return free if by_shift > free @ free - straight @ straight else np.asarray(straight)
+    free, straight = row - row.mean(), _remainder(row, _drifts(own))
+    by_shift = max(explains for _, explains in _shifts(row, own))
+    return free if by_shift > free @ free - straight @ straight else straight
+
+
+def _without_shift(row: FloatArray, own: FloatArray) -> FloatArray:
+    """A row less drift, gain, clock and a single shift of its level: what was fitted where a large one was leaves something of each."""
+    steps = [level for level, _ in _shifts(row, own)]
+    return _remainder(row, np.column_stack([_drifts(own), own, np.gradient(own), *steps]))
+
+
+def _drifts(own: FloatArray) -> FloatArray:
+    course = np.linspace(-1.0, 1.0, own.size)
+    return np.column_stack([np.ones(own.size), course, course * own / (np.sqrt(np.mean(own**2)) + 1e-300)])
+
+
+def _shifts(row: FloatArray, own: FloatArray) -> list[tuple[FloatArray, float]]:
+    """Where the level shifts most, as it stands and against the motion: the level (n,), and the square that it explains."""
+    before, shifts = np.arange(1, row.size), list[tuple[FloatArray, float]]()
+    for way in (np.ones(row.size), np.sign(own)):
+        level = (row - row.mean()) * way
+        explains = np.cumsum(level - level.mean())[:-1] ** 2 * row.size / (before * (row.size - before))
+        place = int(np.argmax(explains))
+        shifts.append((way * (np.arange(row.size) > place), float(explains[place])))
+    return shifts
+
+
+def _remainder(row: FloatArray, basis: FloatArray) -> FloatArray:
+    left: FloatArray = row - basis @ np.linalg.lstsq(basis, row, rcond=None)[0]
+    return left
 
 
 def irregular(rows: Sequence[FloatArray], steps: Sequence[float], predicted: Sequence[FloatArray]) -> Irregularity:
