@@ -15,8 +15,9 @@ import pytest
 from evat.commands import begin as command
 from evat.commands.main import main
 from evat.experiment import ExperimentError
-from evat.experiment.begin.guess import Answers, Begun, begin
+from evat.experiment.begin.guess import begin
 from evat.experiment.begin.names import named
+from evat.experiment.begin.understood import Answers, Begun
 from evat.experiment.begin.words import meant
 from evat.experiment.begin.write import Believed, write_begun
 from evat.experiment.read import read_experiment

@@ -17,7 +17,7 @@ from evat.model import EvatError, ParameterError
 from evat.units import number_and_unit, to_si
 
 if TYPE_CHECKING:
-    from evat.experiment.begin.guess import Answers, Begun, Question
+    from evat.experiment.begin.understood import Answers, Begun, Question
     from evat.experiment.read import Scan
 
 PICTURE = "experiment.png"
@@ -84,7 +84,7 @@ def init(
 
 
 def _answers(signal: Sequence[str] | None, unit: Sequence[str] | None, radius: str | None, motor_constant: str | None) -> Answers:
-    from evat.experiment.begin.guess import Answers
+    from evat.experiment.begin.understood import Answers
 
     answers = Answers()
     for text in signal or ():

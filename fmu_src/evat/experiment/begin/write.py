@@ -11,7 +11,7 @@ import tomlkit
 
 from evat.console import printable
 from evat.experiment import ExperimentError
-from evat.experiment.begin.guess import Begun
+from evat.experiment.begin.understood import Begun
 from evat.experiment.document import FILE, FORMAT
 from evat.experiment.keys import keys, meaning
 from evat.files.text import TextForm
