@@ -163,8 +163,17 @@ class Experiment:
     @property
     def given(self) -> frozenset[str]:
         """Variables that it states itself, beside the nominal model: recorded inputs, and values of trials and means."""
-        recorded = {name for trial in self.trials for name in (*trial.inputs, *trial.values)}
-        return frozenset(recorded | set(self.means.values if self.means is not None else ()))
+        return self.recorded | self.stated
+
+    @property
+    def recorded(self) -> frozenset[str]:
+        """Inputs with a column in the files of trials."""
+        return frozenset(name for trial in self.trials for name in trial.inputs)
+
+    @property
+    def stated(self) -> frozenset[str]:
+        """Variables that trials and means state a value of."""
+        return frozenset(name for trial in self.trials for name in trial.values) | frozenset(self.means.values if self.means else ())
 
     @property
     def samples(self) -> int:
