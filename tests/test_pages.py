@@ -115,8 +115,9 @@ def test_the_page_of_an_experiment_leads_to_its_reports_and_back(of_an_experimen
     assert other == {}
 
 
-def test_the_page_of_an_experiment_fits_screen_phone_and_paper(of_an_experiment: Path) -> None:
-    check_layout(of_an_experiment / "rig" / "experiment.html")
+@pytest.mark.parametrize("page", ["rig/experiment.html", "identified/report.html"])
+def test_the_pages_of_an_experiment_fit_screen_phone_and_paper(of_an_experiment: Path, page: str) -> None:
+    check_layout(of_an_experiment / page)
 
 
 def test_a_recorded_position_is_shown_as_one(tmp_path: Path) -> None:

@@ -30,6 +30,7 @@ STYLE: Any = {
     "legend.fontsize": "small",
     "svg.hashsalt": "evat",
 }
+NARROW = 5.0  # inches: of a picture that a phone shows
 MOST_PANELS = 12
 MOST_LINES = 10  # in one panel; more are drawn as their quantiles
 MOST_TURNS = 240  # of a line across one panel, that can still be told from each other
@@ -142,14 +143,15 @@ def over_time(
     units: Mapping[str, str],
     names: Sequence[str] = (),
     title: str = "",
+    width: float = 9.0,
 ) -> NotebookFigure:
-    """A panel for each of `names`, or of those that were `chosen`; columns of shape (n,), or (K, n) for several lines."""
+    """A panel for each of `names`, or of those that were `chosen`; columns of shape (n,), or (K, n) for several lines. width : [inch]."""
     means = {name: np.atleast_2d(column)[0] for name, column in columns.items()}
     shown = list(names) or chosen(means)
     factor, unit = clock_unit(float(times[-1] - times[0]))
     clock, spans = times * factor, 0.0
     with mpl.rc_context(STYLE):
-        figure, axes = new_figure(len(shown), 1, (9, 1.2 + 1.3 * len(shown)))
+        figure, axes = new_figure(len(shown), 1, (width, 1.2 + 1.3 * len(shown)))
         for place, (axis, name) in enumerate(zip(axes[:, 0], shown, strict=True)):
             lines = np.atleast_2d(columns[name])
             scale, shown_unit = prefixed(lines, units.get(name, ""))
@@ -164,7 +166,7 @@ def over_time(
                     spans = max(spans, draw(axis, clock, line * scale, shade))
             axis.set_ylabel(label(name.replace(".", ".\n", 1), shown_unit), fontsize=8)
         axes[-1, 0].set_xlabel(label("time", unit))
-        axes[0, 0].set_title(title)
+        axes[0, 0].set_title(textwrap.fill(title, round(10 * width)))
         many = any(np.atleast_2d(columns[name]).shape[0] > MOST_LINES for name in shown)
         notes = [
             f"band: least to largest within {spans:.3g} {unit}; line: mean" if spans else "",
@@ -172,7 +174,7 @@ def over_time(
             left_out(columns, shown) if not names else "",
         ]
         if told := "; ".join(filter(None, notes)):
-            figure.supxlabel(textwrap.fill(told, 140), fontsize=7)
+            figure.supxlabel(textwrap.fill(told, round(15.5 * width)), fontsize=7)
         without_formulas(figure)
         return figure
 
