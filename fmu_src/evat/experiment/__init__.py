@@ -107,6 +107,12 @@ class Trial:
     outputs: Mapping[str, FloatArray]
     lead_in: Trial | None = None
 
+    def __repr__(self) -> str:
+        span = f", {self.times[0]:g} to {self.times[-1]:g} s" if self.times.size else ""
+        return (
+            f"<Trial {self.file}: condition {self.condition}, {self.times.size} samples{span}; {', '.join([*self.inputs, *self.outputs])}>"
+        )
+
     def head(self, count: int) -> Trial:
         """Its first samples."""
         inputs, outputs = ({name: column[:count] for name, column in some.items()} for some in (self.inputs, self.outputs))
@@ -147,6 +153,11 @@ class Experiment:
     data_hash: str
     setup_sd: Mapping[str, SetupSd] = field(default_factory=dict)
     day: str = ""
+
+    def __repr__(self) -> str:
+        rows = f", {len(self.means.conditions)} rows of averages" if self.means is not None else ""
+        held = f"{len(self.trials)} trials{rows} of {len(self.conditions)} conditions"
+        return f"<Experiment {self.title!r}: {held}; measured: {', '.join(self.outputs)}>"
 
     @property
     def conditions(self) -> tuple[str, ...]:

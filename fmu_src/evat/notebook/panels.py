@@ -17,6 +17,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
+from evat.notebook.choice import chosen, left_out
+
 FloatArray = NDArray[np.float64]
 
 COLOURS = ("#b03a2e", "#1f618d", "#1e8449", "#7d3c98", "#b9770e", "#34495e")
@@ -31,11 +33,9 @@ STYLE: Any = {
     "svg.hashsalt": "evat",
 }
 NARROW = 5.0  # inches: of a picture that a phone shows
-MOST_PANELS = 12
 MOST_LINES = 10  # in one panel; more are drawn as their quantiles
 MOST_TURNS = 240  # of a line across one panel, that can still be told from each other
 SPANS = 240  # of an envelope
-NAMED = 6  # of what was left out
 PREFIXES = ((1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"), (1e9, "G"))
 PREFIXED = ("m", "s", "N", "Pa", "W", "J", "Hz", "V", "A")  # units, alone or first of a product, that people read with a prefix
 
@@ -77,32 +77,6 @@ def prefixed(values: FloatArray, unit: str) -> tuple[float, str]:
         return 1.0, unit
     size, prefix = next(((size, prefix) for size, prefix in reversed(PREFIXES) if largest >= size), PREFIXES[0])
     return 1 / size, prefix + unit
-
-
-def chosen(columns: Mapping[str, FloatArray], most: int = MOST_PANELS) -> list[str]:
-    """Names of the columns to draw where there are more than `most`: those that change, of each component in turn; then the others."""
-    if len(columns) <= most:
-        return list(columns)
-    groups: dict[tuple[bool, str], list[str]] = {}
-    for name, column in columns.items():
-        finite = column[np.isfinite(column)]
-        still = finite.size == 0 or float(np.ptp(finite)) <= 1e-9 * float(np.abs(finite).max())
-        groups.setdefault((still, name.rpartition(".")[0]), []).append(name)
-    ranked = []
-    for still in (False, True):
-        rows = [names for (each, _), names in groups.items() if each is still]
-        ranked += [names[place] for place in range(max(map(len, rows), default=0)) for names in rows if place < len(names)]
-    kept = set(ranked[:most])
-    return [name for name in columns if name in kept]
-
-
-def left_out(columns: Mapping[str, Any], names: Sequence[str]) -> str:
-    """What a picture with panels for `names` does not show, in one line; empty where it shows all."""
-    rest = [name for name in columns if name not in names]
-    if not rest:
-        return ""
-    more = f" and {len(rest) - NAMED} more" if len(rest) > NAMED else ""
-    return f"{len(rest)} of {len(columns)} are not drawn: {', '.join(rest[:NAMED])}{more}"
 
 
 def turns(values: FloatArray) -> int:

@@ -7,7 +7,8 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from evat.model import Trace
-from evat.notebook.panels import NARROW, chosen, left_out, over_time
+from evat.notebook.choice import chosen, left_out
+from evat.notebook.panels import NARROW, over_time
 from evat.plots.cycles import save_figure
 from evat.systems.sweep import Sweep
 
