@@ -58,8 +58,8 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True)
 class ChannelFit:
-    """How far the identified model is from one channel. `noise` is nan where nothing was repeated; `follows_itself` is the correlation of
-    neighbouring residuals."""
+    """How far the identified model is from one channel. `noise` is nan where no recording was repeated, `of_replicates` where no mean was;
+    `follows_itself` is the correlation of neighbouring residuals."""
 
     rms: float
     share: float
@@ -67,6 +67,7 @@ class ChannelFit:
     noise: float
     follows_itself: float
     samples: int
+    of_replicates: float = math.nan
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
