@@ -350,7 +350,7 @@ class _Guess:
         return trials, repeats
 
     def by_likeness(self, conditions: Mapping[str, str], motion: Meant) -> tuple[dict[str, str], str]:
-        """Recordings as long as each other whose motions are as large repeat each other."""
+        """Recordings as long as each other whose motions are as large repeat each other; they are named by what their names share."""
         groups: list[tuple[tuple[float, int], str]] = []
         alike = {}
         for file, rows in self.rows.items():
@@ -363,7 +363,12 @@ class _Guess:
             else:
                 groups.append(((size, count), conditions[file]))
                 alike[file] = conditions[file]
-        return alike, "recordings as long, and with as fast a motion, repeat each other" if len(groups) < len(alike) else ""
+        if len(groups) == len(alike):
+            return alike, ""
+        shared = {name: _shared([conditions[file] for file in alike if alike[file] == name]) for name in set(alike.values())}
+        if all(shared.values()) and len(set(shared.values())) == len(shared):
+            alike = {file: shared[name] for file, name in alike.items()}
+        return alike, "recordings as long, and with as fast a motion, repeat each other"
 
     def nominal(self, motion: Meant | None, force: Meant | None) -> dict[str, tuple[float, float, str]]:
         """Values, their relative standard deviations, and where they come from."""
@@ -447,3 +452,9 @@ def base_name(unit: str) -> str:
     """A unit's own SI unit, for the denominator of a motor constant: A of mA; "1" of a pure number."""
     exponents = base_unit(unit or "1").exponents
     return next((base for base in ("A", "V") if base_unit(base).exponents == exponents), "1")
+
+
+def _shared(names: Sequence[str]) -> str:
+    """The parts that all of the names have, as they stand in the first."""
+    first, *others = (name.split("_") for name in names)
+    return "_".join(part for part in first if all(part in other for other in others))

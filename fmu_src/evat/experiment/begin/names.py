@@ -11,11 +11,12 @@ from pathlib import PurePosixPath
 from evat.experiment.begin.words import plain
 from evat.files.spelling import unit_meant
 
-_REPEAT = re.compile(
-    r"(?:rep|repeat|r|nr|no|run|trial|try|wdh|wiederholung|mess|messung|versuch|essai|ensayo|prova|test|meas|take|n)?[#.]?(\d{1,3})|[a-z]",
-    re.IGNORECASE,
+# What counts repeats, and what may as well count conditions.
+_WORDS = (
+    "rep|repeat|repetition|replicate|nr|no|wdh|wiederholung|lauf|durchlauf|durchgang|take|pass|passage|passata|pasada|essai|ensayo|prova|"
+    "trial|try"
 )
-_WORDS = "rep|repeat|nr|no|wdh|wiederholung|take|essai|ensayo|prova|trial|try"
+_REPEAT = re.compile(rf"(?:{_WORDS}|r|n|run|mess|messung|versuch|test|meas)?[#.]?(\d{{1,3}})|[a-z]", re.IGNORECASE)
 _WORD = re.compile(rf"(?:{_WORDS})[#.]?\d{{1,3}}", re.IGNORECASE)
 _APART = re.compile(rf"(?<![^\W_])({_WORDS})[\s_.-]+(?=\d{{1,3}}(?:[\s_]|$))", re.IGNORECASE)  # "rep 1", "trial_2"
 _VALUE = re.compile(r"(?P<name>[a-z]*?)_?(?P<number>\d+(?:[.,p]\d+)?)(?P<unit>[a-zµμ%°][a-zµμ/%°-]*)?", re.IGNORECASE)
