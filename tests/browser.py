@@ -43,6 +43,11 @@ RUNS_OFF = """[...document.body.querySelectorAll('*')].filter(e => {
     if (['auto', 'scroll', 'hidden', 'clip'].includes(getComputedStyle(a).overflowX)) return false;
   return true;
 }).map(e => e.tagName + '.' + (e.getAttribute('class') || '') + ' ' + (e.textContent || '').trim().slice(0, 40))"""
+# Tables of which a part is seen only when they are moved to and fro, unless a head of theirs spans columns.
+CUT_TABLES = """[...document.querySelectorAll('table')].filter(e => e.scrollWidth > e.clientWidth + 1 && !e.querySelector('[colspan]'))
+  .map(e => e.textContent.trim().slice(0, 40))"""
+SMALLEST = 0.55  # of its own size: letters of 9 pt are then 5 pt high, which a phone still shows
+SHRUNK = "[...document.images].map(e => e.getBoundingClientRect().width / e.naturalWidth).filter(share => share > 0)"
 # Titles of axes, of panels and legends that lie over one another or over the numbers of an axis, picture by picture.
 OVERPRINTS = """[...document.querySelectorAll('.js-plotly-plot')].flatMap(plot => {
   const kinds = '.xtitle, .ytitle, .annotation-text, .legendtext, .xtick text, .ytick text, .updatemenu-item-text';
@@ -54,7 +59,8 @@ OVERPRINTS = """[...document.querySelectorAll('.js-plotly-plot')].flatMap(plot =
     const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left), high = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
     if (wide > 2 && high > 2) over.push(texts[i].textContent + ' / ' + texts[k].textContent);
   }
-  const whole = plot.getBoundingClientRect();
+  const whole = plot.getBoundingClientRect(), next = plot.closest('figure').getElementsByTagName('figcaption')[0];
+  if (next && next.getBoundingClientRect().top < whole.bottom - 1) over.push('the picture / what stands below it');
   boxes.forEach((box, i) => { if (box.left < whole.left - 1 || box.right > whole.right + 1) over.push(texts[i].textContent + ' / edge'); });
   return over;
 })"""
@@ -150,6 +156,9 @@ def check_layout(page: Path, plots: int = 0) -> None:
             where = f"{page.name}, {width} px{' on paper' if paper else ''}"
             assert browser.ask("innerWidth") == browser.ask("document.documentElement.scrollWidth") == width, where
             assert browser.ask(RUNS_OFF) == [], where
+            if width < 600:
+                assert browser.ask(CUT_TABLES) == [], where
+                assert min(browser.ask(SHRUNK), default=1) > SMALLEST, f"{where}: a picture is too small to be read"
             if not paper:
                 assert browser.ask("document.querySelectorAll('.js-plotly-plot .main-svg .xtitle').length") >= plots, where
                 assert browser.ask(OVERPRINTS) == [], where

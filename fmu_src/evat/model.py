@@ -268,8 +268,20 @@ class NamedArrays(Mapping[str, FloatArray]):
     def get(self, name: str, default: Any = None) -> Any:
         return self._arrays().get(name, default)
 
+    def _table(self) -> Any:
+        """What a prompt and a notebook show of it, an `evat.notebook.tables.Table`."""
+        raise NotImplementedError
 
-@dataclass(frozen=True, slots=True, eq=False)
+    def __repr__(self) -> str:
+        text: str = self._table().text()
+        return text
+
+    def _repr_html_(self) -> str:
+        html: str = self._table().html()
+        return html
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Trace(NamedArrays):
     """What came out of a run: a mapping from the name of each column to its values over time.
 
@@ -325,7 +337,7 @@ class Trace(NamedArrays):
 
         return over_time(self.times, {name: self[name] for name in names or self.columns}, self.units, names, title)
 
-    def _repr_html_(self) -> str:
+    def _table(self) -> Any:
         from evat.notebook.tables import columns_table
 
         span = f", {self.times[0]:g} to {self.times[-1]:g} s" if self.times.size else ""

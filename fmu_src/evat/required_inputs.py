@@ -42,17 +42,26 @@ def missing_inputs(
     return missing
 
 
-def unread_inputs(model: Tables, values: Mapping[str, float | str], given: Collection[str]) -> tuple[str, ...]:
-    """Recorded inputs that could be the temperature proxy, which `values` take from something else: a sentence each, with what to set."""
+def unread_inputs(
+    model: Tables, values: Mapping[str, float | str], recorded: Collection[str], stated: Collection[str] = ()
+) -> tuple[str, ...]:
+    """Inputs that could be the temperature proxy, which `values` take from something else: a sentence each, with what to set.
+
+    recorded : names of the inputs with a column of their own.
+    stated : names of those that trials or averages state a value of. One that tells a motion, too (the cutting speed of a test), is a
+        remark on the test, and no doubt.
+    """
     by_name = {variable.name: variable for variable in model.variables}
     if (source := by_name.get(SOURCE)) is None:
         return ()
     chosen = source.choices[int(source.check(values.get(SOURCE, source.start)))]
     return tuple(
-        f"{name} is recorded and the model does not read it: its temperature proxy is taken from {chosen}. "
-        f'Set {SOURCE} = "{name}" in [nominal] to use it, or leave the signal out.'
+        f"{name} is {'recorded' if name in recorded else 'stated'} and the model does not read it: its temperature proxy is taken from "
+        f"{chosen}. "
+        f'Set {SOURCE} = "{name}" in [nominal] to use it, or leave it out.'
         for name in source.choices
-        if name in given and name not in (chosen, MOTION) and name in by_name and by_name[name].causality == "input"
+        if name in recorded or (name in stated and name in by_name and not by_name[name].required_with)
+        if name not in (chosen, MOTION) and name in by_name and by_name[name].causality == "input"
         if not by_name[name].required_with or values.get(KINEMATICS) in by_name[name].required_with  # elsewhere the motion reads it
     )
 

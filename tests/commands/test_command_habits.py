@@ -178,6 +178,10 @@ def test_a_stop_is_asked_for_once(capsys: pytest.CaptureFixture[str]) -> None:
         time.sleep(0.05)
         assert asked()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert not any(isinstance(each, threading.Timer) and not each.finished.is_set() for each in threading.enumerate())  # none ends it later
+    with stoppable(lambda: "nothing"):
+        pass
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     assert capsys.readouterr().err == ""  # it came to its end in time
 
 

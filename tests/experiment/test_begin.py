@@ -325,6 +325,26 @@ def test_what_was_measured_is_taken_and_not_what_was_commanded(tmp_path: Path) -
     assert begun.left == ("column 'v_soll[mm/s]'", "column 'mu[-]'")
 
 
+def test_a_trace_of_a_controller_is_read_with_one_option(tmp_path: Path) -> None:
+    """Actual and nominal position, the motor's current, the feed and the run in the names; two columns were asked about, and conditions
+    were called F12000_Lauf1 for both runs."""
+    for feed, size in ((3000, 1.0), (12000, 4.0)):
+        for run in (1, 2):
+            position = size * np.cumsum(SPEED) * (TIMES[1] - TIMES[0])
+            columns = [1e3 * TIMES, 1e3 * position, 1e3 * position + 1e-3, FORCE / 50]
+            table(tmp_path / f"X-Achse_F{feed}_Lauf{run}.txt", "t_ms\ts_act_mm\ts_nom_mm\tI_act_A", columns, "\t")
+    begun, questions = begin(tmp_path, Answers())
+    assert begun is None
+    assert [question.option.split()[0] for question in questions] == ["--motor-constant"]
+    known = Answers(motor_constant=(50.0, "N/A"))
+    begun = understood(tmp_path, known)
+    assert [trial.condition for trial in begun.trials] == ["F12000", "F12000", "F3000", "F3000"]
+    assert begun.left == ("column 's_nom_mm'",)
+    for path in tmp_path.glob("*Lauf*"):
+        path.rename(path.with_name(path.name.replace("_Lauf", "_gang")))  # a word that is not known: by their likeness
+    assert [trial.condition for trial in understood(tmp_path, known).trials] == ["F12000", "F12000", "F3000", "F3000"]
+
+
 def test_three_forces_of_a_dynamometer_are_asked_about(tmp_path: Path) -> None:
     table(tmp_path / "a.csv", "Time,Fx,Fy,Fz,v\ns,N,N,N,m/s", [TIMES, FORCE, 0 * TIMES, 0 * TIMES + 20, SPEED])
     begun, questions = begin(tmp_path, Answers())

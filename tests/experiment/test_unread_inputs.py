@@ -32,5 +32,20 @@ def test_an_input_that_nothing_reads_is_told(tmp_path: Path) -> None:
         doubts = identify(made, MODEL, ["F_C"], Settings(search="none", profiles=False)).doubts
         wanted = 'Set proxy_source = "proxy_speed"'
         said.append([wanted in shown, any(wanted in doubt for doubt in doubts)])
-        assert unread_inputs(MODEL, made.nominal.values, made.given) == tuple(doubt for doubt in doubts if wanted in doubt)
+        assert unread_inputs(MODEL, made.nominal.values, made.recorded) == tuple(doubt for doubt in doubts if wanted in doubt)
     assert said == [[True, True], [False, False]]
+
+
+def test_the_speed_of_a_test_is_a_remark_and_its_temperature_is_none(tmp_path: Path) -> None:
+    """Both are stated for a trial whose slip was recorded. Of the speed it was told that it is recorded and should be the proxy."""
+    np.savetxt(tmp_path / "a.csv", np.column_stack([TIMES, VELOCITY, 9 * np.sign(VELOCITY)]), delimiter=",", header="t,x,F", comments="")
+    toml = (
+        TOML.format(slip='unit = "m/s"', force='unit = "N"', nominal="") + "values = {cutting_speed = 0.1, contact_temperature = 400.0}\n"
+    )
+    (tmp_path / "experiment.toml").write_text(toml, encoding="utf-8")
+    shown = " ".join(CliRunner().invoke(app, ["experiment", "check", str(tmp_path)]).output.split())
+    made = read_experiment(tmp_path, MODEL)
+    (doubt,) = (each for each in identify(made, MODEL, ["F_C"], Settings(search="none", profiles=False)).doubts if "proxy" in each)
+    assert doubt.startswith("contact_temperature is stated and the model does not read it")
+    assert doubt in shown
+    assert shown.count("does not read it") == 1

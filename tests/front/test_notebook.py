@@ -9,7 +9,8 @@ import evat
 import numpy as np
 import pytest
 from evat.model import Trace, nearest
-from evat.notebook.panels import MOST_PANELS, chosen, envelope, left_out, over_time, prefixed
+from evat.notebook.choice import MOST_SHOWN, chosen, left_out
+from evat.notebook.panels import envelope, over_time, prefixed
 from evat.systems.sweep import Row, Sweep, SweepAxis
 
 TIMES = np.linspace(0, 1, 4001)
@@ -39,6 +40,26 @@ def test_a_trace_becomes_a_dataset_and_a_frame_with_units(trace: Trace) -> None:
     assert np.array_equal(frame["friction_force"], trace["friction_force"])
     assert np.array_equal(frame.index, trace.times)
     assert all(isinstance(value, (str, int, float)) for value in data.attrs.values())  # what every file format takes
+
+
+def test_a_result_is_printed_in_a_dozen_lines(trace: Trace) -> None:
+    """It was pages of arrays: 10 thousand characters of 50 samples. The rest is counted and named."""
+    many = replace(
+        trace, columns={f"part{n // 9}.signal{n}": np.full(TIMES.size, float(n)) + TIMES for n in range(60)}, times=TIMES, units={}
+    )
+    first, head, *lines, rest = repr(many).splitlines()
+    assert (first, head.split()) == ("Trace: 60 columns, 4001 samples, 0 to 1 s", ["name", "unit", "least", "mean", "largest", "last"])
+    assert len(lines) == MOST_SHOWN
+    assert lines[0].split() == ["part0.signal0", "0", "0.5", "1", "1"]
+    assert {line.split(".")[0].strip() for line in lines} == {f"part{n}" for n in range(7)}  # some of each component
+    assert rest.strip().startswith("48 of 60 are not shown: part0.signal2, ")
+    run = evat.Run(TIMES, {"slip_velocity": np.full(TIMES.size, 0.1)}, ("friction_force",))
+    batch = evat.run_many(run, {"kinematics": "external", "friction_law": "coulomb", "F_C": np.linspace(1, 9, 50)})
+    assert repr(batch).splitlines()[0] == "Batch: 50 sets, rows over time"
+    assert repr(swept("a.b", "m")).splitlines()[-1].strip() == "1 of 4 runs failed; the first: broken"
+    made = evat.orthogonal({"friction_law": "coulomb"}, motion="reversal", repeats=2, speeds=[0.5], rate=20.0)
+    assert repr(made).endswith("2 trials of 1 conditions; measured: friction_force>")
+    assert max(len(repr(each)) for each in (batch, swept("a.b", "m"), made, made.trials[0])) < 400
 
 
 def test_sets_become_coordinates() -> None:
@@ -96,14 +117,14 @@ def test_a_picture_of_many_signals_chooses_and_says_what_it_left_out() -> None:
     moving = {f"a.{n}": np.sin(n * TIMES + n) for n in range(20)}
     columns = {"a.still": np.ones_like(TIMES), **moving, "b.only": TIMES}
     names = chosen(columns)
-    assert len(names) == MOST_PANELS
+    assert len(names) == MOST_SHOWN
     assert "b.only" in names  # each component has its turn
     assert "a.still" not in names
     said = left_out(columns, names)
     assert said.startswith("10 of 22 are not drawn: a.still, ")
     assert said.endswith(" and 4 more")
     figure = over_time(TIMES, columns, {})
-    assert len(figure.axes) == MOST_PANELS
+    assert len(figure.axes) == MOST_SHOWN
     assert "10 of 22 are not drawn" in figure._supxlabel.get_text()
     assert not over_time(TIMES, {"a": TIMES}, {}).texts
 

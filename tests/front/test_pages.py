@@ -11,7 +11,7 @@ import pytest
 from browser import check_layout
 from evat import fmu
 from evat.commands.main import app
-from evat.fmu.documentation import contact, partner
+from evat.fmu.documentation import beside, contact, partner
 from evat.plots.experiment_page import reports_beside
 from lxml import html
 from typer.testing import CliRunner
@@ -43,6 +43,17 @@ def test_every_link_leads_somewhere(documentation: dict[str, dict[str, bytes]], 
     assert any(target.endswith("license.txt") for target in targets)
     assert page.find(".//meta[@name='viewport']") is not None
     assert "http" not in page.find(".//meta[@http-equiv='Content-Security-Policy']").get("content")
+
+
+def test_the_documentation_of_an_fmu_lies_beside_what_it_gave(fmi3_fmu: Path, tmp_path: Path) -> None:
+    """A report of runs leads to it, and from its first page every link leads on."""
+    ((link, what),) = beside(fmi3_fmu, tmp_path).items()
+    assert fmi3_fmu.name in what
+    page = html.fromstring((tmp_path / link).read_bytes())
+    files = [each.get("href") for each in page.iter("a") if not each.get("href").startswith("#")]
+    assert files
+    assert all(((tmp_path / link).parent / file).is_file() for file in files)
+    assert {path.name for path in tmp_path.iterdir()} == {"documentation"}
 
 
 @pytest.mark.parametrize("part", ["evat_contact", PART])
@@ -115,8 +126,9 @@ def test_the_page_of_an_experiment_leads_to_its_reports_and_back(of_an_experimen
     assert other == {}
 
 
-def test_the_page_of_an_experiment_fits_screen_phone_and_paper(of_an_experiment: Path) -> None:
-    check_layout(of_an_experiment / "rig" / "experiment.html")
+@pytest.mark.parametrize("page", ["rig/experiment.html", "identified/report.html"])
+def test_the_pages_of_an_experiment_fit_screen_phone_and_paper(of_an_experiment: Path, page: str) -> None:
+    check_layout(of_an_experiment / page)
 
 
 def test_a_recorded_position_is_shown_as_one(tmp_path: Path) -> None:

@@ -9,12 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat import parameter_sets
+from evat.commands.main import app
 from evat.experiment import Experiment, Means, Nominal
 from evat.experiment.read import read_experiment
 from evat.experiment.write import write_experiment
 from evat.identification import Settings, identify
 from evat.models.contact import ContactModel
 from evat.native import kernel
+from evat.studies.examples import write_example
+from typer.testing import CliRunner
 
 MODEL = ContactModel(threads=1)
 SPEEDS = np.array([10, 14, 18, 22, 26, 30]) / 60
@@ -99,11 +102,23 @@ def test_intervals_cover_the_truth(sets: int, stated: float | None, least: float
     assert sets < 30 or inside / whole <= 0.99
 
 
+def test_replicates_of_a_mean_tell_its_noise(tmp_path: Path) -> None:
+    """They made the intervals, and the answer said that nothing was repeated."""
+    folder = write_example("averages", tmp_path / "averages")
+    result = CliRunner().invoke(app, ["identify", str(folder), "-f", "shear_stress", "--search", "none", "-o", str(tmp_path / "out")])
+    assert result.exit_code == 0, result.output
+    said = " ".join(result.output.split())
+    assert "doubt" not in said
+    noise = float(said.partition("residual ")[2].partition("noise of the repeats ")[2].partition(" N")[0])
+    means = read_experiment(folder, MODEL).means
+    assert means is not None
+    first, second = (means.outputs["mean_principal_force"][place::2] for place in (0, 1))
+    assert noise == pytest.approx(np.sqrt(np.mean((first - second) ** 2) / 2), rel=0.01)
+    assert "nothing was repeated" not in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
 def test_a_condition_can_be_kept_back_and_the_command_reads_the_file(tmp_path: Path) -> None:
     """Through means.csv: the same data give the same answer; the condition that was kept back is predicted as well as the others."""
-    from evat.commands.main import app
-    from typer.testing import CliRunner
-
     folder = write_experiment(averages(), tmp_path / "rig")
     assert read_experiment(folder, MODEL).means is not None
     arguments = ["identify", str(folder), "-f", "shear_stress", "-f", "F_C", "--search", "none", "--hold-out", "18 m/min"]

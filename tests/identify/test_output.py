@@ -74,7 +74,7 @@ def test_the_report_stands_alone_and_escapes(identification: Identification, tmp
     page = html.fromstring(text)
     assert page.findtext(".//h1") == evil
     sources = [image.get("src") for image in page.iter("img")]
-    assert len(sources) == 5
+    assert len(sources) == 2 + 2 + 5 + 1  # conditions, twice; profiles; correlations
     assert all(source.startswith("data:image/svg+xml;base64,") for source in sources)
     assert not re.search(r"https?://", text)
     output.write(shown, tmp_path / "again")

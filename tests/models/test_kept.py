@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 import zipfile
 from pathlib import Path
 
@@ -155,6 +156,20 @@ def test_an_fmu_is_built_once_and_again_when_what_it_is_made_from_changes(cache:
     assert cache[1].name == "EvatSpindle-fmi3.fmu"
     monkeypatch.setattr(host, "made_from", lambda: "another state")
     assert host.host_fmu() == cache[2] != cache[0]
+
+
+def test_what_nobody_has_used_for_a_month_is_cleared_away(cache: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """When another is built; what is no FMU's place stays, and to use one is to keep it."""
+    first = host.host_fmu().parent
+    beside = {name: tmp_path / "cache" / name for name in ("0123456789abcdef0123", "fedcba98765432100123", "guide-0.1")}
+    for days, place in zip((31, 29, 31), beside.values(), strict=True):
+        place.mkdir()
+        os.utime(place, (then := time.time() - days * 86400, then))
+    os.utime(first, (0, 0))
+    assert host.host_fmu().parent == first
+    monkeypatch.setattr(host, "made_from", lambda: "another state")
+    second = host.host_fmu().parent
+    assert {*(tmp_path / "cache").iterdir()} == {first, second, *list(beside.values())[1:]}
 
 
 def test_the_fmu_that_a_wheel_brought_is_taken_while_it_is_of_these_sources(

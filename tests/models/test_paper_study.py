@@ -175,9 +175,10 @@ def test_the_main_job_shows_the_study_s_means_through_the_fmu(cases: list[main_j
 
 
 @pytest.mark.slow
-def test_the_main_job_says_which_conditions_are_guessed(cases: list[main_job.MainJobCase], tmp_path: Path) -> None:
+def test_the_main_job_says_which_conditions_are_guessed(cases: list[main_job.MainJobCase], fmi3_fmu: Path, tmp_path: Path) -> None:
     shares = tuple(domain_shares(material) for material in MATERIALS)
-    page = main_job_report.write_report(cases, [], shares, inference().family, inference().speed_unit, tmp_path).read_text(encoding="utf-8")
+    written = main_job_report.write_report(cases, [], shares, inference().family, inference().speed_unit, tmp_path, fmi3_fmu)
+    page = written.read_text(encoding="utf-8")
     text = " ".join(re.sub(r"<[^>]*>", " ", page).split())
     for column, number, which in ((3, "25.2", main_job.GUESSED), (5, "10.5", main_job.INFERRED)):
         copper = main_job_report.means_table(cases, which)[0]

@@ -17,6 +17,7 @@ from evat.model import EvatError, ParameterError
 from evat.units import number_and_unit, to_si
 
 if TYPE_CHECKING:
+    from evat.experiment import Experiment
     from evat.experiment.begin.understood import Answers, Begun, Question
     from evat.experiment.read import Scan
 
@@ -217,11 +218,10 @@ def _understood(folder: Path, look: Sequence[str]) -> None:
 
     try:
         experiment = read_experiment(folder, ContactModel(), most=MOST_SAMPLES)
-        picture = plot_experiment(experiment, folder / PICTURE) if experiment.trials else None
-        if picture is not None:
-            out.print(f"wrote {picture}")
+        if experiment.trials:
+            out.print(f"wrote {plot_experiment(experiment, folder / PICTURE)}")
         scan = scan_experiment(folder, ContactModel())
-        out.print(f"wrote {write_page(scan, folder / PAGE, look, None if picture is None else picture.read_bytes())}")
+        out.print(f"wrote {write_page(scan, folder / PAGE, look, experiment)}")
     except ExperimentError as error:
         err.print(marked("not yet fit:", "bold red", str(error)), soft_wrap=True)
 
@@ -237,16 +237,13 @@ def check_page(to: Path | None) -> None:
     usable(to.parent)
 
 
-def write_page(scan: Scan, to: Path, look: Sequence[str], picture: bytes | None = None) -> Path:
-    """The page of an experiment; without a `picture` one is drawn of its recordings."""
+def write_page(scan: Scan, to: Path, look: Sequence[str], experiment: Experiment | None = None) -> Path:
+    """The page of an experiment, which is read again where it is not given."""
     from evat.experiment.read import read_experiment
-    from evat.files.writing import put, temporary
+    from evat.files.writing import put
     from evat.models.contact import ContactModel
-    from evat.plots.experiment import plot_experiment
     from evat.plots.experiment_page import page
 
-    if picture is None and scan.trials:
-        with temporary() as folder:
-            experiment = read_experiment(scan.document.files[0], ContactModel(), most=MOST_SAMPLES)
-            picture = plot_experiment(experiment, folder / PICTURE).read_bytes()
-    return put(to, page(scan, to, picture, look), "the page")
+    if experiment is None and scan.trials:
+        experiment = read_experiment(scan.document.files[0], ContactModel(), most=MOST_SAMPLES)
+    return put(to, page(scan, to, experiment if scan.trials else None, look), "the page")

@@ -81,7 +81,8 @@ def check(
     out.print(f"{', '.join([*recordings, *averages])}; {len(conditions)} conditions")
     out.print(_nominal(document))
     recorded = {name for name, signal in document.signals.items() if signal.role == "input"}
-    doubts = tuple(unread_inputs(ContactModel(), document.nominal.values, recorded))
+    stated = {name for trial in document.trials for name in trial.values} | set(() if means is None else means.values)
+    doubts = unread_inputs(ContactModel(), document.nominal.values, recorded, stated)
     for unread in doubts:
         err.print(marked("warning:", "bold yellow", unread))
     out.print(f"data {scan.data_hash}", highlight=False, soft_wrap=True)

@@ -123,7 +123,7 @@ def _run_materials(family: str, speed_unit: str, to: Path, as_json: bool) -> Non
     figures = main_job.plot_cases(cases, to)
     shares = tuple(domain_shares(material) for material in materials())
     main_job_report.write_means(cases, to / "means.csv")
-    page = main_job_report.write_report(cases, figures, shares, family, speed_unit, to)
+    page = main_job_report.write_report(cases, figures, shares, family, speed_unit, to, built)
     if as_json:
         written = [str(path) for path in (*figures, to / "means.csv", page)]
         print_json({"means": main_job_report.means(cases), "caveats": list(condition_caveats(shares)), "written": written})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -186,10 +187,11 @@ def _show(answer: Identification) -> None:
             out.print(f"    to measure: {estimate.advice}", highlight=False)
     for title, fits in (("fitted", answer.fits), ("held out", answer.held_out)):
         for channel, fit in fits.items():
-            noise = "" if fit.noise != fit.noise else f", noise of the repeats {fit.noise:.3g}"
-            out.print(
-                f"{title}, {channel}: error {100 * fit.relative_error:.2f} % (eq. 9), residual {fit.rms:.3g} rms{noise}", highlight=False
-            )
+            unit = "" if answer.units[channel] == "1" else f" {answer.units[channel]}"
+            known = next((each for each in (fit.noise, fit.of_replicates) if not math.isnan(each)), None)
+            noise = "" if known is None else f", noise of the repeats {known:.3g}{unit}"
+            rms = f"residual {fit.rms:.3g}{unit} rms"
+            out.print(f"{title}, {channel}: error {100 * fit.relative_error:.2f} % (eq. 9), {rms}{noise}", highlight=False)
     for doubt in answer.doubts:
         err.print(marked("doubt:", "bold yellow", doubt))
 

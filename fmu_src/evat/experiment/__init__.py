@@ -107,6 +107,12 @@ class Trial:
     outputs: Mapping[str, FloatArray]
     lead_in: Trial | None = None
 
+    def __repr__(self) -> str:
+        span = f", {self.times[0]:g} to {self.times[-1]:g} s" if self.times.size else ""
+        return (
+            f"<Trial {self.file}: condition {self.condition}, {self.times.size} samples{span}; {', '.join([*self.inputs, *self.outputs])}>"
+        )
+
     def head(self, count: int) -> Trial:
         """Its first samples."""
         inputs, outputs = ({name: column[:count] for name, column in some.items()} for some in (self.inputs, self.outputs))
@@ -148,6 +154,11 @@ class Experiment:
     setup_sd: Mapping[str, SetupSd] = field(default_factory=dict)
     day: str = ""
 
+    def __repr__(self) -> str:
+        rows = f", {len(self.means.conditions)} rows of averages" if self.means is not None else ""
+        held = f"{len(self.trials)} trials{rows} of {len(self.conditions)} conditions"
+        return f"<Experiment {self.title!r}: {held}; measured: {', '.join(self.outputs)}>"
+
     @property
     def conditions(self) -> tuple[str, ...]:
         """Each condition once, in the order of the files."""
@@ -163,8 +174,17 @@ class Experiment:
     @property
     def given(self) -> frozenset[str]:
         """Variables that it states itself, beside the nominal model: recorded inputs, and values of trials and means."""
-        recorded = {name for trial in self.trials for name in (*trial.inputs, *trial.values)}
-        return frozenset(recorded | set(self.means.values if self.means is not None else ()))
+        return self.recorded | self.stated
+
+    @property
+    def recorded(self) -> frozenset[str]:
+        """Inputs with a column in the files of trials."""
+        return frozenset(name for trial in self.trials for name in trial.inputs)
+
+    @property
+    def stated(self) -> frozenset[str]:
+        """Variables that trials and means state a value of."""
+        return frozenset(name for trial in self.trials for name in trial.values) | frozenset(self.means.values if self.means else ())
 
     @property
     def samples(self) -> int:

@@ -1,13 +1,18 @@
 """Where is the FMU that runs on this machine? In the package, if a wheel brought it; else among the user's caches, built on first use.
 
-Either is taken only while it is whole, and made from what is here now. `python -m evat.fmu.host FOLDER` writes what a wheel brings.
+Either is taken only while it is whole, and made from what is here now; those of other states are cleared away when nobody has used them for
+a month. `python -m evat.fmu.host FOLDER` writes what a wheel brings.
 """
 
 from __future__ import annotations
 
 import hashlib
 import importlib.metadata
+import os
+import re
+import shutil
 import sys
+import time
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
@@ -25,6 +30,7 @@ BROUGHT = PACKAGE / "_fmus"
 SOURCES = ("fmi", "fmus", "kernel", "machines")
 ROOMS = ("files", "fmu", "native", "parameters", "templates")
 VERSIONS: tuple[Version, ...] = (2, 3)
+UNUSED = 30 * 24 * 3600.0  # s, after which what another state of the sources left is cleared away
 KINDS = (".c", ".h", ".j2", ".py", ".toml")
 
 
@@ -49,6 +55,15 @@ def _kept(version: Version, part: str) -> Path:
         with suppress(importlib.metadata.PackageNotFoundError):
             digest.update(importlib.metadata.version(package).encode())
     return Path(user_cache_path("evat", appauthor=False)) / digest.hexdigest()[:20] / fmu.file_name(version, part)
+
+
+def _clear_others(own: Path) -> None:
+    """Of the places beside `own` those that nobody has used for long; what is no such place stays."""
+    for place in own.parent.iterdir():
+        if place != own and re.fullmatch("[0-9a-f]{20}", place.name):
+            with suppress(OSError):
+                if time.time() - place.stat().st_mtime > UNUSED:
+                    shutil.rmtree(place)
 
 
 def brought(version: Version, part: str = CONTACT) -> Path | None:
@@ -87,9 +102,14 @@ def host_fmu(version: Version = 2, part: str = CONTACT, progress: Progress = sil
     >>> evat.host_fmu(3).name
     'EvatContact-fmi3.fmu'
     """
-    path = brought(version, part) or _kept(version, part)
+    if (path := brought(version, part)) is not None:
+        return path
+    path = _kept(version, part)
     if not is_whole(path, made_from()):
         seal(fmu.build_fmu(version, path, [host_target().fmi3_folder], progress, part), made_from())
+        _clear_others(path.parent)
+    with suppress(OSError):  # where the user's caches cannot be written, nothing is cleared either
+        os.utime(path.parent)
     return path
 
 

@@ -192,7 +192,8 @@ def _missing(comparison: Comparison) -> tuple[str, ...]:
     """What these data cannot say anything about."""
     notes = [*comparison.audit.refused, *comparison.audit.notes, *beginnings(comparison.prediction)]
     notes += raised(comparison) if not comparison.audit.refused else ()
-    notes += unread_inputs(comparison.prediction.model, comparison.prediction.nominal, comparison.prediction.experiment.given)
+    experiment = comparison.prediction.experiment
+    notes += unread_inputs(comparison.prediction.model, comparison.prediction.nominal, experiment.recorded, experiment.stated)
     notes += [f"{name}: not identifiable, {', '.join(still)} does not vary" for name, still in comparison.audit.idle.items()]
     notes += [f"{name}: it changes nothing that was measured here" for name in comparison.silent if name not in comparison.unfed]
     notes += [f"{name}: {', '.join(inputs)} was not recorded" for name, inputs in comparison.unfed.items()]

@@ -141,13 +141,23 @@ class Diagnosis:
             "made_by": {name: _number(value) if isinstance(value, float) else value for name, value in self.made_by.items()},
         }
 
-    def _repr_html_(self) -> str:
-        from evat.notebook.tables import table
+    def _table(self) -> Any:
+        from evat.notebook.tables import Table
 
         rows = [(" + ".join(on) or "none", "" if p is None else f"{100 * p:.1f} %") for on, p in self.candidates]
         share, (low, high) = self.closure.share, self.closure.interval
-        closed = f"closes {100 * share:.0f} % of the gap, 90 % interval {100 * low:.0f} to {100 * high:.0f} %"
-        return table(f"Diagnosis: {self.verdict}", ("effects", "probability"), rows, (closed, *self.cannot_tell))
+        closed = (
+            f"closes {100 * share:.0f} % of the gap, 90 % interval {100 * low:.0f} to {100 * high:.0f} %" if math.isfinite(share) else ""
+        )
+        return Table(f"Diagnosis: {self.verdict}", ("effects", "probability"), rows, (closed, *self.cannot_tell))
+
+    def __repr__(self) -> str:
+        text: str = self._table().text()
+        return text
+
+    def _repr_html_(self) -> str:
+        html: str = self._table().html()
+        return html
 
     def json(self) -> str:
         return json.dumps(self.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"

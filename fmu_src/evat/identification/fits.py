@@ -13,6 +13,7 @@ from evat.identification.result import ChannelFit
 from evat.inference.initial_state import in_motion
 from evat.inference.noise.autoregression import lag_one_correlation
 from evat.inference.noise.estimate import repeatability
+from evat.inference.noise.means import replicate_sd
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Model
 
@@ -26,7 +27,8 @@ FEW = 30  # numbers of a channel, from whose residual the noise is told badly
 
 def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, ChannelFit]:
     floor, error, rows = repeatability(prediction), relative_error(prediction, residual), prediction.recordings(residual)
-    fits = {}
+    fits, means = {}, prediction.experiment.means
+    averaged = means.outputs if means is not None else {}
     for channel in error:
         places = prediction.places(channel)
         rms, whole = (float(np.sqrt(np.mean(column[places] ** 2))) for column in (residual, prediction.measured))
@@ -37,6 +39,7 @@ def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, ChannelFi
             noise=floor.get(channel, math.nan),
             follows_itself=lag_one_correlation(rows.get(channel, [])),
             samples=places.size,
+            of_replicates=replicate_sd(means.conditions, averaged[channel])[0] if means is not None and channel in averaged else math.nan,
         )
     return fits
 
@@ -86,7 +89,7 @@ def fit_doubts(aim: Objective, fits: Mapping[str, ChannelFit], whiten: bool) -> 
                 f"{channel}: the residual is {fit.rms / fit.noise:.1f} times the noise that the repeats show: the model misses something. "
                 "The intervals are wider for it, as far as it is small."
             )
-        if fit.samples < FEW and math.isnan(fit.noise) and not aim.has_sd(channel):
+        if fit.samples < FEW and math.isnan(fit.noise) and math.isnan(fit.of_replicates) and not aim.has_sd(channel):
             doubts.append(
                 f"{channel}: {fit.samples} numbers, neither repeated nor with a standard deviation: their noise was guessed from what "
                 f"the fit leaves of them, and the intervals may be too narrow. State their sd (of averages as {channel}_sd)."

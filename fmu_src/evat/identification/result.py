@@ -58,8 +58,8 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True)
 class ChannelFit:
-    """How far the identified model is from one channel. `noise` is nan where nothing was repeated; `follows_itself` is the correlation of
-    neighbouring residuals."""
+    """How far the identified model is from one channel. `noise` is nan where no recording was repeated, `of_replicates` where no mean was;
+    `follows_itself` is the correlation of neighbouring residuals."""
 
     rms: float
     share: float
@@ -67,6 +67,7 @@ class ChannelFit:
     noise: float
     follows_itself: float
     samples: int
+    of_replicates: float = math.nan
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -227,11 +228,11 @@ class Identification:
         )
 
     def _repr_html_(self) -> str:
-        from evat.notebook.tables import table
+        from evat.notebook.tables import Table
 
         rows = [(r.name, r.value, r.error, r.interval, r.start, r.verdict) for r in self._rows()]
         header = ("parameter", "estimate", "standard error", "90 % interval", "nominal", "verdict")
-        return table(f"Identification: {self.experiment.title}", header, rows, self.doubts)
+        return Table(f"Identification: {self.experiment.title}", header, rows, self.doubts).html()
 
 
 def error_text(estimate: Estimate) -> str:

@@ -77,7 +77,7 @@ def identify(
         seconds=time.perf_counter() - begin,
         stopped=stopped,
         doubts=(
-            *unread_inputs(model, {**objective.prediction.nominal, **settings.values}, fitted.given),
+            *unread_inputs(model, {**objective.prediction.nominal, **settings.values}, fitted.recorded, fitted.stated),
             *suspicious_scales(objective),
             *fit_doubts(objective, fits, settings.whiten),
             *_begun(objective, optimum),

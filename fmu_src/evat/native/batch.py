@@ -29,7 +29,7 @@ class Cancelled(SimulationError):
     """The caller asked to stop; what was done is thrown away."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Batch(NamedArrays):
     """What came out of K sets: a mapping from the name of each output to its `rows`, or its `sums` where these were asked for.
 
@@ -112,7 +112,7 @@ class Batch(NamedArrays):
         axis = label(over, self.units.get(over, "")) if over else "set"
         return over_axis(lines, {f"sum of {name}": self.units.get(name, "") for name in columns}, axis)
 
-    def _repr_html_(self) -> str:
+    def _table(self) -> Any:
         from evat.notebook.tables import columns_table
 
         what = "rows over time" if self.rows else "sums over the samples"

@@ -17,6 +17,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
+from evat.notebook.choice import chosen, left_out
+
 FloatArray = NDArray[np.float64]
 
 COLOURS = ("#b03a2e", "#1f618d", "#1e8449", "#7d3c98", "#b9770e", "#34495e")
@@ -30,11 +32,10 @@ STYLE: Any = {
     "legend.fontsize": "small",
     "svg.hashsalt": "evat",
 }
-MOST_PANELS = 12
+NARROW = 5.0  # inches: of a picture that a phone shows
 MOST_LINES = 10  # in one panel; more are drawn as their quantiles
 MOST_TURNS = 240  # of a line across one panel, that can still be told from each other
 SPANS = 240  # of an envelope
-NAMED = 6  # of what was left out
 PREFIXES = ((1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"), (1e9, "G"))
 PREFIXED = ("m", "s", "N", "Pa", "W", "J", "Hz", "V", "A")  # units, alone or first of a product, that people read with a prefix
 
@@ -78,32 +79,6 @@ def prefixed(values: FloatArray, unit: str) -> tuple[float, str]:
     return 1 / size, prefix + unit
 
 
-def chosen(columns: Mapping[str, FloatArray], most: int = MOST_PANELS) -> list[str]:
-    """Names of the columns to draw where there are more than `most`: those that change, of each component in turn; then the others."""
-    if len(columns) <= most:
-        return list(columns)
-    groups: dict[tuple[bool, str], list[str]] = {}
-    for name, column in columns.items():
-        finite = column[np.isfinite(column)]
-        still = finite.size == 0 or float(np.ptp(finite)) <= 1e-9 * float(np.abs(finite).max())
-        groups.setdefault((still, name.rpartition(".")[0]), []).append(name)
-    ranked = []
-    for still in (False, True):
-        rows = [names for (each, _), names in groups.items() if each is still]
-        ranked += [names[place] for place in range(max(map(len, rows), default=0)) for names in rows if place < len(names)]
-    kept = set(ranked[:most])
-    return [name for name in columns if name in kept]
-
-
-def left_out(columns: Mapping[str, Any], names: Sequence[str]) -> str:
-    """What a picture with panels for `names` does not show, in one line; empty where it shows all."""
-    rest = [name for name in columns if name not in names]
-    if not rest:
-        return ""
-    more = f" and {len(rest) - NAMED} more" if len(rest) > NAMED else ""
-    return f"{len(rest)} of {len(columns)} are not drawn: {', '.join(rest[:NAMED])}{more}"
-
-
 def turns(values: FloatArray) -> int:
     """How often a line changes its direction."""
     steps = np.diff(values[np.isfinite(values)])
@@ -142,14 +117,15 @@ def over_time(
     units: Mapping[str, str],
     names: Sequence[str] = (),
     title: str = "",
+    width: float = 9.0,
 ) -> NotebookFigure:
-    """A panel for each of `names`, or of those that were `chosen`; columns of shape (n,), or (K, n) for several lines."""
+    """A panel for each of `names`, or of those that were `chosen`; columns of shape (n,), or (K, n) for several lines. width : [inch]."""
     means = {name: np.atleast_2d(column)[0] for name, column in columns.items()}
     shown = list(names) or chosen(means)
     factor, unit = clock_unit(float(times[-1] - times[0]))
     clock, spans = times * factor, 0.0
     with mpl.rc_context(STYLE):
-        figure, axes = new_figure(len(shown), 1, (9, 1.2 + 1.3 * len(shown)))
+        figure, axes = new_figure(len(shown), 1, (width, 1.2 + 1.3 * len(shown)))
         for place, (axis, name) in enumerate(zip(axes[:, 0], shown, strict=True)):
             lines = np.atleast_2d(columns[name])
             scale, shown_unit = prefixed(lines, units.get(name, ""))
@@ -164,7 +140,7 @@ def over_time(
                     spans = max(spans, draw(axis, clock, line * scale, shade))
             axis.set_ylabel(label(name.replace(".", ".\n", 1), shown_unit), fontsize=8)
         axes[-1, 0].set_xlabel(label("time", unit))
-        axes[0, 0].set_title(title)
+        axes[0, 0].set_title(textwrap.fill(title, round(10 * width)))
         many = any(np.atleast_2d(columns[name]).shape[0] > MOST_LINES for name in shown)
         notes = [
             f"band: least to largest within {spans:.3g} {unit}; line: mean" if spans else "",
@@ -172,7 +148,7 @@ def over_time(
             left_out(columns, shown) if not names else "",
         ]
         if told := "; ".join(filter(None, notes)):
-            figure.supxlabel(textwrap.fill(told, 140), fontsize=7)
+            figure.supxlabel(textwrap.fill(told, round(15.5 * width)), fontsize=7)
         without_formulas(figure)
         return figure
 

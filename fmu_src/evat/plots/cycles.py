@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -14,16 +16,18 @@ from evat.console import printable
 from evat.files.writing import OutputError, whole
 from evat.model import FloatArray, Trace, Variable
 from evat.native import kernel
-from evat.notebook.panels import COLOURS, STYLE, clock_unit, draw, label, new_figure
+from evat.notebook.panels import COLOURS, NARROW, STYLE, clock_unit, draw, label, new_figure
 from evat.units import affine
 
 __all__ = [
     "COLOURS",
+    "NARROW",
     "STYLE",
     "as_it_stands",
     "check_picture",
     "clock_unit",
     "in_display_unit",
+    "inline",
     "label",
     "new_figure",
     "plot_cycles",
@@ -59,6 +63,16 @@ def save_figure(figure: Figure, path: Path) -> Path:
     with whole(path, "the picture") as made:
         figure.savefig(made, format=form, dpi=120, metadata={"Software": None} if form == "png" else None)
     return path
+
+
+def inline(picture: Figure | bytes) -> str:
+    """A figure, or a .png that is there, as it stands in a page."""
+    if isinstance(picture, Figure):
+        as_it_stands(picture)
+        data = io.BytesIO()
+        picture.savefig(data, format="png", dpi=120, metadata={"Software": None})
+        picture = data.getvalue()
+    return "data:image/png;base64," + base64.b64encode(picture).decode("ascii")
 
 
 def in_display_unit(shown: str | Variable, column: FloatArray) -> tuple[FloatArray, str]:

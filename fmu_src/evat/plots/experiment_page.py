@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -11,11 +10,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from evat import html as pages
-from evat.experiment import Signal, as_typed
+from evat.experiment import Experiment, Signal, as_typed
 from evat.experiment.document import POSITION
 from evat.experiment.read import Scan, day_of
 from evat.headline import Headline
 from evat.native import kernel
+from evat.plots.cycles import inline
+from evat.plots.experiment import drawn
 from evat.units import display
 
 PAGE = "experiment.html"  # in the folder of an experiment
@@ -92,8 +93,8 @@ def conditions_of(scan: Scan) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*(trial.condition for trial in scan.trials), *averaged]))
 
 
-def page(scan: Scan, to: Path, picture: bytes | None, doubts: Sequence[str]) -> str:
-    """The page of an experiment that is to lie at `to`. picture : a .png of the recordings; doubts : what deserves a look."""
+def page(scan: Scan, to: Path, recordings: Experiment | None, doubts: Sequence[str]) -> str:
+    """The page of an experiment that is to lie at `to`. recordings : to be drawn; doubts : what deserves a look."""
     nominal, averages, signals = scan.document.nominal, means_of(scan), scan.document.signals
     tables = [channels_of(scan), replace(trials_of(scan), title="Recordings")] if scan.trials else []
     tables += [] if averages is None else [replace(averages, title="Averages")]
@@ -104,7 +105,8 @@ def page(scan: Scan, to: Path, picture: bytes | None, doubts: Sequence[str]) -> 
         headline=_headline(scan, doubts),
         day=day_of(scan.document),
         tables=tables,
-        picture=None if picture is None else "data:image/png;base64," + base64.b64encode(picture).decode("ascii"),
+        picture=None if recordings is None else inline(drawn(recordings)),
+        narrow=None if recordings is None else inline(drawn(recordings, narrow=True)),
         values=[(kernel.variable(name), value) for name, value in values.items()],
         files={_link(path, to): "read with it" if place else "the experiment" for place, path in enumerate(scan.document.files)},
         reports=reports_beside(to, scan.data_hash),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,6 +12,8 @@ from evat.headline import Headline
 from evat.model import FloatArray, Trace
 from evat.models.drive import unit_of
 from evat.notebook.panels import prefixed
+from evat.plots.cycles import inline
+from evat.plots.system import narrow_run
 from evat.systems.couple import Coupled, Plan, SystemMember
 from evat.systems.power import ALLOWED, Power
 
@@ -30,7 +31,8 @@ def page(coupled: Coupled, trace: Trace, power: Power, plan: Plan, files: Mappin
         allowed=ALLOWED,
         values={member.name: [_given(member, *item) for item in coupled.values[member.name].items()] for member in coupled.members},
         plan=plan,
-        picture="data:image/png;base64," + base64.b64encode(picture.read_bytes()).decode("ascii"),
+        picture=inline(picture.read_bytes()),
+        narrow=inline(narrow_run(trace)),
         untold=untold,
         files=files,
     )

@@ -9,6 +9,7 @@ import numpy as np
 
 from evat import paper_tables
 from evat.files.writing import put
+from evat.fmu.documentation import beside
 from evat.html import render
 from evat.native import kernel
 from evat.paper_conditions import SHEAR_STRESS, conditions, inference, inferred
@@ -77,9 +78,10 @@ def write_means(cases: list[MainJobCase], path: Path) -> Path:
 
 
 def write_report(
-    cases: list[MainJobCase], figures: list[Path], shares: tuple[DomainShares, ...], family: str, speed_unit: str, out: Path
+    cases: list[MainJobCase], figures: list[Path], shares: tuple[DomainShares, ...], family: str, speed_unit: str, out: Path, fmu: Path
 ) -> Path:
-    """`report.html`, one self-contained file: figures, the means beside the measured ones, what can and cannot be compared."""
+    """`report.html`, one self-contained file: figures, the means beside the measured ones, what can and cannot be compared. The
+    documentation of the `fmu` that was run lies beside it."""
     rows = []
     for row in paper_tables.table_2():
         ours = {(case.conditions, case.model, case.principle): case.means[row.force] for case in cases if case.material == row.material}
@@ -109,6 +111,8 @@ def write_report(
         materials=paper_tables.materials(),
         token=kernel.token(),
         files={path.name: "a picture of this page" for path in figures}
-        | {"means.csv": "all cycle means, a line for each run", REPORT: "this page"},
+        | {"means.csv": "all cycle means, a line for each run"}
+        | beside(fmu, out)
+        | {REPORT: "this page"},
     )
     return put(out / REPORT, text)

@@ -25,7 +25,7 @@ KINDS = ("S1", "S1_conf", "ST", "ST_conf")  # by the names of SALib
 MOST_SETS = 2_000_000
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SobolIndices(NamedArrays):
     """How much of an output's variance each parameter explains: a mapping from outputs to their total indices, (P,).
 
@@ -103,8 +103,8 @@ class SobolIndices(NamedArrays):
         }
         return bars(panels, self.parameters, "share of the variance [-]")
 
-    def _repr_html_(self) -> str:
-        from evat.notebook.tables import number, table
+    def _table(self) -> Any:
+        from evat.notebook.tables import Table, number
 
         rows = [
             (
@@ -116,7 +116,7 @@ class SobolIndices(NamedArrays):
             for place, name in enumerate(self.parameters)
         ]
         title = f"Sobol indices of the {self.of}, {self.runs} runs"
-        return table(title, ("output", "parameter", "alone", "+/-", "in all", "+/-"), rows)
+        return Table(title, ("output", "parameter", "alone", "+/-", "in all", "+/-"), rows)
 
 
 def sobol(

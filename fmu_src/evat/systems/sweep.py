@@ -62,7 +62,7 @@ class Row:
     failure: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Sweep(NamedArrays):
     """What came out of a sweep: a mapping from the name of each output to its means on the grid, an axis of the array for each axis swept.
 
@@ -129,7 +129,8 @@ class Sweep(NamedArrays):
 
         Where the first axis is a speed and the system shows a speed ratio, over that. Without names it chooses, and says what is left out.
         """
-        from evat.notebook.panels import chosen, label, left_out, over_axis, prefixed
+        from evat.notebook.choice import chosen, left_out
+        from evat.notebook.panels import label, over_axis, prefixed
 
         columns = {name: self[name] for name in names or self}
         told = [name for name in columns if name.rpartition(".")[2] in MAPPED]
@@ -155,7 +156,7 @@ class Sweep(NamedArrays):
         note = "" if names else left_out(columns, shown)
         return over_axis({name: lines(name, self.rows) for name in shown}, self.units, words, ticks, dashed, note)
 
-    def _repr_html_(self) -> str:
+    def _table(self) -> Any:
         from evat.notebook.tables import columns_table
 
         title = f"Sweep of {self.system} over {', '.join(f'{each.label} ({len(each.texts)})' for each in self.axes)}"

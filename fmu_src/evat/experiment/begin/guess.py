@@ -11,7 +11,7 @@ import numpy as np
 
 from evat.experiment import ExperimentError
 from evat.experiment.begin.files import first_rows, recordings
-from evat.experiment.begin.names import named
+from evat.experiment.begin.names import by_what_they_share, named
 from evat.experiment.begin.signals import Signals
 from evat.experiment.begin.sliding import repeating, sliding
 from evat.experiment.begin.understood import Answers, Begun, Question, SignalGuess, TrialGuess
@@ -79,8 +79,9 @@ class _Guess(Signals):
         told, repeats = named(self.recorded.files)
         conditions = {file: each.condition for file, each in told.items()}
         if not repeats and motion is not None and len(conditions) > 1:
-            conditions = repeating(self.rows, motion.header, self.is_position, conditions)
-            if len(set(conditions.values())) < len(conditions):
+            groups = repeating(self.rows, motion.header, self.is_position, conditions)
+            if len(set(groups.values())) < len(groups):
+                conditions = by_what_they_share(conditions, groups)
                 repeats = "recordings as long, and with as fast a motion, repeat each other"
         signals = {signal.name for signal in self.signals}
         needed = ("normal_load",) if motion is not None else SET

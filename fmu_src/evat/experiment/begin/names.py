@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 
 from evat.experiment.begin.words import plain
 from evat.files.spelling import unit_meant
 
-_REPEAT = re.compile(
-    r"(?:rep|repeat|r|nr|no|run|trial|try|wdh|wiederholung|mess|messung|versuch|essai|ensayo|prova|test|meas|take|n)?[#.]?(\d{1,3})|[a-z]",
-    re.IGNORECASE,
+# What counts repeats, and what may as well count conditions.
+_WORDS = (
+    "rep|repeat|repetition|replicate|nr|no|wdh|wiederholung|lauf|durchlauf|durchgang|take|pass|passage|passata|pasada|essai|ensayo|prova|"
+    "trial|try"
 )
-_WORDS = "rep|repeat|nr|no|wdh|wiederholung|take|essai|ensayo|prova|trial|try"
+_REPEAT = re.compile(rf"(?:{_WORDS}|r|n|run|mess|messung|versuch|test|meas)?[#.]?(\d{{1,3}})|[a-z]", re.IGNORECASE)
 _WORD = re.compile(rf"(?:{_WORDS})[#.]?\d{{1,3}}", re.IGNORECASE)
 _APART = re.compile(rf"(?<![^\W_])({_WORDS})[\s_.-]+(?=\d{{1,3}}(?:[\s_]|$))", re.IGNORECASE)  # "rep 1", "trial_2"
 _VALUE = re.compile(r"(?P<name>[a-z]*?)_?(?P<number>\d+(?:[.,p]\d+)?)(?P<unit>[a-zµμ%°][a-zµμ/%°-]*)?", re.IGNORECASE)
@@ -89,3 +90,17 @@ def _value(part: str) -> tuple[str, float, str] | None:
         variable, unit = _SHORT[name]
         return (variable, number, unit)
     return None
+
+
+def by_what_they_share(names: Mapping[str, str], groups: Mapping[str, str]) -> dict[str, str]:
+    """The group of each file, named by the parts that the names of all its files have, where that tells groups apart; else as it was."""
+    shared = {group: _shared([names[file] for file in groups if groups[file] == group]) for group in groups.values()}
+    if not all(shared.values()) or len(set(shared.values())) < len(shared):
+        return dict(groups)
+    return {file: shared[group] for file, group in groups.items()}
+
+
+def _shared(names: Sequence[str]) -> str:
+    """The parts that all of the names have, as they stand in the first."""
+    first, *others = (name.split("_") for name in names)
+    return "_".join(part for part in first if all(part in other for other in others))

@@ -77,7 +77,7 @@ _OF_UNIT: Mapping[Kind, tuple[str, ...]] = {
     "coefficient": ("1",),
 }
 _FIRST_UNSPACED = "\u3040"  # kana and ideographs begin here
-_COMMANDED = re.compile(r"\b(soll|set|setpoint|ref|reference|cmd|command|commanded|target|consigne|desired)\b")
+_COMMANDED = re.compile(r"\b(soll|set|setpoint|ref|reference|cmd|command|commanded|target|consigne|desired|demand|nom|nominal)\b")
 
 
 @dataclass(frozen=True, slots=True)

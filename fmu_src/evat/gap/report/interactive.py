@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import json
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,9 @@ from evat.gap.report.chart import SKY, Chart, Line, Panel
 from evat.model import FloatArray
 
 ROW = 340  # pixels
+ABOVE, BELOW = 70, 90  # pixels, beside the panels
+BETWEEN = 100  # pixels from panel to panel where they stand in one column: the title of an axis, and that of a panel
+NARROW = 700  # pixels of a page, up to which they do, as the style of the page has it
 FLAT = 1e-3  # of its size: a column that changes by less is kept in full
 DASHES, WIDTHS = {"dash": "dash", "dot": "dot"}, {"thick": 4.5}
 CONFIG = {
@@ -50,7 +54,7 @@ def drawn(chart: Chart) -> Markup:
     figure.update_layout(
         template="plotly_white",
         height=ROW * rows + 60,
-        margin={"l": 70, "r": 20, "t": 70, "b": 90},
+        margin={"l": 70, "r": 20, "t": ABOVE, "b": BELOW},
         legend={"orientation": "h", "y": 0, "yanchor": "bottom", "x": 0, "yref": "container"},
         hovermode="closest",
         barmode="overlay",
@@ -66,8 +70,30 @@ def drawn(chart: Chart) -> Markup:
         div_id=chart.key,
         default_height=f"{ROW * rows + 60}px",
         validate=False,
+        post_script=_one_column(chart) if columns > 1 else None,
     )
     return Markup(text)
+
+
+def _one_column(chart: Chart) -> str:
+    """Where the page is narrow, as on a phone: the panels one below the other, column by column."""
+    rows, columns = len(chart.panels), max(len(row) for row in chart.panels)
+    count = rows * columns
+    room = ROW * count - ABOVE - BELOW
+    apart = BETWEEN / room
+    tall = (1 - apart * (count - 1)) / count
+    layout, titled = dict[str, object]({"height": ROW * count}), 0
+    for row in range(rows):
+        for column in range(len(chart.panels[row])):
+            place = row * columns + column
+            top = 1 - (column * rows + row) * (tall + apart)
+            number = "" if place == 0 else str(place + 1)
+            layout |= {f"xaxis{number}.domain": [0, 1], f"yaxis{number}.domain": [max(top - tall, 0.0), top]}
+            if chart.panels[row][column].title:
+                layout |= {f"annotations[{titled}].x": 0.5, f"annotations[{titled}].y": top}
+                titled += 1
+    taller = f"document.getElementById('{{plot_id}}').parentElement.style.height = '{ROW * count}px';"
+    return f"if (matchMedia('(max-width: {NARROW}px)').matches) {{ {taller} Plotly.relayout('{{plot_id}}', {json.dumps(layout)}); }}"
 
 
 def _text(text: str) -> str:

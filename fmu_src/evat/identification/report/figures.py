@@ -10,30 +10,33 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from evat.identification.result import Curve, Identification
+from evat.identification.result import Curve, Estimate, Identification
 from evat.model import FloatArray, ParameterError
 from evat.plots.cycles import COLOURS, STYLE, as_it_stands, clock_unit, label, new_figure, save_figure
 from evat.units import affine
 
 POINTS = 2000  # of a line; longer ones are drawn as the envelope of their pieces
 PANELS = 6
+RISE = "rise of the misfit [sd^2]"
+PANEL, SMALL = (5.4, 3.0), (3.6, 2.9)  # inches; a page sets them side by side, or one below the other where it is narrow
 
 
-def figures(identification: Identification) -> dict[str, str]:
-    """Pictures as data URIs (SVG), by what they show."""
+def figures(identification: Identification) -> dict[str, list[str]]:
+    """Pictures as data URIs (SVG), one for each panel, by what they show."""
     with mpl.rc_context({**STYLE, "svg.fonttype": "path"}):
         made = {
             "measured against calculated": _records(identification, residual=False),
             "residuals: calculated less measured": _records(identification, residual=True),
             "means: measured against calculated": _means(identification),
             "convergence": _convergence(identification),
-            "profiles": _profiles(identification),
+            "profiles": [_profile(*each) for each in _profiled(identification)],
             "correlation": _correlation(identification),
         }
-        return {name: _uri(figure) for name, figure in made.items() if figure is not None}
+        return {name: [_uri(panel) for panel in panels] for name, panels in made.items() if panels}
 
 
 def _uri(figure: Figure) -> str:
@@ -56,56 +59,59 @@ def _thinned(times: FloatArray, column: FloatArray) -> tuple[FloatArray, FloatAr
     return times[kept], column[kept]
 
 
-def _records(identification: Identification, residual: bool) -> Figure | None:
+def _records(identification: Identification, residual: bool) -> list[Figure]:
+    """One recording of each condition, channel by channel."""
     rows, at = [], 0
     for trial in identification.experiment.trials:
         for channel, measured in trial.outputs.items():
             rows.append((trial, channel, measured, identification.predicted[at : at + measured.size]))
             at += measured.size
     first = {(trial.condition, channel): row for row in reversed(rows) for trial, channel in [(row[0], row[1])]}
-    panels = list(first.values())[::-1][:PANELS]
-    if not panels:
-        return None
-    columns = 1 if len(panels) == 1 else 2
-    figure, axes = new_figure((len(panels) + columns - 1) // columns, columns, (11, 2.7 * ((len(panels) + 1) // columns)), sharex=False)
-    for axis, (trial, channel, measured, calculated) in zip(axes.ravel(), panels, strict=False):
+    panels = list[Figure]()
+    for trial, channel, measured, calculated in list(first.values())[::-1][:PANELS]:
+        figure, axes = new_figure(1, 1, PANEL)
         factor, unit = clock_unit(float(trial.times[-1] - trial.times[0]))
         lines = {"calculated less measured": calculated - measured} if residual else {"measured": measured, "calculated": calculated}
         for (name, column), colour in zip(lines.items(), COLOURS[2:] if residual else COLOURS, strict=False):
             times, values = _thinned(trial.times, column)
-            axis.plot(times * factor, values, color=colour, lw=0.9, label=name)
-        axis.set(
+            axes[0, 0].plot(times * factor, values, color=colour, lw=0.9, label=name)
+        axes[0, 0].set(
             xlabel=label("time", unit),
             ylabel=label(channel, identification.units[channel]),
             title=f"{trial.condition}: {trial.file}",
         )
-    for axis in axes.ravel()[len(panels) :]:
-        axis.set_visible(False)
-    figure.legend(*axes.ravel()[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    return figure
+        _legend(figure)
+        panels.append(figure)
+    return panels
 
 
-def _means(identification: Identification) -> Figure | None:
+def _means(identification: Identification) -> list[Figure]:
     means = identification.experiment.means
     if means is None:
-        return None
+        return []
     at = sum(column.size for trial in identification.experiment.trials for column in trial.outputs.values())
-    figure, axes = new_figure(1, len(means.outputs), (11, 3.2), sharex=False)
-    for axis, (channel, measured) in zip(axes[0], means.outputs.items(), strict=True):
+    panels = list[Figure]()
+    for channel, measured in means.outputs.items():
+        figure, axes = new_figure(1, 1, PANEL)
         places = np.arange(measured.size)
-        axis.errorbar(places, measured, yerr=means.sd.get(channel), fmt="o", color=COLOURS[0], label="measured")
-        axis.plot(places, identification.predicted[at : at + measured.size], "x", color=COLOURS[1], label="calculated")
-        axis.set_xticks(places, means.conditions, rotation=45)
-        axis.set(ylabel=label(channel, identification.units[channel]))
+        axes[0, 0].errorbar(places, measured, yerr=means.sd.get(channel), fmt="o", color=COLOURS[0], label="measured")
+        axes[0, 0].plot(places, identification.predicted[at : at + measured.size], "x", color=COLOURS[1], label="calculated")
+        axes[0, 0].set_xticks(places, means.conditions, rotation=45)
+        axes[0, 0].set(ylabel=label(channel, identification.units[channel]))
+        _legend(figure)
+        panels.append(figure)
         at += measured.size
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    return figure
+    return panels
 
 
-def _convergence(identification: Identification) -> Figure | None:
+def _legend(figure: Figure) -> None:
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+
+
+def _convergence(identification: Identification) -> list[Figure]:
     if len(identification.history) < 2:
-        return None
-    figure, axes = new_figure(1, 1, (8, 3))
+        return []
+    figure, axes = new_figure(1, 1, PANEL)
     evaluations = [generation.evaluations for generation in identification.history]
     axes[0, 0].plot(evaluations, [generation.best for generation in identification.history], color=COLOURS[0], label="best so far")
     medians = np.array([generation.median for generation in identification.history])
@@ -113,15 +119,24 @@ def _convergence(identification: Identification) -> Figure | None:
     axes[0, 0].axhline(identification.cost, color=COLOURS[5], ls=":", label="after the polish")
     axes[0, 0].set(xlabel="model runs", ylabel=f"objective: {identification.objective.replace('_', ' ')}", yscale="log")
     axes[0, 0].legend()
-    return figure
+    return [figure]
 
 
 def save_profiles(identification: Identification, path: Path) -> Path:
     """The profiles alone, as a picture."""
+    profiles = _profiled(identification)
+    if not profiles:
+        raise ParameterError("there are no profiles to draw: the search was stopped before them, or they were not asked for.")
+    columns = min(4, len(profiles))
+    rows = -(-len(profiles) // columns)
     with mpl.rc_context(STYLE):
-        figure = _profiles(identification)
-        if figure is None:
-            raise ParameterError("there are no profiles to draw: the search was stopped before them, or they were not asked for.")
+        figure, axes = new_figure(rows, columns, (2.9 * columns, 2.6 * rows), sharex=False)
+        for axis, (estimate, curve) in zip(axes.ravel(), profiles, strict=False):
+            _draw_profile(axis, estimate, curve)
+        for axis in axes.ravel()[len(profiles) :]:
+            axis.set_visible(False)
+        for row in axes:
+            row[0].set_ylabel(RISE)
         return save_figure(figure, path)
 
 
@@ -133,43 +148,42 @@ def _smooth(curve: Curve, centre: float) -> tuple[FloatArray, FloatArray]:
     return between, rise
 
 
-def _profiles(identification: Identification) -> Figure | None:
-    profiles = [(each, each.profile) for each in identification.estimates if each.profile is not None and each.profile.values.size > 1]
-    if not profiles:
-        return None
-    columns = min(4, len(profiles))
-    rows = -(-len(profiles) // columns)
-    figure, axes = new_figure(rows, columns, (2.9 * columns, 2.6 * rows), sharex=False)
-    for axis, (estimate, curve) in zip(axes.ravel(), profiles, strict=False):
-        colour = {"identified": COLOURS[2], "weak": COLOURS[4]}.get(estimate.verdict, COLOURS[0])
-        unit = estimate.variable.display_unit or estimate.variable.unit
-        factor, offset = affine(estimate.variable.unit, unit)
-        axis.plot(factor * curve.values + offset, curve.rise, "o", ms=3, color=colour)
-        between, rise = _smooth(curve, estimate.value)
-        axis.plot(factor * between + offset, rise, lw=1, color=colour)
-        axis.axhline(curve.threshold, color=COLOURS[5], ls=":", lw=1)
-        axis.axvline(factor * estimate.value + offset, color=COLOURS[5], lw=0.6)
-        axis.set(ylim=(-0.3, 2.5 * curve.threshold), title=estimate.verdict, xlabel=label(estimate.name, unit))
-        decades = math.log10(float(curve.values[-1] / curve.values[0])) if estimate.bounds[0] > 0 and not offset else 0.0
-        if decades > 1:
-            axis.set_xscale("log")
-            axis.xaxis.set_major_locator(LogLocator(numticks=4))
-            axis.xaxis.set_minor_formatter(NullFormatter())
-        else:
-            axis.xaxis.set_major_locator(MaxNLocator(3))
-            axis.ticklabel_format(axis="x", useOffset=False)
-        axis.tick_params(labelsize="small")
-    for axis in axes.ravel()[len(profiles) :]:
-        axis.set_visible(False)
-    for row in axes:
-        row[0].set_ylabel("rise of the misfit [sd^2]")
+def _profiled(identification: Identification) -> list[tuple[Estimate, Curve]]:
+    return [(each, each.profile) for each in identification.estimates if each.profile is not None and each.profile.values.size > 1]
+
+
+def _profile(estimate: Estimate, curve: Curve) -> Figure:
+    figure, axes = new_figure(1, 1, SMALL)
+    _draw_profile(axes[0, 0], estimate, curve)
+    axes[0, 0].set_ylabel(RISE)
     return figure
 
 
-def _correlation(identification: Identification) -> Figure | None:
+def _draw_profile(axis: Axes, estimate: Estimate, curve: Curve) -> None:
+    colour = {"identified": COLOURS[2], "weak": COLOURS[4]}.get(estimate.verdict, COLOURS[0])
+    unit = estimate.variable.display_unit or estimate.variable.unit
+    factor, offset = affine(estimate.variable.unit, unit)
+    axis.plot(factor * curve.values + offset, curve.rise, "o", ms=3, color=colour)
+    between, rise = _smooth(curve, estimate.value)
+    axis.plot(factor * between + offset, rise, lw=1, color=colour)
+    axis.axhline(curve.threshold, color=COLOURS[5], ls=":", lw=1)
+    axis.axvline(factor * estimate.value + offset, color=COLOURS[5], lw=0.6)
+    axis.set(ylim=(-0.3, 2.5 * curve.threshold), title=estimate.verdict, xlabel=label(estimate.name, unit))
+    decades = math.log10(float(curve.values[-1] / curve.values[0])) if estimate.bounds[0] > 0 and not offset else 0.0
+    if decades > 1:
+        axis.set_xscale("log")
+        axis.xaxis.set_major_locator(LogLocator(numticks=4))
+        axis.xaxis.set_minor_formatter(NullFormatter())
+    else:
+        axis.xaxis.set_major_locator(MaxNLocator(3))
+        axis.ticklabel_format(axis="x", useOffset=False)
+    axis.tick_params(labelsize="small")
+
+
+def _correlation(identification: Identification) -> list[Figure]:
     count = len(identification.estimates)
     if count < 2:
-        return None
+        return []
     figure, axes = new_figure(1, 1, (1.5 + 0.75 * count, 1 + 0.6 * count))
     axis = axes[0, 0]
     axis.grid(visible=False)
@@ -182,4 +196,4 @@ def _correlation(identification: Identification) -> Figure | None:
             number = float(identification.correlation[row, column])
             axis.text(column, row, f"{number:.2f}", ha="center", va="center", fontsize=7, color="white" if abs(number) > 0.6 else "black")
     figure.colorbar(image)
-    return figure
+    return [figure]
