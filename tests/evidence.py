@@ -16,16 +16,16 @@ FILE = source_root() / "fmus" / "evidence.toml"
 SLACK = 1.02  # of other platforms' rounding, beside that of two digits
 
 
-def hold(name: str, found: float) -> None:
-    """`found` [%] is no worse than what is told."""
+def hold(name: str, deviation: float) -> None:
+    """`deviation` [%] is no worse than what is told."""
     told = next(each.largest_deviation for each in evidence() if each.name == name)
-    if os.environ.get("EVAT_WRITE_TABLES") and found > told:
-        digit = 10.0 ** (math.floor(math.log10(found)) - 1)
+    if os.environ.get("EVAT_WRITE_TABLES") and deviation > told:
+        digit = 10.0 ** (math.floor(math.log10(deviation)) - 1)
         text = FILE.read_text(encoding="utf-8")
         place = text.index(f'name = "{name}"')
         row = re.compile(r"^largest_deviation = (.*)$", re.MULTILINE).search(text, place)
         assert row
-        if found > float(row[1]):
-            FILE.write_text(f"{text[: row.start(1)]}{math.ceil(found / digit) * digit:.2g}{text[row.end(1) :]}", encoding="utf-8")
+        if deviation > float(row[1]):
+            FILE.write_text(f"{text[: row.start(1)]}{math.ceil(deviation / digit) * digit:.2g}{text[row.end(1) :]}", encoding="utf-8")
         return
-    assert found <= SLACK * told, f"{name}: {found:.3g} % is found, {told:.3g} % is told in {FILE.name}"
+    assert deviation <= SLACK * told, f"{name}: {deviation:.3g} % is found, {told:.3g} % is told in {FILE.name}"

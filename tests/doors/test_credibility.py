@@ -29,19 +29,19 @@ def of(part: str) -> bytes:
 
 @pytest.mark.parametrize("part", fmu.parts())
 def test_every_fmu_tells_both_what_was_checked_and_what_was_not(part: str) -> None:
-    found = classes(of(part))
+    listed = classes(of(part))
     for kind in ("verification", "validation"):
-        own = [entries for name, entries in found if name == f"org.evat.{kind}"]
+        own = [entries for name, entries in listed if name == f"org.evat.{kind}"]
         known = [each for each in evidence() if each.kind == kind and part in each.parts]
         assert [entries["claim"] for entries in own] == ([each.claim for each in known] or ["none that a test holds"])
         assert [entries.get("test") for entries in own] == ([each.test for each in known] or [None])
-    assert any(name == "org.evat.verification" and "test" in entries for name, entries in found)
+    assert any(name == "org.evat.verification" and "test" in entries for name, entries in listed)
 
 
 def test_it_lies_in_the_fmu(fmus: dict[str, Path]) -> None:
     with zipfile.ZipFile(fmus["evat_guideway-fmi3"]) as archive:
-        found = classes(archive.read("extra/org.ssp-standard.srmd/EvatGuideway.srmd"))
-    assert "Canudas de Wit" in found[0][1]["against"]
+        listed = classes(archive.read("extra/org.ssp-standard.srmd/EvatGuideway.srmd"))
+    assert "Canudas de Wit" in listed[0][1]["against"]
 
 
 def test_the_schema_of_the_standard_takes_it(tmp_path: Path) -> None:

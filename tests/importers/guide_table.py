@@ -28,9 +28,9 @@ NUMBER = re.compile(r"[-+]?\d+\.(\d+)")
 
 def _row(importer: str, text: str) -> re.Match[str]:
     package, rest = ROWS[importer]
-    found = re.search(rf"^\| {re.escape(package)} [\d.]+{re.escape(rest)} \|.*$", text, re.MULTILINE)
-    assert found, f"{PAGE.name} has no row of {package}{rest}"
-    return found
+    row = re.search(rf"^\| {re.escape(package)} [\d.]+{re.escape(rest)} \|.*$", text, re.MULTILINE)
+    assert row, f"{PAGE.name} has no row of {package}{rest}"
+    return row
 
 
 def hold(importer: str, column: str, *percent: float) -> None:
@@ -45,5 +45,5 @@ def hold(importer: str, column: str, *percent: float) -> None:
         return
     told = list(NUMBER.finditer(cells[place]))
     assert len(told) == (len(percent) if cells[place] else 0)
-    for number, found in zip(told, percent, strict=False):  # an empty cell claims nothing
-        assert float(number[0]) == pytest.approx(found, abs=1.01 * 10.0 ** -len(number[1])), (importer, column, cells[place], percent)
+    for number, value in zip(told, percent, strict=False):  # an empty cell claims nothing
+        assert float(number[0]) == pytest.approx(value, abs=1.01 * 10.0 ** -len(number[1])), (importer, column, cells[place], percent)
