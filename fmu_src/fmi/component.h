@@ -96,7 +96,7 @@ struct Component {
     int count, state_count, indicator_count; /* of variables, continuous states and event indicators that are shown */
     char token[40];
     /* What depends on the model lies behind, in the same block of memory. */
-    struct Model *model, *preview; /* preview: the model as it would start now; as it was before an event */
+    struct Model *model, *preview; /* preview: as it would start now; as it was before an event; as it may go on */
     double *indicators; /* of the whole model */
     int *state, *rate, *indicator; /* indices of the states and of their rates; places of the event indicators */
     uint16_t *settable; /* modes in which each variable may be set */
