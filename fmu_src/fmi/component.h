@@ -63,7 +63,8 @@ struct Life {
     double last_time; /* end of the last step that was carried out [s] */
     uint32_t mode, interface;
     uint32_t stale; /* outputs do not belong to the present inputs, states, time */
-    uint32_t set_up, tolerance_set, slope_set, event_pending, reserved;
+    uint32_t set_up, tolerance_set, event_pending;
+    uint32_t slope_set, slope_kept; /* inputs have slopes: given for the next step; of the last step */
 };
 
 /* What an FMU starts with, beside its model's tables. */
@@ -95,7 +96,7 @@ struct Component {
     int count, state_count, indicator_count; /* of variables, continuous states and event indicators that are shown */
     char token[40];
     /* What depends on the model lies behind, in the same block of memory. */
-    struct Model *model, *preview; /* preview: the model as it would start now; as it was before an event */
+    struct Model *model, *preview; /* preview: as it would start now; as it was before an event; as it may go on */
     double *indicators; /* of the whole model */
     int *state, *rate, *indicator; /* indices of the states and of their rates; places of the event indicators */
     uint16_t *settable; /* modes in which each variable may be set */
@@ -193,8 +194,14 @@ enum Answer set_values(struct Component *c, const struct Access *as, const uint3
                        const void *values);
 /* An input that is given a hair outside its bounds is held on them: said once. */
 enum Answer held_on_bound(struct Component *c, int index, double value);
+/* Forget the slopes of the last step. */
+void drop_kept_slopes(struct Component *c);
 enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t count, const int *orders,
                        const double *slopes);
+/* d output / dt as inputs go on by the slopes of the last step, or by those that are given for the next one; 0 for an
+ * output that is constant between events. */
+enum Answer get_output_slopes(struct Component *c, const uint32_t *references, size_t count, const int *orders,
+                              double *slopes);
 /* Variables of a type that no table has: fine as long as none is asked for. */
 enum Answer no_variables(struct Component *c, const char *word, size_t count);
 

@@ -557,9 +557,10 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueRefere
                                     size_t nValueReferences, const fmi3Int32 orders[], fmi3Float64 values[],
                                     size_t nValues)
 {
-    (void)valueReferences, (void)orders, (void)values, (void)nValues;
     ENTER(STEPPING | STEP_FAILED | TERMINATED | FAILED | INTERMEDIATE | ASKING);
-    ANSWER(no_variables(instance, "output derivative", nValueReferences)); /* maxOutputDerivativeOrder = 0 */
+    ANSWER(sizes_agree(instance, nValueReferences, nValues)
+               ? get_output_slopes(instance, valueReferences, nValueReferences, orders, values)
+               : ANSWER_ERROR);
 }
 
 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoint, fmi3Float64 communicationStepSize,

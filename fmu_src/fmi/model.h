@@ -39,7 +39,7 @@ double model_get(const struct Model *model, int index);
 enum Status model_set(struct Model *model, int index, double value);
 /* Unchecked: time or a continuous state that a solver of Model Exchange leads, an input at the end of its ramp. */
 void model_lead(struct Model *model, int index, double value);
-/* Rate of an input within a communication step, per second; 0: it is held. */
+/* Rate of an input within a communication step, and behind it as what is known of it, per second; 0: it is held. */
 double model_slope(const struct Model *model, int input);
 void model_set_slope(struct Model *model, int input, double slope);
 
@@ -63,6 +63,10 @@ double model_next_event(const struct Model *model); /* [s]; infinity: none is kn
 enum Status model_step(struct Model *model, double step, int stop_at_events, double *taken);
 /* d unknown / d known at the present point. known: inputs and states. */
 enum Status model_derivative(const struct Model *model, int unknown, int known, double *derivative);
+/* d output / dt of `count` outputs, at most DERIVATIVES_AT_ONCE, at the present point, as inputs go on by their slopes
+ * and states by their rates. room: bytes of another model, to look around in. */
+enum Status model_time_derivatives(const struct Model *model, struct Model *room, int count, const int *index,
+                                   double *derivatives);
 
 /* ---- what it has to say ---- */
 

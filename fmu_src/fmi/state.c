@@ -79,12 +79,15 @@ static const char *flaw_of_life(const struct Component *c, const struct Life *li
         (life->mode & (life->mode - 1)))
         return "there is no such state of an instance";
     if (!is_flag(life->stale) || !is_flag(life->set_up) || !is_flag(life->tolerance_set) || !is_flag(life->slope_set) ||
-        !is_flag(life->event_pending) || life->reserved)
+        !is_flag(life->slope_kept) || !is_flag(life->event_pending))
         return "a flag is neither 0 nor 1";
     if (!isfinite(life->start) || !isfinite(life->last_time) || !(life->stop >= life->start))
         return "a time is no number, or the stop time lies before the start time";
     if (!life->set_up && !(life->mode & (INSTANTIATED | CONFIGURING | FAILED)))
         return "it was never set up";
+    if (life->slope_kept &&
+        (solver || life->slope_set || !(life->mode & (RUNNING | STEP_FAILED | TERMINATED | FAILED))))
+        return "inputs have kept derivatives of a step that they cannot have";
     if (life->event_pending && (solver || !(life->mode & (RUNNING | STEP_FAILED | TERMINATED | FAILED))))
         return "an event waits where there is none";
     return NULL;
@@ -105,7 +108,7 @@ static const char *flaw_between(const struct Life *life, const struct Model *mod
         return "the last step has not ended where the model stands";
     if (begun && life->interface == CO_SIMULATION && !(model_next_event(model) >= now - 1e-9 * fabs(now)))
         return "the model's next event lies in the past";
-    for (int place = 0; place < model_input_count() && !life->slope_set; ++place)
+    for (int place = 0; place < model_input_count() && !life->slope_set && !life->slope_kept; ++place)
         if (model_slope(model, model_input(place)) != 0)
             return "an input has a derivative that was not given";
     return NULL;

@@ -118,15 +118,16 @@ enum Answer component_step(struct Component *c, double time, double step, struct
     if (!ramps_stay(c, whole))
         return ANSWER_ERROR;
 
+    drop_kept_slopes(c);
     const enum Status status = advance(c, whole, end);
     c->life.last_time = end->last_time = present_time(c);
     c->life.stale = 1;
     c->life.event_pending = (uint32_t)end->event;
     for (int place = 0; place < model_input_count() && c->life.slope_set; ++place) {
         const int i = model_input(place);
-        model_set_slope(c->model, i, 0);
         model_lead(c->model, i, within_bounds(model_variable(i), model_get(c->model, i))); /* rounding misses them */
     }
+    c->life.slope_kept = c->life.slope_set;
     c->life.slope_set = 0;
     if (status != STATUS_OK) {
         c->life.mode = STEP_FAILED;

@@ -226,30 +226,79 @@ enum Answer set_values(struct Component *c, const struct Access *as, const uint3
     return answer;
 }
 
+/* The index of an input or output that has a derivative; else -1, and said why. */
+static int differentiable(struct Component *c, uint32_t reference, int order, enum Causality role)
+{
+    static const struct Access reals = {"real", FORM_DOUBLE, 1u << REAL};
+    const int index = reached(c, &reals, reference);
+    if (index < 0)
+        return -1;
+    const struct Variable *v = model_variable(index);
+    const char *word = role == INPUT ? "input" : "output";
+    if (v->causality != role)
+        report(c, ANSWER_ERROR, "%s (value reference %lu) is %s; only %ss have a derivative here.", v->name,
+               (unsigned long)reference, causality_names[v->causality], word);
+    else if (order != 1)
+        report(c, ANSWER_ERROR, "a derivative of order %d is %s %s; allowed is order 1.", order,
+               role == INPUT ? "given for" : "asked of", v->name);
+    else
+        return index;
+    return -1;
+}
+
+void drop_kept_slopes(struct Component *c)
+{
+    for (int place = 0; place < model_input_count() && c->life.slope_kept; ++place)
+        model_set_slope(c->model, model_input(place), 0);
+    c->life.slope_kept = 0;
+}
+
 enum Answer set_slopes(struct Component *c, const uint32_t *references, size_t count, const int *orders,
                        const double *slopes)
 {
-    static const struct Access reals = {"real", FORM_DOUBLE, 1u << REAL};
     if (!given(c, references, orders ? (const void *)slopes : NULL, count))
         return ANSWER_ERROR;
     for (size_t i = 0; i < count; ++i) {
-        const int index = reached(c, &reals, references[i]);
+        const int index = differentiable(c, references[i], orders[i], INPUT);
         if (index < 0)
             return ANSWER_ERROR;
-        const char *name = model_variable(index)->name;
-        if (model_variable(index)->causality != INPUT)
-            return report(c, ANSWER_ERROR, "%s (value reference %lu) is no input; only inputs take a derivative.", name,
-                          (unsigned long)references[i]);
-        if (orders[i] != 1)
-            return report(c, ANSWER_ERROR, "a derivative of order %d is given for %s; allowed is order 1.", orders[i],
-                          name);
         if (!isfinite(slopes[i]))
-            return report(c, ANSWER_ERROR, "the derivative of %s is %g; a finite number is needed.", name, slopes[i]);
+            return report(c, ANSWER_ERROR, "the derivative of %s is %g; a finite number is needed.",
+                          model_variable(index)->name, slopes[i]);
     }
+    if (count > 0)
+        drop_kept_slopes(c);
     for (size_t i = 0; i < count; ++i)
         model_set_slope(c->model, index_of(c, references[i]), slopes[i]);
     c->life.slope_set |= count > 0;
     return ANSWER_OK;
+}
+
+enum Answer get_output_slopes(struct Component *c, const uint32_t *references, size_t count, const int *orders,
+                              double *slopes)
+{
+    int index[DERIVATIVES_AT_ONCE];
+    if (c->life.interface != CO_SIMULATION || !model_started(c->model))
+        return report(c, ANSWER_ERROR, "%s; derivatives of outputs are those of a Co-Simulation that runs.",
+                      c->life.interface != CO_SIMULATION ? "the instance is for Model Exchange"
+                                                         : "the instance was not initialised");
+    if (!given(c, references, orders ? (const void *)slopes : NULL, count))
+        return ANSWER_ERROR;
+    for (size_t i = 0; i < count; ++i)
+        if (differentiable(c, references[i], orders[i], OUTPUT) < 0)
+            return ANSWER_ERROR;
+    enum Answer answer = ANSWER_OK;
+    for (size_t first = 0; first < count; first += DERIVATIVES_AT_ONCE) {
+        const size_t left = count - first, part = left < DERIVATIVES_AT_ONCE ? left : DERIVATIVES_AT_ONCE;
+        for (size_t i = 0; i < part; ++i)
+            index[i] = index_of(c, references[first + i]);
+        const enum Status status = model_time_derivatives(c->model, c->preview, (int)part, index, slopes + first);
+        if (status != STATUS_OK) /* the instance stands as it did */
+            return report_status(c, ANSWER_DISCARD, status);
+        for (size_t i = 0; i < part && answer == ANSWER_OK; ++i)
+            answer = give(c, "the time derivative of ", model_variable(index[i])->name, slopes[first + i]);
+    }
+    return answer;
 }
 
 enum Answer no_variables(struct Component *c, const char *word, size_t count)

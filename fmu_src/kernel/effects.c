@@ -235,11 +235,14 @@ static int names(const char *list, const char *name)
     return 0;
 }
 
-int rivals_on(const struct Configuration *w)
+int rivals_among(uint64_t on, int pair[2])
 {
-    for (int n = 0; n < w->on_count; ++n)
-        for (int m = 0; m < w->on_count; ++m)
-            if (names(w->on[n]->rivals, w->on[m]->variables[0].name))
+    for (int n = 0; n < EFFECT_COUNT; ++n)
+        for (int m = 0; m < EFFECT_COUNT && on >> n & 1; ++m)
+            if (on >> m & 1 && names(kernel_effect(n)->rivals, kernel_effect(m)->variables[0].name)) {
+                pair[0] = n;
+                pair[1] = m;
                 return 1;
+            }
     return 0;
 }

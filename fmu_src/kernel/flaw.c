@@ -44,7 +44,8 @@ static const char *flaw_of_start(const struct Contact *contact)
     if (contact->effects_on != effects_switched_on(contact))
         return "the effects that are on are not those that are switched on";
     const struct Configuration w = wire(contact);
-    if (rivals_on(&w))
+    int rivals[2];
+    if (rivals_among(contact->effects_on, rivals))
         return kernel_status_text(STATUS_RIVALS);
     if (kernel_averages(contact) && w.kinematics == KINEMATICS_EXTERNAL)
         return kernel_status_text(STATUS_NO_CYCLE);

@@ -332,6 +332,10 @@ enum Status kernel_run_record(struct Contact *contact, const struct Record *reco
                               const volatile int *stop);
 /* d unknown / d known at the current point, by central differences on a copy. known: inputs and states. */
 enum Status kernel_derivative(const struct Contact *contact, int unknown, int known, double *derivative);
+/* d output / dt of `count` outputs of lane 0, at most DERIVATIVES_AT_ONCE, at the present point, as the inputs go on by
+ * their slopes. room: where to look around in. */
+enum Status kernel_time_derivatives(const struct Contact *contact, struct Contact *room, int count, const int *index,
+                                    double *derivatives);
 
 /* ---- what a law and an effect are ---- */
 

@@ -72,9 +72,10 @@ enum Status kernel_start(struct Contact *contact, double time)
 {
     contact->effects_on = effects_switched_on(contact);
     const struct Configuration w = wire(contact);
+    int rivals[2];
     if (!isfinite(time))
         return STATUS_NOT_FINITE;
-    if (rivals_on(&w))
+    if (rivals_among(contact->effects_on, rivals))
         return STATUS_RIVALS;
     if (kernel_averages(contact) && w.kinematics == KINEMATICS_EXTERNAL)
         return STATUS_NO_CYCLE;

@@ -63,6 +63,11 @@ enum Status model_derivative(const struct Model *model, int unknown, int known, 
 {
     return kernel_derivative(&model->contact, unknown, known, derivative);
 }
+enum Status model_time_derivatives(const struct Model *model, struct Model *room, int count, const int *index,
+                                   double *derivatives)
+{
+    return kernel_time_derivatives(&model->contact, &room->contact, count, index, derivatives);
+}
 
 void model_explain(const struct Model *model, enum Status status, char *text, size_t size)
 {

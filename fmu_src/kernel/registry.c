@@ -2,6 +2,7 @@
 #include "kernel.h"
 #include "registry.h"
 #include "shared.h"
+#include "stages.h"
 
 #define DECLARE_LAW(name) extern const struct FrictionLaw friction_##name;
 #define DECLARE_EFFECT(name) extern const struct Effect effect_##name;
@@ -146,6 +147,14 @@ void kernel_explain(const struct Contact *contact, enum Status status, char *tex
     if (size > 0)
         text[0] = '\0';
     append(text, size, kernel_status_text(status));
+    int rivals[2];
+    if (status == STATUS_RIVALS && rivals_among(effects_switched_on(contact), rivals)) {
+        append(text, size, " (");
+        append(text, size, kernel_effect(rivals[0])->variables[0].name);
+        append(text, size, " and ");
+        append(text, size, kernel_effect(rivals[1])->variables[0].name);
+        append(text, size, ")");
+    }
     if (status != STATUS_TOO_MANY_STEPS && status != STATUS_DIVERGED && status != STATUS_HISTORY_SHORT)
         return;
     append(text, size, " (");

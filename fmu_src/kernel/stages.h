@@ -106,7 +106,8 @@ double until_late_jump(const struct Contact *contact, const struct Configuration
                        const struct Point *start);
 double late_bend(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *a,
                  const struct Point *m, const struct Point *b);
-int rivals_on(const struct Configuration *w);
+/* Are two of the effects of these bits rivals of each other? The first such pair, by place. */
+int rivals_among(uint64_t on, int pair[2]);
 
 /* history.c: where the forces before a point are found: in the contact's ring, and in the step that is being taken
  * (NULL: none). */

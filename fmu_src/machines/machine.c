@@ -240,6 +240,56 @@ const char *model_flaw(const struct Model *model)
     return model->step > 0 && !belongs(model) ? "the response over a step is not that of the parameters" : NULL;
 }
 
+/* In which time anything moves by the size that it has [s]. */
+static double time_scale(const struct Model *model)
+{
+    double scale = part.time_scale ? part.time_scale(model->value) : 1;
+    for (int i = 1; i < part.count; ++i) {
+        const int input = part.variables[i].causality == INPUT, state = part.variables[i].derivative_of,
+                  moved = input ? i : state;
+        const double rate = fabs(input ? model->slope[i - INPUT_FIRST] : state ? model->value[i] : 0);
+        scale = rate > 0 ? fmin(scale, fmax(fabs(model->value[moved]), nominal(moved)) / rate) : scale;
+    }
+    return scale;
+}
+
+/* `ahead` seconds on, straight along the slopes and the rates as they are at `model`. */
+static void move(const struct Model *model, double ahead, struct Model *room)
+{
+    room->value[VAR_TIME] = model->value[VAR_TIME] + ahead;
+    for (int i = 1; i < part.count; ++i) {
+        const int state = part.variables[i].derivative_of;
+        if (part.variables[i].causality == INPUT)
+            room->value[i] = model->value[i] + ahead * model->slope[i - INPUT_FIRST];
+        else if (state)
+            room->value[state] = model->value[state] + ahead * model->value[i];
+    }
+    part.evaluate(room->value);
+}
+
+enum Status model_time_derivatives(const struct Model *model, struct Model *room, int count, const int *index,
+                                   double *derivatives)
+{
+    /* Differences of second order along that line: what outputs are of states, inputs and time is smooth over their
+     * sizes. Ahead, since a path may begin now. */
+    struct Model now = *model;
+    const enum Status status = model_evaluate(&now);
+    const double h = 1e-4 * time_scale(&now);
+    *room = now;
+    move(&now, 2 * h, room);
+    for (int j = 0; j < count; ++j)
+        derivatives[j] = room->value[index[j]];
+    move(&now, h, room);
+    for (int j = 0; j < count; ++j) {
+        const double here = now.value[index[j]];
+        derivatives[j] = (2 * (room->value[index[j]] - here) - 0.5 * (derivatives[j] - here)) / h;
+        for (int i = 1; i < part.count; ++i)
+            if (part.variables[i].derivative_of == index[j])
+                derivatives[j] = now.value[i];
+    }
+    return status;
+}
+
 enum Status model_derivative(const struct Model *model, int unknown, int known, double *derivative)
 {
     struct Model probe = *model;

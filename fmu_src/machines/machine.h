@@ -31,6 +31,7 @@ struct Part {
     const struct Variable *variables;
     int count;
     int varies; /* the rates are linear in the states alone: inputs change the response to them */
+    double (*time_scale)(const double *value); /* in which outputs change by the time alone [s]; NULL: they do not */
     void (*evaluate)(double *value); /* outputs and rates from time, inputs, parameters and states, all in value */
 };
 extern const struct Part part;

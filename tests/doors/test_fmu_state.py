@@ -204,7 +204,7 @@ def _in_life(field: str) -> int:
     """Where a field of struct Life lies: three times, then 32-bit numbers."""
     times, flags = (
         ("start", "stop", "last_time"),
-        ("mode", "interface", "stale", "set_up", "tolerance_set", "slope_set", "event_pending", "reserved"),
+        ("mode", "interface", "stale", "set_up", "tolerance_set", "event_pending", "slope_set", "slope_kept"),
     )
     return LIFE + (8 * times.index(field) if field in times else 24 + 4 * flags.index(field))
 
@@ -225,7 +225,7 @@ FORGED: dict[str, tuple[int, str, float, str]] = {
     "a mode before the start": (_in_life("mode"), "I", 1, "begun before"),
     "no interface": (_in_life("interface"), "I", 2, "no such state"),
     "a flag": (_in_life("stale"), "I", 7, "neither 0 nor 1"),
-    "what is reserved": (_in_life("reserved"), "I", 1, "neither 0 nor 1"),
+    "slopes that are kept and given": (_in_life("slope_kept"), "I", 7, "neither 0 nor 1"),
     "never set up": (_in_life("set_up"), "I", 0, "never set up"),
     "a start time": (_in_life("start"), "d", NAN, "a time is no number"),
     "a stop time": (_in_life("stop"), "d", -1.0, "stop time"),

@@ -124,6 +124,18 @@ def test_what_is_not_shown_is_out_of_reach(version: int, fmus: dict[str, Path], 
 
 
 @BOTH
+def test_a_guideway_does_not_warn_of_what_a_chip_bears(version: int, fmus: dict[str, Path], tmp_path: Path) -> None:
+    """1000 N backwards are more than the shear plane of a chip of 0.1 mm takes."""
+    one = Instance(Door(fmus[f"evat_guideway-fmi{version}"], tmp_path)).start({"slip_velocity": -0.1, "F_C": 1000.0, "F_S": 1200.0})
+    for n in range(20):
+        assert one.step(n * 1e-3, 1e-3) == OK, one.lines
+    assert one.get("friction_force")[0] < -800
+    assert one.get("clamped_count") == [0]
+    assert one.lines == []
+    one.free()
+
+
+@BOTH
 def test_names_in_log_lines_come_with_the_reference_that_the_host_knows(version: int, fmus: dict[str, Path], tmp_path: Path) -> None:
     door = Door(fmus[f"evat_cut-fmi{version}"], tmp_path)
     one = Instance(door)

@@ -130,8 +130,36 @@ void integrate(struct One *one)
         completed(one);
 }
 
+/* Time derivatives of outputs, as a master that extrapolates would. */
+static void differentiate_outputs(struct One *one)
+{
+    unsigned index[3], reference[3];
+    int order[3], legal = one->interface == CO_SIMULATION;
+    double slope[3] = {0, 0, 0};
+    const size_t count = (size_t)below(4);
+    for (int i = 0; i < 3; ++i) {
+        do
+            index[i] = (unsigned)below(variables);
+        while (chance(0.99) && (sort_of((int)index[i]) != REALS || model_variable((int)index[i])->causality != OUTPUT));
+        order[i] = chance(0.99) ? 1 : below(3);
+        legal &= (size_t)i >= count || (order[i] == 1 && sort_of((int)index[i]) == REALS &&
+                                        model_variable((int)index[i])->causality == OUTPUT);
+    }
+    const unsigned *const of = references_of(index, 3, reference);
+    const int status =
+        CALL(one, NAME("GetRealOutputDerivatives", "GetOutputDerivatives"),
+             STEPPING | STEP_FAILED | TERMINATED | FAILED | INTERMEDIATE | ASKING, legal ? MAY_FAIL : MUST_FAIL,
+             EITHER(fmi2GetRealOutputDerivatives(one->c, of, count, order, slope),
+                    fmi3GetOutputDerivatives(one->c, of, count, order, slope, count)));
+    judge(one, status, "time derivative", slope, count);
+}
+
 void differentiate(struct One *one)
 {
+    if (chance(0.5)) {
+        differentiate_outputs(one);
+        return;
+    }
     unsigned unknown[3], known[3], unknown_reference[3], known_reference[3];
     double seed[3], result[3] = {0, 0, 0};
     const size_t unknowns = (size_t)below(4), knowns = (size_t)below(4);
@@ -168,30 +196,20 @@ void ask_what_is_not_there(struct One *one)
     const unsigned reference[1] = {(unsigned)below(variables)};
     const size_t count = (size_t)below(2);
     const enum Verdict verdict = count ? MUST_FAIL : MUST_PASS;
-    double number[1];
     if (one->version == 2) {
         fmi2String text[1] = {"x"};
-        const fmi2Integer order[1] = {1};
-        switch (below(3)) {
-        case 0:
+        if (chance(0.5))
             CALL(one, "fmi2GetString", READING, verdict, fmi2GetString(one->c, reference, count, text));
-            break;
-        case 1:
+        else
             CALL(one, "fmi2SetString", SETTING, verdict, fmi2SetString(one->c, reference, count, text));
-            break;
-        default:
-            CALL(one, "fmi2GetRealOutputDerivatives", STEPPING | STEP_FAILED | TERMINATED | FAILED, verdict,
-                 fmi2GetRealOutputDerivatives(one->c, reference, count, order, number));
-        }
         return;
     }
     fmi3Float32 narrow[1] = {0};
     fmi3String text[1] = {"x"};
     fmi3Binary bytes[1];
     fmi3Clock clocks[1] = {false};
-    const fmi3Int32 order[1] = {1};
     size_t size[1];
-    switch (below(8)) {
+    switch (below(7)) {
     case 0:
         CALL(one, "fmi3GetFloat32", reading(one), verdict, fmi3GetFloat32(one->c, reference, count, narrow, count));
         break;
@@ -211,11 +229,7 @@ void ask_what_is_not_there(struct One *one)
         CALL(one, "fmi3GetNumberOfVariableDependencies", ANY_MODE, MUST_FAIL,
              fmi3GetNumberOfVariableDependencies(one->c, 0, size));
         break;
-    case 6:
-        CALL(one, "fmi3ActivateModelPartition", ANY_MODE, MUST_FAIL, fmi3ActivateModelPartition(one->c, 0, 0));
-        break;
     default:
-        CALL(one, "fmi3GetOutputDerivatives", STEPPING | STEP_FAILED | TERMINATED | FAILED | INTERMEDIATE | ASKING,
-             verdict, fmi3GetOutputDerivatives(one->c, reference, count, order, number, count));
+        CALL(one, "fmi3ActivateModelPartition", ANY_MODE, MUST_FAIL, fmi3ActivateModelPartition(one->c, 0, 0));
     }
 }

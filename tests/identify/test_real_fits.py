@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import evidence
 import numpy as np
 import pytest
 from evat.experiment import Experiment, Nominal, Signal, Trial
@@ -70,6 +71,7 @@ def test_the_tribometer_is_told_where_it_was_not_fitted(tribometer: Experiment) 
     assert shares["LuGre"][0] < 0.1140
     assert shares["gate"][0] < 0.0515
     assert shares["gate"][1] < 0.7 * shares["LuGre"][1]
+    evidence.hold("tribometer", 100 * shares["gate"][1])
 
 
 def columns_of(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -144,6 +146,7 @@ def test_the_drive_with_the_contact_as_its_friction(drive: Experiment) -> None:
         assert symmetric[name].value == pytest.approx(value, rel=within)
     assert symmetric.held_out["motor_force"].share < 1.02 * 0.0598
     assert leaning.held_out["motor_force"].share < 0.9 * 0.0598
+    evidence.hold("drive", 100 * symmetric.held_out["motor_force"].share)
 
 
 @needs_emps

@@ -18,6 +18,7 @@ from types import SimpleNamespace
 
 import containers
 import fmpy
+import guide_table
 import lugre_1995 as published
 import numpy as np
 import pytest
@@ -133,6 +134,7 @@ def test_stick_slip_as_in_1995(answer: Callable[[str, str], tuple[np.ndarray, Co
     off = {key: simulated[key] / value - 1 for key, value in published.STICK_SLIP.items()}
     print(f"{importer:18} stick-slip: " + ", ".join(f"{key} {100 * value:+.3f} %" for key, value in off.items()))
     assert simulated == pytest.approx(published.STICK_SLIP, rel=5e-3)
+    guide_table.hold(importer, "stick-slip", 100 * off["period"], 100 * off["v_max"])
 
 
 @pytest.mark.parametrize("importer", [pytest.param(name, marks=pytest.mark.campaign) if name != "fmpy" else name for name in IMPORTERS])
@@ -141,6 +143,8 @@ def test_hunting_as_in_1995(answer: Callable[[str, str], tuple[np.ndarray, Colum
     off = {key: simulated[key] / value - 1 for key, value in published.HUNTING.items()}
     print(f"{importer:18} hunting: " + ", ".join(f"{key} {100 * value:+.3f} %" for key, value in off.items()))
     assert simulated == pytest.approx(published.HUNTING, rel=5e-3)
+    span = (simulated["highest"] - simulated["lowest"]) / (published.HUNTING["highest"] - published.HUNTING["lowest"]) - 1
+    guide_table.hold(importer, "hunting", 100 * span, 100 * off["period"])
 
 
 @pytest.mark.parametrize("importer", IMPORTERS)
@@ -152,6 +156,7 @@ def test_turning_is_the_same_cut(answer: Callable[[str, str], tuple[np.ndarray, 
     expected = {port: good[".".join(port)][1:] for port in PORTS["evat_turning"]}
     print(f"{importer:18} turning: {100 * apart(columns, expected):.3f} %")
     assert apart(columns, expected) < 0.03
+    guide_table.hold(importer, "turning", 100 * apart(columns, expected))
 
 
 @pytest.mark.parametrize("importer", [name for name in IMPORTERS if name != "fmpy"])

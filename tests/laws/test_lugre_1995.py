@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import evidence
 import lugre_1995 as published
 import numpy as np
 import pytest
@@ -33,6 +34,7 @@ def friction() -> published.Friction:
 def test_presliding_displacement(friction: published.Friction) -> None:
     simulated = published.presliding(published.follow(published.presliding_plant(), friction))
     assert simulated == pytest.approx(published.PRESLIDING, abs=published.TOLERANCE["presliding"])
+    evidence.hold("presliding", 100 * abs(simulated / published.PRESLIDING - 1))
 
 
 @pytest.mark.parametrize("rate", published.BREAK_AWAY)
@@ -62,10 +64,12 @@ def test_friction_lags_the_velocity_in_the_kernels_own_steps(w: float) -> None:
 def test_stick_slip(friction: published.Friction) -> None:
     simulated = published.stick_slip(published.follow(published.stick_slip_plant(), friction))
     assert simulated == pytest.approx(published.STICK_SLIP, abs=published.TOLERANCE["ms"])
+    evidence.hold("stick_slip", max(100 * abs(simulated[name] / value - 1) for name, value in published.STICK_SLIP.items()))
 
 
 def test_a_servo_with_integral_action_hunts(friction: published.Friction) -> None:
     simulated = published.hunting(published.follow(published.servo_plant(), friction))
+    evidence.hold("hunting", max(100 * abs(simulated[name] / value - 1) for name, value in published.HUNTING.items()))
     period = simulated.pop("period")
     expected = dict(published.HUNTING)
     assert period == pytest.approx(expected.pop("period"), abs=published.TOLERANCE["hunting_period"])

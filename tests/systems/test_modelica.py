@@ -35,6 +35,13 @@ def test_connectors_are_variables_of_the_fmu(name: str) -> None:
         assert variables[variable].unit == unit
 
 
+def test_only_variables_are_differentiated() -> None:
+    """Not every compiler takes der of an expression."""
+    derivatives = [argument for path in FILES for argument in re.findall(r"\bder\(([^)]*)\)", path.read_text(encoding="utf-8"))]
+    assert len(derivatives) >= 4
+    assert [argument for argument in derivatives if not re.fullmatch(r"[A-Za-z_][\w.]*", argument)] == []
+
+
 def test_the_order_files_name_what_is_there() -> None:
     for path in PACKAGE.rglob("package.order"):
         there = {each.stem for each in path.parent.glob("*.mo")} | {each.name for each in path.parent.iterdir() if each.is_dir()}

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from evat.files.writing import temporary, usable
 from evat.fmu import archive
+from evat.fmu.credibility import credibility_files
 from evat.fmu.description import fmi2, fmi3
 from evat.fmu.description.model_description import Facts
 from evat.fmu.description.terminals import terminal_files
@@ -127,6 +128,7 @@ def _build(
         **model.documentation(fmu_facts),
         **(terminal_files(fmu_facts, model.variables, model.icon()) if version == 3 else {}),
         **reference_files(fmu_facts, tolerance, model.follow),
+        **credibility_files(fmu_facts, token_of(version, fmu_facts)),
         **source_files(version, fmu_facts),
     }
     with temporary() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:

@@ -33,7 +33,7 @@ class FmuFacts:
     fmi2: Mapping[str, Mapping[str, Scalar]]
     fmi3: Mapping[str, Mapping[str, Scalar]]
     terminals: list[Mapping[str, Any]]
-    reference_results: Mapping[str, list[str]]
+    reference_results: Mapping[str, Any]  # columns; inputs that are waves, by name: mean, amplitude, frequency [Hz]
     model: str
     start: Mapping[str, float | str] = field(default_factory=dict)
     shown: list[str] = field(default_factory=list)

@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
+import numpy as np
+
 from evat.fmu.documentation import contact as documentation
 from evat.fmu.documentation import partner as machine_documentation
 from evat.fmu.documentation import picture
@@ -94,13 +96,24 @@ class PartModel:
     follow: Follow
 
 
+def _follow(one: kernel.Contact | machine.Machine, times: FloatArray, names: Sequence[str], inputs: Mapping[str, FloatArray]) -> FloatArray:
+    """See `reference_files`."""
+    for name, column in inputs.items():
+        one.set(name, column[0])
+    one.start(float(times[0]))
+    if not inputs:
+        return one.run(times, {}, names)
+    rows = [[one.get(name) for name in names]]
+    for place, step in enumerate(np.diff(times)):
+        for name, column in inputs.items():
+            one.set(name, column[place])
+        one.advance(float(step))
+        rows.append([one.get(name) for name in names])
+    return np.array(rows)
+
+
 def _contact(facts: FmuFacts) -> PartModel:
     variables = shown_variables(facts)
-
-    def follow(times: FloatArray, names: Sequence[str]) -> FloatArray:
-        contact = kernel.Contact(facts.start)
-        contact.start(float(times[0]))
-        return contact.run(times, {}, names)
 
     return PartModel(
         variables,
@@ -109,16 +122,11 @@ def _contact(facts: FmuFacts) -> PartModel:
         lambda: restricted(model_structure(), variables),
         lambda fmu_facts: documentation.documentation_files(fmu_facts, variables),
         picture.icon,
-        follow,
+        lambda times, names, inputs: _follow(kernel.Contact(facts.start), times, names, inputs),
     )
 
 
 def _partner(part: str) -> PartModel:
-    def follow(times: FloatArray, names: Sequence[str]) -> FloatArray:
-        one = machine.Machine(part)
-        one.start(float(times[0]))
-        return one.run(times, {}, names)
-
     return PartModel(
         machine.variables(part),
         machine.states(part),
@@ -126,7 +134,7 @@ def _partner(part: str) -> PartModel:
         lambda: machine_structure(part),
         lambda fmu_facts: machine_documentation.documentation_files(fmu_facts, part),
         lambda: picture.block(part, machine.variables(part)),
-        follow,
+        lambda times, names, inputs: _follow(machine.Machine(part), times, names, inputs),
     )
 
 

@@ -41,9 +41,15 @@ static void evaluate(double *value)
     value[VELOCITY_Y] = ramp ? 0 : speed * sin(a);
 }
 
+static double time_scale(const double *value)
+{
+    return fmin(value[RUN_UP_TIME], value[RADIUS] / fmax(value[SPEED], 1e-9));
+}
+
 const struct Part part = {
     .equations = "ramp: x = v t, y = 0\ncircle: x = R sin(a), y = R (1 - cos(a)),   a = v/R (t - T (1 - exp(-t/T)))",
     .variables = variables,
     .count = COUNT,
+    .time_scale = time_scale,
     .evaluate = evaluate,
 };
