@@ -7,6 +7,8 @@
 #include "kernel.h"
 #include "registry.h"
 
+#include <math.h>
+
 /* Lanes do not touch each other: a compiler may take them side by side. */
 #if LANES > 1 && defined(__clang__)
 #define EACH_LANE                                                                                                      \
@@ -398,6 +400,14 @@ static inline double parabola(double share, double u_0, double u_m, double u_1)
 
 /* The place of a choice in its list. */
 static inline int chosen(const lanes *value, int index, int lane) { return (int)value[index][lane]; }
+
+/* An input that has changed so much since it was u. One that is given as straight to 0 gets there but for roundings of
+ * its slope and of the time: a slip is at rest, and has not turned round; a chip has ended. */
+static inline double given_then(double u, double change)
+{
+    const double now = u + change;
+    return fabs(now) > 1e-15 * fabs(change) ? now : 0;
+}
 
 /* An input at `tau` after value[VAR_TIME]. */
 static inline double input_at(const struct Contact *contact, int index, int lane, double tau)

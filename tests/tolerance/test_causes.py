@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from evat.model import FloatArray, SimulationError
 from evat.native.kernel import Contact
-from judged import MEANS, Case, Motion, judge, reference, sensitivity
+from judged import MEANS, Case, Motion, answer, judge, reference, sensitivity
 
 GIVEN = {"kinematics": "external"}
 
@@ -116,6 +116,60 @@ def test_a_slip_that_is_given_down_to_zero_has_not_turned_round() -> None:
         slip = np.array([0.1, rng.uniform(0.01, 0.2), 0, 0])
         force = contact.run(times, {"slip_velocity": slip}, ["friction_force"])[-1, 0]
         assert force == pytest.approx(9.0, rel=1e-12), seed
+
+
+# ---- contact that ends and begins ----
+
+
+def test_what_was_let_go_of_sticks_where_it_comes_back() -> None:
+    """A reset_integrator that relaxes out of the work stood beyond its limit for a moment there, and slid at once (F_C) where it came back,
+    with a bristle that is not bent."""
+    values = {"friction_law": "reset_integrator", "F_C": 9.0, "F_S": 15.0, "release_time": 1e-3, "sigma1": 0.0}
+    times = np.array([0, 0.01, 0.02, 0.03, 0.03 + 2e-6, 0.04])
+    columns = {"slip_velocity": np.full(6, -0.6), "uncut_thickness": np.array([1e-4, 1e-4, 0, 0, 2e-8, 1e-4])}
+    case = Case("test", {**GIVEN, **values}, (), Motion.record(times, columns), 1e-4)
+    assert worst(case, "friction_force", "bristle_deflection") < 3
+    assert answer(case).rows[4, 0] == pytest.approx(-1e6 * 15 / 9 * (0.6 * 2e-6 + 9e-6 * np.exp(-10)), rel=1e-3)
+
+
+def test_a_bristle_that_slides_stays_whatever_its_limit_does() -> None:
+    """It was cut to the limit of the moment wherever a host asked for events: where the slip turns it hung on these."""
+    values = {**GIVEN, "friction_law": "reset_integrator", "normal_load": 20.0, "slip_velocity": 0.1}
+    deflections = []
+    for asks in (True, False):
+        contact = Contact(values, ("load_dependence",))
+        contact.start(0.0)
+        for load in (20.0, 5.0, 20.0):
+            contact.set("normal_load", load)
+            contact.advance(1e-3)
+            if asks:
+                contact.event()
+        deflections.append(contact.get("bristle_deflection"))
+    assert deflections[0] == pytest.approx(deflections[1], rel=1e-9)
+
+
+def test_a_host_of_model_exchange_is_told_that_a_thickness_of_just_0_is_none() -> None:
+    """Its indicator stayed above 0 until the thickness was below: the bristles froze, and went on from there in the next chip."""
+    contact = Contact({**GIVEN, "slip_velocity": 0.1, "uncut_thickness": 1e-4}, ())
+    contact.start(0.0)
+    contact.advance(1e-3)
+    contact.set("uncut_thickness", 0.0)
+    contact.evaluate()
+    assert contact.get("contact_indicator") < 0
+    contact.event()
+    assert contact.get("contact_indicator") < 0
+    assert contact.get("bristle_deflection") == 0
+
+
+def test_a_thickness_that_is_given_down_to_zero_has_gone() -> None:
+    """By its slope it ends a rounding error beside 0, and where that was above the force stood for one communication point more."""
+    shown = set()
+    for seed in (35, 38, 41, 43):
+        rng = np.random.default_rng(seed)
+        times = np.cumsum(rng.uniform(1e-3, 0.1, 4))
+        columns = {"slip_velocity": np.full(4, 0.1), "uncut_thickness": np.interp(times, times[[0, -1]], [rng.uniform(1e-5, 1e-4), 0])}
+        shown.add(float(answer(Case("test", GIVEN, (), Motion.record(times, columns, stepped=True), 1e-4)).rows[-1, 0]))
+    assert shown == {0}
 
 
 # ---- states of effects ----

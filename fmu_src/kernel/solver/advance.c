@@ -408,7 +408,7 @@ void move_on(struct Contact *contact, const lanes s)
     EACH_LANE {
         contact->value[VAR_TIME][i] += s[i];
         for (int k = INPUT_FIRST; k < INPUT_END; ++k)
-            contact->value[k][i] += contact->slope[k - INPUT_FIRST][i] * s[i];
+            contact->value[k][i] = given_then(contact->value[k][i], contact->slope[k - INPUT_FIRST][i] * s[i]);
     }
 }
 
