@@ -75,6 +75,7 @@ struct Configuration {
     struct Turn turn; /* at the speed ratio that holds at value[VAR_TIME] */
     lanes tan_flow; /* of chip_flow_shear_angle - rake_angle */
     lanes cot_flow; /* of chip_flow_shear_angle, where the slip is given */
+    lanes tan_flattest, tan_steepest; /* of the bounds of the current shear angle, less rake_angle */
 };
 
 /* configuration.c */
@@ -396,6 +397,14 @@ static inline int is_step(double step) { return step > 0 && step <= LONGEST_STEP
 static inline double parabola(double share, double u_0, double u_m, double u_1)
 {
     return u_0 + share * (4 * u_m - 3 * u_0 - u_1 + 2 * share * (u_0 - 2 * u_m + u_1));
+}
+
+/* Where the chip flows by the angle of the moment and friction falls with speed, slip and shear angle have more than
+ * one answer, and the one that is followed ends in a fold: the slip jumps there. No step is short enough for a jump; it
+ * is known to the part of a cycle to which events are. */
+static inline double jump_time(const struct Configuration *w, int lane)
+{
+    return 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][lane];
 }
 
 /* The place of a choice in its list. */
