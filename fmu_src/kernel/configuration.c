@@ -4,6 +4,11 @@
 
 #include <math.h>
 
+/* Shear angle, and that less the rake angle [rad]: planes beyond them are no chip formation, and they bound the search
+ * for the slip. */
+#define FLATTEST 0.02
+#define STEEPEST 1.5
+
 /* What changes with value[VAR_TIME] and the slopes of the inputs. */
 void wire_time(const struct Contact *contact, struct Configuration *w)
 {
@@ -124,6 +129,10 @@ struct Configuration wire(const struct Contact *contact)
             continue;
         const double phase_x = contact->value[VAR_PHASE_X][i], phase_y = contact->value[VAR_PHASE_Y][i];
         w.tan_flow[i] = tan(contact->value[VAR_CONSTANT_SHEAR_ANGLE][i] - rake);
+        if (w.current_angle) {
+            w.tan_flattest[i] = tan(FLATTEST - rake);
+            w.tan_steepest[i] = tan(STEEPEST);
+        }
         cos_sin_of(phase_x, &w.cos_x[i], &w.sin_x[i]);
         cos_sin_of(phase_y, &w.cos_y[i], &w.sin_y[i]);
     }

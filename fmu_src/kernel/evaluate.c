@@ -23,8 +23,10 @@ static void watched_indicators(const struct Contact *contact, const struct Confi
                            : w->law->event ? x->F_C[i] / x->P[i]
                                            : 1e-3,
                      unit[INDICATORS] = {thickness, 1, slip, law};
+        const int just_0 = indicator[AT_CONTACT][i] < 0 && indicator[AT_CONTACT][i] > -1e-200; /* given as just 0 */
         for (int k = 0; k < INDICATORS; ++k)
             indicator[k][i] = watched(contact, k, i) ? indicator[k][i] / unit[k] + HYSTERESIS * contact->sign[k][i] : 1;
+        indicator[AT_CONTACT][i] = just_0 ? -HYSTERESIS : indicator[AT_CONTACT][i];
     }
 }
 

@@ -179,18 +179,25 @@ static void answer(const struct Contact *contact, const struct Configuration *w,
     forces_at(w, x);
 }
 
-/* Slip that the present shear angle of x gives. */
-static double slip_of_angle(const struct Configuration *w, const struct Point *x, int i, double angle)
+/* How far is the shear plane of x's forces from the one that its slip asks for? In newton, at or above 0 where the
+ * forces' plane is the steeper one and gives more slip, and falling with the slip: as straight as the law is, where the
+ * slip that the forces give leaps from one bound of the angle to the other within k over the law's damping. Both
+ * principles have tan(phi - alpha) = (p - q)/(p + q), q/p = tan(beta), or that of half of alpha + beta. `slope`: what
+ * it falls by with the slip at these forces [N s/m]. */
+static double excess(const struct Configuration *w, const struct Point *x, int i, double *slope)
 {
-    const double flattest = 0.02, steepest = 1.5; /* planes beyond them are no chip formation; they bound the search */
-    const double slip =
-        slip_along_rake(w, x, i, tan(smaller(larger(angle, flattest) - w->p[VAR_RAKE_ANGLE][i], steepest)));
-    return x->passed[i] * slip;
-}
-
-static double excess(const struct Configuration *w, const struct Point *x, int i)
-{
-    return slip_of_angle(w, x, i, shear_angle(w, x, i)) - x->v[i];
+    const double F = x->F[i], N = F == 0 ? 1 : x->N[i]; /* shear_angle() has no friction where there is no force */
+    double p = N, q = F;
+    if (w->by_energy) {
+        const double along = N * w->cos_rake[i] - F * w->sin_rake[i];
+        p = sqrt(F * F + N * N) + along;
+        q = N * w->sin_rake[i] + F * w->cos_rake[i];
+    }
+    const double per_tangent = x->passed[i] * x->approach[i], side = per_tangent < 0 ? -1 : 1;
+    const double at_none = x->passed[i] * slip_along_rake(w, x, i, 0);
+    const double tangent = per_tangent == 0 ? 0 : (x->v[i] - at_none) / per_tangent;
+    *slope = -fabs(p + q) / larger(fabs(per_tangent), 1e-300);
+    return side * (p - q - tangent * (p + q));
 }
 
 /* Where the law jumps at the slip that the search has closed in on, the force lies within the jump such that its shear
@@ -213,9 +220,10 @@ static void stick(const struct Contact *contact, const struct Configuration *w, 
             continue;
         struct Bracket force = bracket(F_low[i], F_high, 1, -1);
         while (force.count < 90 && force.high - force.low > 1e-14 * size) {
+            double slope;
             x->F[i] = bracket_next(&force, 1e-14 * size);
             forces_at(w, x);
-            bracket_update(&force, x->F[i], excess(w, x, i));
+            bracket_update(&force, x->F[i], excess(w, x, i, &slope));
         }
         x->sticking[i] = 1;
         x->F_stick[i] = x->F[i];
@@ -224,21 +232,29 @@ static void stick(const struct Contact *contact, const struct Configuration *w, 
 
 void forget_slip(struct Point *x)
 {
-    EACH_LANE {
-        x->solved_slip[i] = NAN;
-        x->solved_slope[i] = -1;
-    }
+    EACH_LANE
+        x->solved_slip[i] = x->solved_slope[i] = NAN;
 }
 
-/* Where to look for the slip next: by the secant of the last two places, at an end too, where the flattest plane lies;
- * and by the bracket where that leads out of it or takes long. */
-static double slip_to_try(struct Bracket *b, double close, double at, double there, double slope)
+/* Where to look for the slip next: by the secant of the last two places; beyond them all at an end, where the flattest
+ * or the steepest plane lies; beside 0, where a law without bristles jumps; and by the bracket where that leads out of
+ * it or takes long. */
+static double slip_to_try(struct Bracket *b, int jumps, double close, double at, double there, double slope)
 {
-    const double secant = at - there / slope, slack = 0.1 * close;
-    if (b->count >= 10 || secant == at || !(secant >= b->low - slack && secant <= b->high + slack))
-        return bracket_next(b, close);
+    const double secant = at - there / slope;
     b->count += 1;
-    return smaller(larger(secant, b->low), b->high);
+    if (b->count < 10 && secant > b->low && secant < b->high)
+        return secant;
+    if (jumps && b->low < 0 && b->high > 0 && b->high - b->low > 2 * close)
+        return b->high > close ? 0.5 * close : -0.5 * close;
+    if (b->count < 10 && secant <= b->low && b->weight_low == 0)
+        return b->low;
+    if (b->weight_high == 0)
+        return b->high;
+    if (b->weight_low == 0)
+        return b->low;
+    b->count -= 1;
+    return bracket_next(b, close);
 }
 
 /* chip_flow_angle = current_shear_angle: v = V(phi(F(v))). More slip means more friction, a flatter shear plane and so
@@ -248,38 +264,43 @@ static double slip_to_try(struct Bracket *b, double close, double at, double the
 static void solve_slip(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     struct Bracket b[LANES];
-    lanes close, before, excess_before, steepest;
+    lanes close, least, most, before, excess_before;
     int open[LANES], closed[LANES], any = 1;
     EACH_LANE {
-        const double ends[2] = {slip_of_angle(w, x, i, 0), slip_of_angle(w, x, i, 2)};
+        const double ends[2] = {x->passed[i] * slip_along_rake(w, x, i, w->tan_flattest[i]),
+                                x->passed[i] * slip_along_rake(w, x, i, w->tan_steepest[i])};
         const double low = smaller(ends[0], ends[1]), high = larger(ends[0], ends[1]), last = x->solved_slip[i];
-        b[i] = bracket(low, high, high - low, low - high); /* the most that either side can be */
+        b[i] = bracket(low, high, 0, 0);
         close[i] = 1e-14 * (fabs(low) + fabs(high));
+        least[i] = low;
+        most[i] = high;
         x->sticking[i] = 0;
         open[i] = 1;
         closed[i] = 0;
-        x->v[i] = last > low && last < high ? last : bracket_next(&b[i], close[i]);
+        x->v[i] = last > low && last < high ? last : 0.5 * (low + high);
         before[i] = excess_before[i] = NAN;
-        steepest[i] = -1;
     }
     for (answer(contact, w, tau, x); any; answer(contact, w, tau, x)) {
         any = 0;
         for (int i = 0; i < LANES; ++i) {
             if (!open[i])
                 continue;
-            const double at = x->v[i], there = excess(w, x, i), slope = (there - excess_before[i]) / (at - before[i]);
+            double least_slope;
+            const double at = x->v[i], there = excess(w, x, i, &least_slope),
+                         slope = (there - excess_before[i]) / (at - before[i]);
             bracket_update(&b[i], at, there);
             /* nearer than that it is of roundings, and across a reversal it may be of a jump */
             const int seen = slope < 0 && fabs(at - before[i]) > 30 * close[i] && at * before[i] > 0;
             x->solved_slope[i] = seen ? slope : x->solved_slope[i];
             /* a law that jumps looks as steep there as one likes, and its force is then asked for within the jump */
-            steepest[i] = seen && w->law->relaxes ? smaller(slope, -1) : steepest[i];
-            closed[i] = b[i].high - b[i].low <= close[i] || b[i].count >= 90;
-            open[i] = !closed[i] && fabs(there) > -0.1 * close[i] * steepest[i];
+            const double steepest = seen && w->law->relaxes ? smaller(slope, least_slope) : least_slope;
+            const int bound = at <= least[i] ? there <= 0 : at >= most[i] && there >= 0;
+            closed[i] = !bound && (b[i].high - b[i].low <= close[i] || b[i].count >= 90);
+            open[i] = !bound && !closed[i] && fabs(there) > -0.1 * close[i] * steepest;
             before[i] = at;
             excess_before[i] = there;
             if (open[i])
-                x->v[i] = slip_to_try(&b[i], close[i], at, there, x->solved_slope[i]);
+                x->v[i] = slip_to_try(&b[i], !w->law->relaxes, close[i], at, there, x->solved_slope[i]);
             any |= open[i];
         }
         if (!any)

@@ -335,26 +335,20 @@ static void ellipse_at(const struct Contact *contact, const struct Configuration
     on_what_is_left(contact, w, tau, x);
 }
 
-/* A slip that is given as straight to 0 gets there but for roundings of its slope and of the time: it is at rest, and
- * has not turned round. */
-static double given_slip(double v, double change)
-{
-    const double now = v + change;
-    return fabs(now) > 1e-15 * fabs(change) ? now : 0;
-}
-
 /* Slip and thickness are given; what effects do to the path comes on top. */
 static void given_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
-    const double *const slope = contact->slope[(int)VAR_SLIP_VELOCITY - (int)INPUT_FIRST];
+    const double *const slope = contact->slope[(int)VAR_SLIP_VELOCITY - (int)INPUT_FIRST],
+                        *const thicker = contact->slope[(int)VAR_UNCUT_THICKNESS - (int)INPUT_FIRST];
     EACH_LANE {
         x->u_x[i] = x->centre_u_x[i];
         x->u_y[i] = x->centre_u_y[i];
         x->approach[i] = x->u_x[i] * w->cos_rake[i] + x->u_y[i] * w->sin_rake[i];
-        const double given = w->delays ? given_slip(contact->late_slip[i], contact->late_slope[i] * tau[i])
-                                       : given_slip(contact->value[VAR_SLIP_VELOCITY][i], slope[i] * tau[i]);
+        const double given = w->delays ? given_then(contact->late_slip[i], contact->late_slope[i] * tau[i])
+                                       : given_then(contact->value[VAR_SLIP_VELOCITY][i], slope[i] * tau[i]);
         x->v[i] = given + slip_along_rake(w, x, i, w->tan_flow[i]);
-        x->h[i] = input_at(contact, VAR_UNCUT_THICKNESS, i, tau[i]) + x->raised[i] - x->centre_y[i];
+        x->h[i] =
+            given_then(contact->value[VAR_UNCUT_THICKNESS][i], thicker[i] * tau[i]) + x->raised[i] - x->centre_y[i];
         x->speed_ratio[i] = 0;
         x->surface[i] = x->approach[i] = 1;
         x->flank[i] = x->always[i] = 0;
@@ -364,10 +358,11 @@ static void given_at(const struct Contact *contact, const struct Configuration *
 /* The same where no effect asks for more. */
 static void given_alone(const struct Contact *contact, const lanes tau, struct Point *x)
 {
-    const double *const slope = contact->slope[(int)VAR_SLIP_VELOCITY - (int)INPUT_FIRST];
+    const double *const slope = contact->slope[(int)VAR_SLIP_VELOCITY - (int)INPUT_FIRST],
+                        *const thicker = contact->slope[(int)VAR_UNCUT_THICKNESS - (int)INPUT_FIRST];
     EACH_LANE {
-        x->v[i] = given_slip(contact->value[VAR_SLIP_VELOCITY][i], slope[i] * tau[i]);
-        x->h[i] = input_at(contact, VAR_UNCUT_THICKNESS, i, tau[i]);
+        x->v[i] = given_then(contact->value[VAR_SLIP_VELOCITY][i], slope[i] * tau[i]);
+        x->h[i] = given_then(contact->value[VAR_UNCUT_THICKNESS][i], thicker[i] * tau[i]);
         x->surface[i] = x->approach[i] = 1;
         x->flank[i] = x->always[i] = 0;
         x->a[i] = x->u_x[i] = x->u_y[i] = x->speed_ratio[i] = 0;

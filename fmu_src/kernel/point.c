@@ -117,12 +117,15 @@ void let_go(struct Contact *contact, const struct Configuration *w)
     }
 }
 
-/* Take the side of every event from the indicators at x. Returns whether any changed. */
+/* Take the side of every event from the indicators at x. Returns whether any changed. Out of contact the law has no
+ * side to take: what let go of the work has nothing to slide on, and begins anew where it comes back. */
 static int take_sides(struct Contact *contact, const struct Configuration *w, const struct Point *x)
 {
     lanes now[INDICATORS];
     int changed = 0;
     indicators(w, x, now);
+    EACH_LANE
+        now[AT_LAW][i] = contact->sign[AT_CONTACT][i] > 0 ? now[AT_LAW][i] : 0;
     for (int k = 0; k < INDICATORS; ++k)
         EACH_LANE
             if (now[k][i] * contact->sign[k][i] < 0) {

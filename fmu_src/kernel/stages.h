@@ -7,6 +7,8 @@
 #include "kernel.h"
 #include "registry.h"
 
+#include <math.h>
+
 /* Lanes do not touch each other: a compiler may take them side by side. */
 #if LANES > 1 && defined(__clang__)
 #define EACH_LANE                                                                                                      \
@@ -73,6 +75,7 @@ struct Configuration {
     struct Turn turn; /* at the speed ratio that holds at value[VAR_TIME] */
     lanes tan_flow; /* of chip_flow_shear_angle - rake_angle */
     lanes cot_flow; /* of chip_flow_shear_angle, where the slip is given */
+    lanes tan_flattest, tan_steepest; /* of the bounds of the current shear angle, less rake_angle */
 };
 
 /* configuration.c */
@@ -397,8 +400,24 @@ static inline double parabola(double share, double u_0, double u_m, double u_1)
     return u_0 + share * (4 * u_m - 3 * u_0 - u_1 + 2 * share * (u_0 - 2 * u_m + u_1));
 }
 
+/* Where the chip flows by the angle of the moment and friction falls with speed, slip and shear angle have more than
+ * one answer, and the one that is followed ends in a fold: the slip jumps there. No step is short enough for a jump; it
+ * is known to the part of a cycle to which events are. */
+static inline double jump_time(const struct Configuration *w, int lane)
+{
+    return 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][lane];
+}
+
 /* The place of a choice in its list. */
 static inline int chosen(const lanes *value, int index, int lane) { return (int)value[index][lane]; }
+
+/* An input that has changed so much since it was u. One that is given as straight to 0 gets there but for roundings of
+ * its slope and of the time: a slip is at rest, and has not turned round; a chip has ended. */
+static inline double given_then(double u, double change)
+{
+    const double now = u + change;
+    return fabs(now) > 1e-15 * fabs(change) ? now : 0;
+}
 
 /* An input at `tau` after value[VAR_TIME]. */
 static inline double input_at(const struct Contact *contact, int index, int lane, double tau)

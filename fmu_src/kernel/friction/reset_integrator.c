@@ -35,13 +35,14 @@ static void force(const lanes *p, struct Point *x)
     }
 }
 
+/* While it slides the bristle stays, whatever F_C and P do; where it sticks again it stands no further than z0. */
 static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
 {
     (void)p, (void)memory;
     EACH_LANE {
         const double bound =
             z_0(x, i) * (1 + 1e-12); /* beyond z0 by more than roundings: it slides, whoever looks again */
-        z[i] = smaller(larger(z[i], -bound), bound);
+        z[i] = x->stuck[i] != 0 ? smaller(larger(z[i], -bound), bound) : z[i];
     }
 }
 

@@ -125,12 +125,9 @@ static int worn_out(const struct Contact *contact, struct Patience *p, double st
     return p->taken > p->most || p->events > p->most_events;
 }
 
-/* Where the chip flows by the angle of the moment and friction falls with speed, slip and shear angle have more than
- * one answer, and the one that is followed ends in a fold: the slip jumps there. No step is short enough for a jump; it
- * is known to the part of a cycle to which events are. */
 static double shortest_step(const struct Configuration *w, double step)
 {
-    return larger(1e-12 * step, w->current_angle ? 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][0] : 0);
+    return larger(1e-12 * step, w->current_angle ? jump_time(w, 0) : 0);
 }
 
 /* One internal step while it is tried. */
@@ -408,7 +405,7 @@ void move_on(struct Contact *contact, const lanes s)
     EACH_LANE {
         contact->value[VAR_TIME][i] += s[i];
         for (int k = INPUT_FIRST; k < INPUT_END; ++k)
-            contact->value[k][i] += contact->slope[k - INPUT_FIRST][i] * s[i];
+            contact->value[k][i] = given_then(contact->value[k][i], contact->slope[k - INPUT_FIRST][i] * s[i]);
     }
 }
 

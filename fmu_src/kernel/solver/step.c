@@ -41,31 +41,36 @@ static void slip_as_solved(struct Point *x)
         }
 }
 
-/* All stages at middle and end, with the z and the states that stand there, and from their rates the bristle's new z.
- */
+/* The stages up to the rates at middle and end, with the z and the states that stand there. */
+static void open_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+                      const struct Point *start, struct Point *middle, struct Point *end)
+{
+    lanes half, whole;
+    EACH_LANE {
+        half[i] = s[i] + 0.5 * h[i];
+        whole[i] = s[i] + h[i];
+    }
+    engage_point(contact, w, half, middle);
+    engage_point(contact, w, whole, end);
+    if (w->on_count > 0 && w->current_angle) {
+        slip_as_solved(middle);
+        slip_as_solved(end);
+    }
+    if (w->on_count > 0)
+        slide(h, start, middle, end);
+    move_states(w, DRIVEN_BY_MOTION, h, start, middle, end);
+    open_point(contact, w, half, 1, middle);
+    open_point(contact, w, whole, 1, end);
+}
+
+/* All stages there, and from their rates the bristle's new z. */
 static void pass(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
                  const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
 {
     if (w->held)
         *middle = *end = *start;
-    else {
-        lanes half, whole;
-        EACH_LANE {
-            half[i] = s[i] + 0.5 * h[i];
-            whole[i] = s[i] + h[i];
-        }
-        engage_point(contact, w, half, middle);
-        engage_point(contact, w, whole, end);
-        if (w->on_count > 0 && w->current_angle) {
-            slip_as_solved(middle);
-            slip_as_solved(end);
-        }
-        if (w->on_count > 0)
-            slide(h, start, middle, end);
-        move_states(w, DRIVEN_BY_MOTION, h, start, middle, end);
-        open_point(contact, w, half, 1, middle);
-        open_point(contact, w, whole, 1, end);
-    }
+    else
+        open_step(contact, w, s, h, start, middle, end);
     bristle_step(w->law->relaxes || w->current_angle, !w->current_angle, h, start, middle, end, middle->z, end->z,
                  difference);
     if (w->iterates && !w->feedback)
@@ -75,13 +80,41 @@ static void pass(const struct Contact *contact, const struct Configuration *w, c
     move_states(w, DRIVEN_BY_FORCE, h, start, middle, end);
 }
 
-/* Where forces move the path or the rates depend on z: the pass is repeated until neither moves. A lane that has
- * settled keeps its bits, whatever the others still do; `difference` is infinite where forces have not. */
+/* Where a slip that is solved for jumps, or begins at an edge where force and load are both 0, rates before and behind
+ * go into no step: the shortest of steps go straight on from their start. */
+static void go_straight(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+                        const int brief[LANES], const struct Point *start, struct Point *middle, struct Point *end)
+{
+    struct Point half = *start, whole = *start;
+    EACH_LANE {
+        half.z[i] = start->z[i] + 0.5 * h[i] * start->dz[i];
+        whole.z[i] = start->z[i] + h[i] * start->dz[i];
+    }
+    open_step(contact, w, s, h, start, &half, &whole);
+    close_point(contact, w, 1, &half);
+    close_point(contact, w, 1, &whole);
+    move_states(w, DRIVEN_BY_FORCE, h, start, &half, &whole);
+    for (int i = 0; i < LANES; ++i) {
+        if (!brief[i])
+            continue;
+        copy_lane((lanes *)middle, (const lanes *)&half, POINT_LANES, i);
+        copy_lane((lanes *)end, (const lanes *)&whole, POINT_LANES, i);
+    }
+}
+
+/* Passes in which none has come closer by a tenth than one before: it goes round, as where the slip jumps. */
+#define ROUNDABOUT 6
+
+/* Where forces move the path or the rates depend on z: the pass is repeated until neither moves, or comes no closer to
+ * that. A lane that is done keeps its bits, whatever the others still do; `difference` is infinite where it has not
+ * settled. */
 static void settle(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
                    const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
 {
-    int settled[LANES] = {0}, all = 0;
-    lanes last;
+    int settled[LANES] = {0}, done[LANES] = {0}, nearest[LANES] = {0}, all = 0;
+    lanes last, least;
+    EACH_LANE
+        least[i] = INFINITY;
     for (int n = 0; n < 30 && !all; ++n) {
         const struct Point before = *end, before_middle = *middle;
         lanes before_difference;
@@ -90,7 +123,7 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
         pass(contact, w, s, h, start, middle, end, difference);
         all = 1;
         for (int i = 0; i < LANES; ++i) {
-            if (settled[i]) {
+            if (done[i]) {
                 copy_lane((lanes *)middle, (const lanes *)&before_middle, POINT_LANES, i);
                 copy_lane((lanes *)end, (const lanes *)&before, POINT_LANES, i);
                 difference[i] = before_difference[i];
@@ -101,7 +134,12 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
                          ratio = n > 0 ? smaller(now / last[i], 1) : 1;
             settled[i] = !w->iterated[i] || now <= 1 || (!w->feedback && now * ratio <= 0.01);
             last[i] = now;
-            all &= settled[i];
+            if (now < 0.9 * least[i]) {
+                least[i] = now;
+                nearest[i] = n;
+            }
+            done[i] = settled[i] || n - nearest[i] >= ROUNDABOUT;
+            all &= done[i];
         }
     }
     for (int i = 0; i < LANES; ++i)
@@ -124,7 +162,18 @@ void try_step(const struct Contact *contact, const struct Configuration *w, cons
     for (int k = 0; w->drivers && k < EFFECT_STATES; ++k)
         EACH_LANE
             middle->state[k][i] = end->state[k][i] = start->state[k][i];
-    (w->iterates ? settle : pass)(contact, w, s, h, start, middle, end, difference);
+    int brief[LANES], all_brief = 1, any_brief = 0;
+    for (int i = 0; i < LANES; ++i) {
+        brief[i] = w->current_angle && h[i] <= jump_time(w, i);
+        all_brief &= brief[i];
+        any_brief |= brief[i];
+    }
+    if (!all_brief)
+        (w->iterates ? settle : pass)(contact, w, s, h, start, middle, end, difference);
+    if (any_brief)
+        go_straight(contact, w, s, h, brief, start, middle, end);
+    for (int i = 0; any_brief && i < LANES; ++i)
+        difference[i] = brief[i] ? 0 : difference[i];
     int arrived = 0;
     EACH_LANE
         arrived |= !(h[i] > 0);
