@@ -97,10 +97,11 @@ static const char *flaw_of_ring(const struct Ring *ring, int lane)
 
 static const char *flaw_of_rings(const struct Contact *contact)
 {
-    if (!FINITE(contact->past.end) || !FINITE(contact->past.length) || !FINITE(contact->past_force) ||
-        !FINITE(contact->surface.end) || !FINITE(contact->surface.length) || !FINITE(contact->surface_height) ||
-        !FINITE(contact->surface_thickest) || !FINITE(contact->slip_time) || !FINITE(contact->slip_given) ||
-        !FINITE(contact->late_slip) || !FINITE(contact->late_slope))
+    if (!FINITE(contact->past.end) || !FINITE(contact->past.length) || !FINITE(contact->past.drift) ||
+        !FINITE(contact->past_force) || !FINITE(contact->surface.end) || !FINITE(contact->surface.length) ||
+        !FINITE(contact->surface.drift) || !FINITE(contact->surface_height) || !FINITE(contact->surface_thickest) ||
+        !FINITE(contact->slip_time) || !FINITE(contact->slip_given) || !FINITE(contact->late_slip) ||
+        !FINITE(contact->late_slope))
         return "the past is no finite number";
     const char *flaw = NULL;
     for (int i = 0; i < LANES && !flaw; ++i) {

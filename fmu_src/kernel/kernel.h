@@ -200,11 +200,13 @@ enum Warning {
 /* ---- one block of contacts; plain bytes ---- */
 
 /* Pieces of the past, a ring. What is kept of each is a polynomial of fourth order. Where no piece lies between two,
- * what was there is what was whole vibration cycles before, in the one that ends where the gap begins. */
+ * what was there is what was whole vibration cycles before, in the one that ends where the gap begins; where cycles
+ * drift, what lies on a straight line from there to the same phase of the cycle that begins where the gap ends. */
 struct Ring {
     lanes count, first; /* pieces written, and the first that is still there */
     lanes settled; /* the first that nobody has tried to join yet */
     lanes end[HISTORY], length[HISTORY]; /* [s] */
+    lanes drift[HISTORY]; /* > 0: cycles drift in the gap before it, and how far off this is, of what may be lost */
 };
 
 struct Contact {

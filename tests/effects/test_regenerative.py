@@ -95,3 +95,32 @@ def test_the_surface_is_part_of_the_state() -> None:
     twin = contact.copy()
     times = contact.time + TURN * np.arange(1, 60) / 50
     assert np.array_equal(thickness(contact, times), thickness(twin, times))
+
+
+def test_a_vibrating_tool_on_a_soft_holder_meets_what_it_left_a_turn_before() -> None:
+    """Run-out lets no two vibration cycles leave the same; 1200 of them lie in a turn. Against the same cut without the effect, which is
+    led along what the holder's motion, kept by the test, has left."""
+    turn, frequency, tolerance, each = 0.06, 20e3, 1e-4, 8  # samples a cycle
+    values: dict[str, float | str] = {
+        "kinematics": "combined", "vibration_frequency": frequency, "amplitude_x": 5e-6, "amplitude_y": 5e-6, "cutting_speed": 1 / 6,
+        "feed": FEED, "relative_tolerance": tolerance, "run_out.spindle_frequency": 7.3, "regenerative.revolution_time": turn,
+    }  # fmt: skip
+    count = round(turn * frequency * each)
+    times = turn / count * np.arange(2 * count + 1)
+    contact = Contact(values, ("run_out", "holder_compliance", "regenerative"))
+    contact.start()
+    shown = contact.run(times, {}, ["uncut_thickness_used"])[:, 0]
+    wave = 5e-6 * np.sin(2 * pi * 7.3 * times)
+
+    def led(along: np.ndarray) -> np.ndarray:
+        twin = Contact({**values, "tool_displacement_y": float(along[0])}, ("run_out", "holder_compliance"))
+        twin.start()
+        names = ["uncut_thickness_used", "holder_compliance.displacement_y"]
+        return twin.run(times[: len(along)], {"tool_displacement_y": along}, names)
+
+    first = led(np.zeros(count + 1))
+    left = first[:, 1] - wave[: count + 1]
+    both = led(np.append(np.zeros(count), -left))
+    error = np.abs(shown - both[:, 0]) / (tolerance * FEED)
+    assert np.quantile(error, 0.99) < 1
+    assert np.abs(both[count:, 0] - first[:, 0]).max() > 100 * tolerance * FEED

@@ -1,5 +1,5 @@
-/* What was a quantity some time ago? A polynomial for each stretch of time, and for stretches that are like a vibration
- * cycle before only that cycle.
+/* What was a quantity some time ago? A polynomial for each stretch of time; for stretches that are like a vibration
+ * cycle before only that cycle, and for cycles that drift slowly the first and the last of them.
  */
 #include "ring.h"
 
@@ -79,31 +79,83 @@ int gap_before(const struct Pieces *p, int64_t n)
            start - piece_end(p, n - 1) > 1e-9 * p->period + rounding;
 }
 
-/* The piece that holds what was at t, and until when [s] it does; a t in a gap is led whole cycles back, and again
- * where that is one. */
-static int64_t piece_at(const struct Pieces *p, double *t, double *until)
+int drifts_before(const struct Pieces *p, int64_t n)
+{
+    return p->ring->drift[n % HISTORY][p->lane] > 0 && gap_before(p, n);
+}
+
+static double cycles_back(const struct Pieces *p, double t, int64_t last)
+{
+    return larger(ceil((t - piece_end(p, last)) / p->period), 0);
+}
+
+/* Where a value at t is found: at `t` in `piece`, and if there is another (else -1) on the way from there to what is
+ * found at `other_t` in that, as far as `share` says. */
+struct Place {
+    int64_t piece, other;
+    double t, other_t, share;
+};
+
+/* The same phase in the first cycle from piece `next` on; where that holds no piece, it is as the cycle before. */
+static void look_ahead(const struct Pieces *p, int64_t last, int64_t next, struct Place *place)
+{
+    const double on = larger(ceil((piece_start(p, next) - place->t) / p->period), 0),
+                 back = cycles_back(p, place->t, last);
+    const int64_t count = ring_count(p->ring, p->lane);
+    place->other_t = place->t + p->period * on;
+    place->other = first_later(p->ring->end, p->lane, next, count, place->other_t, 1);
+    if (place->other >= count ||
+        (place->other > next && gap_before(p, place->other) && place->other_t < piece_start(p, place->other)))
+        place->other = -1;
+    place->share = on > 0 ? back / (back + on) : 1;
+}
+
+/* A t in a gap is led whole cycles back, and again where that is one. until: until when [s] the same pieces tell. */
+static struct Place place_of(const struct Pieces *p, double t, double *until)
 {
     const int64_t first = ring_first(p->ring, p->lane);
-    const double asked = *t;
-    int64_t last = ring_count(p->ring, p->lane) - 1, at = last;
+    const double asked = t;
+    struct Place place = {.other = -1, .t = t};
+    int64_t last = ring_count(p->ring, p->lane) - 1;
     *until = INFINITY;
     for (int n = 0; n < HISTORY; ++n) {
-        at = first_later(p->ring->end, p->lane, first, last, *t, 1);
-        if (!gap_before(p, at) || *t >= piece_start(p, at))
+        const int64_t at = place.piece = first_later(p->ring->end, p->lane, first, last, place.t, 1);
+        if (!gap_before(p, at) || place.t >= piece_start(p, at))
             break;
         last = at - 1;
-        *until = smaller(*until, piece_start(p, at) + (asked - *t));
-        *t -= p->period * larger(ceil((*t - piece_end(p, last)) / p->period), 0);
+        if (place.other < 0 && drifts_before(p, at))
+            look_ahead(p, last, at, &place);
+        if (place.other >= 0)
+            *until = smaller(*until, piece_end(p, place.other) + (asked - place.other_t));
+        *until = smaller(*until, piece_start(p, at) + (asked - place.t));
+        place.t -= p->period * cycles_back(p, place.t, last);
     }
-    *until = smaller(*until, piece_end(p, at) + (asked - *t));
-    return at;
+    *until = smaller(*until, piece_end(p, place.piece) + (asked - place.t));
+    return place;
+}
+
+static double value_at(const struct Pieces *p, int channel, const struct Place *place)
+{
+    const double before = in_piece(p, place->piece, channel, place->t);
+    if (place->other < 0)
+        return before;
+    return before + place->share * (in_piece(p, place->other, channel, place->other_t) - before);
 }
 
 double ring_value(const struct Pieces *p, int channel, double t)
 {
     double until;
-    const int64_t at = piece_at(p, &t, &until);
-    return in_piece(p, at, channel, t);
+    const struct Place place = place_of(p, t, &until);
+    return value_at(p, channel, &place);
+}
+
+double ring_value_between(const struct Pieces *p, int channel, double t, int64_t last, int64_t next)
+{
+    struct Place place = {.t = t};
+    look_ahead(p, last, next, &place);
+    const double before = ring_value(p, channel, t - p->period * cycles_back(p, t, last));
+    return place.other < 0 ? before
+                           : before + place.share * (in_piece(p, place.other, channel, place.other_t) - before);
 }
 
 static int differ(double before, double after, double alike)
@@ -134,10 +186,10 @@ static double jump_in_gap(const struct Pieces *p, double from, double to)
 {
     const double close = 1e-15 * fabs(to) + 1e-12 * p->period;
     for (int n = 0; n < HISTORY && from <= to; ++n) {
-        double t = from + 2 * close, until;
+        double until;
         if (jumps_at(p, from, close))
             return from;
-        piece_at(p, &t, &until);
+        place_of(p, from + 2 * close, &until);
         from = larger(until, from + 2 * close);
     }
     return INFINITY;
@@ -166,6 +218,21 @@ double ring_jump(const struct Pieces *p, double from, double to, const double *b
     return INFINITY;
 }
 
+int64_t pieces_kept(const struct Reel *reel)
+{
+    return ring_count(reel->ring, reel->pieces.lane) - ring_first(reel->ring, reel->pieces.lane);
+}
+
+void move_piece(struct Reel *reel, int64_t to, int64_t from)
+{
+    const int lane = reel->pieces.lane, rows = reel->pieces.channels * NODES;
+    struct Ring *const ring = reel->ring;
+    copy_lane(reel->value + to % HISTORY * rows, (const lanes *)(reel->value + from % HISTORY * rows), rows, lane);
+    ring->length[to % HISTORY][lane] = ring->length[from % HISTORY][lane];
+    ring->end[to % HISTORY][lane] = ring->end[from % HISTORY][lane];
+    ring->drift[to % HISTORY][lane] = ring->drift[from % HISTORY][lane];
+}
+
 void ring_append(struct Reel *reel, double start, double end, double value[][3])
 {
     const int lane = reel->pieces.lane;
@@ -173,6 +240,7 @@ void ring_append(struct Reel *reel, double start, double end, double value[][3])
     const int64_t n = ring_count(reel->ring, lane);
     reel->ring->end[n % HISTORY][lane] = end;
     reel->ring->length[n % HISTORY][lane] = larger(end - start, 0);
+    reel->ring->drift[n % HISTORY][lane] = 0;
     for (int k = 0; k < reel->pieces.channels; ++k) {
         lanes *const node = reel->value + (n % HISTORY * reel->pieces.channels + k) * NODES;
         for (int m = 0; m < NODES; ++m)

@@ -35,16 +35,26 @@ struct Quartic {
 struct Quartic quartic_through(const lanes *node, int lane);
 double quartic_at(const struct Quartic *q, double share);
 double share_of_piece(const struct Pieces *p, int64_t n, double t);
-/* ring.c: is there none between this piece and the one before? */
+/* ring.c: is there none between this piece and the one before? And do cycles drift there? */
 int gap_before(const struct Pieces *p, int64_t n);
+int drifts_before(const struct Pieces *p, int64_t n);
 /* ring.c: a value at t, not after the last piece; before the first: as that begins. */
 double ring_value(const struct Pieces *p, int channel, double t);
+/* ring.c: the value at t if between the pieces `last` and `next` there were none, and cycles drifted. */
+double ring_value_between(const struct Pieces *p, int channel, double t, int64_t last, int64_t next);
 /* ring.c: the first time in (from, to) at which a value jumps; after the last piece stands `beyond`. */
 double ring_jump(const struct Pieces *p, double from, double to, const double *beyond);
 /* ring.c: a step with its values at start, middle and end; nothing at all after t. */
 void ring_append(struct Reel *reel, double start, double end, double value[][3]);
 void ring_cut(struct Reel *reel, double t);
-/* thinning.c: make room for a piece. */
+/* ring.c: how many pieces there are; the same piece in a place that is not later. */
+int64_t pieces_kept(const struct Reel *reel);
+void move_piece(struct Reel *reel, int64_t to, int64_t from);
+/* thinning.c: make room for a piece. How many places are worth the trouble. */
+enum { ROOM = HISTORY / 8 };
 void make_room(struct Reel *reel);
+/* drift.c: leave out cycles that lie between others; the first piece that does not stand for any. */
+void drop_drifting(struct Reel *reel);
+int64_t behind_drifting(const struct Pieces *p);
 
 #endif

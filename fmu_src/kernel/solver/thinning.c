@@ -1,5 +1,6 @@
 /* How is the past kept in a bounded number of pieces? Only where there is no more room: what nobody looks back to goes;
- * one polynomial stands for as many steps as it serves; one vibration cycle for those that are like it.
+ * one polynomial stands for as many steps as it serves; one vibration cycle for those that are like it, two for those
+ * that lie between them (drift.c).
  *
  * Steps are joined once and a cycle is compared with what is kept of others, so that errors do not add up. No piece
  * leads across a jump. Memory: kernel.h. `allowed` of ring.h is a fifth of a tolerance: a polynomial meets what steps
@@ -10,7 +11,6 @@
 
 #include <math.h>
 
-enum { ROOM = HISTORY / 8 }; /* places that are worth the trouble */
 #define AGAIN 0.01 /* of what is allowed: so little that it may be lost many times */
 #define BESIDE 0.2 /* how far what repeats may lie beside, in cycles, of what may differ */
 #define BETWEEN 5 /* times as much where a step is only known by its parabola, */
@@ -18,11 +18,6 @@ enum { ROOM = HISTORY / 8 }; /* places that are worth the trouble */
 #define SHORT 0.02 /* of a cycle: what is shorter may differ by more, so that its mean over that time does not, */
 #define MOST_MORE 50 /* by so many times at most */
 #define JUMP_SHARE 0.05 /* of what is allowed: less is no jump */
-
-static int64_t pieces_kept(const struct Reel *reel)
-{
-    return ring_count(reel->ring, reel->pieces.lane) - ring_first(reel->ring, reel->pieces.lane);
-}
 
 /* ---- what nobody looks back to ---- */
 
@@ -171,22 +166,23 @@ static int64_t serves_up_to(const struct Reel *reel, int64_t from, int64_t last,
 /* In the place `at`, which is not later, one piece for `from`..`to`. */
 static void join(struct Reel *reel, int64_t at, int64_t from, int64_t to)
 {
+    if (from == to) {
+        move_piece(reel, at, from);
+        return;
+    }
     const struct Pieces *const p = &reel->pieces;
-    const double start = piece_start(p, from), end = piece_end(p, to);
+    const double start = piece_start(p, from), end = piece_end(p, to),
+                 drift = reel->ring->drift[from % HISTORY][p->lane];
     struct Known known;
-    if (from < to)
-        find_known(reel, from, to, &known);
+    find_known(reel, from, to, &known);
     lanes node[CHANNELS][NODES];
     for (int k = 0; k < p->channels; ++k)
-        if (from < to)
-            fit(reel, &known, from, k, node[k]);
-        else
-            copy_lane(node[k], piece_nodes(p, from, k), NODES, p->lane);
+        fit(reel, &known, from, k, node[k]);
     for (int k = 0; k < p->channels; ++k)
         copy_lane(reel->value + (at % HISTORY * p->channels + k) * NODES, (const lanes *)node[k], NODES, p->lane);
-    reel->ring->length[at % HISTORY][p->lane] =
-        from < to ? larger(end - start, 0) : reel->ring->length[from % HISTORY][p->lane];
+    reel->ring->length[at % HISTORY][p->lane] = larger(end - start, 0);
     reel->ring->end[at % HISTORY][p->lane] = end;
+    reel->ring->drift[at % HISTORY][p->lane] = drift;
 }
 
 /* From piece `from` on, to a share of what is allowed. The last piece stays as it is: the next step goes on from it. */
@@ -266,6 +262,39 @@ static void drop_repeats(struct Reel *reel, int64_t from)
     reel->ring->settled[p->lane] = (double)(at - 1);
 }
 
+/* Is the newest cycle, as far as it is known, like the one in the middle of those since cycles have drifted last? */
+static int is_steady(const struct Reel *reel)
+{
+    const struct Pieces *const p = &reel->pieces;
+    const int64_t count = ring_count(reel->ring, p->lane), first = behind_drifting(p);
+    const double end = piece_end(p, count - 2), beside = BESIDE * p->alike * p->period,
+                 back = p->period * larger(floor(0.5 * (end - piece_start(p, first)) / p->period), 1);
+    for (int64_t n = count - 2; n > first && piece_start(p, n) >= end - p->period; --n) {
+        const double start = piece_start(p, n), length = piece_end(p, n) - start;
+        if (length <= 4 * beside)
+            continue;
+        const double more = smaller(larger(SHORT * p->period / length, 1), MOST_MORE), t = start + 0.5 * length;
+        for (int k = 0; k < p->channels; ++k)
+            if (!was_there(p, k, t - back, beside, ring_value(p, k, t), more * REPEATED * reel->allowed[k]))
+                return 0;
+    }
+    return 1;
+}
+
+/* Cycles that drift are left out as a whole, before those that repeat themselves: of these only some pieces would go,
+ * and what stays would go up by steps. */
+static void drop_cycles(struct Reel *reel, int64_t from)
+{
+    if (!is_steady(reel)) {
+        const int64_t before = pieces_kept(reel);
+        drop_drifting(reel);
+        from -= before - pieces_kept(reel);
+    }
+    const int64_t free = behind_drifting(&reel->pieces);
+    if (HISTORY - pieces_kept(reel) < ROOM)
+        drop_repeats(reel, from > free ? from : free);
+}
+
 void make_room(struct Reel *reel)
 {
     const int lane = reel->pieces.lane;
@@ -280,7 +309,7 @@ void make_room(struct Reel *reel)
     if (HISTORY - before < ROOM) /* first what goes on for many cycles: across a gap nothing can be joined */
         thin(reel, first, AGAIN);
     if (HISTORY - pieces_kept(reel) < ROOM && reel->pieces.period > 0)
-        drop_repeats(reel, untried - (before - pieces_kept(reel)));
+        drop_cycles(reel, untried - (before - pieces_kept(reel)));
     if (pieces_kept(reel) >= HISTORY) /* whoever looks back as far finds it gone */
         reel->ring->first[lane] = (double)(ring_first(reel->ring, lane) + 1);
 }
