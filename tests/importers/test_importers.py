@@ -17,6 +17,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import containers
+import evidence
 import fmpy
 import guide_table
 import lugre_1995 as published
@@ -134,6 +135,7 @@ def test_stick_slip_as_in_1995(answer: Callable[[str, str], tuple[np.ndarray, Co
     off = {key: simulated[key] / value - 1 for key, value in published.STICK_SLIP.items()}
     print(f"{importer:18} stick-slip: " + ", ".join(f"{key} {100 * value:+.3f} %" for key, value in off.items()))
     assert simulated == pytest.approx(published.STICK_SLIP, rel=5e-3)
+    evidence.hold("importers, stick-slip", 100 * max(map(abs, off.values())))
     guide_table.hold(importer, "stick-slip", 100 * off["period"], 100 * off["v_max"])
 
 
@@ -144,6 +146,7 @@ def test_hunting_as_in_1995(answer: Callable[[str, str], tuple[np.ndarray, Colum
     print(f"{importer:18} hunting: " + ", ".join(f"{key} {100 * value:+.3f} %" for key, value in off.items()))
     assert simulated == pytest.approx(published.HUNTING, rel=5e-3)
     span = (simulated["highest"] - simulated["lowest"]) / (published.HUNTING["highest"] - published.HUNTING["lowest"]) - 1
+    evidence.hold("importers, hunting", 100 * max(map(abs, off.values())))
     guide_table.hold(importer, "hunting", 100 * span, 100 * off["period"])
 
 
@@ -156,6 +159,7 @@ def test_turning_is_the_same_cut(answer: Callable[[str, str], tuple[np.ndarray, 
     expected = {port: good[".".join(port)][1:] for port in PORTS["evat_turning"]}
     print(f"{importer:18} turning: {100 * apart(columns, expected):.3f} %")
     assert apart(columns, expected) < 0.03
+    evidence.hold("importers, turning", 100 * apart(columns, expected))
     guide_table.hold(importer, "turning", 100 * apart(columns, expected))
 
 

@@ -128,7 +128,7 @@ def _build(
         **model.documentation(fmu_facts),
         **(terminal_files(fmu_facts, model.variables, model.icon()) if version == 3 else {}),
         **reference_files(fmu_facts, tolerance, model.follow),
-        **credibility_files(fmu_facts, token_of(version, fmu_facts)),
+        **credibility_files(fmu_facts.model_name, part, token_of(version, fmu_facts)),
         **source_files(version, fmu_facts),
     }
     with temporary() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:

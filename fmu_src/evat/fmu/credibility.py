@@ -1,5 +1,6 @@
-"""What was checked of an FMU, by which test, in which range, and how far off was it? SSP's Simulation Resource Meta Data (.srmd).
+"""What was checked of an FMU or a system, by which test, in which range, and how far off was it?
 
+An .srmd file tells: Simulation Resource Meta Data of SSP Traceability.
 The figures stand in fmus/evidence.toml: the tests write them there and are held to them.
 """
 
@@ -9,7 +10,6 @@ from dataclasses import dataclass, fields
 from functools import lru_cache
 
 from evat.files.read_toml import read_toml
-from evat.fmu.fmu_facts import FmuFacts
 from evat.fmu.xml import add, serialised, top
 from evat.model import BuildError
 from evat.native.compile import source_root
@@ -23,7 +23,7 @@ _STC = "http://ssp-standard.org/SSPTraceability1/SSPTraceabilityCommon"
 @dataclass(frozen=True, slots=True)
 class Evidence:
     """One check. `kind`: verification, against other computations, or validation, against measurements; `against` names them; `range` is
-    where it was made; `largest_deviation` [%] the worst that the `test` has found; `parts` the FMUs that carry what was checked."""
+    where it was made; `largest_deviation` [%] the worst that the `test` has found; `parts` the FMUs and systems that it is of."""
 
     name: str
     kind: str
@@ -47,15 +47,15 @@ def evidence() -> tuple[Evidence, ...]:
     return tuple(made)
 
 
-def credibility_files(fmu_facts: FmuFacts, token: str) -> dict[str, bytes]:
-    """The .srmd file of an FMU. What was not validated says so."""
+def credibility_files(title: str, part: str, edition: str) -> dict[str, bytes]:
+    """The .srmd file of a part or a system, which `edition` tells from others of its title. What was not validated says so."""
     root = top(
         f"{{{_SRMD}}}SimulationResourceMetaData",
-        {"version": "1.0.0", "name": fmu_facts.model_name, "description": f"What was checked of {fmu_facts.model_name}, {token}"},
+        {"version": "1.0.0", "name": title, "description": f"What was checked of {title}, {edition}"},
         {"srmd": _SRMD, "stc": _STC},
     )
     for kind in KINDS:
-        known = [each for each in evidence() if each.kind == kind and fmu_facts.part in each.parts]
+        known = [each for each in evidence() if each.kind == kind and part in each.parts]
         for each in known:
             _classify(root, kind, {
                 "claim": each.claim, "against": each.against, "range": each.range, "test": each.test,
@@ -63,7 +63,7 @@ def credibility_files(fmu_facts: FmuFacts, token: str) -> dict[str, bytes]:
             })  # fmt: skip
         if not known:
             _classify(root, kind, {"claim": "none that a test holds"})
-    return {f"{FOLDER}/{fmu_facts.model_name}.srmd": serialised(root)}
+    return {f"{FOLDER}/{title}.srmd": serialised(root)}
 
 
 def _classify(root: object, kind: str, entries: dict[str, str]) -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from evat import __version__, fmu
 from evat.files import ssv
 from evat.fmu import archive
+from evat.fmu.credibility import credibility_files
 from evat.fmu.xml import Element, add, serialised, top
 from evat.model import Variable
 from evat.paper_tables import materials as materials_of_work
@@ -119,7 +120,7 @@ def parameter_files(declared: Declared) -> dict[str, bytes]:
 def write(name: str, output: Path, fmus: Mapping[str, Path]) -> Path:
     """Write a system of ours as an .ssp with these FMI 2 FMUs, by their parts; it appears whole or not at all."""
     declared = load(name)
-    files = {"SystemStructure.ssd": structure(declared), **parameter_files(declared)}
+    files = {"SystemStructure.ssd": structure(declared), **parameter_files(declared), **credibility_files(name, name, __version__)}
     for part in declared.parts.values():
         files[fmu_entry(part)] = fmus[part.part].read_bytes()
     return archive.write(files, output)

@@ -10,9 +10,10 @@ from pathlib import Path
 
 from lxml import etree
 
-from evat import fmu
+from evat import __version__, fmu
 from evat.files import ssv
 from evat.fmu import archive
+from evat.fmu.credibility import credibility_files
 from evat.fmu.xml import Element, add, serialised, top
 from evat.model import Variable
 from evat.systems.declared import Declared, load, names
@@ -110,6 +111,7 @@ def write(name: str, output: Path, fmus: Path) -> Path:
         VALUES: _values(declared),
         MAPPING: _mapping(declared),
         SIGNALS: _signals(declared),
+        **credibility_files(name, name, __version__),
     }
     for part in declared.parts.values():
         files[fmu_entry(part)] = (fmus / fmu.file_name(3, part.part)).read_bytes()
