@@ -25,6 +25,7 @@ ALIKE = 0.02  # relative: recordings whose motions differ by less repeat each ot
 MOVING = 0.05  # of the highest speed: below it friction is not read off
 AGAINST = -0.3  # correlation of force and direction below which the sensor counts the other way
 CUTTING = {"principal_force": "principal_force", "feed_force": "feed_force"}
+UNKNOWN = 1.0  # relative sd of a value that no data tell: it may be several times as large, or as small
 SET = ("cutting_speed", "feed", "width")  # what a cut is made at
 
 
@@ -69,7 +70,7 @@ class TrialGuess:
 
 @dataclass(frozen=True, slots=True)
 class Begun:
-    """What was understood of a folder; `values` and `relative_sd` are of the nominal model, `left` says what was not used and why."""
+    """What was understood of a folder; `values` (value, relative sd, why) are of the nominal model, `left` is what was not used and why."""
 
     recorded: Recordings
     signals: tuple[SignalGuess, ...]
@@ -376,7 +377,7 @@ class _Guess:
         if motion is None or force is None:
             why = "the component's start, not from your data"
             names = ("F_C", "F_S", "sigma2", "shear_stress", *SET) if motion is None else ("F_C", "F_S", "sigma2")
-            return {name: (start[name], 0.1 if name in SET else 0.5, why) for name in names}
+            return {name: (start[name], 0.1 if name in SET else UNKNOWN, why) for name in names}
         by_name = {signal.name: signal.table for signal in self.signals}
         level = self.level(motion, force, by_name[FRICTION])
         if not level > 0:
@@ -384,10 +385,10 @@ class _Guess:
         return {
             "F_C": (float(f"{level:.3g}"), 0.3, "median of the force while it slides"),
             "F_S": (float(f"{1.15 * level:.3g}"), 0.3, "somewhat more than F_C"),
-            "v_s": (start["v_s"], 0.5, "the component's start, not from your data"),
-            "sigma0": (float(f"{level / 1e-4:.3g}"), 0.5, "bristles that bend by 0.1 mm: not from your data"),
-            "sigma1": (start["sigma1"], 0.5, "the component's start, not from your data"),
-            "sigma2": (start["sigma2"], 0.5, "the component's start, not from your data"),
+            "v_s": (start["v_s"], UNKNOWN, "the component's start, not from your data"),
+            "sigma0": (float(f"{level / 1e-4:.3g}"), UNKNOWN, "bristles that bend by 0.1 mm: not from your data"),
+            "sigma1": (start["sigma1"], UNKNOWN, "the component's start, not from your data"),
+            "sigma2": (start["sigma2"], UNKNOWN, "the component's start, not from your data"),
         }
 
     def level(self, motion: Meant, force: Meant, table: Mapping[str, Any]) -> float:
