@@ -55,7 +55,8 @@ def _labelled(markup: str) -> str:
         for place, (cell, label) in enumerate(zip(row, labels, strict=True)):
             if place:
                 cell.set("data-head", label)
-            if len(cell.text_content()) > INLINE or cell.find("div") is not None:
-                cell.set("class", f"{cell.get('class', '')} long".strip())
+            long = len(cell.text_content().strip()) > INLINE or cell.find("div") is not None
+            if look := "long" if long else "" if cell.text_content().strip() else "none":
+                cell.set("class", f"{cell.get('class', '')} {look}".strip())
     text: str = html.tostring(table, encoding="unicode", with_tail=False)
     return text
