@@ -39,7 +39,7 @@ def _environment() -> jinja2.Environment:
 def render(template: str, **values: object) -> str:
     """The page that `template` makes of `values`."""
     page = _environment().get_template(template).render(**values)
-    return re.sub(r"<table\b.*?</table>", lambda found: _labelled(found[0]), page, flags=re.DOTALL)
+    return re.sub(r"<table\b.*?</table>", lambda table: _labelled(table[0]), page, flags=re.DOTALL)
 
 
 def _labelled(markup: str) -> str:
