@@ -39,7 +39,7 @@ def _environment() -> jinja2.Environment:
 def render(template: str, **values: object) -> str:
     """The page that `template` makes of `values`."""
     page = _environment().get_template(template).render(**values)
-    return re.sub(r"<table\b.*?</table>", lambda found: _labelled(found[0]), page, flags=re.DOTALL)
+    return re.sub(r"<table\b.*?</table>", lambda table: _labelled(table[0]), page, flags=re.DOTALL)
 
 
 def _labelled(markup: str) -> str:
@@ -55,7 +55,8 @@ def _labelled(markup: str) -> str:
         for place, (cell, label) in enumerate(zip(row, labels, strict=True)):
             if place:
                 cell.set("data-head", label)
-            if len(cell.text_content()) > INLINE or cell.find("div") is not None:
-                cell.set("class", f"{cell.get('class', '')} long".strip())
+            long = len(cell.text_content().strip()) > INLINE or cell.find("div") is not None
+            if look := "long" if long else "" if cell.text_content().strip() else "none":
+                cell.set("class", f"{cell.get('class', '')} {look}".strip())
     text: str = html.tostring(table, encoding="unicode", with_tail=False)
     return text

@@ -269,7 +269,7 @@ class NamedArrays(Mapping[str, FloatArray]):
         return self._arrays().get(name, default)
 
     def _table(self) -> Any:
-        """What a prompt and a notebook show of it, an `evat.notebook.tables.Table`."""
+        """What a prompt and a notebook show of it, an `evat.notebook.tables.ResultTable`."""
         raise NotImplementedError
 
     def __repr__(self) -> str:

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import evat
+import fmpy
+import fmpy.util
 import pytest
 from evat import guide
 from evat.commands.main import main
@@ -335,3 +337,17 @@ def test_a_wheel_holds_the_site_if_it_is_of_these_sources(tmp_path: Path, monkey
     assert hatch_build.guide_included(tmp_path) == {**pages, str(built): "evat/_guide"}
     (tmp_path / "fmu_src" / "guide" / "index.md").write_text("b", encoding="utf-8")
     assert hatch_build.guide_included(tmp_path) == pages
+
+
+def test_what_the_guide_plots_with_fmpy_is_drawn_by_it(fmus: dict[str, Path]) -> None:
+    """The window is not opened, the figure is made: of 35 outputs fmpy makes none, and the guide asked it to."""
+    lines = re.findall(
+        r"^\$ fmpy simulate fmus/(\S+) --show-plot(?: --output-variables (.*))?$", PAGES["first-run.md"].read_text("utf-8"), re.M
+    )
+    by_name = {path.name: path for path in fmus.values()}
+    assert len(lines) == 2
+    for name, outputs in lines:
+        result = fmpy.simulate_fmu(str(by_name[name]), output=outputs.split() or None)
+        figure = fmpy.util.create_plotly_figure(result)
+        assert len(figure.data) == len(result.dtype.names) - 1 > 2
+        assert not outputs or {*outputs.split()} < set(result.dtype.names)

@@ -45,6 +45,17 @@ def test_every_link_leads_somewhere(documentation: dict[str, dict[str, bytes]], 
     assert "http" not in page.find(".//meta[@http-equiv='Content-Security-Policy']").get("content")
 
 
+def test_a_cell_knows_its_head(documentation: dict[str, dict[str, bytes]]) -> None:
+    """So that a phone can show it beside the number; what is empty is left out there."""
+    page = html.fromstring(documentation[PART]["documentation/index.html"])
+    rows = {row[0].text_content(): {cell.get("data-head"): cell for cell in row[1:]} for row in page.iter("tr")}
+    part = rows["insert_capacity"]
+    assert list(part) == ["unit", "start", "min", "max", "meaning", "source"]
+    assert (part["unit"].text_content(), part["min"].text_content()) == ("J/K", "1e-06")
+    empty = {head for head, cell in rows["stored_heat"].items() if "none" in cell.get("class", "")}
+    assert empty == {"start", "min", "max"}
+
+
 def test_the_documentation_of_an_fmu_lies_beside_what_it_gave(fmi3_fmu: Path, tmp_path: Path) -> None:
     """A report of runs leads to it, and from its first page every link leads on."""
     ((link, what),) = beside(fmi3_fmu, tmp_path).items()

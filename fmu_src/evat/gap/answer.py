@@ -142,14 +142,14 @@ class Diagnosis:
         }
 
     def _table(self) -> Any:
-        from evat.notebook.tables import Table
+        from evat.notebook.tables import ResultTable
 
         rows = [(" + ".join(on) or "none", "" if p is None else f"{100 * p:.1f} %") for on, p in self.candidates]
         share, (low, high) = self.closure.share, self.closure.interval
         closed = (
             f"closes {100 * share:.0f} % of the gap, 90 % interval {100 * low:.0f} to {100 * high:.0f} %" if math.isfinite(share) else ""
         )
-        return Table(f"Diagnosis: {self.verdict}", ("effects", "probability"), rows, (closed, *self.cannot_tell))
+        return ResultTable(f"Diagnosis: {self.verdict}", ("effects", "probability"), rows, (closed, *self.cannot_tell))
 
     def __repr__(self) -> str:
         text: str = self._table().text()

@@ -228,11 +228,11 @@ class Identification:
         )
 
     def _repr_html_(self) -> str:
-        from evat.notebook.tables import Table
+        from evat.notebook.tables import ResultTable
 
         rows = [(r.name, r.value, r.error, r.interval, r.start, r.verdict) for r in self._rows()]
         header = ("parameter", "estimate", "standard error", "90 % interval", "nominal", "verdict")
-        return Table(f"Identification: {self.experiment.title}", header, rows, self.doubts).html()
+        return ResultTable(f"Identification: {self.experiment.title}", header, rows, self.doubts).html()
 
 
 def error_text(estimate: Estimate) -> str:

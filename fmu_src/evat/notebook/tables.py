@@ -15,7 +15,7 @@ MOST_ROWS = 40  # in a notebook
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class ResultTable:
     """`rows` under their `header`, with a `title` above, `notes` below; as text only those at `brief`, and `rest` tells of the others."""
 
     title: str
@@ -47,7 +47,7 @@ def number(value: float) -> str:
     return f"{value:.5g}"
 
 
-def columns_table(title: str, columns: Mapping[str, Any], units: Mapping[str, str], notes: Sequence[str] = ()) -> Table:
+def columns_table(title: str, columns: Mapping[str, Any], units: Mapping[str, str], notes: Sequence[str] = ()) -> ResultTable:
     """A row for each column: its unit, least, mean, largest and last value."""
     rows, flat = [], {name: np.ravel(np.asarray(column, dtype=np.float64)) for name, column in columns.items()}
     for name, values in flat.items():
@@ -56,4 +56,4 @@ def columns_table(title: str, columns: Mapping[str, Any], units: Mapping[str, st
         rows.append((name, units.get(name, ""), *(number(float(fact)) for fact in facts)))
     kept = chosen(flat)
     brief, rest = [place for place, name in enumerate(flat) if name in kept], left_out(flat, kept, "shown")
-    return Table(title, ("name", "unit", "least", "mean", "largest", "last"), rows, notes, brief, rest)
+    return ResultTable(title, ("name", "unit", "least", "mean", "largest", "last"), rows, notes, brief, rest)

@@ -104,7 +104,7 @@ class SobolIndices(NamedArrays):
         return bars(panels, self.parameters, "share of the variance [-]")
 
     def _table(self) -> Any:
-        from evat.notebook.tables import Table, number
+        from evat.notebook.tables import ResultTable, number
 
         rows = [
             (
@@ -116,7 +116,7 @@ class SobolIndices(NamedArrays):
             for place, name in enumerate(self.parameters)
         ]
         title = f"Sobol indices of the {self.of}, {self.runs} runs"
-        return Table(title, ("output", "parameter", "alone", "+/-", "in all", "+/-"), rows)
+        return ResultTable(title, ("output", "parameter", "alone", "+/-", "in all", "+/-"), rows)
 
 
 def sobol(

@@ -22,6 +22,7 @@ from evat.required_inputs import MOTION
 from evat.units import affine, base_unit
 
 CUTTING = {"principal_force": "principal_force", "feed_force": "feed_force"}
+UNKNOWN = 1.0  # relative sd of a value that no data tell: it may be several times as large, or as small
 SET = ("cutting_speed", "feed", "width")  # what a cut is made at
 
 
@@ -107,7 +108,7 @@ class _Guess(Signals):
         if motion is None or force is None:
             why = "the component's start, not from your data"
             names = ("F_C", "F_S", "sigma2", "shear_stress", *SET) if motion is None else ("F_C", "F_S", "sigma2")
-            return {name: (start[name], 0.1 if name in SET else 0.5, why) for name in names}
+            return {name: (start[name], 0.1 if name in SET else UNKNOWN, why) for name in names}
         by_name = {signal.name: signal.table for signal in self.signals}
         level = self.level(motion, force, by_name[FRICTION])
         if not level > 0:
@@ -115,10 +116,10 @@ class _Guess(Signals):
         return {
             "F_C": (float(f"{level:.3g}"), 0.3, "median of the force while it slides"),
             "F_S": (float(f"{1.15 * level:.3g}"), 0.3, "somewhat more than F_C"),
-            "v_s": (start["v_s"], 0.5, "the component's start, not from your data"),
-            "sigma0": (float(f"{level / 1e-4:.3g}"), 0.5, "bristles that bend by 0.1 mm: not from your data"),
-            "sigma1": (start["sigma1"], 0.5, "the component's start, not from your data"),
-            "sigma2": (start["sigma2"], 0.5, "the component's start, not from your data"),
+            "v_s": (start["v_s"], UNKNOWN, "the component's start, not from your data"),
+            "sigma0": (float(f"{level / 1e-4:.3g}"), UNKNOWN, "bristles that bend by 0.1 mm: not from your data"),
+            "sigma1": (start["sigma1"], UNKNOWN, "the component's start, not from your data"),
+            "sigma2": (start["sigma2"], UNKNOWN, "the component's start, not from your data"),
         }
 
     def level(self, motion: Meant, force: Meant, table: Mapping[str, Any]) -> float:

@@ -51,7 +51,7 @@ class TrialGuess:
 
 @dataclass(frozen=True, slots=True)
 class Begun:
-    """What was understood of a folder; `values` and `relative_sd` are of the nominal model, `left` says what was not used and why."""
+    """What was understood of a folder; `values` (value, relative sd, why) are of the nominal model, `left` is what was not used and why."""
 
     recorded: Recordings
     signals: tuple[SignalGuess, ...]
