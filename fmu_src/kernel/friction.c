@@ -333,7 +333,9 @@ void friction_solved(const struct Contact *contact, const struct Configuration *
         if (x->cutting[i] != 0) {
             const double f = x->drive[i] - x->rate[i] * x->z[i],
                          f_beside = beside.drive[i] - beside.rate[i] * beside.z[i];
-            x->rate[i] = larger((f - f_beside) / step[i], 1); /* never 0: then the target is finite */
+            /* never 0, and such that the target is within reach: it must not leap where an angle comes to its bound */
+            const double least = larger(fabs(f) * w->p[VAR_SIGMA0][i] / larger(w->p[VAR_F_C][i], w->p[VAR_F_S][i]), 1);
+            x->rate[i] = larger((f - f_beside) / step[i], least);
             x->drive[i] = f + x->rate[i] * x->z[i];
             x->target[i] = x->drive[i] / x->rate[i];
         }

@@ -57,16 +57,27 @@ static int curved(const struct Configuration *w, double by, const struct Point *
     return bend > by * w->p[VAR_RELATIVE_TOLERANCE][i];
 }
 
+/* Does the chip begin to pull on the tool within the step, or end to? There the normal force stops at 0. Or does a
+ * force of the edge begin, or end? */
+static inline int has_kink(const struct Point *a, const struct Point *m, const struct Point *b, int i)
+{
+    const int pulls = (a->outside[i] != m->outside[i]) | (m->outside[i] != b->outside[i]),
+              presses = ((a->edge_f[i] == 0) != (m->edge_f[i] == 0)) | ((m->edge_f[i] == 0) != (b->edge_f[i] == 0));
+    return (a->cutting[i] != 0) & (pulls | presses);
+}
+
 int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
              const struct Point *b, int doubtful[LANES])
 {
     const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers || w->current_angle),
               of_angle = w->current_angle;
     const double bent = w->law->relaxes ? CURVED : CURVED_AT_A_KINK;
-    int any = 0;
-    for (int i = 0; i < LANES; ++i)
+    int any = 0, kinks = 0;
+    EACH_LANE {
         doubtful[i] = 0;
-    for (int i = 0; (of_slip || w->sensors || w->looks_back) && i < LANES; ++i) {
+        kinks |= has_kink(a, m, b, i);
+    }
+    for (int i = 0; (of_slip || w->sensors || w->looks_back || kinks) && i < LANES; ++i) {
         const int of_state = w->acting[i] >> DRIVEN_BY_MOTION & 1;
         const int hidden =
             of_slip && a->cutting[i] != 0 &&
@@ -75,7 +86,7 @@ int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a
         const int sensors = w->sensors > 0 ? sensors_that_remember(w, i) : 0;
         const int heard = sensors > 1 || (sensors > 0 && curved(w, bent, a, m, b, i));
         doubtful[i] =
-            h[i] > 0 && (hidden || heard ||
+            h[i] > 0 && (hidden || heard || has_kink(a, m, b, i) ||
                          (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
         any |= doubtful[i];
     }
