@@ -252,7 +252,7 @@ def test_how_a_communication_step_is_split_does_not_matter(make: Make, split: st
     one = make().start(in_fmi(values))
     steps = SPLITS[split]
     for time, step in zip(accumulate(steps, initial=0.0), steps, strict=False):
-        assert one.step(time, step) == OK, one.lines
+        assert one.step(time, step) <= WARNING, one.lines
     assert one.get("time")[0] == pytest.approx(1e-3, rel=1e-12)
     means = ("mean_friction_force", "mean_principal_force", "mean_feed_force", "mean_normal_force", "mean_contact_ratio")
     names = (*means, "contact_time", "dissipated_energy", "friction_impulse", "bristle_deflection")

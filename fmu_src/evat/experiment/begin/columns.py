@@ -10,7 +10,7 @@ from evat.experiment.begin.understood import Answers, Question
 from evat.experiment.begin.words import Meant, meant
 
 
-class Columns:
+class RecordedColumns:
     """The columns of some recordings; `questions` are left open, `look` is what their owner had better look at."""
 
     def __init__(self, recorded: Recordings, answers: Answers) -> None:

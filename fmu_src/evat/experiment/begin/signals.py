@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from evat.experiment import ExperimentError
-from evat.experiment.begin.columns import Columns
+from evat.experiment.begin.columns import RecordedColumns
 from evat.experiment.begin.files import Recordings
 from evat.experiment.begin.sliding import ALIKE, with_direction
 from evat.experiment.begin.understood import Answers, Question, SignalGuess
@@ -23,7 +23,7 @@ from evat.units import affine, base_unit
 AGAINST = -0.3  # correlation of force and direction below which the sensor counts the other way
 
 
-class Signals(Columns):
+class Signals(RecordedColumns):
     """`signals` as far as they are known; `rows` are the first of each recording, by file and column."""
 
     def __init__(self, recorded: Recordings, answers: Answers) -> None:
