@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import check_layout
 from evat import paper_tables, parameter_sets, simulate
 from evat.commands.main import app
 from evat.identification.searching.journal import JournalError
@@ -172,6 +173,11 @@ def test_the_main_job_shows_the_study_s_means_through_the_fmu(cases: list[main_j
             ]
             means = np.array([case.means[force] for force in FORCES])
             assert np.abs(means - expected[place]).max() < 1e-3 * measured()[place].max(), (model, material)
+
+
+@pytest.mark.slow
+def test_its_page_fits_screen_phone_and_paper(cases: list[main_job.MainJobCase], fmi3_fmu: Path, tmp_path: Path) -> None:
+    check_layout(main_job_report.write_report(cases, [], (), inference().family, inference().speed_unit, tmp_path, fmi3_fmu))
 
 
 @pytest.mark.slow
