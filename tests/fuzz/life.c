@@ -13,27 +13,29 @@ void initialise(struct One *one)
 {
     const int with_tolerance = chance(0.2), with_stop = chance(0.2);
     const double tolerance = chance(0.9) ? spread(1e-9, 1e-2) : strange();
-    one->start = chance(0.8) ? 0 : chance(0.9) ? between(-1, 10) : strange();
-    const double stop = chance(0.95) ? one->start + spread(1e-6, 1) : strange();
-    int fine = isfinite(one->start) && !(with_stop && (!isfinite(stop) || stop < one->start));
+    const double start = chance(0.8) ? 0 : chance(0.9) ? between(-1, 10) : strange();
+    const double stop = chance(0.95) ? start + spread(1e-6, 1) : strange();
+    const int fine = isfinite(start) && !(with_stop && (!isfinite(stop) || stop < start));
     const struct Variable *v = model_variable(model_tolerance());
     const enum Verdict verdict = !fine                                              ? MUST_FAIL
                                  : with_tolerance && v && !is_allowed(v, tolerance) ? MAY_FAIL
                                                                                     : MUST_PASS;
     if (v)
         one->given[model_tolerance()] = NAN;
-    one->stop = with_stop ? stop : INFINITY;
+    const int again = one->version == 3 || !one->set_up || chance(0.1);
+    if (again) { /* else it keeps the times that it was set up with, in whatever state was restored */
+        one->start = start;
+        one->stop = with_stop ? stop : INFINITY;
+    }
     if (one->version == 3) {
         if (CALL(one, "fmi3EnterInitializationMode", INSTANTIATED, verdict,
-                 fmi3EnterInitializationMode(one->c, with_tolerance, tolerance, one->start, with_stop, stop)) <=
-            WARNING)
+                 fmi3EnterInitializationMode(one->c, with_tolerance, tolerance, start, with_stop, stop)) <= WARNING)
             one->mode = INITIALIZING;
         return;
     }
-    if (!one->set_up || chance(0.1))
-        if (CALL(one, "fmi2SetupExperiment", INSTANTIATED, verdict,
-                 fmi2SetupExperiment(one->c, with_tolerance, tolerance, one->start, with_stop, stop)) <= WARNING)
-            one->set_up = 1;
+    if (again && CALL(one, "fmi2SetupExperiment", INSTANTIATED, verdict,
+                      fmi2SetupExperiment(one->c, with_tolerance, tolerance, start, with_stop, stop)) <= WARNING)
+        one->set_up = 1;
     if (CALL(one, "fmi2EnterInitializationMode", INSTANTIATED, one->set_up ? MUST_PASS : MUST_FAIL,
              fmi2EnterInitializationMode(one->c)) <= WARNING)
         one->mode = INITIALIZING;
