@@ -10,9 +10,6 @@
 #include <math.h>
 
 #define BESIDE 1.0 /* how far what drifts may lie beside, in cycles, of what may differ */
-#define ALLOWED 5 /* times what ring.h allows, as from cycle to cycle in thinning.c */
-#define SHORT 0.02 /* of a cycle: what is shorter may differ by more, so that its mean over that time does not, */
-#define MOST_MORE 50 /* by so many times at most */
 
 /* Of what may be lost, what is at t would be if the pieces between `last` and `next` were not there. */
 static double lost_at(const struct Reel *reel, double t, double more, int64_t last, int64_t next)
@@ -31,7 +28,7 @@ static double lost_at(const struct Reel *reel, double t, double more, int64_t la
                 break;
         }
         const double off = larger(larger(value - highest, lowest - value), 0);
-        worst = off > 0 ? larger(worst, off / (more * ALLOWED * reel->allowed[k])) : worst;
+        worst = off > 0 ? larger(worst, off / (more * REPEATED * reel->allowed[k])) : worst;
     }
     return worst;
 }
@@ -44,7 +41,7 @@ static double lost_in_piece(const struct Reel *reel, int64_t n, int64_t last, in
                  inside = 2 * BESIDE * p->alike * p->period;
     if (length <= 2 * inside)
         return 0;
-    const double more = smaller(larger(SHORT * p->period / length, 1), MOST_MORE);
+    const double more = more_where_short(p, length);
     double worst = 0;
     for (int m = 0; m < NODES && worst <= 1; ++m) {
         const double t = smaller(larger(start + 0.25 * m * length, start + inside), start + length - inside);
@@ -65,7 +62,7 @@ static double lost_in_gap(const struct Reel *reel, int64_t n, int64_t last, int6
                      early = middle + p->period * ceil((begin - middle) / p->period),
                      late = middle + p->period * floor((end - middle) / p->period);
         if (late >= early)
-            worst = larger(lost_at(reel, early, 1, last, next), lost_at(reel, late, 1, last, next));
+            worst = larger(worst, larger(lost_at(reel, early, 1, last, next), lost_at(reel, late, 1, last, next)));
     }
     return worst;
 }

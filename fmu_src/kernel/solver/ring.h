@@ -53,6 +53,9 @@ void move_piece(struct Reel *reel, int64_t to, int64_t from);
 /* thinning.c: make room for a piece. How many places are worth the trouble. */
 enum { ROOM = HISTORY / 8 };
 void make_room(struct Reel *reel);
+/* thinning.c: from cycle to cycle so many times as much may be lost; and by how many times more in a short time. */
+#define REPEATED 5
+double more_where_short(const struct Pieces *p, double length);
 /* drift.c: leave out cycles that lie between others; the first piece that does not stand for any. */
 void drop_drifting(struct Reel *reel);
 int64_t behind_drifting(const struct Pieces *p);

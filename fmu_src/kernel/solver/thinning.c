@@ -13,8 +13,7 @@
 
 #define AGAIN 0.01 /* of what is allowed: so little that it may be lost many times */
 #define BESIDE 0.2 /* how far what repeats may lie beside, in cycles, of what may differ */
-#define BETWEEN 5 /* times as much where a step is only known by its parabola, */
-#define REPEATED 5 /* and from cycle to cycle */
+#define BETWEEN 5 /* times as much where a step is only known by its parabola */
 #define SHORT 0.02 /* of a cycle: what is shorter may differ by more, so that its mean over that time does not, */
 #define MOST_MORE 50 /* by so many times at most */
 #define JUMP_SHARE 0.05 /* of what is allowed: less is no jump */
@@ -217,6 +216,11 @@ static int was_there(const struct Pieces *p, int channel, double t, double besid
     return 0;
 }
 
+double more_where_short(const struct Pieces *p, double length)
+{
+    return smaller(larger(SHORT * p->period / length, 1), MOST_MORE);
+}
+
 /* Is piece n, as far as it is known, like what is kept of cycles before? A short one need not be as much. */
 static int is_repeated(const struct Reel *reel, int64_t n)
 {
@@ -225,8 +229,7 @@ static int is_repeated(const struct Reel *reel, int64_t n)
                  kept_to = piece_end(p, ring_count(reel->ring, p->lane) - 1);
     if (end - start <= 4 * beside)
         return 1;
-    const double more = smaller(larger(SHORT * p->period / (end - start), 1), MOST_MORE),
-                 inside[2] = {start + 2 * beside, end - 2 * beside};
+    const double more = more_where_short(p, end - start), inside[2] = {start + 2 * beside, end - 2 * beside};
     const int stride = (NODES - 1) / (nodes_between(reel, n) + 1);
     double there[2] = {0};
     for (int k = 0; k < p->channels; ++k) {
@@ -273,7 +276,7 @@ static int is_steady(const struct Reel *reel)
         const double start = piece_start(p, n), length = piece_end(p, n) - start;
         if (length <= 4 * beside)
             continue;
-        const double more = smaller(larger(SHORT * p->period / length, 1), MOST_MORE), t = start + 0.5 * length;
+        const double more = more_where_short(p, length), t = start + 0.5 * length;
         for (int k = 0; k < p->channels; ++k)
             if (!was_there(p, k, t - back, beside, ring_value(p, k, t), more * REPEATED * reel->allowed[k]))
                 return 0;
