@@ -29,3 +29,9 @@ def evat(*arguments: str, folder: Path, columns: int = 80) -> subprocess.Complet
             status = end.code or 0
     said, complained = (stream.buffer.getvalue().decode() for stream in (out, err))  # type: ignore[attr-defined]
     return subprocess.CompletedProcess(["evat", *arguments], status if isinstance(status, int) else 1, said, complained)
+
+
+def typed(*words: str) -> tuple[int, str, str]:
+    """Exit status, output and complaints of a command that reads no answers, here and at the width that is."""
+    ended = evat(*words, folder=Path.cwd())
+    return ended.returncode, ended.stdout, ended.stderr

@@ -13,6 +13,7 @@ from evat.model import Variable
 from evat.native import kernel
 from evat.units import display
 
+PHONE_WIDTH = 700  # pixels of a page, up to which all that stands side by side comes in one column
 INLINE = 24  # characters of a cell that stands beside others on a phone
 
 
@@ -30,6 +31,7 @@ def _environment() -> jinja2.Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    environment.globals["phone_width"] = PHONE_WIDTH
     environment.filters["shown"] = _shown
     environment.filters["anchor"] = lambda title: "-".join(re.findall(r"[a-z0-9]+", str(title).lower()))
     environment.filters["words"] = lambda name: str(name).replace("_", " ")

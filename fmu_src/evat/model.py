@@ -241,7 +241,25 @@ class Run:
             object.__setattr__(self, "outputs", (self.outputs,))
 
 
-class NamedArrays(Mapping[str, FloatArray]):
+class ShownAsTable:
+    """What a prompt and a notebook show as a table."""
+
+    __slots__ = ()
+
+    def _table(self) -> Any:
+        """An `evat.notebook.tables.ResultTable`."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        text: str = self._table().text()
+        return text
+
+    def _repr_html_(self) -> str:
+        html: str = self._table().html()
+        return html
+
+
+class NamedArrays(ShownAsTable, Mapping[str, FloatArray]):
     """A result that is a mapping from names to arrays; where there is none of a name, near ones are told. KIND says what it is."""
 
     __slots__ = ()
@@ -267,18 +285,6 @@ class NamedArrays(Mapping[str, FloatArray]):
 
     def get(self, name: str, default: Any = None) -> Any:
         return self._arrays().get(name, default)
-
-    def _table(self) -> Any:
-        """What a prompt and a notebook show of it, an `evat.notebook.tables.ResultTable`."""
-        raise NotImplementedError
-
-    def __repr__(self) -> str:
-        text: str = self._table().text()
-        return text
-
-    def _repr_html_(self) -> str:
-        html: str = self._table().html()
-        return html
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

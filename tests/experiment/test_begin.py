@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import datetime
-import io
 import json
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from command_line import typed
 from evat.commands import begin as command
-from evat.commands.main import main
 from evat.experiment import ExperimentError
 from evat.experiment.begin.guess import begin
 from evat.experiment.begin.names import named
@@ -47,18 +45,6 @@ def understood(folder: Path, answers: Answers | None = None) -> Begun:
     begun, questions = begin(folder, answers or Answers())
     assert begun is not None, questions
     return begun
-
-
-def typed(*words: str) -> tuple[Any, str, str]:
-    """Exit status, output and complaints of a command without a terminal."""
-    printed, complaints = io.StringIO(), io.StringIO()
-    argv, sys.argv = sys.argv, ["evat", *words]
-    try:
-        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(complaints), pytest.raises(SystemExit) as end:
-            main()
-    finally:
-        sys.argv = argv
-    return end.value.code, printed.getvalue(), complaints.getvalue()
 
 
 @pytest.mark.parametrize(

@@ -5,11 +5,8 @@ The folders are those of `messy`. The newcomer types what the errors say and cha
 
 from __future__ import annotations
 
-import contextlib
-import io
 import json
 import re
-import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -18,7 +15,7 @@ from pathlib import Path
 import messy
 import numpy as np
 import pytest
-from evat.commands.main import main
+from command_line import typed
 from evat.experiment.read import read_experiment
 from evat.models.contact import ContactModel
 
@@ -36,17 +33,11 @@ class Newcomer:
 
     def types(self, *words: str) -> str:
         """What a command prints; "" where it is refused, and the complaint is kept."""
-        printed, complaints = io.StringIO(), io.StringIO()
-        argv, sys.argv = sys.argv, ["evat", *words]
-        try:
-            with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(complaints), pytest.raises(SystemExit) as end:
-                main()
-        finally:
-            sys.argv = argv
-        if end.value.code not in (None, 0):
-            self.errors.append(complaints.getvalue())
+        status, printed, complaints = typed(*words)
+        if status:
+            self.errors.append(complaints)
             return ""
-        return printed.getvalue()
+        return printed
 
     def edits_line(self, before: str, after: str) -> None:
         path = self.folder / "experiment.toml"

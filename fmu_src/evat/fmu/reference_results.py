@@ -73,7 +73,7 @@ def reference_files(fmu_facts: FmuFacts, tolerance: float | None, run: Follow) -
         ("text/plain", "configuration", "start, stop, communication step and tolerance of that run"),
         ("text/csv", "input", "inputs of that run, each held from its time to the next; those that are not here stay at their starts"),
     )
-    for (name, content), (mime, role, meaning) in zip(contents.items(), about, strict=False):
+    for (name, content), (mime, role, meaning) in zip(contents.items(), about[: len(contents)], strict=True):
         checksum = hashlib.sha3_256(content).hexdigest()
         add(manifest, "Related", {"type": mime, "source": name, "role": role, "description": meaning, "checksum": checksum})
     files = {f"{FOLDER}/{name}": content for name, content in contents.items()}

@@ -17,6 +17,7 @@ from evat.gap.verdict.judgement import Judgement
 from evat.gap.verdict.small import SmallEffect
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.noise.irregularity import Irregularity
+from evat.model import ShownAsTable
 
 FORMAT = 1
 
@@ -43,8 +44,8 @@ class Recalibrated:
     setup: Mapping[str, Mapping[str, tuple[float, float, str]]]
 
 
-@dataclass(frozen=True)
-class Diagnosis:
+@dataclass(frozen=True, repr=False)
+class Diagnosis(ShownAsTable):
     """The answer; see the format for what each part means. `families` are the probabilities that an effect of each acts, the likeliest
     first; `members` the effects of each; `small` is what is certain and yet small; `foreign` is, channel by channel, what comes and goes by
     itself and is more than the effects explain."""
@@ -150,14 +151,6 @@ class Diagnosis:
             f"closes {100 * share:.0f} % of the gap, 90 % interval {100 * low:.0f} to {100 * high:.0f} %" if math.isfinite(share) else ""
         )
         return ResultTable(f"Diagnosis: {self.verdict}", ("effects", "probability"), rows, (closed, *self.cannot_tell))
-
-    def __repr__(self) -> str:
-        text: str = self._table().text()
-        return text
-
-    def _repr_html_(self) -> str:
-        html: str = self._table().html()
-        return html
 
     def json(self) -> str:
         return json.dumps(self.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"

@@ -15,12 +15,12 @@ from plotly.offline import get_plotlyjs
 from plotly.subplots import make_subplots
 
 from evat.gap.report.chart import SKY, Chart, Line, Panel
+from evat.html import PHONE_WIDTH
 from evat.model import FloatArray
 
 ROW = 340  # pixels
 ABOVE, BELOW = 70, 90  # pixels, beside the panels
 BETWEEN = 100  # pixels from panel to panel where they stand in one column: the title of an axis, and that of a panel
-NARROW = 700  # pixels of a page, up to which they do, as the style of the page has it
 FLAT = 1e-3  # of its size: a column that changes by less is kept in full
 DASHES, WIDTHS = {"dash": "dash", "dot": "dot"}, {"thick": 4.5}
 CONFIG = {
@@ -93,7 +93,7 @@ def _one_column(chart: Chart) -> str:
                 layout |= {f"annotations[{titled}].x": 0.5, f"annotations[{titled}].y": top}
                 titled += 1
     taller = f"document.getElementById('{{plot_id}}').parentElement.style.height = '{ROW * count}px';"
-    return f"if (matchMedia('(max-width: {NARROW}px)').matches) {{ {taller} Plotly.relayout('{{plot_id}}', {json.dumps(layout)}); }}"
+    return f"if (matchMedia('(max-width: {PHONE_WIDTH}px)').matches) {{ {taller} Plotly.relayout('{{plot_id}}', {json.dumps(layout)}); }}"
 
 
 def _text(text: str) -> str:
