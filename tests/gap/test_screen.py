@@ -17,6 +17,14 @@ def test_a_linear_response_is_met_but_for_rounding(slope: float, rounding: float
     assert spreads == pytest.approx([CONSTANTS.plausible_effect / slope], rel=1e-6)
 
 
+@pytest.mark.parametrize("slope", [1e-3, 0.03, 0.1, 1.0, 10.0, 300.0])
+@pytest.mark.parametrize("error", [-1e-3, -1e-5, 0.0, 1e-5, 1e-3, 0.3])
+def test_a_response_that_is_a_little_larger_than_expected_is_met_as_well(slope: float, error: float) -> None:
+    """The first guess is far below; what runs at the second may be off by the solver's error, or curved, to either side."""
+    spreads = _spreads_of(lambda tried, rows: slope * tried * (1 + error * (slope * tried > 1e-2)), 1e-4, 1e6, 1)
+    assert spreads == pytest.approx([CONSTANTS.plausible_effect / slope], rel=1.01 * abs(error) + 1e-6)
+
+
 def test_what_never_shows_has_no_amplitude() -> None:
     assert np.isnan(_spreads_of(lambda tried, rows: 0 * tried, 1e-4, 1e6, 3)).all()
 

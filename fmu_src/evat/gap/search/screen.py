@@ -182,13 +182,14 @@ class Screen:
 
 
 def _spreads_of(sizes: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray], least: float, most: float, rows: int) -> FloatArray:
-    """The amplitudes (rows,) at which responses have the plausible size, from the largest that has less; nan where nothing shows.
+    """The amplitudes (rows,) at which responses have the plausible size, from one that is near it or else from the largest that has less;
+    nan where nothing shows.
 
     sizes : of responses to amplitudes in some of the rows; from small to large, since what is too large may be slow to simulate.
     """
     amplitude, spreads = np.full(rows, min(least, most)), np.full(rows, np.nan)
     low, high = np.zeros(rows), np.full(rows, np.inf)  # amplitudes that are known to do less and more than what is plausible
-    enough = CONSTANTS.plausible_effect * (1 + 1e-6)  # what is asked for is met by a linear effect, but for rounding
+    enough, near_enough = CONSTANTS.plausible_effect, CONSTANTS.near_plausible
     going = np.arange(rows)
     for _ in range(CONSTANTS.probes):
         tried = amplitude[going]
@@ -196,9 +197,10 @@ def _spreads_of(sizes: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray],
         shows = np.isfinite(size) & (size > CONSTANTS.least_effect)
         less = shows & (size <= enough)
         first = shows & ~less & ~(low[going] > 0)  # too large, and nothing smaller is known to show
+        near = shows & (size > enough / near_enough) & (size < enough * near_enough)  # on either side: runs have errors of their own
         with np.errstate(divide="ignore", invalid="ignore"):
-            wanted = tried * CONSTANTS.plausible_effect / size
-        spreads[going] = np.where(less | first, np.minimum(wanted, 10 * tried), spreads[going])
+            wanted = tried * enough / size
+        spreads[going] = np.where(less | first | near, np.minimum(wanted, 10 * tried), spreads[going])
         below = np.isfinite(size) & (size <= enough)
         low[going] = np.where(below, tried, low[going])
         high[going] = np.where(below, high[going], tried)
@@ -210,11 +212,6 @@ def _spreads_of(sizes: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray],
         between = np.sqrt(low[going] * high[going])
         onward = np.where((low[going] > 0) & (onward >= high[going]) | ~below & (low[going] > 0), between, onward)
         amplitude[going] = np.minimum(onward, most)
-        near = (
-            shows
-            & (size > CONSTANTS.plausible_effect / CONSTANTS.near_plausible)
-            & (size < CONSTANTS.plausible_effect * CONSTANTS.near_plausible)
-        )
         going = going[~near & (amplitude[going] != tried)]
         if not going.size:
             break
