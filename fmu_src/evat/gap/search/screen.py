@@ -39,15 +39,16 @@ class Start:
 
 def small(experiment: Experiment) -> Experiment:
     """A part of an experiment that is quick to run: the head of one trial of a few conditions, a few means."""
-    conditions = list(dict.fromkeys(trial.condition for trial in experiment.trials))
-    chosen = (
-        [conditions[round(k)] for k in np.linspace(0, len(conditions) - 1, min(CONSTANTS.probed_conditions, len(conditions)))]
-        if conditions
-        else []
-    )
-    wholes = [next(trial for trial in experiment.trials if trial.condition == condition) for condition in dict.fromkeys(chosen)]
-    means = experiment.means.only(experiment.means.conditions[: CONSTANTS.probed_means]) if experiment.means is not None else None
+    chosen = _spread([trial.condition for trial in experiment.trials], CONSTANTS.probed_conditions)
+    wholes = [next(trial for trial in experiment.trials if trial.condition == condition) for condition in chosen]
+    means = experiment.means.only(_spread(experiment.means.conditions, CONSTANTS.probed_means)) if experiment.means is not None else None
     return replace(experiment, trials=tuple(whole.head(CONSTANTS.probed_samples) for whole in wholes), means=means)
+
+
+def _spread(conditions: Sequence[str], most: int) -> list[str]:
+    """So many of them at most, from the first to the last: neighbours are alike."""
+    each = list(dict.fromkeys(conditions))
+    return [each[round(k)] for k in np.linspace(0, len(each) - 1, min(most, len(each)))]
 
 
 def _design(unknown: Sequence[Parameter]) -> FloatArray:
@@ -89,9 +90,9 @@ class Screen:
         design, starts = _design(unknown), list[Start]()
         reach = self._reach(strengths, spreads, design.shape[0])
         design = np.repeat(design, reach.size // design.shape[0], axis=0)
-        lanes = self._lanes(base, effect, unknown, design, reach, strengths, neutral, spreads)
+        lanes, reached = self._lanes(base, effect, unknown, design, reach, strengths, neutral, spreads)
         predicted = self.prediction.many(lanes, (*base.on, effect.name))
-        slopes = np.nan_to_num(predicted - base.predicted).T / np.repeat(reach, len(strengths))  # (N, G q)
+        slopes = np.nan_to_num(predicted - base.predicted).T / reached  # (N, G q)
         everything = self.whitening.sums(base.predicted, np.column_stack([base.slopes, slopes])).grams
         information = known(everything, base.likelihood.weights * self.whitening.trust)
         fitted, width = base.slopes.shape[1], len(strengths)
@@ -166,19 +167,22 @@ class Screen:
         strengths: Sequence[Variable],
         neutral: Mapping[str, float],
         spreads: Mapping[str, FloatArray],
-    ) -> dict[str, float | str | FloatArray]:
-        """Value sets (G q): each amplitude alone at each point of the design."""
+    ) -> tuple[dict[str, float | str | FloatArray], FloatArray]:
+        """Value sets (G q): each amplitude alone at each point of the design; and how far it is there from doing nothing, in its prior
+        standard deviations (G q): less than its reach where it meets its bound."""
         rows, width = design.shape[0], len(strengths)
         lanes: dict[str, float | str | FloatArray] = {**base.values, **neutral}
+        reached = np.repeat(reach, width).reshape(rows, width)
         for place, variable in enumerate(strengths):
             column = np.full((rows, width), variable.neutral)
             spread = np.nan_to_num(np.repeat(spreads[variable.name], rows // spreads[variable.name].size))
-            up = variable.neutral + reach * spread
-            column[:, place] = np.minimum(up, variable.max)
+            most = np.divide(variable.max - variable.neutral, spread, out=np.full(rows, np.inf), where=spread > 0)
+            reached[:, place] = np.minimum(reach, most)
+            column[:, place] = np.minimum(variable.neutral + reach * spread, variable.max)
             lanes[variable.name] = column.ravel()
         for place, parameter in enumerate(unknown):
             lanes[parameter.name] = np.repeat([parameter.value(float(u)) for u in design[:, place]], width)
-        return lanes
+        return lanes, reached.ravel()
 
 
 def _spreads_of(sizes: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray], least: float, most: float, rows: int) -> FloatArray:
