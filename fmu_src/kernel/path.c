@@ -265,6 +265,7 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
         t = &other;
     }
     lanes all_left;
+    int met = 0;
     EACH_LANE {
         all_left[i] = (on_left[i] != 0) & (t->alone[i] == 0);
         older |= all_left[i] != 0;
@@ -284,18 +285,24 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
         on_left[i] = (on_left[i] != 0) & (in_contact ? side : there_now);
         sought[i] = (on_left[i] != 0) & (x->surface[i] > 0);
         X[i] = place + 2 * PI * r;
+        met |= on_left[i] != 0;
     }
-    angle_at(X, t, sought, there);
     EACH_LANE {
-        const double nominal = p[VAR_FEED][i] - p[VAR_AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i],
-                     y = nominal - x->h[i];
-        const double lead = x->phase_y[i] - p[VAR_PHASE_X][i] - PI / 2;
-        double cosine, sine;
-        cos_sin_of(there[i] + lead, &cosine, &sine);
-        const double left = smaller(nominal, x->speed_ratio[i] > 0 ? x->b[i] * cosine : y) - y;
-        x->h[i] = on_left[i] != 0 ? left : x->h[i];
+        const double nominal = p[VAR_FEED][i] - p[VAR_AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i];
         x->flank[i] = x->b[i] * t->dips[i] < nominal;
         x->always[i] = t->always[i];
+    }
+    if (met) {
+        angle_at(X, t, sought, there);
+        EACH_LANE {
+            const double nominal = p[VAR_FEED][i] - p[VAR_AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i],
+                         y = nominal - x->h[i];
+            const double lead = x->phase_y[i] - p[VAR_PHASE_X][i] - PI / 2;
+            double cosine, sine;
+            cos_sin_of(there[i] + lead, &cosine, &sine);
+            const double left = smaller(nominal, x->speed_ratio[i] > 0 ? x->b[i] * cosine : y) - y;
+            x->h[i] = on_left[i] != 0 ? left : x->h[i];
+        }
     }
     for (int i = 0; older && i < LANES; ++i)
         if (all_left[i] != 0)

@@ -52,10 +52,12 @@ static void powers(const lanes *p, struct Point *x, lanes power)
 static void limit_damping(const lanes *p, struct Point *x, const lanes most)
 {
     lanes bound;
-    int bounded = 0;
-    EACH_LANE
+    int bounded = 0, other = 0;
+    EACH_LANE {
         bound[i] = 4 * x->margin[i] * most[i] * x->s0[i];
-    for (int i = 0; i < LANES; ++i) {
+        other |= p[PRESLIDING_EXPONENT][i] != 1;
+    }
+    for (int i = 0; other && i < LANES; ++i) {
         const double n = p[PRESLIDING_EXPONENT][i];
         if (n != 1)
             bound[i] *= pow(n + 1, (n + 1) / n) / n / 4;

@@ -9,13 +9,14 @@
 #include <math.h>
 
 /* Integral by Simpson's rule of what start, middle and end show. */
-#define SUM(field) (h[i] / 6 * (a->field[i] + 4 * m->field[i] + b->field[i]))
+#define SUM(field) (sixth * (a->field[i] + 4 * m->field[i] + b->field[i]))
 
 static void accumulate(struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
                        const struct Point *m, const struct Point *b)
 {
     lanes *value = contact->value;
     EACH_LANE {
+        const double sixth = h[i] / 6;
         value[VAR_BRISTLE_DEFLECTION][i] = b->z[i];
         value[VAR_DISSIPATED_ENERGY][i] += SUM(P_f);
         value[VAR_SHEAR_ENERGY][i] += SUM(P_s);
