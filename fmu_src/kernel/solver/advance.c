@@ -180,7 +180,7 @@ static int repeats(const struct Trial *t)
 /* Which events fall into the step? It is cut short at the first; true where it is shorter then. */
 static int cut_short(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t)
 {
-    int known[LANES], asked[LANES], shorter = 0;
+    int known[LANES], asked[LANES], any = 0, shorter = 0;
     lanes wanted;
     for (int i = 0; i < LANES; ++i) {
         t->cut[i] = known[i] = NO_EVENT;
@@ -191,8 +191,10 @@ static int cut_short(const struct Contact *contact, const struct Configuration *
     for (int i = 0; i < LANES; ++i) {
         cut_at_touch(contact, w, i, s, t->h, t->start, t->middle, t->end, t->cut);
         asked[i] = t->cut[i] == NO_EVENT && t->h[i] > 0 && sees_event(contact, w, i, t->middle, t->end);
+        any |= asked[i];
     }
-    cut_at_events(contact, w, asked, known, t->acted, s, t->h, t->start, t->middle, t->end, t->cut);
+    if (any)
+        cut_at_events(contact, w, asked, known, t->acted, s, t->h, t->start, t->middle, t->end, t->cut);
     for (int i = 0; i < LANES; ++i) {
         shorter |= t->h[i] < wanted[i];
         t->to_window[i] *= t->cut[i] == NO_EVENT;
