@@ -309,19 +309,32 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
             on_all_that_is_left(contact, w, t, angle[i], x, i);
 }
 
+/* Of the phase of y, which an effect may have shifted. */
+static void phase_of_y(const struct Configuration *w, const struct Point *x, lanes cosine, lanes sine)
+{
+    int shifted = 0;
+    EACH_LANE {
+        cosine[i] = w->cos_y[i];
+        sine[i] = w->sin_y[i];
+        shifted |= x->phase_y[i] != w->p[VAR_PHASE_Y][i];
+    }
+    for (int i = 0; shifted && i < LANES; ++i)
+        if (x->phase_y[i] != w->p[VAR_PHASE_Y][i])
+            cos_sin_of(x->phase_y[i], &cosine[i], &sine[i]);
+}
+
 static void ellipse_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
+    lanes cos_phase, sin_phase;
+    phase_of_y(w, x, cos_phase, sin_phase);
     EACH_LANE {
         const double f = p[VAR_VIBRATION_FREQUENCY][i], omega = 2 * PI * f, a = x->a[i], b = x->b[i];
         const double v_c = input_at(contact, VAR_CUTTING_SPEED, i, tau[i]);
         const double turns = w->cycle[i] + f * tau[i], share = turns - whole(turns);
         double c, s;
         cos_sin(share, &c, &s);
-        const int shifted = x->phase_y[i] != p[VAR_PHASE_Y][i];
-        double c_y = w->cos_y[i], s_y = w->sin_y[i];
-        if (shifted)
-            cos_sin_of(x->phase_y[i], &c_y, &s_y);
+        const double c_y = cos_phase[i], s_y = sin_phase[i];
         const double sin_x = s * w->cos_x[i] + c * w->sin_x[i];
         const double cos_y = c * c_y - s * s_y, sin_y = s * c_y + c * s_y;
         const double r = a > 0 ? v_c / (a * omega) : INFINITY;
