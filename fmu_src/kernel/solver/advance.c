@@ -98,7 +98,8 @@ static int all_finite(const struct Point *x)
  */
 static void take_patience(const struct Contact *contact, const struct Configuration *w, struct Patience *p)
 {
-    const double few = 20, tight = larger(1, sqrt(sqrt(1e-4 / w->p[VAR_RELATIVE_TOLERANCE][0]))),
+    const double few = 20, tolerance = w->p[VAR_RELATIVE_TOLERANCE][0],
+                 tight = tolerance < USUAL_TOLERANCE ? sqrt(sqrt(USUAL_TOLERANCE / tolerance)) : 1,
                  usual = w->current_angle ? 1000 : 4000, breaks = w->law->rest ? 25 : 1;
     const int goes_on = p->length > 0 && p->length < INFINITY;
     p->length = few * w->longest[0];
@@ -412,33 +413,53 @@ void move_on(struct Contact *contact, const lanes s)
     }
 }
 
-enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken)
+static enum Status advance_by_means(struct Contact *contact, double step, double *taken)
+{
+    const double start = contact->value[VAR_TIME][0];
+    const enum Status status = average_step(contact, step);
+    *taken = status == STATUS_OK ? step : contact->value[VAR_TIME][0] - start;
+    return status;
+}
+
+static enum Status advance_by(const struct Configuration *w, struct Contact *contact, double step, int stop_at_events,
+                              double *taken)
 {
     *taken = 0;
     if (!is_step(step))
         return STATUS_BAD_STEP;
     if (!ordered_temperatures(contact))
         return STATUS_TEMPERATURES;
-    if (kernel_averages(contact)) {
-        const double start = contact->value[VAR_TIME][0];
-        const enum Status status = average_step(contact, step);
-        *taken = status == STATUS_OK ? step : contact->value[VAR_TIME][0] - start;
-        return status;
-    }
-    const struct Configuration w = wire(contact);
+    if (kernel_averages(contact))
+        return advance_by_means(contact, step, taken);
     struct Course course;
     course.now = course.known = 0;
     course.most_steps = course.patience.length = 0;
     lanes s = {0};
-    for (int i = 0; w.delays && i < LANES; ++i)
-        if (slip_lead(&w, i) > 0)
+    for (int i = 0; w->delays && i < LANES; ++i)
+        if (slip_lead(w, i) > 0)
             return STATUS_AHEAD;
-    if (w.delays)
-        note_slip_now(contact, &w);
-    const enum Status status = advance_internal(contact, &w, step, stop_at_events, s, &course);
+    if (w->delays)
+        note_slip_now(contact, w);
+    const enum Status status = advance_internal(contact, w, step, stop_at_events, s, &course);
     move_on(contact, s);
-    if (w.delays)
-        note_slip_now(contact, &w);
+    if (w->delays)
+        note_slip_now(contact, w);
     *taken = s[0];
     return status;
+}
+
+enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken)
+{
+    const struct Configuration w = wire(contact);
+    return advance_by(&w, contact, step, stop_at_events, taken);
+}
+
+size_t kernel_wiring_size(void) { return sizeof(struct Configuration); }
+void kernel_wire(const struct Contact *contact, struct Configuration *wired) { *wired = wire(contact); }
+
+enum Status kernel_advance_wired(struct Contact *contact, struct Configuration *wired, double step, int stop_at_events,
+                                 double *taken)
+{
+    wire_time(contact, wired);
+    return advance_by(wired, contact, step, stop_at_events, taken);
 }
