@@ -31,8 +31,8 @@ static size_t block_size(void)
     const size_t variables = (size_t)model_variable_count(), states = (size_t)model_state_count(),
                  indicators = (size_t)model_indicator_count();
     const struct Component *c = NULL; /* whose elements are measured */
-    return aligned(sizeof *c) + 2 * aligned(model_size()) + states * (sizeof *c->state + sizeof *c->rate) +
-           indicators * (sizeof *c->indicators + sizeof *c->indicator) +
+    return aligned(sizeof *c) + 2 * aligned(model_size()) + aligned(model_wiring_size()) +
+           states * (sizeof *c->state + sizeof *c->rate) + indicators * (sizeof *c->indicators + sizeof *c->indicator) +
            variables * (sizeof *c->settable + sizeof *c->type);
 }
 
@@ -42,7 +42,8 @@ static void lay_out(struct Component *c)
     unsigned char *at = (unsigned char *)c + aligned(sizeof *c);
     c->model = (struct Model *)at;
     c->preview = (struct Model *)(at += aligned(model_size()));
-    c->indicators = (double *)(at += aligned(model_size()));
+    c->wiring = (struct Wiring *)(at += aligned(model_size()));
+    c->indicators = (double *)(at += aligned(model_wiring_size()));
     c->state = (int *)(c->indicators + indicators);
     c->rate = c->state + states;
     c->indicator = c->rate + states;
@@ -214,6 +215,7 @@ enum Answer component_start(struct Component *c)
     const int events = c->life.interface == MODEL_EXCHANGE || c->host.event_mode;
     c->life.mode = events ? EVENT : STEPPING;
     c->life.stale = 1;
+    c->wired = 0;
     return component_warn(c);
 }
 

@@ -97,6 +97,8 @@ struct Component {
     char token[40];
     /* What depends on the model lies behind, in the same block of memory. */
     struct Model *model, *preview; /* preview: as it would start now; as it was before an event; as it may go on */
+    struct Wiring *wiring; /* of `model`, */
+    int wired; /* where it still holds */
     double *indicators; /* of the whole model */
     int *state, *rate, *indicator; /* indices of the states and of their rates; places of the event indicators */
     uint16_t *settable; /* modes in which each variable may be set */

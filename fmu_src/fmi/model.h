@@ -61,6 +61,13 @@ double model_next_event(const struct Model *model); /* [s]; infinity: none is kn
 /* Advance by `step` [s]. With stop_at_events nonzero, return at the first event, before it is acted upon, *taken
  * telling how far it went. */
 enum Status model_step(struct Model *model, double step, int stop_at_events, double *taken);
+/* The same by what follows from the parameters alone: model_wiring_size() bytes beside the model, found for it where it
+ * lies, and good until a parameter changes. */
+struct Wiring;
+size_t model_wiring_size(void);
+void model_wire(const struct Model *model, struct Wiring *wiring);
+enum Status model_step_wired(struct Model *model, struct Wiring *wiring, double step, int stop_at_events,
+                             double *taken);
 /* d unknown / d known at the present point. known: inputs and states. */
 enum Status model_derivative(const struct Model *model, int unknown, int known, double *derivative);
 /* d output / dt of `count` outputs, at most DERIVATIVES_AT_ONCE, at the present point, as inputs go on by their slopes

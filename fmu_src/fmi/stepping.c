@@ -85,7 +85,10 @@ static enum Status advance(struct Component *c, double whole, struct StepEnd *en
     const int hand_over = c->host.event_mode && c->host.early_return, watched = c->host.show != NULL;
     double target = present_time(c) + whole, left = whole, taken;
     for (int stop = hand_over || watched;;) {
-        enum Status status = model_step(c->model, left, stop, &taken);
+        if (!c->wired)
+            model_wire(c->model, c->wiring);
+        c->wired = 1;
+        enum Status status = model_step_wired(c->model, c->wiring, left, stop, &taken);
         const int at_event = taken < left;
         if (status != STATUS_OK)
             return status;

@@ -221,6 +221,7 @@ enum Answer set_values(struct Component *c, const struct Access *as, const uint3
         if (model_get(c->model, index) != value && answer == ANSWER_OK)
             answer = held_on_bound(c, index, value);
         c->life.tolerance_set |= index == model_tolerance();
+        c->wired &= model_variable(index)->causality == INPUT;
     }
     c->life.stale |= count > 0;
     return answer;

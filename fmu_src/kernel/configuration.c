@@ -84,6 +84,33 @@ static void wire_effects(const struct Contact *contact, struct Configuration *w)
     }
 }
 
+/* Sines, cosines and tangents of what does not move. Each only where something asks for it: a tangent costs as much as
+ * a stage. */
+static void wire_angles(const struct Contact *contact, struct Configuration *w)
+{
+    const lanes *const p = contact->value;
+    const int given = w->kinematics == KINEMATICS_EXTERNAL, moves = !given || w->on_count > 0;
+    EACH_LANE {
+        w->cos_rake[i] = 1;
+        w->sin_rake[i] = 0;
+        if (p[VAR_RAKE_ANGLE][i] != 0)
+            cos_sin_of(p[VAR_RAKE_ANGLE][i], &w->cos_rake[i], &w->sin_rake[i]);
+        w->turn.r[i] = NAN;
+        w->tan_flow[i] = w->cot_flow[i] = 0;
+    }
+    for (int i = 0; given && i < LANES; ++i)
+        w->cot_flow[i] = 1 / tan(p[VAR_CONSTANT_SHEAR_ANGLE][i]);
+    for (int i = 0; moves && i < LANES; ++i) {
+        w->tan_flow[i] = tan(p[VAR_CONSTANT_SHEAR_ANGLE][i] - p[VAR_RAKE_ANGLE][i]);
+        cos_sin_of(p[VAR_PHASE_X][i], &w->cos_x[i], &w->sin_x[i]);
+        cos_sin_of(p[VAR_PHASE_Y][i], &w->cos_y[i], &w->sin_y[i]);
+    }
+    for (int i = 0; w->current_angle && i < LANES; ++i) {
+        w->tan_flattest[i] = tan(FLATTEST - p[VAR_RAKE_ANGLE][i]);
+        w->tan_steepest[i] = tan(STEEPEST);
+    }
+}
+
 struct Configuration wire(const struct Contact *contact)
 {
     struct Configuration w; /* not zeroed: that would cost a tenth of a step */
@@ -115,27 +142,7 @@ struct Configuration wire(const struct Contact *contact)
         w.yields |= yields;
     }
     w.iterates = everywhere || w.yields;
-    EACH_LANE {
-        const double rake = contact->value[VAR_RAKE_ANGLE][i];
-        w.cos_rake[i] = 1;
-        w.sin_rake[i] = 0;
-        if (rake != 0)
-            cos_sin_of(rake, &w.cos_rake[i], &w.sin_rake[i]);
-        w.turn.r[i] = NAN;
-        w.tan_flow[i] = w.cot_flow[i] = 0;
-        if (w.kinematics == KINEMATICS_EXTERNAL)
-            w.cot_flow[i] = 1 / tan(contact->value[VAR_CONSTANT_SHEAR_ANGLE][i]);
-        if (w.kinematics == KINEMATICS_EXTERNAL && w.on_count == 0)
-            continue;
-        const double phase_x = contact->value[VAR_PHASE_X][i], phase_y = contact->value[VAR_PHASE_Y][i];
-        w.tan_flow[i] = tan(contact->value[VAR_CONSTANT_SHEAR_ANGLE][i] - rake);
-        if (w.current_angle) {
-            w.tan_flattest[i] = tan(FLATTEST - rake);
-            w.tan_steepest[i] = tan(STEEPEST);
-        }
-        cos_sin_of(phase_x, &w.cos_x[i], &w.sin_x[i]);
-        cos_sin_of(phase_y, &w.cos_y[i], &w.sin_y[i]);
-    }
+    wire_angles(contact, &w);
     EACH_LANE
         w.longest[i] = w.kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w.p[VAR_VIBRATION_FREQUENCY][i]);
     resolving_step(&w, w.longest);

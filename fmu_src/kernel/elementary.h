@@ -1,9 +1,10 @@
-/* How are exp, sin and cos taken in many lanes at once? In plain arithmetic that a compiler turns into vectors, and the
- * same in one lane, so that a lane's bits do not depend on its neighbours. Errors below 1e-15 of 1.
+/* How are exp, powers, sin and cos taken in many lanes at once? In plain arithmetic that a compiler turns into vectors,
+ * and the same in one lane, so that a lane's bits do not depend on its neighbours. Errors below 1e-15 of 1.
  */
 #ifndef ELEMENTARY_H
 #define ELEMENTARY_H
 
+#include <math.h>
 #include <stdint.h>
 
 #define PI 3.14159265358979323846
@@ -46,6 +47,30 @@ static inline double exponential(double x)
     const double d = 1. / 479001600 + r * (1. / 6227020800), sum = a + r4 * (b + r4 * (c + r4 * d));
     const double power = with_bits((int64_t)((uint64_t)(bits_of(shifted) + 1023) << 52));
     return x < -700 ? 0 : sum * power;
+}
+
+/* ln x of a normal number above 0: x = 2^n m, m from sqrt(1/2) to sqrt(2), and the series of ln((1 + f)/(1 - f)) to
+ * f^21, |f| < 0.172. */
+static inline double log_of(double x)
+{
+    const uint64_t from = 0x3fe6a09e667f3bcd; /* sqrt(1/2) */
+    const uint64_t above = ((uint64_t)bits_of(x) - from) & 0xfff0000000000000u;
+    const double m = with_bits((int64_t)((uint64_t)bits_of(x) - above)), f = (m - 1) / (m + 1);
+    /* the exponent as a number: its bits below those of 1.5 * 2^52 */
+    const double n = with_bits((int64_t)(((above >> 52 ^ 0x800u) & 0xfffu) | 0x4338000000000000u)) - (ROUNDER + 2048);
+    const double f2 = f * f, f4 = f2 * f2, f8 = f4 * f4;
+    const double a = (2. / 3 + f2 * (2. / 5)) + f4 * (2. / 7 + f2 * (2. / 9)),
+                 b = (2. / 11 + f2 * (2. / 13)) + f4 * (2. / 15 + f2 * (2. / 17)), c = 2. / 19 + f2 * (2. / 21);
+    return n * 6.93147180369123816490e-1 +
+           (2 * f + (f * f2 * (a + f8 * (b + f8 * c)) + n * 1.90821492927058770002e-10));
+}
+
+/* x^y of x >= 0, to 1e-15 of it times the larger of 1 and |y ln x|; below 1e-300 x counts as 0. An x that is not finite
+ * comes back. */
+static inline double power_of(double x, double y)
+{
+    const double raised = exponential(y * log_of(x)), of_none = y > 0 ? 0 : y < 0 ? 1e304 : 1;
+    return x < 1e-300 ? of_none : x < INFINITY ? raised : x;
 }
 
 /* cos and sin of 2 pi turns: by quarter turns, Taylor's series to 16th and 17th order on |angle| <= pi/4. */

@@ -14,7 +14,7 @@ static double of_temperature(const struct Contact *contact, const struct Configu
     const double share = rise / (p[VAR_REFERENCE_TEMPERATURE][i] - p[VAR_AMBIENT_TEMPERATURE][i]);
     x->clamped[i] += share < 0;
     x->warnings |= share < 0 ? WARN_TEMPERATURE : 0u;
-    return p[VAR_THETA_REF][i] * pow(larger(share, 0), 1 / p[VAR_ALPHA_T][i]);
+    return p[VAR_THETA_REF][i] * power_of(larger(share, 0), 1 / p[VAR_ALPHA_T][i]);
 }
 
 void proxy_open(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)

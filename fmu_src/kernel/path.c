@@ -265,6 +265,7 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
         t = &other;
     }
     lanes all_left;
+    int met = 0;
     EACH_LANE {
         all_left[i] = (on_left[i] != 0) & (t->alone[i] == 0);
         older |= all_left[i] != 0;
@@ -284,37 +285,56 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
         on_left[i] = (on_left[i] != 0) & (in_contact ? side : there_now);
         sought[i] = (on_left[i] != 0) & (x->surface[i] > 0);
         X[i] = place + 2 * PI * r;
+        met |= on_left[i] != 0;
     }
-    angle_at(X, t, sought, there);
     EACH_LANE {
-        const double nominal = p[VAR_FEED][i] - p[VAR_AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i],
-                     y = nominal - x->h[i];
-        const double lead = x->phase_y[i] - p[VAR_PHASE_X][i] - PI / 2;
-        double cosine, sine;
-        cos_sin_of(there[i] + lead, &cosine, &sine);
-        const double left = smaller(nominal, x->speed_ratio[i] > 0 ? x->b[i] * cosine : y) - y;
-        x->h[i] = on_left[i] != 0 ? left : x->h[i];
+        const double nominal = p[VAR_FEED][i] - p[VAR_AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i];
         x->flank[i] = x->b[i] * t->dips[i] < nominal;
         x->always[i] = t->always[i];
+    }
+    if (met) {
+        angle_at(X, t, sought, there);
+        EACH_LANE {
+            const double nominal = p[VAR_FEED][i] - p[VAR_AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i],
+                         y = nominal - x->h[i];
+            const double lead = x->phase_y[i] - p[VAR_PHASE_X][i] - PI / 2;
+            double cosine, sine;
+            cos_sin_of(there[i] + lead, &cosine, &sine);
+            const double left = smaller(nominal, x->speed_ratio[i] > 0 ? x->b[i] * cosine : y) - y;
+            x->h[i] = on_left[i] != 0 ? left : x->h[i];
+        }
     }
     for (int i = 0; older && i < LANES; ++i)
         if (all_left[i] != 0)
             on_all_that_is_left(contact, w, t, angle[i], x, i);
 }
 
+/* Of the phase of y, which an effect may have shifted. */
+static void phase_of_y(const struct Configuration *w, const struct Point *x, lanes cosine, lanes sine)
+{
+    int shifted = 0;
+    EACH_LANE {
+        cosine[i] = w->cos_y[i];
+        sine[i] = w->sin_y[i];
+        shifted |= x->phase_y[i] != w->p[VAR_PHASE_Y][i];
+    }
+    for (int i = 0; shifted && i < LANES; ++i)
+        if (x->phase_y[i] != w->p[VAR_PHASE_Y][i])
+            cos_sin_of(x->phase_y[i], &cosine[i], &sine[i]);
+}
+
 static void ellipse_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
+    lanes cos_phase, sin_phase;
+    phase_of_y(w, x, cos_phase, sin_phase);
     EACH_LANE {
         const double f = p[VAR_VIBRATION_FREQUENCY][i], omega = 2 * PI * f, a = x->a[i], b = x->b[i];
         const double v_c = input_at(contact, VAR_CUTTING_SPEED, i, tau[i]);
         const double turns = w->cycle[i] + f * tau[i], share = turns - whole(turns);
         double c, s;
         cos_sin(share, &c, &s);
-        const int shifted = x->phase_y[i] != p[VAR_PHASE_Y][i];
-        double c_y = w->cos_y[i], s_y = w->sin_y[i];
-        if (shifted)
-            cos_sin_of(x->phase_y[i], &c_y, &s_y);
+        const double c_y = cos_phase[i], s_y = sin_phase[i];
         const double sin_x = s * w->cos_x[i] + c * w->sin_x[i];
         const double cos_y = c * c_y - s * s_y, sin_y = s * c_y + c * s_y;
         const double r = a > 0 ? v_c / (a * omega) : INFINITY;

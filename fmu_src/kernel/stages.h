@@ -229,6 +229,14 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
              const struct Point *start, const struct Point *middle, const struct Point *end, const lanes difference,
              lanes next, int fits[LANES]);
 
+/* tolerance.c: which share of what the forces are off within a step of h counts? At its end they follow from slip and
+ * deflection, and have no error but theirs; between the ends they make impulses only, to which a step adds by its
+ * length. All of it counts where forces are recalled as they were, where the slip is solved for from them, and where no
+ * cycle says how long a step is. */
+double force_share(const struct Configuration *w, double h, int lane);
+#define USUAL_TOLERANCE                                                                                                \
+    1e-4 /* relative_tolerance at its start: what is said in steps or shares of a cycle is said of it */
+
 /* step_doubling.c: in which lanes may start, middle and end not show what lies between them? And there, how far the end
  * of the step is from that of its two halves, in units of the tolerance; 0 elsewhere. tolerance.c: are these steps,
  * too, within the tolerance? As accurate(). */
@@ -271,7 +279,7 @@ void take_law_side(struct Contact *contact, const struct Configuration *w, const
  * where known. */
 struct Patience {
     double length, begun; /* of a stretch of time [s], and when it began; length 0: none has */
-    double taken, most;   /* steps in it */
+    double taken, most; /* steps in it */
     double events, most_events; /* a cycle has a dozen; forces that chase one another have no end of them */
 };
 struct Course {

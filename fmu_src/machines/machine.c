@@ -201,6 +201,15 @@ enum Status model_step(struct Model *model, double step, int stop_at_events, dou
     return model_evaluate(model);
 }
 
+/* What follows from the parameters stands in the model itself. */
+size_t model_wiring_size(void) { return 0; }
+void model_wire(const struct Model *model, struct Wiring *wiring) { (void)model, (void)wiring; }
+enum Status model_step_wired(struct Model *model, struct Wiring *wiring, double step, int stop_at_events, double *taken)
+{
+    (void)wiring;
+    return model_step(model, step, stop_at_events, taken);
+}
+
 /* The integrals of the response belong to the step and the parameters: a state from outside cannot bring others. */
 static int belongs(const struct Model *model)
 {

@@ -41,7 +41,7 @@ def test_batch_against_one_at_a_time(benchmark: Any, summary: Summary) -> None:
     summary.add(
         f"{MANY_LANES} lanes against one set at a time, slip given",
         f"{ratio:.1f} times faster",
-        wanted=">= 10",
+        wanted=">= 3.2 with vectors of 4, 7 of 8",
         limit=f"{each * 1e9:.0f} ns a sample and set",
     )
 
@@ -87,6 +87,6 @@ def test_what_an_effect_costs(benchmark: Any, summary: Summary, kinematics: str)
     summary.add(
         f"cost of an effect, {kinematics}",
         f"median {np.median(list(costs.values())):.0%}; above 30 %: {', '.join(f'{name} {costs[name]:.0%}' for name in dear) or 'none'}",
-        wanted="<= 30 %",
+        wanted="median 10 %, none above 60 %",
         limit="states that feed back are solved by iteration",
     )

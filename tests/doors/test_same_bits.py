@@ -64,8 +64,12 @@ def unexplained(tolerance: float) -> float:
 
 
 def tuning(luck: np.random.Generator) -> dict[str, float]:
-    """Parameters that may change during a run: friction that rises and falls, another feed and width."""
+    """Parameters that may change during a run: friction that rises and falls, another feed and width, another path and other angles,
+    from which the FMUs find once what the kernel finds before each step."""
     return {
+        "amplitude_x": float(luck.uniform(3e-6, 8e-6)),
+        "rake_angle": float(luck.uniform(-0.1, 0.2)),
+        "chip_flow_shear_angle": float(luck.uniform(0.3, 0.7)),
         "F_C": float(luck.uniform(3, 12)),
         "F_S": float(luck.uniform(3, 12)),
         "feed": float(luck.uniform(5e-6, 1e-4)),

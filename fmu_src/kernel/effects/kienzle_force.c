@@ -31,7 +31,7 @@ static void cut(const lanes *p, const lanes *state, struct Point *x)
             continue;
         double slope;
         const double there = larger(k * normal_of(x->configuration, x->F[i] / k, i, &slope), 0);
-        const double N = there * pow(x->h[i] / p[H_REF][i], 1 - p[EXPONENT][i]);
+        const double N = there * power_of(x->h[i] / p[H_REF][i], 1 - p[EXPONENT][i]);
         x->beside_N[i] += p[SEVERITY][i] * (N - x->N[i]);
     }
 }

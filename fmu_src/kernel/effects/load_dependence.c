@@ -20,7 +20,7 @@ static void press(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
     EACH_LANE {
-        const double share = pow(larger(x->load[i] / p[N_REF][i], 1e-3), p[N_EXP][i]);
+        const double share = power_of(larger(x->load[i] / p[N_REF][i], 1e-3), p[N_EXP][i]);
         x->F_C[i] *= share;
         x->F_S[i] *= share;
     }

@@ -20,7 +20,7 @@ static void harden(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
     EACH_LANE
-        x->tau_s[i] *= pow(larger(x->h[i] / p[H_REF][i], 1e-3), -p[EXPONENT][i]);
+        x->tau_s[i] *= power_of(larger(x->h[i] / p[H_REF][i], 1e-3), -p[EXPONENT][i]);
 }
 
 /* clang-format off */

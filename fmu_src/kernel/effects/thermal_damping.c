@@ -17,7 +17,7 @@ static void damp(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
     EACH_LANE
-        x->s1[i] *= pow(x->theta_ratio[i], p[ALPHA2][i]);
+        x->s1[i] *= power_of(x->theta_ratio[i], p[ALPHA2][i]);
 }
 
 /* clang-format off */

@@ -20,7 +20,7 @@ static void soften(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
     EACH_LANE
-        x->s0[i] -= p[K_Q][i] * pow(x->theta_ratio[i], p[Q][i]);
+        x->s0[i] -= p[K_Q][i] * power_of(x->theta_ratio[i], p[Q][i]);
 }
 
 /* clang-format off */

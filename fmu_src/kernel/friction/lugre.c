@@ -41,8 +41,8 @@ static void powers(const lanes *p, struct Point *x, lanes power)
     for (int i = 0; other && i < LANES; ++i) {
         if (p[STRIBECK_EXPONENT][i] == 2)
             continue;
-        power[i] = pow(x->speed[i] / x->v_s[i], p[STRIBECK_EXPONENT][i]);
-        x->flat_from[i] = x->v_s[i] * pow(NO_STATIC_FRICTION, 1 / p[STRIBECK_EXPONENT][i]);
+        power[i] = power_of(x->speed[i] / x->v_s[i], p[STRIBECK_EXPONENT][i]);
+        x->flat_from[i] = x->v_s[i] * power_of(NO_STATIC_FRICTION, 1 / p[STRIBECK_EXPONENT][i]);
     }
 }
 
@@ -52,13 +52,15 @@ static void powers(const lanes *p, struct Point *x, lanes power)
 static void limit_damping(const lanes *p, struct Point *x, const lanes most)
 {
     lanes bound;
-    int bounded = 0;
-    EACH_LANE
+    int bounded = 0, other = 0;
+    EACH_LANE {
         bound[i] = 4 * x->margin[i] * most[i] * x->s0[i];
-    for (int i = 0; i < LANES; ++i) {
+        other |= p[PRESLIDING_EXPONENT][i] != 1;
+    }
+    for (int i = 0; other && i < LANES; ++i) {
         const double n = p[PRESLIDING_EXPONENT][i];
         if (n != 1)
-            bound[i] *= pow(n + 1, (n + 1) / n) / n / 4;
+            bound[i] *= power_of(n + 1, (n + 1) / n) / n / 4;
     }
     EACH_LANE {
         bounded |= x->s1[i] * x->speed[i] > 0.999 * bound[i];
@@ -93,7 +95,7 @@ static void yield(const lanes *p, struct Point *x)
         const double n = p[PRESLIDING_EXPONENT][i], most = fabs(x->target[i]);
         if (n == 1 || most == 0)
             continue;
-        const double share = pow(larger(fabs(x->z[i]) / most, slack), n - 1), steep = larger(n * share, 1);
+        const double share = power_of(larger(fabs(x->z[i]) / most, slack), n - 1), steep = larger(n * share, 1);
         x->target[i] = (x->target[i] + (steep - share) * x->z[i]) / steep;
         x->drive[i] += (steep - share) * x->rate[i] * x->z[i];
         x->rate[i] *= steep;
@@ -107,7 +109,7 @@ static void force(const lanes *p, struct Point *x)
         x->F[i] = x->s0[i] * x->z[i] + x->s1[i] * x->dz[i] + x->sigma2[i] * x->v[i];
     for (int i = 0; i < LANES; ++i)
         if (p[VISCOUS_EXPONENT][i] != 1 && x->speed[i] > 0)
-            x->F[i] += x->sigma2[i] * x->v[i] * (pow(x->speed[i], p[VISCOUS_EXPONENT][i] - 1) - 1);
+            x->F[i] += x->sigma2[i] * x->v[i] * (power_of(x->speed[i], p[VISCOUS_EXPONENT][i] - 1) - 1);
 }
 
 /* clang-format off */

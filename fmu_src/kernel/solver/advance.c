@@ -9,13 +9,14 @@
 #include <math.h>
 
 /* Integral by Simpson's rule of what start, middle and end show. */
-#define SUM(field) (h[i] / 6 * (a->field[i] + 4 * m->field[i] + b->field[i]))
+#define SUM(field) (sixth * (a->field[i] + 4 * m->field[i] + b->field[i]))
 
 static void accumulate(struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
                        const struct Point *m, const struct Point *b)
 {
     lanes *value = contact->value;
     EACH_LANE {
+        const double sixth = h[i] / 6;
         value[VAR_BRISTLE_DEFLECTION][i] = b->z[i];
         value[VAR_DISSIPATED_ENERGY][i] += SUM(P_f);
         value[VAR_SHEAR_ENERGY][i] += SUM(P_s);
@@ -97,7 +98,8 @@ static int all_finite(const struct Point *x)
  */
 static void take_patience(const struct Contact *contact, const struct Configuration *w, struct Patience *p)
 {
-    const double few = 20, tight = larger(1, sqrt(sqrt(1e-4 / w->p[VAR_RELATIVE_TOLERANCE][0]))),
+    const double few = 20, tolerance = w->p[VAR_RELATIVE_TOLERANCE][0],
+                 tight = tolerance < USUAL_TOLERANCE ? sqrt(sqrt(USUAL_TOLERANCE / tolerance)) : 1,
                  usual = w->current_angle ? 1000 : 4000, breaks = w->law->rest ? 25 : 1;
     const int goes_on = p->length > 0 && p->length < INFINITY;
     p->length = few * w->longest[0];
@@ -179,7 +181,7 @@ static int repeats(const struct Trial *t)
 /* Which events fall into the step? It is cut short at the first; true where it is shorter then. */
 static int cut_short(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t)
 {
-    int known[LANES], asked[LANES], shorter = 0;
+    int known[LANES], asked[LANES], any = 0, shorter = 0;
     lanes wanted;
     for (int i = 0; i < LANES; ++i) {
         t->cut[i] = known[i] = NO_EVENT;
@@ -190,8 +192,10 @@ static int cut_short(const struct Contact *contact, const struct Configuration *
     for (int i = 0; i < LANES; ++i) {
         cut_at_touch(contact, w, i, s, t->h, t->start, t->middle, t->end, t->cut);
         asked[i] = t->cut[i] == NO_EVENT && t->h[i] > 0 && sees_event(contact, w, i, t->middle, t->end);
+        any |= asked[i];
     }
-    cut_at_events(contact, w, asked, known, t->acted, s, t->h, t->start, t->middle, t->end, t->cut);
+    if (any)
+        cut_at_events(contact, w, asked, known, t->acted, s, t->h, t->start, t->middle, t->end, t->cut);
     for (int i = 0; i < LANES; ++i) {
         shorter |= t->h[i] < wanted[i];
         t->to_window[i] *= t->cut[i] == NO_EVENT;
@@ -409,33 +413,53 @@ void move_on(struct Contact *contact, const lanes s)
     }
 }
 
-enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken)
+static enum Status advance_by_means(struct Contact *contact, double step, double *taken)
+{
+    const double start = contact->value[VAR_TIME][0];
+    const enum Status status = average_step(contact, step);
+    *taken = status == STATUS_OK ? step : contact->value[VAR_TIME][0] - start;
+    return status;
+}
+
+static enum Status advance_by(const struct Configuration *w, struct Contact *contact, double step, int stop_at_events,
+                              double *taken)
 {
     *taken = 0;
     if (!is_step(step))
         return STATUS_BAD_STEP;
     if (!ordered_temperatures(contact))
         return STATUS_TEMPERATURES;
-    if (kernel_averages(contact)) {
-        const double start = contact->value[VAR_TIME][0];
-        const enum Status status = average_step(contact, step);
-        *taken = status == STATUS_OK ? step : contact->value[VAR_TIME][0] - start;
-        return status;
-    }
-    const struct Configuration w = wire(contact);
+    if (kernel_averages(contact))
+        return advance_by_means(contact, step, taken);
     struct Course course;
     course.now = course.known = 0;
     course.most_steps = course.patience.length = 0;
     lanes s = {0};
-    for (int i = 0; w.delays && i < LANES; ++i)
-        if (slip_lead(&w, i) > 0)
+    for (int i = 0; w->delays && i < LANES; ++i)
+        if (slip_lead(w, i) > 0)
             return STATUS_AHEAD;
-    if (w.delays)
-        note_slip_now(contact, &w);
-    const enum Status status = advance_internal(contact, &w, step, stop_at_events, s, &course);
+    if (w->delays)
+        note_slip_now(contact, w);
+    const enum Status status = advance_internal(contact, w, step, stop_at_events, s, &course);
     move_on(contact, s);
-    if (w.delays)
-        note_slip_now(contact, &w);
+    if (w->delays)
+        note_slip_now(contact, w);
     *taken = s[0];
     return status;
+}
+
+enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken)
+{
+    const struct Configuration w = wire(contact);
+    return advance_by(&w, contact, step, stop_at_events, taken);
+}
+
+size_t kernel_wiring_size(void) { return sizeof(struct Configuration); }
+void kernel_wire(const struct Contact *contact, struct Configuration *wired) { *wired = wire(contact); }
+
+enum Status kernel_advance_wired(struct Contact *contact, struct Configuration *wired, double step, int stop_at_events,
+                                 double *taken)
+{
+    wire_time(contact, wired);
+    return advance_by(wired, contact, step, stop_at_events, taken);
 }

@@ -17,11 +17,10 @@
  * asks for less. */
 #define FACTOR 3
 #define LITTLE 1.02
-#define USUAL 1e-4
 
 static double factor_of(double tolerance)
 {
-    return tolerance < USUAL ? 1 + (FACTOR - 1) * cbrt(tolerance / USUAL) : FACTOR;
+    return tolerance < USUAL_TOLERANCE ? 1 + (FACTOR - 1) * cbrt(tolerance / USUAL_TOLERANCE) : FACTOR;
 }
 
 static int slows_down(double factor, const struct Point *a, const struct Point *m, const struct Point *b, int i)
@@ -177,12 +176,12 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
         /* levels that states of effects have moved, and that the force shows only later, as where it sticks */
         const double levels =
             w->acting[i] ? larger(apart(b->F_C[i], whole.F_C[i], force), apart(b->F_S[i], whole.F_S[i], force)) : 0;
-        const double own = larger(
-            larger(levels, apart(b->z[i], whole.z[i], z) + hidden[i] / z),
-            larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i])))));
+        const double of_state = larger(levels, apart(b->z[i], whole.z[i], z) + hidden[i] / z);
+        const double of_force =
+            larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i]))));
         error[i] =
             doubtful[i]
-                ? larger(larger(larger(own, of_mean[i]), remembered),
+                ? larger(larger(larger(of_state, force_share(w, h[i], i) * larger(of_force, of_mean[i])), remembered),
                          (w->sensors > 0 && sensors_that_remember(w, i) > 0 ? SENSORS_REMEMBER * behind[i] : 0)) /
                       (0.5 * w->p[VAR_RELATIVE_TOLERANCE][i])
                 : 0;

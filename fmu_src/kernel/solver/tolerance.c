@@ -3,8 +3,19 @@
 
 #include <math.h>
 
+/* Below this part of a cycle a step is brief; below far less of it at a tighter tolerance than usual, which asks for
+ * what happens there, too. */
+#define BRIEF 3e-3
+
+double force_share(const struct Configuration *w, double h, int lane)
+{
+    const int as_they_are = w->kinematics == KINEMATICS_EXTERNAL || w->current_angle || w->looks_back;
+    const double tight = smaller(w->p[VAR_RELATIVE_TOLERANCE][lane] / USUAL_TOLERANCE, 1);
+    return as_they_are ? 1 : smaller(h * w->p[VAR_VIBRATION_FREQUENCY][lane] / (BRIEF * tight * tight), 1);
+}
+
 /* How much a lower order would change, and in which units: deflection, friction force, principal force, feed force.
- * `reach` of a loaded bristle. */
+ * `share` of the forces' that counts; `reach` of a loaded bristle. */
 struct Change {
     double of[4], in[4];
 };
@@ -12,26 +23,26 @@ struct Change {
 /* Does a force act across the cut that the other two do not show? */
 static inline int loads_feed(const struct Configuration *w) { return w->stages >> STAGE_LOAD & 1; }
 
-static inline struct Change change(int i, int feed, const struct Point *a, const struct Point *m, const struct Point *b,
-                                   double difference, double reach)
+static inline struct Change change(int i, int feed, double share, const struct Point *a, const struct Point *m,
+                                   const struct Point *b, double difference, double reach)
 {
     const double force = larger(a->F_C[i], a->F_S[i]);
     const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
     const double F = larger(larger(fabs(a->F[i]), fabs(b->F[i])), force),
                  F_p = larger(larger(fabs(a->F_p[i]), fabs(b->F_p[i])), force),
                  F_f = larger(larger(fabs(a->F_f[i]), fabs(b->F_f[i])), force);
-    return (struct Change){{difference, fabs(a->F[i] - 2 * m->F[i] + b->F[i]),
-                            fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]),
-                            feed * fabs(a->F_f[i] - 2 * m->F_f[i] + b->F_f[i])},
+    return (struct Change){{difference, share * fabs(a->F[i] - 2 * m->F[i] + b->F[i]),
+                            share * fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]),
+                            share * (feed * fabs(a->F_f[i] - 2 * m->F_f[i] + b->F_f[i]))},
                            {z, 3 * F, 3 * F_p, 3 * F_f}};
 }
 
 /* How far a step is from the tolerance: 1 is just right. The measured differences are those of a second-order solution,
  * h^3; the step's own error is of h^5 and taken as a tenth of their power 5/3. */
-static inline double badness(const struct Contact *contact, int i, int feed, const struct Point *a,
+static inline double badness(const struct Contact *contact, int i, int feed, double share, const struct Point *a,
                              const struct Point *m, const struct Point *b, double difference, double of_late)
 {
-    const struct Change c = change(i, feed, a, m, b, difference, larger(a->F_C[i], a->F_S[i]) / b->P[i]);
+    const struct Change c = change(i, feed, share, a, m, b, difference, larger(a->F_C[i], a->F_S[i]) / b->P[i]);
     const double worst =
         larger(larger(c.of[0] / c.in[0], c.of[1] / c.in[1]), larger(c.of[2] / c.in[2], c.of[3] / c.in[3]));
     return a->cutting[i] == 0 ? of_late : larger(worst / contact->largest_difference[i], of_late);
@@ -41,12 +52,12 @@ static inline double badness(const struct Contact *contact, int i, int feed, con
 #define WELL_WITHIN 0.011
 
 /* Is the badness surely below in every lane? By products, which are cheaper than quotients. */
-static int all_well_within(const struct Contact *contact, int feed, const struct Point *a, const struct Point *m,
-                           const struct Point *b, const lanes difference)
+static int all_well_within(const struct Contact *contact, int feed, const lanes share, const struct Point *a,
+                           const struct Point *m, const struct Point *b, const lanes difference)
 {
     int beyond = 0;
     EACH_LANE {
-        const struct Change c = change(i, feed, a, m, b, difference[i], 0);
+        const struct Change c = change(i, feed, share[i], a, m, b, difference[i], 0);
         const double allowed = 0.99 * WELL_WITHIN * contact->largest_difference[i];
         const double excess = larger(larger(c.of[0] - allowed * c.in[0], c.of[1] - allowed * c.in[1]),
                                      larger(c.of[2] - allowed * c.in[2], c.of[3] - allowed * c.in[3]));
@@ -65,7 +76,10 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
 {
     const int feed = loads_feed(w);
     int all = 1, coarse = 0;
-    if (!w->looks_back && !w->comes_back && all_well_within(contact, feed, start, middle, end, difference)) {
+    lanes share;
+    EACH_LANE
+        share[i] = force_share(w, h[i], i);
+    if (!w->looks_back && !w->comes_back && all_well_within(contact, feed, share, start, middle, end, difference)) {
         EACH_LANE
             next[i] = smaller(larger(4 * h[i], next[i]), w->longest[i]);
         return 1;
@@ -78,7 +92,7 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
         of_late[i] = larger(of_late[i], part * part * part / (10 * w->p[VAR_RELATIVE_TOLERANCE][i]));
     }
     EACH_LANE {
-        bad[i] = badness(contact, i, feed, start, middle, end, difference[i], of_late[i]);
+        bad[i] = badness(contact, i, feed, share[i], start, middle, end, difference[i], of_late[i]);
         factor[i] = 4;
         coarse |= bad[i] > WELL_WITHIN;
     }
