@@ -59,6 +59,25 @@ def test_a_name_that_is_nearly_right_is_told_before_anything_is_read(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_check_identify_and_diagnose_give_one_answer_on_a_gap_in_a_clock(tmp_path: Path) -> None:
+    made = evat.orthogonal({"friction_law": "coulomb", "F_C": 3.0}, repeats=1, speeds=[0.5], rate=100.0)
+    rig = evat.write_experiment(made, tmp_path / "rig")
+    (recorded,) = (rig / "trials").iterdir()
+    head, *rows = recorded.read_text(encoding="utf-8").splitlines()
+    rig_commands = (("experiment", "check", str(rig)), ("identify", str(rig), "-f", "F_C"), ("diagnose", str(rig), "--no-fmu"))
+
+    def answers(jump: int) -> set[tuple[int, str]]:
+        recorded.write_text("\n".join([head, *rows[:10], *rows[10 + jump :]]), encoding="utf-8")
+        told = [said(*command) for command in rig_commands[: 3 if jump > 100 else 1]]
+        return {(code, complaint.strip()) for code, _, complaint in told}
+
+    assert answers(50) == {(0, "")}  # thinned, not cut: no gap
+    ((code, complaint),) = answers(150)
+    assert code == 1
+    assert "the clock jumps by 1.51 s after sample 10 (t = 0.09 s)" in complaint
+    assert "cut the file there into two trials" in complaint
+
+
 def test_a_table_of_a_kind_that_is_not_written_is_refused_before_work(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match=r"kind '.xlsx' cannot be written; name it .csv or .parquet"):
         picture_beside(tmp_path / "out.xlsx")
