@@ -117,8 +117,10 @@ struct Configuration wire(const struct Contact *contact)
     w.iterates = everywhere || w.yields;
     EACH_LANE {
         const double rake = contact->value[VAR_RAKE_ANGLE][i];
+        const double clearance = contact->value[VAR_CLEARANCE_ANGLE][i];
         w.cos_rake[i] = 1;
         w.sin_rake[i] = 0;
+        w.tan_clearance[i] = clearance != 0 ? tan(clearance) : 0;
         if (rake != 0)
             cos_sin_of(rake, &w.cos_rake[i], &w.sin_rake[i]);
         w.turn.r[i] = NAN;
