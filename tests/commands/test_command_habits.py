@@ -59,7 +59,8 @@ def test_a_name_that_is_nearly_right_is_told_before_anything_is_read(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_check_identify_and_diagnose_give_one_answer_on_a_gap_in_a_clock(tmp_path: Path) -> None:
+def test_check_identify_and_diagnose_give_one_answer_on_a_gap_in_a_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     made = evat.orthogonal({"friction_law": "coulomb", "F_C": 3.0}, repeats=1, speeds=[0.5], rate=100.0)
     rig = evat.write_experiment(made, tmp_path / "rig")
     (recorded,) = (rig / "trials").iterdir()
