@@ -16,8 +16,10 @@ from pathlib import Path
 
 import pytest
 from evat import fmu
+from evat.native import kernel
 from fmpy import read_model_description
 from fmpy.model_description import ModelDescription, ScalarVariable, Unknown
+from lxml import etree
 
 REALS = ("Real", "Float64")
 KINDS = {"dependent", "constant", "fixed", "tunable", "discrete"}
@@ -155,6 +157,16 @@ FILES = ["python", *(f"{part}-fmi{version}" if at else f"fmi{version}" for at, p
 @pytest.mark.parametrize("name", FILES)
 def test_the_description_keeps_the_rules_in_words(name: str, fmus: dict[str, Path]) -> None:
     assert complaints(read_model_description(str(fmus[name]), validate=False)) == []
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_an_event_sets_states_alone(version: int, fmus: dict[str, Path]) -> None:
+    """What is set there fmpy does not read."""
+    with zipfile.ZipFile(fmus[f"fmi{version}"]) as archive:
+        root = etree.fromstring(archive.read("modelDescription.xml"))
+    told = root.xpath("//*[@reinit='true']")
+    names = {(element if version == 3 else element.getparent()).get("name") for element in told}
+    assert {"bristle_deflection"} <= names <= set(kernel.states())
 
 
 BROKEN = {  # in the description of the cut: what is put in the place of what, and the rule that says so
