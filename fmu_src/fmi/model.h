@@ -82,7 +82,7 @@ void model_explain(const struct Model *model, enum Status status, char *text, si
 /* What is legal but worth one line in the log; a bit each, the first WARN_AT_BOUND. */
 uint32_t model_warnings(const struct Model *model);
 int model_warning_count(void);
-const char *model_warning_text(int bit);
+void model_explain_warning(const struct Model *model, int bit, char *text, size_t size);
 /* What keeps a model whose bytes come from outside from going on, in words; NULL: nothing. */
 const char *model_flaw(const struct Model *model);
 /* What keeps a solver of Model Exchange from following it as it is set, in words; NULL: nothing. */

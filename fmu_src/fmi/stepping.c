@@ -16,8 +16,11 @@ enum Answer component_warn(struct Component *c)
         return ANSWER_OK;
     c->told |= fresh;
     for (int bit = 0; bit < model_warning_count(); ++bit)
-        if (fresh >> bit & 1u)
-            report(c, ANSWER_WARNING, "at time %g s: %s.", present_time(c), model_warning_text(bit));
+        if (fresh >> bit & 1u) {
+            char text[512];
+            model_explain_warning(c->model, bit, text, sizeof text);
+            report(c, ANSWER_WARNING, "at time %g s: %s.", present_time(c), text);
+        }
     return c->host.warned;
 }
 

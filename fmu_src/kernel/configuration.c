@@ -95,6 +95,7 @@ static void wire_angles(const struct Contact *contact, struct Configuration *w)
         w->sin_rake[i] = 0;
         if (p[VAR_RAKE_ANGLE][i] != 0)
             cos_sin_of(p[VAR_RAKE_ANGLE][i], &w->cos_rake[i], &w->sin_rake[i]);
+        w->tan_clearance[i] = p[VAR_CLEARANCE_ANGLE][i] != 0 ? tan(p[VAR_CLEARANCE_ANGLE][i]) : 0;
         w->turn.r[i] = NAN;
         w->tan_flow[i] = w->cot_flow[i] = 0;
     }

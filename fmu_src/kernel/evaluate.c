@@ -121,6 +121,7 @@ void show_outputs(struct Contact *contact, const struct Configuration *w, const 
     if (w->drivers)
         show_rates(contact, w, x);
     warn(contact, x);
+    look_at_flank(contact, w, x);
 }
 
 #define LEAST_RISE 1e-3 /* [K] that means anything, between which temperatures the proxy is stretched */

@@ -70,8 +70,9 @@ static const char *flaw_of_course(const struct Contact *contact)
                 return "an earlier time is no number";
     }
     return FINITE(contact->slope) && FINITE(contact->memory) && FINITE(contact->window_start) &&
-                   isfinite(contact->window_origin) && FINITE(contact->steady_state) &&
-                   FINITE(contact->earlier_force) && FINITE(contact->outlives) && FINITE(contact->changes)
+                   isfinite(contact->window_origin) && contact->flank_depth >= 0 && contact->flank_depth < 1 &&
+                   FINITE(contact->steady_state) && FINITE(contact->earlier_force) && FINITE(contact->outlives) &&
+                   FINITE(contact->changes)
                ? NULL
                : "a memory is no finite number";
 }

@@ -78,6 +78,7 @@ enum Base {
     VAR_FEED,
     VAR_WIDTH,
     VAR_RAKE_ANGLE,
+    VAR_CLEARANCE_ANGLE,
     VAR_SHEAR_STRESS,
     VAR_CONSTANT_SHEAR_ANGLE,
     /* friction, tunable */
@@ -172,6 +173,7 @@ enum Limits {
     MEANS = 10, /* quantities with a mean over the averaging window: two powers, four forces, contact, three measured
                    forces */
     INDICATORS = 4, /* zero crossings that are events: see enum Indicator */
+    FLANK_FACTS = 6, /* what of an ellipse decides how deep the clearance face stands in the surface */
     INPUT_FIRST = VAR_SLIP_VELOCITY,
     INPUT_END = VAR_TOOL_VELOCITY_Y + 1
 };
@@ -194,7 +196,8 @@ enum Warning {
     WARN_NOT_PERIODIC = 32,
     WARN_FLANK = 64,
     WARN_ALWAYS_INTO = 128,
-    WARNING_COUNT = 8
+    WARN_CLEARANCE = 256,
+    WARNING_COUNT = 9
 };
 
 /* ---- one block of contacts; plain bytes ---- */
@@ -219,6 +222,10 @@ struct Contact {
     lanes window_start[MEANS]; /* the integrals behind the means when the averaging window opened */
     lanes window; /* averaging windows closed so far */
     double window_origin; /* time at which the first window opened [s] */
+    /* How deep the clearance face stood in the surface when WARN_CLEARANCE was set [m]; for which ellipse that was
+     * looked at last (see clearance.c). */
+    double flank_depth;
+    lanes flank_of[FLANK_FACTS];
     uint32_t warnings;
     uint32_t started;
     uint64_t effects_on; /* bit n: effect n, since the start */
@@ -286,7 +293,8 @@ int kernel_effect_switch(int place); /* index of the effect's Boolean; its param
 const char *kernel_status_text(enum Status status);
 /* What a status means for this contact: where a combination is at fault, its law, choices and effects, too. */
 void kernel_explain(const struct Contact *contact, enum Status status, char *text, size_t size);
-const char *kernel_warning_text(int bit); /* bit 0 .. WARNING_COUNT-1 */
+/* What a bit of this contact's warnings means, 0 .. WARNING_COUNT-1. */
+void kernel_explain_warning(const struct Contact *contact, int bit, char *text, size_t size);
 int kernel_averages(const struct Contact *contact); /* averaging = cycle: it shows cycle means, and there is nothing to
                                                        see within a step */
 size_t kernel_size(void); /* bytes of a struct Contact */
@@ -370,6 +378,7 @@ struct Point {
     lanes cutting; /* 1 in contact, else 0 */
     lanes speed_ratio; /* HSR = v_c / (a w); infinity without vibration */
     lanes v; /* slip velocity of the chip along the rake [m/s] */
+    lanes tan_clearance; /* of clearance_angle; 0: not stated */
     lanes passed; /* share of it that the motion passes on to the contact */
     lanes direction; /* +1 or -1: which way it slips */
     lanes speed; /* |v| [m/s] */

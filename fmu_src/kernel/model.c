@@ -84,7 +84,10 @@ void model_explain(const struct Model *model, enum Status status, char *text, si
 }
 uint32_t model_warnings(const struct Model *model) { return model->contact.warnings; }
 int model_warning_count(void) { return WARNING_COUNT; }
-const char *model_warning_text(int bit) { return kernel_warning_text(bit); }
+void model_explain_warning(const struct Model *model, int bit, char *text, size_t size)
+{
+    kernel_explain_warning(&model->contact, bit, text, size);
+}
 const char *model_flaw(const struct Model *model) { return kernel_flaw(&model->contact); }
 const char *model_solver_obstacle(const struct Model *model)
 {

@@ -113,6 +113,21 @@ static void stroke_at(const struct Configuration *w, struct Turn *t, int i)
     t->begins[i] = t->fastest[i] - acos(-smaller(share, 1));
 }
 
+/* The phase of y, less that of an upright ellipse: -pi..pi. */
+static double tilt_of(double lead) { return lead - PI - 2 * PI * whole((lead - PI) / (2 * PI) + 0.5); }
+
+/* psi of the lowest point is -tilt, and its e: */
+static double lowest_backward(double tilt) { return tilt > 0 ? PI - tilt : -PI - tilt; }
+
+void valleys_at(struct Turn *t, int i)
+{
+    const double r = t->r[i], tilt = tilt_of(t->lead[i]), forward = -tilt, backward = lowest_backward(tilt);
+    if (fabs(forward) < t->last[i])
+        t->valley_forward[i] = r * forward + sine_of(forward);
+    if (fabs(backward) < PI - t->last[i])
+        t->valley_backward[i] = r * (backward - PI) - sine_of(backward);
+}
+
 /* Where strokes may cut below another: with its right end rising, its left end falling, and the left end above what the
  * cycle before left there, a forward stroke is one valley, and where it is below the valley before, it is below all
  * that is older and below the backward strokes, which are hills over their ends. */
@@ -121,15 +136,10 @@ static void crossings_at(struct Turn *t, int i)
     const double r = t->r[i], last = t->last[i], lead = t->lead[i], top = r * last + t->bend[i];
     struct Turn back;
     reverse(t, &back, i);
-    const double tilt = lead - PI - 2 * PI * whole((lead - PI) / (2 * PI) + 0.5),
-                 stroke_ends = 2 * t->fastest[i] - t->begins[i];
+    const double tilt = tilt_of(lead), stroke_ends = 2 * t->fastest[i] - t->begins[i];
     const double left = cosine_of(lead - last), right = cosine_of(lead + last);
     const double met = 2 * PI * r < 2 * top ? cosine_of(angle_of(2 * PI * r - top, t, i) + lead) : INFINITY;
-    const double forward = -tilt, backward = tilt > 0 ? PI - tilt : -PI - tilt; /* psi, e of the lowest points */
-    if (fabs(forward) < last)
-        t->valley_forward[i] = r * forward + sine_of(forward);
-    if (fabs(backward) < back.last[i])
-        t->valley_backward[i] = r * (backward - PI) - sine_of(backward);
+    const double backward = lowest_backward(tilt);
     const int falls_there = sine_of(last + tilt) < 0, rises_here = left < met;
     if (falls_there || rises_here)
         t->dips[i] = fabs(backward) < back.last[i] ? -1 : smaller(falls_there ? right : 1, rises_here ? left : 1);
@@ -154,19 +164,18 @@ void turn_at(const struct Configuration *w, double r, double lead, double aspect
     if (!(r > NO_PITCH && r < 1) || (upright && w->sin_rake[lane] == 0))
         return;
     stroke_at(w, turn, lane);
+    valleys_at(turn, lane);
     crossings_at(turn, lane);
 }
 
-/* The lowest height, in b, at which any stroke that is older than the present one passed psi's place; infinity: none.
- * Stroke n of a kind passed it where the newest would pass 2 pi r n further on, so that on a stroke of hills and one
- * valley only the newest, the oldest and the two beside the valley may be the lowest. ends: how many loops reach beyond
- * the place, less 1. */
-static double lowest_left(const struct Turn *t, int lane, double psi, double place, double ends)
+/* The lowest height, in b, at which any stroke has passed a place until the angle `begun`, -last <= begun < 2 pi - last
+ * or that of a stroke which begins there; infinity: none. Stroke n of a kind passed it where the newest would pass 2 pi
+ * r n further on, so that on a stroke of hills and one valley only the newest, the oldest and the two beside the valley
+ * may be the lowest. ends: how many loops reach beyond the place, less 1. */
+double lowest_left(const struct Turn *t, int lane, double begun, double place, double ends)
 {
     const double r = t->r[lane], last = t->last[lane], lead = t->lead[lane], pitch = 2 * PI * r,
                  top = r * last + t->bend[lane];
-    const double stroke = psi < -last ? last - 2 * PI : psi < last ? -last : last;
-    const double begun = psi < t->begins[lane] ? stroke : t->begins[lane];
     struct Turn back;
     reverse(t, &back, lane);
     double lowest = INFINITY;
@@ -212,7 +221,12 @@ static void on_all_that_is_left(const struct Contact *contact, const struct Conf
                                    contact->sign[AT_CONTACT][i] > 0, contact->sign[AT_SURFACE][i] > 0, &x->surface[i]);
     const double nominal = w->p[VAR_FEED][i] - w->p[VAR_AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i],
                  y = nominal - x->h[i];
-    const double lowest = lowest_left(t, i, own, place, ends);
+    const double last = t->last[i],
+                 stroke = own < -last  ? last - 2 * PI
+                          : own < last ? -last
+                                       : last,
+                 begun = own < t->begins[i] ? stroke : t->begins[i];
+    const double lowest = lowest_left(t, i, begun, place, ends);
     x->h[i] = smaller(nominal, lowest < INFINITY ? x->b[i] * lowest : nominal) - y;
 }
 
@@ -227,6 +241,7 @@ static void open_path(const struct Contact *contact, const struct Configuration 
         x->b[i] = w->p[VAR_AMPLITUDE_Y][i];
         x->phase_y[i] = w->p[VAR_PHASE_Y][i];
         x->passed[i] = 1;
+        x->tan_clearance[i] = w->tan_clearance[i];
         x->centre_y[i] = x->centre_u_x[i] = x->centre_u_y[i] = x->raised[i] = x->left[i] = 0;
     }
     if (carried)

@@ -185,10 +185,37 @@ static const char *const warning_texts[WARNING_COUNT] = {
     "the tool turns back along the cut but moves into the material throughout the cycle, so that no stroke begins: the "
     "thickness counts what it left until its slowest motion into the material; change rake_angle, phases or "
     "cutting_speed",
+    "the clearance face stands in the surface that the tool leaves, by up to ",
 };
-const char *kernel_warning_text(int bit)
+
+/* A length in micrometres, to the nanometre. */
+static void append_length(double length, char *text, size_t size)
 {
-    return bit >= 0 && bit < WARNING_COUNT ? warning_texts[bit] : "unknown warning";
+    char digits[24];
+    size_t n = sizeof digits;
+    digits[--n] = '\0';
+    int place = 0;
+    for (uint64_t nanometres = (uint64_t)(1e9 * length + 0.5); place < 4 || nanometres > 0; nanometres /= 10) {
+        if (place++ == 3)
+            digits[--n] = '.';
+        digits[--n] = (char)('0' + nanometres % 10);
+    }
+    append(text, size, digits + n);
+    append(text, size, " um");
+}
+
+void kernel_explain_warning(const struct Contact *contact, int bit, char *text, size_t size)
+{
+    if (size > 0)
+        text[0] = '\0';
+    append(text, size, bit >= 0 && bit < WARNING_COUNT ? warning_texts[bit] : "unknown warning");
+    if (bit < 0 || bit >= WARNING_COUNT || 1u << bit != WARN_CLEARANCE)
+        return;
+    append_length(contact->flank_depth, text, size);
+    append(text, size,
+           " in a cycle of the ellipse with which that was first seen: it is pressed on the work there, and only "
+           "process_damping models a force of that; check clearance_angle, turn the ellipse (phase_x, phase_y), cut "
+           "faster or reduce amplitude_y");
 }
 
 static const char *const stage_names[STAGE_COUNT] = {

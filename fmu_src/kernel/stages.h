@@ -71,6 +71,7 @@ struct Configuration {
     int current_angle; /* chip_flow_angle = current_shear_angle: slip and force are solved together */
     lanes cycle; /* place in the vibration cycle at value[VAR_TIME], 0..1 */
     lanes cos_rake, sin_rake;
+    lanes tan_clearance;
     lanes cos_x, sin_x, cos_y, sin_y; /* of the phases */
     struct Turn turn; /* at the speed ratio that holds at value[VAR_TIME] */
     lanes tan_flow; /* of chip_flow_shear_angle - rake_angle */
@@ -169,10 +170,18 @@ void second_order_response_in_mean(double h, double w, double zeta, double u_0, 
 
 /* path.c: r = v_c / (a w), the phase of y where the tool is fastest, b / a. */
 void turn_at(const struct Configuration *w, double r, double lead, double aspect, struct Turn *turn, int lane);
+/* path.c: places of the lowest points of both strokes; and the lowest height that any stroke has left at a place. */
+void valleys_at(struct Turn *turn, int lane);
+double lowest_left(const struct Turn *turn, int lane, double begun, double place, double ends);
 /* path.c: u, h, approach, slip, the path's indicators, at `tau` [s] after value[VAR_TIME]; uses the states in x. */
 void path_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 /* path.c: chip slip along the rake; tan_flow: of the shear angle less the rake angle. */
 double slip_along_rake(const struct Configuration *w, const struct Point *x, int lane, double tan_flow);
+
+/* clearance.c: where a clearance angle is stated, warn if the clearance face stands in the surface that the ellipse
+ * leaves with which x runs. That takes up to half a millisecond, and is done where the ellipse is another one than last
+ * time. */
+void look_at_flank(struct Contact *contact, const struct Configuration *w, const struct Point *x);
 
 /* friction.c: theta as its source gives it. */
 void proxy_open(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);

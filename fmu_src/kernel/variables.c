@@ -141,6 +141,11 @@ const struct Variable base_variables[BASE_COUNT] = {
         TUNED, .meaning = "width of cut", .source = "guess: the paper states none"},
     [VAR_RAKE_ANGLE] = {.name = "rake_angle", .unit = "rad", .display_unit = "deg", .start = 0, .min = -0.7, .max = 0.7,
         TUNED, .meaning = "rake angle of the tool", .source = "the paper, section 4.1: 0 in the identification tests"},
+    [VAR_CLEARANCE_ANGLE] = {.name = "clearance_angle", .unit = "rad", .display_unit = "deg", .start = 0, .min = 0,
+        .max = 0.7, TUNED,
+        .meaning = "angle between the tool's clearance face and the cutting direction; 0: not stated. Where it is, a warning "
+            "says how deep the face stands in the surface that is left, and process_damping acts beyond it",
+        .source = DEFINITION},
     [VAR_SHEAR_STRESS] = {.name = "shear_stress", .unit = "Pa", .display_unit = "MPa", .start = 4e8, .min = 0, .max = 1e10,
         .nominal = 1e8, TUNED, .meaning = "shear flow stress on the shear plane",
         .source = "guess: the paper states none"},

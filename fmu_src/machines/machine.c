@@ -73,18 +73,27 @@ enum Status model_event(struct Model *model) { return model_evaluate(model); }
 enum Status model_completed_step(struct Model *model) { return model_evaluate(model); }
 uint32_t model_warnings(const struct Model *model) { return model->warnings; }
 int model_warning_count(void) { return 1; }
-const char *model_warning_text(int bit) { return bit == 0 ? AT_BOUND_TEXT : "unknown warning"; }
 const char *model_solver_obstacle(const struct Model *model) { return (void)model, NULL; }
 
-void model_explain(const struct Model *model, enum Status status, char *text, size_t size)
+static void say(const char *said, char *text, size_t size)
 {
-    const char *const said = status_text(status);
     const size_t length = strlen(said), room = size > 0 ? size - 1 : 0, used = length < room ? length : room;
-    (void)model;
     if (size == 0)
         return;
     memcpy(text, said, used);
     text[used] = '\0';
+}
+
+void model_explain(const struct Model *model, enum Status status, char *text, size_t size)
+{
+    (void)model;
+    say(status_text(status), text, size);
+}
+
+void model_explain_warning(const struct Model *model, int bit, char *text, size_t size)
+{
+    (void)model;
+    say(bit == 0 ? AT_BOUND_TEXT : "unknown warning", text, size);
 }
 
 enum Status model_check(int index, double value) { return check_value(model_variable(index), value); }

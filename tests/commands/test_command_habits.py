@@ -7,6 +7,8 @@ import multiprocessing
 import os
 import re
 import signal
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -57,6 +59,36 @@ def test_a_name_that_is_nearly_right_is_told_before_anything_is_read(
     _, _, complaint = said(*arguments)
     assert near in complaint
     assert list(tmp_path.iterdir()) == []
+
+
+def test_check_identify_and_diagnose_give_one_answer_on_a_gap_in_a_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    made = evat.orthogonal({"friction_law": "coulomb", "F_C": 3.0}, repeats=1, speeds=[0.5], rate=100.0)
+    rig = evat.write_experiment(made, tmp_path / "rig")
+    (recorded,) = (rig / "trials").iterdir()
+    head, *rows = recorded.read_text(encoding="utf-8").splitlines()
+    rig_commands = (("experiment", "check", str(rig)), ("identify", str(rig), "-f", "F_C"), ("diagnose", str(rig), "--no-fmu"))
+
+    def answers(jump: int) -> set[tuple[int, str]]:
+        recorded.write_text("\n".join([head, *rows[:10], *rows[10 + jump :]]), encoding="utf-8")
+        told = [said(*command) for command in rig_commands[: 3 if jump > 100 else 1]]
+        return {(code, complaint.strip()) for code, _, complaint in told}
+
+    assert answers(50) == {(0, "")}  # thinned, not cut: no gap
+    ((code, complaint),) = answers(150)
+    assert code == 1
+    assert "the clock jumps by 1.51 s after sample 10 (t = 0.09 s)" in complaint
+    assert "cut the file there into two trials" in complaint
+
+
+@pytest.mark.parametrize(("typed", "offered"), [("evat system ", {"run", "sweep"}), ("evat identify --se", {"--search", "--seed"})])
+def test_a_shell_completes_commands_and_options_that_are_not_loaded_yet(typed: str, offered: set[str]) -> None:
+    """As a shell asks the installed command: by the words so far and the place of the one that is typed."""
+    asked = {"_EVAT_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": "2"}
+    script = "import sys; sys.argv = ['/usr/bin/evat']; from evat.commands.main import main; main()"
+    done = subprocess.run([sys.executable, "-c", script], env={**os.environ, **asked}, capture_output=True, text=True, check=False)
+    assert offered <= set(done.stdout.split())
+    assert all(word.startswith(typed.split(" ")[-1]) for word in done.stdout.split())
 
 
 def test_a_table_of_a_kind_that_is_not_written_is_refused_before_work(tmp_path: Path) -> None:

@@ -202,7 +202,7 @@ def test_a_flank_is_pressed_where_the_path_goes_down_steeper_than_its_clearance(
     on = ["process_damping"]
 
     def force(clearance: float, ratio: float = 0.3) -> np.ndarray:
-        given = {**values, "cutting_speed": ratio * FASTEST, "process_damping.clearance_angle": clearance}
+        given = {**values, "cutting_speed": ratio * FASTEST, "clearance_angle": clearance}
         return np.subtract(*(course(begun(given, names, float(times[0])), times, "feed_force")[0] for names in (on, [])))
 
     psi = 2 * pi * FREQUENCY * times - 2 * pi

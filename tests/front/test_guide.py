@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import contextlib
 import doctest
 import html
@@ -32,7 +33,7 @@ PAGES = {path.name: path for path in (*sorted(guide.pages().glob("*.md")), READM
 BLOCK = re.compile(
     r"(?:^<!-- not run: (?P<reason>[^\n]+) -->\n)?^(?P<fence>`{3,4})(?P<kind>\w*)\n(?P<text>.*?)^(?P=fence)$", re.DOTALL | re.MULTILINE
 )
-PRINTED = "# -> "
+PRINTED = notebooks.PRINTED
 CAMPAIGN = "seven seconds; the campaign runs it"
 # What is not run, and why: longer than these tests may take, or in need of what they have not.
 NOT_RUN = {
@@ -142,7 +143,7 @@ def test_what_is_not_run_is_listed_with_its_reason() -> None:
 
 @pytest.mark.parametrize("name", [name for name in PAGES if name.startswith(notebooks.PREFIX)])
 def test_a_notebook_has_the_blocks_of_its_page(name: str) -> None:
-    made = json.loads(notebooks.notebook(PAGES[name].read_text(encoding="utf-8")))
+    made = json.loads(notebooks.notebook(PAGES[name].read_text(encoding="utf-8"), PAGES[name].parent))
     code = ["".join(cell["source"]) for cell in made["cells"] if cell["cell_type"] == "code"]
     assert code == [block.text.strip() for block in blocks(PAGES[name])]
     text = "".join(line for cell in made["cells"] if cell["cell_type"] == "markdown" for line in cell["source"])
@@ -150,6 +151,24 @@ def test_a_notebook_has_the_blocks_of_its_page(name: str) -> None:
     assert "<!--" not in text
     assert "```" not in text
     pytest.importorskip("nbformat").validate(made)
+
+
+@pytest.mark.parametrize("name", [name for name in PAGES if name.startswith(notebooks.PREFIX)])
+def test_a_notebook_shows_the_figure_of_each_block_that_makes_one(name: str) -> None:
+    """build/pictures.py writes them; on the page each stands below its block, in the notebook it is the output of its cell."""
+    page = PAGES[name].read_text(encoding="utf-8")
+    parts = notebooks.BLOCK.split(page)
+    drawing = [re.search(r"\.plot\([^\n]*\)$|\.savefig\(", code.strip()) is not None for code in parts[1::2]]
+    below = [re.match(r"\s*!\[[^]]+\]\((pictures/[^)]+)\)", text) for text in parts[2::2]]
+    assert [link is not None for link in below] == drawing
+    assert any(drawing)
+    pictures = [(PAGES[name].parent / link[1]).read_bytes() for link in below if link is not None]
+    cells = [cell for cell in json.loads(notebooks.notebook(page, PAGES[name].parent))["cells"] if cell["cell_type"] == "code"]
+    shown = [output["data"]["image/png"] for cell in cells for output in cell["outputs"] if output["output_type"] == "display_data"]
+    assert [base64.b64decode(each) for each in shown] == pictures
+    said = ["".join(output["text"]) for cell in cells for output in cell["outputs"] if output["output_type"] == "stream"]
+    told = ["".join(f"{line[len(PRINTED) :]}\n" for line in code.splitlines() if line.startswith(PRINTED)) for code in parts[1::2]]
+    assert said == [text for text in told if text and "..." not in text]
 
 
 def test_notebooks_are_written_as_the_site_holds_them(site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -340,12 +359,12 @@ def test_a_wheel_holds_the_site_if_it_is_of_these_sources(tmp_path: Path, monkey
 
 
 def test_what_the_guide_plots_with_fmpy_is_drawn_by_it(fmus: dict[str, Path]) -> None:
-    """The window is not opened, the figure is made: of 35 outputs fmpy makes none, and the guide asked it to."""
+    """The window is not opened, the figure is made; of more than 17 signals fmpy makes none."""
     lines = re.findall(
         r"^\$ fmpy simulate fmus/(\S+) --show-plot(?: --output-variables (.*))?$", PAGES["first-run.md"].read_text("utf-8"), re.M
     )
     by_name = {path.name: path for path in fmus.values()}
-    assert len(lines) == 2
+    assert len(lines) == 3
     for name, outputs in lines:
         result = fmpy.simulate_fmu(str(by_name[name]), output=outputs.split() or None)
         figure = fmpy.util.create_plotly_figure(result)

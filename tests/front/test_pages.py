@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,8 +12,10 @@ import pytest
 from browser import check_layout
 from evat import fmu
 from evat.commands.main import app
+from evat.experiment.read import scan_experiment
+from evat.files.writing import put
 from evat.fmu.documentation import beside, contact, partner
-from evat.plots.experiment_page import reports_beside
+from evat.plots.experiment_page import pages_on, reports_beside
 from lxml import html
 from typer.testing import CliRunner
 
@@ -109,6 +112,10 @@ def of_an_experiment(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("lab")
     made = evat.orthogonal({"friction_law": "coulomb", "F_C": 8.0}, motion="reversal", repeats=2, speeds=[0.5], rate=20.0)
     evat.write_experiment(replace(made, title=f"rig {EVIL}"), folder / "rig")
+    read = scan_experiment(folder / "rig", evat.ContactModel())
+    for name, of in (("diagnosed", read.data_hash), ("of_other_data", "another")):  # what a diagnosis leaves, as far as others look at it
+        put(folder / name / "diagnosis.json", json.dumps({"made_by": {"data": of}}))
+        put(folder / name / "report.html", "a report")
     for asked in (
         ["experiment", "check", str(folder / "rig"), "-o", str(folder / "rig" / "experiment.html")],
         ["identify", str(folder / "rig"), "-f", "F_C", "--search", "none", "-o", str(folder / "identified")],
@@ -132,7 +139,13 @@ def test_the_page_of_an_experiment_leads_to_its_reports_and_back(of_an_experimen
     assert rows["friction_force"][1] == "output"
     assert float(rows["friction_force"][-1].removesuffix(" N")) == pytest.approx(8.0, abs=0.5)
     report = html.fromstring((of_an_experiment / "identified" / "report.html").read_bytes())
-    assert "../rig/experiment.html" in [link.get("href") for link in report.iter("a")]
+    led_to = [link.get("href") for link in report.iter("a") if link.get("href").startswith("..")]
+    assert led_to == ["../rig/experiment.html", "../diagnosed/report.html"]
+    read = evat.read_experiment(of_an_experiment / "rig", evat.ContactModel())
+    assert list(pages_on(read, of_an_experiment / "diagnosed" / "report.html", "diagnosis")) == [
+        "../rig/experiment.html",
+        "../identified/report.html",
+    ]
     other = reports_beside(place, "hash of other data")
     assert other == {}
 

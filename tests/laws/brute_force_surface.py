@@ -44,11 +44,18 @@ class Ellipse:
 
     def surface(self, psi: Array) -> Array:
         """Height of what stands at the place of each psi."""
-        begins, place, last = self.stroke_begins(), self.x(psi), acos(-self.r)
-        begun = begins + 2 * pi * np.floor((psi - begins) / (2 * pi))
-        lowest = np.full(psi.shape, self.feed - self.aspect)
-        first = ceil((2 * pi * self.r + 4) / (2 * pi * self.r)) + 2  # so many cycles ago the tool was nowhere near
-        for n in range(-first, 3):
+        begins = self.stroke_begins()
+        return self.left(self.x(psi), begins + 2 * pi * np.floor((psi - begins) / (2 * pi)))
+
+    def left(self, place: Array, begun: Array) -> Array:
+        """Height of what stands at each place, of all passes until the angle begun."""
+        last = acos(-self.r)
+        lowest = np.full(place.shape, self.feed - self.aspect)
+        if not place.size:
+            return lowest
+        cycles = [int(np.floor(each / (2 * pi))) for each in (begun.min(), begun.max())]
+        first = ceil((np.ptp(place) + 2 * pi * self.r + 4) / (2 * pi * self.r)) + 2  # so many cycles ago the tool was nowhere near
+        for n in range(cycles[0] - first, cycles[1] + 3):
             for low, high in ((-last + 2 * pi * n, last + 2 * pi * n), (last + 2 * pi * n, 2 * pi - last + 2 * pi * n)):
                 ends = np.sort(self.x(np.array([low, high])))
                 there = np.flatnonzero((place >= ends[0]) & (place <= ends[1]) & (low < begun))
@@ -66,6 +73,25 @@ class Ellipse:
         """Uncut thickness, 0 out of contact."""
         deep = self.surface(psi) - self.y(psi)
         return np.where((self.approach(psi) > 0) & (deep > 0), deep, 0.0)
+
+    def flank_depth(self, clearance: float) -> float:
+        """How deep a straight face that rises behind the tip by the clearance angle stands in what the tip has left, at most.
+
+        The best of a grid of angles and places behind, then of ever finer ones around it.
+        """
+        rise, best = np.tan(clearance), 0.0
+        psi = np.linspace(0, 2 * pi, 121)
+        places = np.linspace(self.x(psi).min() - 2 * pi * self.r, self.x(psi).max(), 181)
+        for _ in range(7):
+            at, place = (grid.ravel() for grid in np.meshgrid(psi, places, indexing="ij"))
+            behind = self.x(at) - place
+            at, place, behind = at[behind >= 0], place[behind >= 0], behind[behind >= 0]
+            deep = self.left(place, at + 1e-7) - self.y(at) - rise * behind
+            n = int(np.argmax(deep))
+            best = max(best, float(deep[n]))
+            psi = at[n] + (psi[1] - psi[0]) * np.linspace(-1.2, 1.2, 13)
+            places = place[n] + (places[1] - places[0]) * np.linspace(-1.2, 1.2, 13)
+        return best
 
     def turns(self, start: float, count: int = 1200) -> list[float]:
         """Angles within a cycle from start at which contact begins or ends; those closer than 1e-7 to each other are of rounding, where the

@@ -280,7 +280,6 @@ def test_a_force_of_the_edge_that_begins_and_ends_is_in_the_means() -> None:
         "kinematics": "internal", "friction_law": "bristle", "sigma0": 1695387.4, "F_C": 4.9669, "vibration_frequency": 1054.8255,
         "amplitude_x": 5.5518e-06, "amplitude_y": 1.20261e-05, "feed": 1.1818e-4, "chip_flow_shear_angle": 0.6793, "phase_x": -1.4393,
         "phase_y": 2.9924, "shear_angle_principle": "minimum_energy", "process_damping.C": 4494.35, "process_damping.steepest": 3.6882,
-        "process_damping.clearance_angle": 0.0,
     }  # fmt: skip
     runs = [vibrates(values, ("process_damping",), 1e-6, cycles=3.7, points=27.5, speed=speed) for speed in (0.04, 0.045, 0.05)]
     assert max(worst(case, *MEANS) for case in runs) < 0.5

@@ -21,6 +21,8 @@ class FmuFacts:
 
     An FMU may carry the `model` of another part with other values at the `start`: choices that its use needs, which some importers cannot
     set. It may be slim: of the model's variables it has those that are `shown`, and all others stand at their starts; none named: all.
+    Of the model's outputs those that are `connected` are outputs of the FMU, and the others are local: recorded by name, fed to nobody;
+    none named: all are outputs.
     """
 
     part: str
@@ -37,6 +39,7 @@ class FmuFacts:
     model: str
     start: Mapping[str, float | str] = field(default_factory=dict)
     shown: list[str] = field(default_factory=list)
+    connected: list[str] = field(default_factory=list)
 
     def interfaces(self, version: Version) -> Mapping[str, Mapping[str, Scalar]]:
         """The interface elements of one FMI version with their attributes."""

@@ -54,19 +54,25 @@ def variants(model: str) -> tuple[FmuFacts, ...]:
 
 def token_of(version: Version, fmu_facts: FmuFacts) -> str:
     """The GUID or instantiationToken of one file: it changes with the model's tables, and with what the FMU makes of them."""
-    identity = [fmu_facts.model_name, version, sorted(fmu_facts.start.items()), fmu_facts.shown, model_token(fmu_facts.model)]
+    shown = [fmu_facts.shown, fmu_facts.connected]
+    identity = [fmu_facts.model_name, version, sorted(fmu_facts.start.items()), *shown, model_token(fmu_facts.model)]
     return f"{{{uuid.UUID(bytes=hashlib.sha256(json.dumps(identity).encode()).digest()[:16])}}}"
 
 
 def shown_variables(fmu_facts: FmuFacts) -> tuple[Variable, ...]:
     """The table as the FMU shows it, with its own starts and places.
 
-    Raises BuildError for a name that is not in the table, and where a state is shown without its rate, or no time.
+    Raises BuildError for a name that is not in the table, for one that is connected and no output, and where a state is shown without its
+    rate, or no time.
     """
     every = every_variable(fmu_facts.model)
     known = {v.name for v in every}
     if unknown := [name for name in (*fmu_facts.shown, *fmu_facts.start) if name not in known]:
         raise BuildError(f"fmus/{fmu_facts.part}.toml: {', '.join(unknown)}: there is no such variable. Correct the file.")
+    outputs = {v.name for v in every if v.causality == "output"}
+    if unknown := [name for name in fmu_facts.connected if name not in outputs]:
+        raise BuildError(f"fmus/{fmu_facts.part}.toml: {', '.join(unknown)}: there is no such output. Correct the file.")
+    inside = outputs.difference(fmu_facts.connected) if fmu_facts.connected else set()
     shown = set(fmu_facts.shown) or known
     rates = {v.derivative_of: v.name for v in every if v.derivative_of}
     if missing := [name for name in ("time", *(rates[name] for name in shown & rates.keys())) if name not in shown]:
@@ -78,6 +84,7 @@ def shown_variables(fmu_facts: FmuFacts) -> tuple[Variable, ...]:
             index=place,
             start=v.check(fmu_facts.start[v.name]) if v.name in fmu_facts.start else v.start,
             derivative_of=v.derivative_of if v.derivative_of in shown else None,
+            causality="local" if v.name in inside else v.causality,
         )
         for place, v in enumerate(rows)
     )

@@ -28,6 +28,7 @@ from evat.fmu.description import fmi2
 from evat.fmu.description.model_description import FIRST_REFERENCE
 from evat.fmu.documentation.contact import license_text
 from evat.fmu.fmu_facts import FmuFacts
+from evat.fmu.part_model import shown_variables
 from evat.html import render
 from evat.model import FIRST_ITEM, BuildError
 from evat.models import reference as reference_model
@@ -49,7 +50,7 @@ or it will refuse to load the FMU, or crash. The native FMU EvatContact has no s
 
 def tables() -> bytes:
     """The kernel's variable tables as the slave reads them; a number that is not finite is null."""
-    rows = [dataclasses.asdict(variable) for variable in kernel.variables()]
+    rows = [dataclasses.asdict(variable) for variable in shown_variables(fmu.fmu_facts_of())]
     for row in rows:
         row.update({limit: row[limit] if math.isfinite(row[limit]) else None for limit in ("min", "max", "neutral")})
     content = {"first_item": FIRST_ITEM, "first_reference": FIRST_REFERENCE, "states": kernel.states(), "variables": rows}
@@ -95,7 +96,7 @@ def _page(token: str) -> bytes:
         version=__version__,
         token=token,
         laws=laws,
-        variables=kernel.variables(),
+        variables=shown_variables(fmu.fmu_facts_of()),
         reference=REFERENCE,
         dependencies=_DEPENDENCIES,
         files={

@@ -433,8 +433,13 @@ class Contact:
 
     def warnings(self) -> tuple[str, ...]:
         """What was legal but noteworthy since the start, a line each."""
-        count = self._library.WARNING_COUNT
-        return tuple(_text(self._library.kernel_warning_text(bit)) for bit in range(count) if self._contact.warnings >> bit & 1)
+        lines = []
+        text = self._ffi.new("char[512]")
+        for bit in range(self._library.WARNING_COUNT):
+            if self._contact.warnings >> bit & 1:
+                self._library.kernel_explain_warning(self._contact, bit, text, 512)
+                lines.append(_text(text))
+        return tuple(lines)
 
     def run(self, times: FloatArray, columns: Mapping[str, FloatArray], names: Sequence[str]) -> FloatArray:
         """Follow a record: inputs linear between the samples.

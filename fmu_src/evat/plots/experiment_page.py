@@ -127,10 +127,13 @@ def reports_beside(to: Path, data_hash: str) -> dict[str, str]:
     return reports
 
 
-def page_of(folder: Path, report: Path) -> dict[str, str]:
-    """The page of the experiment in `folder`, where it has one, as a link from `report` and what it is."""
-    place = folder / PAGE
-    return {_link(place, report): "what was measured"} if folder != Path() and place.is_file() else {}
+def pages_on(experiment: Experiment, report: Path, kind: str) -> dict[str, str]:
+    """Other pages on the same data, as links from `report` and what each is: that of the experiment, where it has one, and reports of
+    another `kind` that lie beside this one."""
+    place = experiment.folder / PAGE
+    measured = {_link(place, report): "what was measured"} if experiment.folder != Path() and place.is_file() else {}
+    beside = reports_beside(report, experiment.data_hash)
+    return measured | {link: f"{what} of the same data" for link, what in beside.items() if what != kind}
 
 
 def _link(path: Path, to: Path) -> str:

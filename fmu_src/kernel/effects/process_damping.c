@@ -1,9 +1,9 @@
 /* Process damping: the flank is pressed into the wave that the edge leaves, by the slope of the path. Kurata, Altintas
  * and Shamoto 2010: in proportion to the velocity of the vibration over that of the cut. A flank with a clearance
- * angle is clear of a path that goes down less steeply. */
+ * angle is clear of a path that goes down less steeply; where none is stated, it is a worn land along the cut. */
 #include "effect.h"
 
-enum { ON, C, STEEPEST, CLEARANCE, COUNT };
+enum { ON, C, STEEPEST, COUNT };
 
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
@@ -15,11 +15,6 @@ static const struct Variable variables[COUNT] = {
         .source = "guess"},
     [STEEPEST] = {.name = "process_damping.steepest", .unit = "1", .start = 1, .min = 1e-3, .max = 100, SHAPE, TUNED,
         .meaning = "slope beyond which the force does not grow: the law is one of small waves", .source = "guess"},
-    [CLEARANCE] = {.name = "process_damping.clearance_angle", .unit = "rad", .start = 0, .min = 0, .max = 0.5,
-        .display_unit = "deg", SHAPE, TUNED,
-        .meaning = "angle between clearance face and cutting direction: a path that goes down less steeply leaves it free; 0: a "
-            "worn land along the cut",
-        .source = "definition; value: guess"},
 };
 /* clang-format on */
 
@@ -29,7 +24,7 @@ static void press(const lanes *p, const lanes *state, struct Point *x)
     (void)state;
     EACH_LANE {
         const double into = larger(-x->u_y[i], 0), along = larger(x->u_x[i], into / p[STEEPEST][i]);
-        const double beyond = into > 0 ? into / along - tan(p[CLEARANCE][i]) : 0;
+        const double beyond = into > 0 ? into / along - x->tan_clearance[i] : 0;
         x->edge_f[i] += p[C][i] * x->w[i] * larger(beyond, 0);
     }
 }

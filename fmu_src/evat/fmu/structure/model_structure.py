@@ -51,7 +51,7 @@ def restricted(structure: Structure, variables: Sequence[Variable]) -> Structure
         return tuple(rows)
 
     return Structure(
-        outputs=kept(structure.outputs),
+        outputs=tuple(unknown for unknown in kept(structure.outputs) if unknown.variable.causality == "output"),
         derivatives=tuple(unknown for unknown in kept(structure.derivatives) if unknown.variable.derivative_of),
         initial_unknowns=kept([u for u in structure.initial_unknowns if (v := there.get(u.variable.name)) and _is_asked_for(v)]),
         indicators=kept(structure.indicators),

@@ -14,7 +14,7 @@ from evat.gap.report import corrected
 from evat.gap.report.html_report import page
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.judgement import fitted
-from evat.plots.experiment_page import page_of
+from evat.plots.experiment_page import REPORTS, pages_on
 
 if TYPE_CHECKING:
     from evat.gap.report.fmu_run import FmuRun
@@ -42,7 +42,8 @@ def write_diagnosis(
     with as_output_error(out, "the diagnosis"), scratch(out.parent) as folder:
         made = folder / "new"
         made.mkdir()
-        _fill(answer, comparison, made, fmu, without, page_of(comparison.prediction.experiment.folder, out / REPORT))
+        others = pages_on(comparison.prediction.experiment, out / REPORT, REPORTS[JSON])
+        _fill(answer, comparison, made, fmu, without, others)
         _into_place(made, out, folder / "old")
     return tuple(out / name for name in FILES)
 

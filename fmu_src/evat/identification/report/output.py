@@ -16,7 +16,7 @@ from evat.identification.report.figures import figures
 from evat.identification.report.summary import headline
 from evat.identification.result import Estimate, Identification, error_text
 from evat.native import kernel
-from evat.plots.experiment_page import page_of
+from evat.plots.experiment_page import REPORTS, pages_on
 
 SSV, JSON, REPORT = "identified.ssv", "identification.json", "report.html"
 FILES = {
@@ -130,6 +130,7 @@ def write(identification: Identification, folder: Path) -> tuple[Path, Path, Pat
         parameter_sets.save_ssv(parameter_set(identification, folder.name or "identified"), made / SSV)
         text = json.dumps(as_json(identification), indent=2, ensure_ascii=False, allow_nan=False)
         (made / JSON).write_text(text + "\n", encoding="utf-8")
+        others = pages_on(identification.experiment, folder / REPORT, REPORTS[JSON])
         page = render(
             "identify.html.j2",
             identification=identification,
@@ -137,7 +138,7 @@ def write(identification: Identification, folder: Path) -> tuple[Path, Path, Pat
             figures=figures(identification),
             spread=error_text,
             provenance=_provenance(identification),
-            files={**FILES, **page_of(identification.experiment.folder, folder / REPORT)},
+            files={**FILES, **others},
         )
         (made / REPORT).write_text(page, encoding="utf-8")
         for name in (SSV, JSON, REPORT):
