@@ -189,10 +189,16 @@ def uv_settings(python: Path) -> dict[str, str]:
 
 
 def step(title: str, command: Sequence[str], unless_set: Mapping[str, str] | None = None) -> int:
-    """Say what begins, run a program with its output on the screen, with variables of the environment that are not set; its status."""
+    """Say what begins, run a program with its output on the screen, with variables of the environment that are not set; its status.
+
+    Python keeps the modules that it compiles, even where the environment forbids it: the tests start hundreds of processes, and to
+    compile numpy, scipy and ours anew takes each longer than what it is started for.
+    """
     say(title)
+    environment = {**(unless_set or {}), **os.environ}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     try:
-        return subprocess.run(command, cwd=ROOT, env={**(unless_set or {}), **os.environ}, check=False).returncode
+        return subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
     except OSError as error:
         print(f"{command[0]}: {error.strerror}", file=sys.stderr)
         return 127

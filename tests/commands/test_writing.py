@@ -23,7 +23,8 @@ def evat(*arguments: str, folder: Path, most: int | None = None, **named: object
 
         resource.setrlimit(resource.RLIMIT_FSIZE, (most or 0, most or 0))
 
-    command = [sys.executable, "-c", "from evat.commands.main import main; main()", *arguments]
+    # -B: Python keeps a compiled module of which the limit let only a part through, and every later start would read it.
+    command = [sys.executable, *(["-B"] if most else []), "-c", "from evat.commands.main import main; main()", *arguments]
     return subprocess.run(
         command, cwd=folder, stderr=subprocess.PIPE, text=True, timeout=120, preexec_fn=limit if most else None,
         **{"stdout": subprocess.PIPE, **named},

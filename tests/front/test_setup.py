@@ -160,6 +160,12 @@ def test_the_status_is_that_of_the_first_failing_step(failing: tuple[str, ...], 
     assert steps[-1].endswith("-k law")
 
 
+def test_the_programs_of_a_step_keep_the_modules_that_they_compile() -> None:
+    ask = "import sys; sys.exit(sys.dont_write_bytecode)"
+    before = f"import environment; sys.exit(environment.step('ask', [sys.executable, '-c', {ask!r}]))"
+    assert run_script("test.py", before, PYTHONDONTWRITEBYTECODE="1").returncode == 0
+
+
 @pytest.mark.parametrize("target", [t for key, t in TARGETS.items() if key != "x86_64-windows"], ids=lambda target: target.fmi3_folder)
 def test_every_target_compiles_offline_and_twice_the_same(target: Target, tmp_path: Path) -> None:
     """x86_64-windows, whose runtime takes more than a minute to build once, is compiled with the FMU below."""
