@@ -30,6 +30,8 @@ UNREACHABLE = (
     "ProxyError",
     "Network is unreachable",
 )
+# Of algebra: with more, the tests that run beside each other wait for processors that neither has.
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 # pip's settings that say where packages are, the variable of uv for each, and what stands between several values in it.
 UV_VARIABLES = (
     ("index-url", "UV_DEFAULT_INDEX", " "),
@@ -84,6 +86,7 @@ def test(scripts: Path, arguments: Sequence[str]) -> int:
         for title, command in steps.items():
             unless_set: dict[str, str] = {}
             if title == "tests":
+                unless_set = dict.fromkeys(ONE_THREAD, "1")
                 if status := built.result():
                     failed[build] = status
                 else:  # the tests drive those
