@@ -54,7 +54,7 @@ def likelihood(
     point : (p,), parameters in prior standard deviations from their prior mean; held_out : (groups,), true where not to look; like : take
     its discrepancy.
     """
-    kept = np.ones(len(whitening.groups), dtype=bool) if held_out is None else np.logical_not(held_out)
+    kept = slice(None) if held_out is None else np.logical_not(held_out)
     trust, grams = whitening.trust[kept], sums.grams[kept]
     counts = whitening.counts[kept] * trust
     tail = (grams[..., point.size :, point.size :] * trust[..., None, None]).reshape(
