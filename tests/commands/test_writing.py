@@ -134,8 +134,9 @@ def test_a_picture_does_not_replace_its_table(tmp_path: Path, command: tuple[str
 
 def test_a_picture_of_a_kind_that_is_none(tmp_path: Path) -> None:
     """Without a suffix matplotlib would write another file than the one that was asked for."""
-    for name in ("picture", "picture.xyz"):
-        refused(evat("effects", "run_out", "-o", name, folder=tmp_path), name, "name it .png, .svg or .pdf")
+    for name in ("picture", "picture.xyz"):  # before any work: the value is impossible, and is not yet looked at
+        done = evat("effects", "run_out", "-v", "run_out.amplitude=-1", "-o", name, folder=tmp_path)
+        refused(done, name, "name it .png, .svg or .pdf")
     assert files(tmp_path) == []
 
 
