@@ -30,6 +30,8 @@ UNREACHABLE = (
     "ProxyError",
     "Network is unreachable",
 )
+# Of algebra: with more, the tests that run beside each other wait for processors that neither has.
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 # pip's settings that say where packages are, the variable of uv for each, and what stands between several values in it.
 UV_VARIABLES = (
     ("index-url", "UV_DEFAULT_INDEX", " "),
@@ -84,6 +86,7 @@ def test(scripts: Path, arguments: Sequence[str]) -> int:
         for title, command in steps.items():
             unless_set: dict[str, str] = {}
             if title == "tests":
+                unless_set = dict.fromkeys(ONE_THREAD, "1")
                 if status := built.result():
                     failed[build] = status
                 else:  # the tests drive those
@@ -189,10 +192,16 @@ def uv_settings(python: Path) -> dict[str, str]:
 
 
 def step(title: str, command: Sequence[str], unless_set: Mapping[str, str] | None = None) -> int:
-    """Say what begins, run a program with its output on the screen, with variables of the environment that are not set; its status."""
+    """Say what begins, run a program with its output on the screen, with variables of the environment that are not set; its status.
+
+    Python keeps the modules that it compiles, even where the environment forbids it: the tests start hundreds of processes, and to
+    compile numpy, scipy and ours anew takes each longer than what it is started for.
+    """
     say(title)
+    environment = {**(unless_set or {}), **os.environ}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     try:
-        return subprocess.run(command, cwd=ROOT, env={**(unless_set or {}), **os.environ}, check=False).returncode
+        return subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
     except OSError as error:
         print(f"{command[0]}: {error.strerror}", file=sys.stderr)
         return 127

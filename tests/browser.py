@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import fcntl
+import io
 import itertools
 import json
 import os
@@ -19,6 +20,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from evat.model import FloatArray
 from matplotlib.image import imread
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "chromium-headless-shell")
@@ -118,10 +120,12 @@ class Browser:
             raise ValueError(answer["exceptionDetails"])
         return answer["result"].get("value")
 
-    def picture(self, to: Path) -> None:
-        """The whole page as a PNG."""
-        answer = self._call("Page.captureScreenshot", format="png", captureBeyondViewport=True)
-        to.write_bytes(base64.b64decode(answer["data"]))
+    def picture(self, x: float, y: float, width: float, height: float) -> FloatArray:
+        """A part of the page as it is painted: (rows, columns, 3), 0 to 1."""
+        clip = {"x": x, "y": y, "width": width, "height": height, "scale": 1}
+        answer = self._call("Page.captureScreenshot", format="png", captureBeyondViewport=True, clip=clip)
+        painted: FloatArray = imread(io.BytesIO(base64.b64decode(answer["data"])))[..., :3]
+        return painted
 
     def _call(self, method: str, **parameters: Any) -> dict[str, Any]:
         number = next(self._numbers)
@@ -173,11 +177,8 @@ def _colours_of_plots(browser: Browser) -> list[int]:
     """How many colours each plot shows as it is painted: what is drawn may lie below something."""
     boxes = "JSON.stringify([...document.querySelectorAll('.js-plotly-plot')].map(e => e.getBoundingClientRect()).map(r => "
     places = json.loads(browser.ask(f"{boxes}[r.x + scrollX, r.y + scrollY, r.width, r.height]))"))
-    with tempfile.TemporaryDirectory() as folder:
-        browser.picture(Path(folder) / "page.png")
-        painted = imread(Path(folder) / "page.png")[..., :3]
-    parts = [painted[int(y) : int(y + high), int(x) : int(x + wide)].reshape(-1, 3) for x, y, wide, high in places]
-    return [len(np.unique(part, axis=0)) for part in parts]
+    parts = [np.round(255 * browser.picture(*place).reshape(-1, 3)).astype(int) for place in places if min(place[2:]) > 0]
+    return [len(np.unique(part @ [1, 256, 65536])) for part in parts]
 
 
 def _rgb(colour: str) -> list[int]:

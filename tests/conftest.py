@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 from evat import fmu
 from evat.fmu.python_fmu import MODEL_NAME, build_python_fmu
+from evat.native import compile as compiling
 from evat.native.compile import PACKAGE, host_target, is_whole, kernel_library_path, seal, source_root
 from evat.systems.write import write_all
 
@@ -64,6 +65,12 @@ def fmus() -> dict[str, Path]:
             for path in paths.values():
                 seal(path, state)
     return paths
+
+
+@pytest.fixture
+def unoptimised(monkeypatch: pytest.MonkeyPatch) -> None:
+    """C is compiled in a third of the time: where it matters what is compiled, and not into what."""
+    monkeypatch.setattr(compiling, "RELEASE", ("-O0", *compiling.RELEASE[1:]))
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import numpy as np
 import pytest
 from evat.model import Effect, Law, Variable
 from evat.native import kernel, machine
-from evat.native.compile import TARGETS, compile_library, kernel_sources, source_root
+from evat.native.compile import MANY_LANES, compile_library, host_target, kernel_library_path, source_root
 
 LAWS = kernel.variable("friction_law").choices
 VARIABLES = kernel.variables()
@@ -30,16 +29,16 @@ ALLOWED = {*MATH.split(), "memcpy", "memmove", "memset"}
 
 
 @dataclass(frozen=True)
-class Object:
-    """An object file: names that it defines and needs, and its writable sections that hold anything."""
+class Library:
+    """A shared library: names that it shows and needs, and its writable sections that hold anything."""
 
-    defined: frozenset[str]
+    shown: frozenset[str]
     needed: frozenset[str]
     writable: frozenset[str]
 
 
-def read_elf(path: Path) -> Object:
-    """ELF, 64 bits, little-endian: the section headers, then the symbol table."""
+def read_elf(path: Path) -> Library:
+    """ELF, 64 bits, little-endian: the section headers, then the symbols of the dynamic linker."""
     data = path.read_bytes()
     assert data[:6] == b"\x7fELF\x02\x01"
     (start,), (size, count, names) = struct.unpack_from("<Q", data, 40), struct.unpack_from("<HHH", data, 58)
@@ -49,48 +48,46 @@ def read_elf(path: Path) -> Object:
         begin = sections[table][4] + at
         return data[begin : data.index(b"\0", begin)].decode()
 
-    symbols = next(section for section in sections if section[1] == 2)
+    symbols = next(section for section in sections if section[1] == 11)
     rows = list(struct.iter_unpack("<IBBHQQ", data[symbols[4] : symbols[4] + symbols[5]]))[1:]
-    shared = [(text(symbols[6], name), section) for name, info, _, section, *_ in rows if info >> 4 in (1, 2)]  # global, weak
-    return Object(
-        frozenset(name for name, section in shared if section),
-        frozenset(name for name, section in shared if not section) - {"_GLOBAL_OFFSET_TABLE_"},
-        frozenset(text(names, s[0]) for s in sections if s[2] & 3 == 3 and s[5] > 0),  # write and alloc
+    named = [(text(symbols[6], name), section) for name, _, _, section, *_ in rows]
+    return Library(
+        frozenset(name for name, section in named if section),
+        frozenset(name for name, section in named if not section),
+        # write and alloc; but tables of pointers, which the loader writes once, and what it writes for itself
+        frozenset(text(names, s[0]) for s in sections if s[2] & 3 == 3 and s[5] > 0)
+        - {".data.rel.ro", ".relro_padding", ".dynamic", ".got", ".got.plt"},
     )
 
 
-def objects(sources: Sequence[Path], folder: Path) -> dict[str, Object]:
-    """Compiled for Linux, whatever runs the test: the rules are of the C, and zig compiles for every target everywhere."""
-    compile_library(sources, folder, TARGETS["x86_64-linux"], include=[KERNEL], link=False)
-    return {path.name: read_elf(path) for path in sorted(folder.glob("*.o"))}
+ELF = pytest.mark.skipif(host_target().system != "linux", reason="reads the sections of an ELF file")
+# What Python loads, optimised as a whole, with what the compiler has put in: one contact at a time, and many.
+LIBRARIES = pytest.mark.parametrize("path", [kernel_library_path(), kernel_library_path(MANY_LANES)], ids=lambda path: path.name)
 
 
-@pytest.fixture(scope="module")
-def kernel_objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Object]:
-    return objects(kernel_sources(source_root()), tmp_path_factory.mktemp("objects") / "kernel")
+@ELF
+@LIBRARIES
+def test_the_kernel_calls_the_mathematical_library_and_nothing_else(path: Path) -> None:
+    kernel_library = read_elf(path)
+    assert {"kernel_advance", "kernel_run_record"} <= kernel_library.shown
+    assert "pow" in kernel_library.needed  # the reader sees what is called
+    assert kernel_library.needed - ALLOWED == set()
 
 
-def test_the_kernel_calls_the_mathematical_library_and_nothing_else(kernel_objects: dict[str, Object]) -> None:
-    assert len(kernel_objects) == len(kernel_sources(source_root()))
-    own = frozenset[str]().union(*(one.defined for one in kernel_objects.values()))
-    needed = frozenset[str]().union(*(one.needed for one in kernel_objects.values()))
-    assert {"kernel_advance", "friction_lugre", "effect_thermal_softening"} <= own
-    assert "pow" in needed  # the reader sees what is called
-    assert needed - own - ALLOWED == set()
+@ELF
+@LIBRARIES
+def test_nothing_writable_outlives_a_call_but_what_the_caller_owns(path: Path) -> None:
+    assert read_elf(path).writable == set()
 
 
-def test_nothing_writable_outlives_a_call_but_what_the_caller_owns(kernel_objects: dict[str, Object]) -> None:
-    """But tables of pointers, which the loader writes once."""
-    for name, one in kernel_objects.items():
-        assert not {section for section in one.writable if not section.startswith(".data.rel.ro")}, name
-
-
+@ELF
 def test_a_writable_static_and_a_foreign_call_are_seen(tmp_path: Path) -> None:
     """The reader itself, on C that breaks both rules."""
     source = tmp_path / "bad.c"
     source.write_text("#include <stdlib.h>\nstatic int calls;\nvoid *f(void);\nvoid *f(void) { ++calls; return malloc((size_t)calls); }\n")
-    (bad,) = objects([source], tmp_path / "bad").values()
-    assert bad == Object(frozenset({"f"}), frozenset({"malloc"}), frozenset({".bss"}))
+    (tmp_path / "bad.h").write_text("void *f(void);\n")
+    bad = compile_library([source], tmp_path / "bad.so", host_target(), include=[tmp_path], exports=["bad.h"])
+    assert read_elf(bad) == Library(frozenset({"f"}), frozenset({"malloc"}), frozenset({".bss"}))
 
 
 # ---- tables ----

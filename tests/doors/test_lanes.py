@@ -1,17 +1,14 @@
-"""Do contacts that run side by side in one block (-DLANES=4) answer as each would alone?"""
+"""Do contacts that run side by side in one block (-DLANES=8) answer as each would alone?"""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
-import cffi
 import numpy as np
 import pytest
 from evat.native import kernel
-from evat.native.compile import compile_library, host_target, kernel_sources, source_root
+from evat.native.compile import MANY_LANES
 from evat.native.kernel import Contact
 
 Values = Mapping[str, float | str]
@@ -20,31 +17,18 @@ LAWS = kernel.variable("friction_law").choices
 VARIABLES = kernel.variables()
 
 
-@dataclass(frozen=True)
-class Library:
-    """The compiled kernel as it is, without evat.native.kernel around it."""
-
-    ffi: Any
-    c: Any
-
-
 @pytest.fixture(scope="module")
-def four(tmp_path_factory: pytest.TempPathFactory) -> Library:
-    root, target = source_root(), host_target()
-    path = tmp_path_factory.mktemp("four") / f"kernel{target.extension}"
-    compile_library(kernel_sources(root), path, target, include=[root / "kernel"], exports=["kernel.h"], defines={"LANES": 4})
-    header = re.sub(r"/\*.*?\*/", "", (root / "kernel" / "kernel.h").read_text(encoding="utf-8"), flags=re.DOTALL)
-    ffi = cffi.FFI()
-    ffi.cdef(re.sub(r"^\s*#.*$", "", header, flags=re.MULTILINE).replace("[LANES]", "[4]"))
-    return Library(ffi, ffi.dlopen(str(path)))
+def library() -> Any:
+    """The compiled kernel with many lanes that Python loads on this machine, as it is: ffi, functions."""
+    return kernel.library(MANY_LANES)
 
 
 class Block:
-    """Four contacts in one block, and each of the four alone."""
+    """Contacts in one block, and each of them alone."""
 
-    def __init__(self, library: Library, sets: Sequence[Values]) -> None:
-        self.ffi, self.c = library.ffi, library.c
-        assert self.c.kernel_lanes() == len(sets) == 4
+    def __init__(self, library: Any, sets: Sequence[Values]) -> None:
+        self.ffi, self.c = library
+        assert self.c.kernel_lanes() == len(sets) == MANY_LANES
         self.block: Any = self.ffi.new("struct Contact *")
         self.alone = [Contact(values) for values in sets]
         self.c.kernel_reset(self.block)
@@ -65,10 +49,10 @@ class Block:
             contact.advance(step)
 
     def values(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Variables and indicators, in the block and alone; shape (n, 4)."""
-        indicator = self.ffi.new("double[][4]", len(kernel.indicators()))
+        """Variables and indicators, in the block and alone; shape (n, lanes)."""
+        indicator = self.ffi.new(f"double[][{MANY_LANES}]", len(kernel.indicators()))
         self.c.kernel_indicators(self.block, indicator)
-        both = (np.frombuffer(self.ffi.buffer(kind)).reshape(-1, 4) for kind in (self.block.value, indicator))
+        both = (np.frombuffer(self.ffi.buffer(kind)).reshape(-1, MANY_LANES) for kind in (self.block.value, indicator))
         yield next(both)[: len(VARIABLES)], np.column_stack([contact.values() for contact in self.alone])
         yield next(both), np.column_stack([contact.indicators() for contact in self.alone])
 
@@ -88,7 +72,7 @@ every_case = pytest.mark.parametrize("case", CASES)
 
 
 def drawn(luck: np.random.Generator, law: str, case: str) -> list[dict[str, float | str]]:
-    """Four contacts that differ in all that lanes may differ in: the fixed choices are those of the block."""
+    """Contacts that differ in all that lanes may differ in: the fixed choices are those of the block."""
     common = {
         "shear_angle_principle": str(luck.choice(["maximum_shear_stress", "minimum_energy"])),
         "damping_mode": str(luck.choice(["dissipative", "as_published"])),
@@ -103,16 +87,16 @@ def drawn(luck: np.random.Generator, law: str, case: str) -> list[dict[str, floa
             "rake_angle": float(luck.uniform(-0.2, 0.2)),
             "slip_velocity": float(luck.normal(0, 0.3)) if case == "external" else 0.0,
         }
-        for lane in range(4)
+        for lane in range(MANY_LANES)
     ]
 
 
 @every_law
 @every_case
-def test_four_lanes_answer_like_four_contacts(four: Library, case: str, law: str) -> None:
+def test_lanes_answer_like_contacts(library: Any, case: str, law: str) -> None:
     """Motion, laws, effects, forces, indicators and events at random times and states: to the last bit."""
     luck = np.random.default_rng([LAWS.index(law), len(case)])
-    lanes = Block(four, drawn(luck, law, case))
+    lanes = Block(library, drawn(luck, law, case))
     assert lanes.differing() == []
     for n in range(20):
         for lane, contact in enumerate(lanes.alone):
@@ -130,9 +114,9 @@ def test_four_lanes_answer_like_four_contacts(four: Library, case: str, law: str
 
 @every_law
 @every_case
-def test_four_equal_lanes_step_like_one(four: Library, case: str, law: str) -> None:
+def test_equal_lanes_step_like_one(library: Any, case: str, law: str) -> None:
     """Through entries, exits, reversals, windows and the law's events: to the last bit."""
-    lanes = Block(four, [drawn(np.random.default_rng(1), law, case)[1]] * 4)
+    lanes = Block(library, [drawn(np.random.default_rng(1), law, case)[1]] * MANY_LANES)
     for step in (1e-7, 1.3e-5, 4e-5, 1.1e-4):
         lanes.advance(step)
         assert lanes.differing() == []
@@ -140,9 +124,9 @@ def test_four_equal_lanes_step_like_one(four: Library, case: str, law: str) -> N
 
 @every_law
 @every_case
-def test_four_lanes_step_like_four_contacts(four: Library, case: str, law: str) -> None:
+def test_lanes_step_like_contacts(library: Any, case: str, law: str) -> None:
     """Whatever the neighbours do: other steps, other events, more passes of an iteration. To the last bit."""
-    lanes = Block(four, drawn(np.random.default_rng([LAWS.index(law), len(case)]), law, case))
+    lanes = Block(library, drawn(np.random.default_rng([LAWS.index(law), len(case)]), law, case))
     for step in (1e-7, 1.3e-5, 4e-5, 1.1e-4):
         lanes.advance(step)
         assert lanes.differing() == []

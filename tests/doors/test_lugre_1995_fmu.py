@@ -153,7 +153,10 @@ def test_presliding_displacement(follow: FollowPlant) -> None:
     assert simulated == pytest.approx(published.PRESLIDING, abs=published.TOLERANCE["presliding"])
 
 
-@pytest.mark.parametrize("rate", published.BREAK_AWAY)
+# The kernel meets every published rate (laws/test_lugre_1995.py); the doors a slow and a fast one, and in the campaign all.
+@pytest.mark.parametrize(
+    "rate", [rate if rate in (1, 30) else pytest.param(rate, marks=pytest.mark.campaign) for rate in published.BREAK_AWAY]
+)
 def test_break_away_force_falls_with_the_rate_of_the_force(follow: FollowPlant, rate: float) -> None:
     plant = published.break_away_plant(rate)
     simulated = published.break_away(follow(plant, plant.times[-1] / max(2000, 2000 / rate)))

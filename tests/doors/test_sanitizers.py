@@ -25,11 +25,11 @@ from evat.native.compile import (
     fmi_headers,
     host_target,
     include_folders,
-    kernel_sources,
     sanitizer_runtime,
     shell_sources,
     source_root,
 )
+from sanitized import kernel_objects
 
 HERE = Path(__file__).resolve().parent
 TESTED = {
@@ -85,8 +85,8 @@ def sound(preload: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, P
     root, folder = source_root(), tmp_path_factory.mktemp("sound")
     own = folder / VARIANTS
     put(own, variants_file([(2, fmu_facts_of()), (3, fmu_facts_of())]))
-    sources = sorted({*kernel_sources(root), *shell_sources(root, 2), *shell_sources(root, 3)} - {root / VARIANTS})
-    return objects(root, folder / "objects", [*sources, own])
+    shells = sorted({*shell_sources(root, 2), *shell_sources(root, 3)} - {root / VARIANTS})
+    return {**kernel_objects(tmp_path_factory), **objects(root, folder / "objects", [*shells, own])}
 
 
 def sanitized(parts: Mapping[str, Path], folder: Path, fmus: dict[str, Path]) -> Path:

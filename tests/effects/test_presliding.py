@@ -5,7 +5,6 @@ Dupont, Hayward, Armstrong and Altpeter, Single state elastoplastic friction mod
 
 from __future__ import annotations
 
-import itertools
 from itertools import pairwise
 from math import exp, pi, sin
 
@@ -159,7 +158,7 @@ def test_the_kernels_steps_hold_their_tolerance_at_the_gate() -> None:
     the worst below is a share of that. All together fall by a power between 0.6 and 1 of the tolerance."""
     times, tolerances = np.arange(0, 1.21, 0.05), 10.0 ** -np.arange(3, 9)
     errors = []
-    for break_away, phase in itertools.product((0.3, 0.7, 0.95), (0.0, 1.0)):
+    for break_away, phase in ((0.3, 0.0), (0.7, 1.0), (0.95, 0.0), (0.95, 1.0)):
         speed = 80 * Z * np.cos(6 * pi * times + phase) * np.exp(-1.5 * times)
         exact = by_radau(times, speed, break_away)
         assert np.ptp(exact) > 1.8  # it slides both ways

@@ -142,7 +142,7 @@ def test_the_command(tmp_path: Path) -> None:
     from typer.testing import CliRunner
 
     arguments = ["experiment", "recovery", "lugre-1995", "--motion", "presliding", "--rate", "200 Hz", "--noise", "2 %"]
-    arguments += ["--csv", str(tmp_path / "a.csv"), "--plot", str(tmp_path / "a.png"), "--fit", "--generations", "10", "--seed", "1"]
+    arguments += ["--csv", str(tmp_path / "a.csv"), "--plot", str(tmp_path / "a.png"), "--fit", "--generations", "2", "--seed", "1"]
     result = CliRunner().invoke(app, arguments, env={"COLUMNS": "140"})
     assert result.exit_code == 0, result.output
     with (tmp_path / "a.csv").open(encoding="utf-8", newline="") as file:

@@ -15,18 +15,18 @@ import pytest
 from evat import fmu
 from evat.files.read_toml import read_toml
 from evat.fmu import build_fmu, host
-from evat.native import compile as compiling
 from evat.native.compile import (
     TARGETS,
     CompileError,
     Target,
-    build_kernel_library,
+    build_machine_library,
     compile_library,
     fmi_headers,
     host_target,
     include_folders,
     kernel_library_path,
     kernel_sources,
+    machine_library_path,
     model_sources,
     seal_of,
     shell_sources,
@@ -160,6 +160,12 @@ def test_the_status_is_that_of_the_first_failing_step(failing: tuple[str, ...], 
     assert steps[-1].endswith("-k law")
 
 
+def test_the_programs_of_a_step_keep_the_modules_that_they_compile() -> None:
+    ask = "import sys; sys.exit(sys.dont_write_bytecode)"
+    before = f"import environment; sys.exit(environment.step('ask', [sys.executable, '-c', {ask!r}]))"
+    assert run_script("test.py", before, PYTHONDONTWRITEBYTECODE="1").returncode == 0
+
+
 @pytest.mark.parametrize("target", [t for key, t in TARGETS.items() if key != "x86_64-windows"], ids=lambda target: target.fmi3_folder)
 def test_every_target_compiles_offline_and_twice_the_same(target: Target, tmp_path: Path) -> None:
     """x86_64-windows, whose runtime takes more than a minute to build once, is compiled with the FMU below."""
@@ -177,9 +183,9 @@ def test_every_target_compiles_offline_and_twice_the_same(target: Target, tmp_pa
     assert str(tmp_path).encode() not in made[0]
 
 
-def test_the_contact_compiles_for_another_platform(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("unoptimised")
+def test_the_contact_compiles_for_another_platform(tmp_path: Path) -> None:
     """All of its C for Windows without a warning, where the warnings of other systems differ; not linked, which takes minutes at first."""
-    monkeypatch.setattr(compiling, "RELEASE", ("-O0", *compiling.RELEASE[1:]))
     root = source_root()
     sources, include = [*model_sources(root), *shell_sources(root, 3)], [*include_folders(root), fmi_headers()]
     objects = list(compile_library(sources, tmp_path / "objects", TARGETS["x86_64-windows"], include=include, link=False).iterdir())
@@ -255,13 +261,14 @@ def test_sources_are_found_and_apart() -> None:
     assert root / "kernel" in include_folders(root)
 
 
-def test_the_kernel_is_compiled_anew_only_where_it_changed(tmp_path: Path) -> None:
-    library = build_kernel_library(tmp_path)
+def test_a_library_is_compiled_anew_only_where_it_changed(tmp_path: Path) -> None:
+    """A small one. That of the kernel is compiled anew, to the same bytes, in tests/models/test_kept.py."""
+    library = build_machine_library(tmp_path, "spindle")
     first = library.stat().st_mtime_ns
-    assert build_kernel_library(tmp_path).stat().st_mtime_ns == first
+    assert build_machine_library(tmp_path, "spindle").stat().st_mtime_ns == first
     (tmp_path / f"{library.name}.sha256").write_text("another state", encoding="ascii")
-    assert build_kernel_library(tmp_path).stat().st_mtime_ns != first
-    assert library.read_bytes() == kernel_library_path().read_bytes()  # the library that Python loads is that of these sources
+    assert build_machine_library(tmp_path, "spindle").stat().st_mtime_ns != first
+    assert library.read_bytes() == machine_library_path("spindle").read_bytes()  # what Python loads is that of these sources
 
 
 @pytest.mark.skipif(host_target().system != "linux", reason="reads the symbols of an ELF file")
@@ -284,8 +291,10 @@ def test_the_kernel_shows_its_header_and_needs_only_math(tmp_path: Path) -> None
 
 def test_objects_are_made_one_for_each_source(tmp_path: Path) -> None:
     root = source_root()
-    folder = compile_library(kernel_sources(root), tmp_path / "objects", host_target(), include=[root / "kernel"], link=False)
-    assert len(list(folder.iterdir())) == len(kernel_sources(root))
+    sources = model_sources(root, "spindle")
+    include = [*include_folders(root, "spindle"), root / "kernel"]
+    folder = compile_library(sources, tmp_path / "objects", host_target(), include=include, link=False)
+    assert len(list(folder.iterdir())) == len(sources) > 3
     assert all(path.suffix == ".o" for path in folder.iterdir())
 
 

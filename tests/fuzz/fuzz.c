@@ -4,8 +4,8 @@
  *
  * runs the sequences FIRST .. FIRST + COUNT - 1 of SEED, or as many as begin within SECONDS of the clock, and leaves
  * any call that takes more than SLOW seconds of the processor (0: waits). A sequence depends on seed and number only:
- * one that was found is run alone by `fuzz SEED NUMBER 1 1e9 0 verbose`. One line of figures at the end; exit status 1
- * where there are findings.
+ * one that was found is run alone by `fuzz SEED NUMBER 1 1e9 0 verbose`. With MOST_FINDINGS it ends. One line of
+ * figures at the end; exit status 1 where there are findings.
  */
 #include "acts.h"
 
@@ -224,7 +224,7 @@ int main(int count, char **argument)
     for (int n = 0; n < states; ++n)
         is_start[model_state(n)] = 1;
     host_begin(atof(argument[5]));
-    for (uint64_t n = first; n < first + most && clock_now() - begin < seconds; ++n) {
+    for (uint64_t n = first; n < first + most && clock_now() - begin < seconds && tally.findings < MOST_FINDINGS; ++n) {
         sequence_begins(seed, n);
         run_sequence();
     }

@@ -85,7 +85,7 @@ void sequence_begins(uint64_t seed, uint64_t sequence)
 void finding(const char *format, ...)
 {
     va_list values;
-    if (tally.findings++ < 40) {
+    if (tally.findings++ < MOST_FINDINGS) {
         fputs("FOUND ", stdout);
         where(stdout);
         fputs(": ", stdout);

@@ -16,6 +16,7 @@
 #include <setjmp.h>
 #include <stdint.h>
 
+enum { MOST_FINDINGS = 40 }; /* that are told; with them a run ends */
 enum { CAPACITY = 512, STATES = 64 }; /* room for any model; main sees that it is enough */
 enum { OK = ANSWER_OK, WARNING = ANSWER_WARNING, DISCARD = ANSWER_DISCARD, ERROR = ANSWER_ERROR };
 

@@ -26,10 +26,11 @@ from evat.native.compile import (
     sanitizer_runtime,
     source_root,
 )
+from sanitized import kernel_objects
 
 HERE = Path(__file__).resolve().parent
 PARTS = (CONTACT, *machine_names(source_root()))
-SECONDS = {CONTACT: 10.0, **dict.fromkeys(PARTS[1:], 2.0)}  # of the clock, in every run of the tests
+SECONDS = {CONTACT: 6.0, **dict.fromkeys(PARTS[1:], 2.0)}  # of the clock, in every run of the tests
 CAMPAIGN = {CONTACT: 360.0, **dict.fromkeys(PARTS[1:], 48.0)}  # ten minutes
 SLOWEST = 1.0  # seconds of the processor, under sanitizers, that a call may take: it is left then, and counted
 SEED = int(os.environ.get("EVAT_FUZZ_SEED", "1"))
@@ -41,8 +42,9 @@ Objects = dict[str, Path]
 class Workshop:
     """Compiles what is asked for, once: shells and host are the same for all models."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, factory: pytest.TempPathFactory) -> None:
+        self.folder = factory.mktemp("fuzz")
+        self._factory = factory
         self._kept: dict[str, Objects] = {}
 
     def objects(self, name: str, part: str, sources: Sequence[Path]) -> Objects:
@@ -58,7 +60,11 @@ class Workshop:
     def fuzz(self, part: str, instead: Objects | None = None) -> Path:
         """The program for one part; some of its objects may be replaced by others."""
         objects = self.objects("around", part, [*sorted((source_root() / "fmi").glob("*.c")), *sorted(HERE.glob("*.c"))])
-        objects = {**objects, **self.objects(f"model-{part}", part, model_sources(source_root(), part)), **(instead or {})}
+        if part == CONTACT:
+            model = kernel_objects(self._factory)
+        else:
+            model = self.objects(f"model-{part}", part, model_sources(source_root(), part))
+        objects = {**objects, **model, **(instead or {})}
         program = self.folder / f"fuzz-{part}{'-planted' if instead else ''}"
         subprocess.run(["gcc", *SANITIZE, *map(str, objects.values()), "-o", str(program), "-lm"], check=True)
         return program
@@ -70,7 +76,7 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Workshop:
         sanitizer_runtime()
     except CompileError as error:
         pytest.skip(str(error))
-    return Workshop(tmp_path_factory.mktemp("fuzz"))
+    return Workshop(tmp_path_factory)
 
 
 def ran(program: Path, seed: int, seconds: float) -> tuple[subprocess.CompletedProcess[str], Mapping[str, float]]:

@@ -11,9 +11,8 @@ from evat.gap import diagnose_with
 from evat.gap.answer import Diagnosis
 from evat.gap.search.compare import Comparison
 from evat.model import FloatArray, Run
-from evat.models.contact import ContactModel
+from rig import STILL as MODEL
 
-MODEL = ContactModel(threads=1)
 NOMINAL: dict[str, float | str] = {
     "kinematics": "external", "friction_law": "lugre", "F_C": 9.0, "F_S": 11.0, "sigma0": 1e5, "sigma1": 300.0, "sigma2": 40.0, "v_s": 1e-2,
 }  # fmt: skip

@@ -47,7 +47,7 @@ def test_the_larger_of_two_effects_is_found_at_least() -> None:
     [
         (lambda times: 1.2 * np.sin(2 * np.pi * 87.3 * times), True),  # a chatter line
         pytest.param(lambda times: 2.0 * (np.mod(11.3 * times, 1.0) - 0.5), False, marks=AGAIN),  # the sawtooth of a built-up edge
-        (lambda times: 4.0 * (np.mod(17.7 * times, 1.0) < 0.06), False),  # adhesion
+        pytest.param(lambda times: 4.0 * (np.mod(17.7 * times, 1.0) < 0.06), False, marks=AGAIN),  # adhesion
     ],
     ids=["line", "sawtooth", "spikes"],
 )

@@ -60,6 +60,7 @@ def test_the_tribometer_asks_lugre_for_an_elasto_plastic_break_away() -> None:
     assert 0.9 < rms["recalibrated"] / rms["nominal"] < 1.1  # the nominal values are those of a fit to this record
 
 
+@pytest.mark.campaign  # twenty seconds: another question to this record is asked above in each run, and another record below
 def test_the_tribometer_asks_coulomb_for_presliding() -> None:
     """Or for something as slow: all its strokes have one speed, at which a force that lags by way and one that lags by time look alike. A
     low-pass of 50 ms comes out a little ahead; both leave nothing that can be seen."""

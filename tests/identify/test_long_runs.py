@@ -16,6 +16,7 @@ from evat.identification.searching.journal import Journal, JournalError
 from evat.identification.searching.search import Search, search
 from evat.models.contact import ContactModel
 from known_rigs import FREE, MODEL, TO_AND_FRO, experiment, trial
+from threadpoolctl import threadpool_info, threadpool_limits
 
 RIG = experiment(trial(TO_AND_FRO[:300]))
 SETTINGS = {"population": 24, "generations": 12, "seed": 3, "profiles": False}
@@ -139,6 +140,21 @@ def test_the_same_seed_gives_the_same_result_with_any_number_of_threads() -> Non
     assert same(identifications[0], identifications[2])
     other = identify(RIG, MODEL, FREE, Settings(search="ga", **{**SETTINGS, "seed": 4}))  # type: ignore[arg-type]
     assert other.history != identifications[0].history
+
+
+def test_algebra_has_one_thread_whatever_the_caller_has() -> None:
+    """Two made some thousand rows of six columns take thirty times as long."""
+    threads = set[int]()
+
+    def look() -> bool:
+        if not threads:
+            threads.update(pool["num_threads"] for pool in threadpool_info())
+        return False
+
+    with threadpool_limits(2):
+        identify(RIG, MODEL, FREE, Settings(search="none", profiles=False), execution=Execution(cancelled=look))
+        assert 2 in {pool["num_threads"] for pool in threadpool_info()}
+    assert threads == {1}
 
 
 def test_stopping_gives_the_best_so_far() -> None:

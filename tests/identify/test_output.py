@@ -31,7 +31,7 @@ from typer.testing import CliRunner
 @pytest.fixture(scope="module")
 def identification() -> Identification:
     rig = experiment(trial(TO_AND_FRO), trial(TO_AND_FRO, seed=2), trial(0.6 * TO_AND_FRO, "c1", seed=3))
-    return identify(rig, MODEL, FREE, Settings(seed=1, generations=60, hold_out=("c1",)))
+    return identify(rig, MODEL, FREE, Settings(seed=1, generations=15, hold_out=("c1",)))
 
 
 def test_the_fmu_with_the_identified_set_gives_the_calculated_force(identification: Identification, tmp_path: Path, fmi2_fmu: Path) -> None:
@@ -120,7 +120,7 @@ def test_the_command(tmp_path: Path) -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="there Ctrl-C goes to a whole console")
 def test_ctrl_c_stops_with_the_best_so_far(tmp_path: Path) -> None:
     """A process of its own, interrupted after some generations: results are written, marked as stopped, and --resume goes on from there."""
-    folder = write_experiment(experiment(trial(TO_AND_FRO)), tmp_path / "rig")
+    folder = write_experiment(experiment(trial(TO_AND_FRO[:400])), tmp_path / "rig")
     free = [text for name in FREE for text in ("-f", name)]
     arguments = ["identify", str(folder), *free, "--search", "ga", "--generations", "3000", "-o", str(tmp_path / "out")]
     process = subprocess.Popen(

@@ -52,6 +52,18 @@ write_experiment(Experiment(Path(), "rig", "", nominal, signals, tuple(trials), 
 """
 
 
+DIAGNOSE = """
+from evat.experiment.read import read_experiment
+from evat.gap import diagnose
+from evat.models.contact import ContactModel
+model = ContactModel(1)
+some = ("direction_asymmetry", "dwell_strengthening", "sensor_gain", "sensor_offset")
+model.effects = tuple(effect for effect in model.effects if effect.name in some)
+assert len(model.effects) == len(some)
+print(*(effect.name for effect in diagnose(read_experiment("rig", model), model).effects))
+"""
+
+
 @pytest.fixture(scope="module")
 def added(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return copied(tmp_path_factory.mktemp("added"), PAGE, PAGE.code)
@@ -114,8 +126,15 @@ def test_its_parameters_are_identified(added: dict[str, str], rig: Path, tmp_pat
     assert estimates[OWN]["value"] == pytest.approx(V_T, rel=0.02)
 
 
-def test_a_diagnosis_tries_it_as_a_rival_law(added: dict[str, str], rig: Path, tmp_path: Path) -> None:
-    """Coulomb's law was believed; the new one is the cause, with the transition that was there."""
+def test_a_diagnosis_tries_it_as_a_rival_law(added: dict[str, str], rig: Path) -> None:
+    """Coulomb's law was believed; the new one is the cause, among all laws and some effects."""
+    done = python(added, "-c", DIAGNOSE, folder=rig.parent)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == [f"friction_law={NAME}"]
+
+
+@pytest.mark.campaign  # the code is compiled quickly, and runs slowly
+def test_the_command_tries_it_beside_all_effects(added: dict[str, str], rig: Path, tmp_path: Path) -> None:
     done = evat(added, "diagnose", str(rig), "--no-fmu", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     told = json.loads((tmp_path / "diagnosis" / "diagnosis.json").read_text(encoding="utf-8"))

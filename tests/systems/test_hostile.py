@@ -179,7 +179,8 @@ read(path, Path({str(tmp_path / "unpacked")!r})) if {what == "a system"} else Dr
 """
     (tmp_path / "small").mkdir()
     here = {**os.environ, "TMPDIR": str(tmp_path / "small")}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=here, timeout=120, check=False)
+    command = [sys.executable, "-B", "-c", code]  # Python would keep half of a compiled module
+    done = subprocess.run(command, capture_output=True, text=True, env=here, timeout=120, check=False)
     assert "evat.files.writing.OutputError: " in done.stderr
     assert "cannot be written: File too large" in done.stderr
     assert "corrupt" not in done.stderr

@@ -56,9 +56,11 @@ def effects(
 
 
 def _plot(name: str, to: Path, parameters: str | None, value: list[str] | None, speed_unit: str) -> None:
+    from evat.plots.cycles import check_picture
     from evat.plots.signature import plot_signature
     from evat.signature import signature
 
+    check_picture(to)  # before the work
     parameter_set = parameter_sets.load(parameters, speed_unit=speed_unit) if parameters is not None else None
     values: dict[str, float | str] = {**(parameter_set.values if parameter_set else {}), **typed_values(value)}
     result = signature(name, values, parameter_set.effects if parameter_set else ())

@@ -8,6 +8,8 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
+from threadpoolctl import threadpool_limits
+
 from evat.experiment import Experiment, ExperimentError
 from evat.identification.check import check_influence, check_signs, suspicious_scales
 from evat.identification.covariance import Optimum
@@ -35,6 +37,13 @@ def identify(
     experiment: Experiment, model: Model, free: Sequence[str], settings: Settings = DEFAULT, *, execution: Execution = HERE
 ) -> Identification:
     """What `evat.identify` says, of any model; see evat.answers."""
+    with threadpool_limits(
+        1
+    ):  # of algebra: threads of it wait for each other over some thousand rows of a few columns, for most of the time
+        return _identified(experiment, model, free, settings, execution)
+
+
+def _identified(experiment: Experiment, model: Model, free: Sequence[str], settings: Settings, execution: Execution) -> Identification:
     begin = time.perf_counter()
     check_size(settings.population, settings.generations, settings.seed)
     fitted, kept = _split(experiment, settings.hold_out)

@@ -54,23 +54,26 @@ def likelihood(
     point : (p,), parameters in prior standard deviations from their prior mean; held_out : (groups,), true where not to look; like : take
     its discrepancy.
     """
-    kept = np.ones(len(whitening.groups), dtype=bool) if held_out is None else np.logical_not(held_out)
+    kept = slice(None) if held_out is None else np.logical_not(held_out)
     trust, grams = whitening.trust[kept], sums.grams[kept]
     counts = whitening.counts[kept] * trust
     tail = (grams[..., point.size :, point.size :] * trust[..., None, None]).reshape(
         *trust.shape, -1
     )  # residual, and what trials have apart
-    log, size, length = -np.inf, 0.0, 0
-    squares = float(point @ point)
     # Size and length from the residual as it stands; slopes do not enter, which keeps the search cheap.
-    for place in range(whitening.unexplained.shape[0]) if like is None else (like.length,):
-        sizes = _sizes(*CONSTANTS.discrepancy_range, CONSTANTS.discrepancy_sizes) if like is None else np.array([like.size])
-        variance = whitening.least[kept][:, None] + sizes[:, None] ** 2 * whitening.unexplained[place][kept][:, None]  # (g, sizes, bands)
-        chi, spread = _between_trials((1 / variance) @ tail)
-        logs = -0.5 * ((np.log(variance) @ counts[..., None])[..., 0] + chi + spread).sum(axis=0) - 0.5 * squares
-        logs -= np.log1p((sizes / CONSTANTS.usual_discrepancy) ** 2)
-        if logs.max() > log:
-            log, size, length = float(logs.max()), float(sizes[int(np.argmax(logs))]), place
+    if like is None:
+        sizes, lengths = _sizes(*CONSTANTS.discrepancy_range, CONSTANTS.discrepancy_sizes), range(whitening.unexplained.shape[0])
+        reciprocal, logarithm = (of[:, kept] for of in whitening.variances(sizes))
+    else:
+        sizes, lengths = np.array([like.size]), range(like.length, like.length + 1)
+        variance = whitening.least[kept] + like.size**2 * whitening.unexplained[like.length][kept]
+        reciprocal, logarithm = (of[None, :, None] for of in (1 / variance, np.log(variance)))
+    chi, spread = _between_trials(reciprocal @ tail)  # (lengths, groups, sizes)
+    logs = -0.5 * ((logarithm @ counts[..., None])[..., 0] + chi + spread).sum(axis=1) - 0.5 * float(point @ point)
+    logs -= np.log1p((sizes / CONSTANTS.usual_discrepancy) ** 2)
+    logs[np.isnan(logs)] = -np.inf  # of what cannot be computed no data are likely
+    best = np.unravel_index(np.argmax(logs), logs.shape)
+    log, length, size = float(logs[best]), lengths[int(best[0])], float(sizes[best[1]])
     weights = 1 / (whitening.least + size**2 * whitening.unexplained[length])
     total = known(grams, weights[kept] * trust)
     normal = total[:-1, :-1] + np.eye(point.size)
@@ -89,14 +92,15 @@ def _sizes(low: float, high: float, count: int) -> FloatArray:
 def _between_trials(tail: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Of weighted products (..., (1 + RANDOM)^2): the residual's square where what differs between trials is integrated out, and the log
     determinant of that (Woodbury). By elimination, all matrices at once; they are positive definite."""
-    products = tail.reshape(*tail.shape[:-1], 1 + RANDOM, 1 + RANDOM).copy()
+    # Which matrix is the last index, so that each step runs over all of them in one go.
+    products = np.moveaxis(tail.reshape(*tail.shape[:-1], 1 + RANDOM, 1 + RANDOM), (-2, -1), (0, 1)).copy()
     log_determinant = np.zeros(tail.shape[:-1])
     for way in range(RANDOM, 0, -1):
-        pivot = 1 + products[..., way, way]
-        row = products[..., way, :way]
-        products[..., :way, :way] -= row[..., :, None] * (row / pivot[..., None])[..., None, :]
+        pivot = 1 + products[way, way]
+        row = products[way, :way]
+        products[:way, :way] -= row[:, None] * (row / pivot)
         log_determinant += np.log(pivot)
-    return products[..., 0, 0], log_determinant
+    return products[0, 0], log_determinant
 
 
 def known(grams: FloatArray, weights: FloatArray) -> FloatArray:

@@ -82,6 +82,7 @@ class Whitening:
         if by_inputs is not None:
             self.least = self.least + self._left_by_inputs(np.nan_to_num(by_inputs))
         self.trust: FloatArray = np.ones_like(self.counts)
+        self._variances: tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray]] | None = None
 
     def _left_by_inputs(self, error: FloatArray) -> FloatArray:
         """The variance (groups, bands) of an error (N,) as large and as long-lived in each group as this one."""
@@ -104,6 +105,15 @@ class Whitening:
         ratio = size**2 * self.unexplained[length] / self.least
         known = (1 + ratio) ** 2 / ((1 + 2 * ratio) / np.maximum(self.counts, 1.0) + ratio**2 / CONSTANTS.discrepancy_numbers)
         self.trust = np.minimum(known / np.maximum(self.counts, 1.0), 1.0)
+
+    def variances(self, sizes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Of noise and discrepancies of these sizes (rms of a channel) and all lengths: one by the variance, and its logarithm (lengths,
+        groups, sizes, bands). The same for every residual, so they are kept."""
+        known = self._variances
+        if known is None or known[0] is not self.least or known[1] is not sizes:
+            variance = self.least[:, None] + sizes[:, None] ** 2 * self.unexplained[:, :, None]
+            known = self._variances = (self.least, sizes, (1 / variance, np.log(variance)))
+        return known[2]
 
     def forgive(self, size: float, length: int) -> None:
         """From now on count a discrepancy of at least this size and length in every model."""

@@ -33,17 +33,18 @@ def chain(factor: Array, shift: Array, first: float = 0.0) -> Array:
     count = factor.size
     length = max(1, int(np.sqrt(count)))
     blocks = -(-count // length)
-    A, B = np.ones((blocks, length)), np.zeros((blocks, length))
-    A.flat[:count], B.flat[:count] = factor, shift
+    rest = blocks * length - count
+    A = np.append(factor, np.ones(rest)).reshape(blocks, length).T.copy()  # a step of all blocks lies side by side
+    B = np.append(shift, np.zeros(rest)).reshape(blocks, length).T.copy()
     for n in range(1, length):
-        B[:, n] += A[:, n] * B[:, n - 1]
-        A[:, n] *= A[:, n - 1]
+        B[n] += A[n] * B[n - 1]
+        A[n] *= A[n - 1]
     at_start = np.empty(blocks)
     z = first
-    for k in range(blocks):
+    for k, (a, b) in enumerate(zip(A[-1].tolist(), B[-1].tolist(), strict=True)):
         at_start[k] = z
-        z = A[k, -1] * z + B[k, -1]
-    return (A * at_start[:, None] + B).ravel()[:count]
+        z = a * z + b
+    return (A * at_start + B).T.ravel()[:count]
 
 
 def linear(width: Array, rate: Array, drive: Array, fresh: npt.NDArray[np.bool_], held: npt.NDArray[np.bool_]) -> Array:
