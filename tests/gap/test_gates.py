@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from test_calibration import _features as features
 from toy import Toy, measured
 
-CHAIN = ("known_is_likelier", "effects_over_none", "nominal_suffices", "one_is_likely", "one_stands_out", "credible")
+CHAIN = ("known_is_likelier", "effects_over_none", "nominal_suffices", "one_is_likely", "one_stands_out", "one_is_in_most", "credible")
 POSITIVE = st.floats(0.001, 100)
 
 
@@ -32,7 +32,7 @@ def verdict_of(by_name: dict[str, Gate]) -> str:
         return "unknown"
     if not by_name["effects_over_none"].passed:
         return "no_gap" if by_name["nominal_suffices"].passed else "mistuned"
-    one = by_name["one_is_likely"].passed or by_name["one_stands_out"].passed
+    one = any(by_name[name].passed for name in ("one_is_likely", "one_stands_out", "one_is_in_most") if name in by_name)
     return "effect" if one and ("credible" not in by_name or by_name["credible"].passed) else "ambiguous"
 
 
@@ -70,6 +70,23 @@ def test_the_gates_give_the_verdict(
     assert [gate.moved for gate in chain] == [False] * (len(chain) - 1) + [True]
     assert list(by_name)[-len(chain) :] == [gate.name for gate in chain]
     assert judge(seen, Constants(), ()) == judgement
+
+
+def test_an_effect_that_is_in_most_sets_is_named_whatever_acts_beside_it() -> None:
+    """No set stands out; a is in nearly all of them. Of b nothing is sure."""
+    seen = features(30, {"a": (300, 0.03), "a+b": (360, 0.005), "a+c": (359, 0.005), "b": (90, 0.6)}, exact=-50)
+    judgement = judge(seen, Constants())
+    by_name = told(judgement)
+    a = sum(p for on, p in judgement.probabilities.items() if "a" in on)
+    assert (judgement.verdict, judgement.chosen) == ("effect", Hypothesis(("a",)))
+    assert not by_name["one_stands_out"].passed
+    assert by_name["one_is_in_most"].value == pytest.approx(a)
+    assert a > 0.9
+    assert by_name["one_is_in_most"].moved
+    without = replace(seen, gain={on: gain for on, gain in seen.gain.items() if on != Hypothesis(("a",))})
+    assert judge(without, Constants()).verdict == "ambiguous"  # what was not fitted cannot be told
+    doubted = replace(seen, doubts={Hypothesis(("a",)): ("too large",)})
+    assert judge(doubted, Constants()).verdict == "ambiguous"
 
 
 @pytest.mark.parametrize(

@@ -107,7 +107,7 @@ def _judged(comparison: Comparison, held: HeldOut, known: Constants) -> Judgemen
         leaders = sorted((on for on in judgement.probabilities if on), key=lambda on: -judgement.probabilities[on])[
             : CONSTANTS.held_out_models
         ]
-        new = [on for on in leaders if on not in seen.doubts]
+        new = [on for on in dict.fromkeys((*leaders, judgement.chosen)) if on and on not in seen.doubts]
         if not new or comparison.audit.refused:
             break
         left = {on: held.left(comparison.models[on]) for on in new}

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from evat.constants import CONSTANTS
-from evat.gap.verdict.judgement import MISTUNED, NO_GAP, Judgement, judge, steps, unexplained_channels
+from evat.gap.verdict.judgement import MISTUNED, NO_GAP, Judgement, by_effect, in_most_sets, judge, steps, unexplained_channels
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +141,7 @@ def _verdicts(judgement: Judgement, counts: bool) -> list[Gate]:
     unknown, known, none = step.unknown, step.structural - step.unknown, 1 - step.structural
     count, most = len(judgement.likely), max((p for on, p in judgement.probabilities.items() if on), default=0.0)
     is_unknown, acts, sure = unknown > max(known, none), known > none, CONSTANTS.least_named_probability * (1 - unknown)
+    common = in_most_sets(judgement.probabilities, unknown) in step.scores
     chain = [
         Gate(
             "known_is_likelier", "probability of something unknown", unknown, "at most", max(known, none),
@@ -157,14 +158,20 @@ def _verdicts(judgement: Judgement, counts: bool) -> list[Gate]:
         word = "the verdict is effect: no other hypothesis is likely" if count <= 1 else "several hypotheses are likely"
         chain.append(Gate("one_is_likely", "hypotheses that hold 90 % of what is not unknown", count, "at most", 1, word, False))
         if count > 1:
+            word = "the verdict is effect: the others are far behind" if most > sure else "none is far before the others"
+            chain.append(Gate("one_stands_out", "probability of the likeliest hypothesis", most, "above", sure, word, False))
+        if count > 1 and most <= sure:
+            each = by_effect(judgement.probabilities)
+            likeliest = max(each, key=lambda name: each[name], default="an effect")
             word = (
-                "the verdict is effect: the others are far behind"
-                if most > sure
+                f"the verdict is effect: {judgement.chosen}, whatever acts beside"
+                if common
                 else "the verdict is ambiguous: these data cannot tell them apart"
             )
-            chain.append(Gate("one_stands_out", "probability of the likeliest hypothesis", most, "above", sure, word, False))
+            quantity, least = f"probability of {likeliest} in all hypotheses together", CONSTANTS.least_effect_probability * (1 - unknown)
+            chain.append(Gate("one_is_in_most", quantity, each.get(likeliest, 0.0), "above", least, word, False))
     reasons = judgement.features.doubts.get(judgement.chosen, ())
-    if not is_unknown and acts and reasons and (count <= 1 or most > sure):
+    if not is_unknown and acts and reasons and (count <= 1 or most > sure or common):
         word = f"the verdict is ambiguous: {'; '.join(reasons)}"
         chain.append(Gate("credible", "reasons to doubt the likeliest hypothesis", len(reasons), "at most", 0, word, False))
     return [*chain[:-1], replace(chain[-1], moved=counts)]

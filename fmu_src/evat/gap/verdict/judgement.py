@@ -232,7 +232,24 @@ def judge(features: Features, constants: Constants, reverse: Collection[str] = (
         return judgement(NO_GAP if step.no_gap > 0.5 else MISTUNED)
     chosen = next(on for on in ranked if on)
     sure = probabilities[chosen] > CONSTANTS.least_named_probability * (1 - unknown) or len(likely) == 1
+    if not sure and (in_all := in_most_sets(probabilities, unknown)) in scores:
+        chosen, sure = in_all, True
     return judgement(EFFECT if sure and not features.doubts.get(chosen) else AMBIGUOUS_SETS, chosen)
+
+
+def in_most_sets(probabilities: Mapping[Hypothesis, float], unknown: float) -> Hypothesis:
+    """The effects that are likely whatever acts beside them: each by the probability of all sets that it is in."""
+    least = CONSTANTS.least_effect_probability * (1 - unknown)
+    return Hypothesis(tuple(name for name, probability in by_effect(probabilities).items() if probability > least))
+
+
+def by_effect(probabilities: Mapping[Hypothesis, float]) -> dict[str, float]:
+    """The probability of each effect, in all sets together."""
+    total: dict[str, float] = {}
+    for on, probability in probabilities.items():
+        for name in on.effects:
+            total[name] = total.get(name, 0.0) + probability
+    return total
 
 
 def _foreign(features: Features, explained: float, unknown: float, structural: float, constants: Constants) -> tuple[float, float]:
