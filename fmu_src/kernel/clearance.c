@@ -66,9 +66,9 @@ static double largest(double (*value)(const struct Flank *, double), const struc
     double best = -INFINITY, low = from, high = to;
     const double spacing = (to - from) / (double)PLACES;
     for (int n = 0; n <= PLACES; ++n) {
-        const double at = from + n * spacing, found = value(f, at);
-        if (found > best) {
-            best = found;
+        const double at = from + n * spacing, there = value(f, at);
+        if (there > best) {
+            best = there;
             low = larger(at - spacing, from);
             high = smaller(at + spacing, to);
         }

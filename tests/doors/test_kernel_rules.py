@@ -30,15 +30,18 @@ ALLOWED = {*MATH.split(), "memcpy", "memmove", "memset"}
 
 @dataclass(frozen=True)
 class Library:
-    """A shared library: names that it shows and needs, and its writable sections that hold anything."""
+    """A shared library or an object file: names that it shows and needs, and its writable sections that hold anything."""
 
     shown: frozenset[str]
     needed: frozenset[str]
     writable: frozenset[str]
 
 
-def read_elf(path: Path) -> Library:
-    """ELF, 64 bits, little-endian: the section headers, then the symbols of the dynamic linker."""
+OF_OBJECT, OF_LIBRARY = 2, 11  # kinds of a table of symbols: the linker's, and the dynamic linker's
+
+
+def read_elf(path: Path, symbols_of: int = OF_LIBRARY) -> Library:
+    """ELF, 64 bits, little-endian: the section headers, then the symbols."""
     data = path.read_bytes()
     assert data[:6] == b"\x7fELF\x02\x01"
     (start,), (size, count, names) = struct.unpack_from("<Q", data, 40), struct.unpack_from("<HHH", data, 58)
@@ -48,9 +51,9 @@ def read_elf(path: Path) -> Library:
         begin = sections[table][4] + at
         return data[begin : data.index(b"\0", begin)].decode()
 
-    symbols = next(section for section in sections if section[1] == 11)
+    symbols = next(section for section in sections if section[1] == symbols_of)
     rows = list(struct.iter_unpack("<IBBHQQ", data[symbols[4] : symbols[4] + symbols[5]]))[1:]
-    named = [(text(symbols[6], name), section) for name, _, _, section, *_ in rows]
+    named = [(text(symbols[6], name), section) for name, info, _, section, *_ in rows if info >> 4 in (1, 2)]  # global, weak
     return Library(
         frozenset(name for name, section in named if section),
         frozenset(name for name, section in named if not section),

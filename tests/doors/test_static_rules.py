@@ -70,8 +70,8 @@ def types(description: ModelDescription) -> Iterator[str]:
 
 
 def exponents(description: ModelDescription, unit: str) -> tuple[dict[str, int], float]:
-    (found,) = [each for each in description.unitDefinitions if each.name == unit]
-    base = found.baseUnit
+    (definition,) = [each for each in description.unitDefinitions if each.name == unit]
+    base = definition.baseUnit
     return {name: int(getattr(base, name) or 0) for name in ("kg", "m", "s", "A", "K", "mol", "cd", "rad")}, float(base.factor or 1)
 
 

@@ -32,24 +32,25 @@ def test_a_response_that_is_a_little_larger_than_expected_is_met_as_well(slope: 
     assert spreads == pytest.approx([CONSTANTS.plausible_effect / slope], rel=1.01 * abs(error) + 1e-6)
 
 
-class Bounded(Toy):
+def bounded() -> Toy:
     """The toy whose lean has a bound below what is tried."""
-
-    effects = tuple(
+    toy = Toy()
+    toy.effects = tuple(
         replace(effect, variables=tuple(replace(own, max=0.5) for own in effect.variables)) if effect.name == "lean" else effect
         for effect in Toy.effects
     )
-    variables = (*Toy.variables[:3], *(own for effect in effects for own in effect.variables))
+    toy.variables = (*Toy.variables[:3], *(own for effect in toy.effects for own in effect.variables))
+    return toy
 
 
 def test_slopes_are_those_of_the_amplitude_that_was_tried_where_its_bound_is_near() -> None:
     """An effect that is exactly linear: a|x|, of which 10 % of the rms is a = 1 and 0.5 is allowed. All trials start at one amplitude."""
-    prediction = Prediction(Bounded(), measured(["lean"], {"lean.a": 0.4}))
+    prediction = Prediction(bounded(), measured(["lean"], {"lean.a": 0.4}))
     predicted = prediction.one()
     whitening = Whitening(prediction, estimate_noise(prediction, predicted), predicted)
     base = fit(prediction, whitening, (), np.empty(0))
     assert base is not None
-    starts = Screen(prediction, whitening, Scales(prediction.model, prediction.experiment)).starts(base, Bounded.effects[2])
+    starts = Screen(prediction, whitening, Scales(prediction.model, prediction.experiment)).starts(base, prediction.model.effects[2])
     size = np.abs(np.concatenate([trial.inputs["x"] for trial in prediction.experiment.trials]))
     assert len(starts) == len(CONSTANTS.trial_amplitudes)
     for start in starts:

@@ -60,8 +60,8 @@ def file_name(page: Path) -> str:
 
 def write(pages: Path, folder: Path) -> list[Path]:
     """The notebooks of all pages in the folder `pages`."""
-    found = sorted(pages.glob(f"{PREFIX}*.md"))
-    return [put(folder / file_name(page), notebook(page.read_text(encoding="utf-8"), pages)) for page in found]
+    sources = sorted(pages.glob(f"{PREFIX}*.md"))
+    return [put(folder / file_name(page), notebook(page.read_text(encoding="utf-8"), pages)) for page in sources]
 
 
 def on_files(files: Any, config: Any, **_: Any) -> Any:
