@@ -36,8 +36,8 @@ def test_a_little_of_it_is_no_effect() -> None:
 
 
 def test_beside_a_little_of_it_an_effect_is_named_alone() -> None:
-    assert [effect.name for effect in told(["bend", "lean"], Toy(), c=0.05).effects] == ["bend", "lean"]
-    answer = told(["bend", "lean"], formed(), c=0.05)
+    assert [effect.name for effect in told(["bend", "lean"], Toy(), c=0.06).effects] == ["bend", "lean"]
+    answer = told(["bend", "lean"], formed(), c=0.06)
     assert [effect.name for effect in answer.effects] == ["lean"]
     assert answer.effects[0].parameters["a"][0] == pytest.approx(0.8, abs=0.1)
     assert answer.closure.rms["F"]["corrected"] < 1.1 * answer.closure.rms["F"]["noise_floor"]
