@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from evat import parameter_sets
-from evat.guide.notebooks import BLOCK, PREFIX
+from evat.guide.notebooks import BLOCK, PICTURE, PREFIX
 from evat.identification.report.figures import save_profiles
 from evat.studies import recovery
 from evat.studies.coupling import study
@@ -58,11 +58,11 @@ def notebooks() -> None:
                 *before, last = code.rstrip().splitlines()
                 shown = last if re.match(r"\w+(\[[^]]*\])?\.plot\(", last) else "figure" if ".savefig(" in last else None
                 exec("\n".join([*before, "" if shown == last else last]), names)
-                if link := re.match(r"\s*!\[[^]]*\]\(pictures/([^)]+)\)", text):
+                if link := PICTURE.match(text):
                     figure = eval(shown or "None", names)
                     assert isinstance(figure, Figure), f"{page.name}: {last} gives no figure"
-                    figure.savefig(FOLDER / link[1], dpi=80, metadata={"Software": None})
-                    print(FOLDER / link[1])
+                    figure.savefig(FOLDER.parent / link[1], dpi=80, metadata={"Software": None})
+                    print(FOLDER.parent / link[1])
             os.chdir(FOLDER)
 
 

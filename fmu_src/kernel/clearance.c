@@ -14,7 +14,9 @@
 #define NO_DEPTH 1e-9 /* [m]: some atoms */
 #define NO_ADVANCE 1e-12 /* of a cycle, in amplitudes */
 
-enum { PLACES = 64, NARROWER = 40 }; /* that are looked at, and steps of a search beside the best of them */
+#define GOLDEN_SECTION 0.61803398874989485 /* (sqrt(5) - 1)/2 */
+
+enum { PLACES = 64, NARROWER = 40 }; /* that are looked at, and golden sections beside the best of them */
 
 /* A tool that has come to angle psi; lengths in m. */
 struct Flank {
@@ -74,7 +76,7 @@ static double largest(double (*value)(const struct Flank *, double), const struc
         }
     }
     for (int n = 0; n < NARROWER; ++n) {
-        const double left = low + 0.381966 * (high - low), right = low + 0.618034 * (high - low),
+        const double left = high - GOLDEN_SECTION * (high - low), right = low + GOLDEN_SECTION * (high - low),
                      at_left = value(f, left), at_right = value(f, right);
         best = larger(best, larger(at_left, at_right));
         if (at_left > at_right)

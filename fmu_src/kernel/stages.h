@@ -243,8 +243,8 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
  * length. All of it counts where forces are recalled as they were, where the slip is solved for from them, and where no
  * cycle says how long a step is. */
 double force_share(const struct Configuration *w, double h, int lane);
-#define USUAL_TOLERANCE                                                                                                \
-    1e-4 /* relative_tolerance at its start: what is said in steps or shares of a cycle is said of it */
+/* relative_tolerance at its start: what is said in steps or shares of a cycle is said of it. */
+#define USUAL_TOLERANCE 1e-4
 
 /* step_doubling.c: in which lanes may start, middle and end not show what lies between them? And there, how far the end
  * of the step is from that of its two halves, in units of the tolerance; 0 elsewhere. tolerance.c: are these steps,

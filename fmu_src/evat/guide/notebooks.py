@@ -18,7 +18,7 @@ from evat.files.writing import put
 PRINTED = "# -> "  # before each line that a block prints
 PREFIX = "notebook-"  # how their pages are named
 BLOCK = re.compile(r"^(?:<!-- not run: [^\n]+ -->\n)?```python\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-_PICTURE = re.compile(r"\s*!\[[^\]]*\]\(([^)]+)\)")  # below a block: the figure that it makes
+PICTURE = re.compile(r"\s*!\[[^\]]*\]\(([^)]+)\)")  # below a block: the figure that it makes
 _LINK = re.compile(r"\[([^\]]+)\]\((?!https?:)[^)]+\)")  # to another page, which does not lie beside a notebook
 
 
@@ -26,7 +26,7 @@ def notebook(page: str, folder: Path) -> str:
     """The page, whose pictures lie in `folder`, as a Jupyter notebook (nbformat 4.5); the same page gives the same bytes."""
     cells: list[dict[str, Any]] = []
     for place, text in enumerate(BLOCK.split(page)):
-        picture = None if place % 2 else _PICTURE.match(text)
+        picture = None if place % 2 else PICTURE.match(text)
         if picture is not None:
             cells[-1]["outputs"].append(_figure(folder / picture[1]))
         source = text.strip() if place % 2 else _LINK.sub(r"*\1*", text[picture.end() if picture else 0 :]).strip()

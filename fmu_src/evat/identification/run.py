@@ -37,9 +37,8 @@ def identify(
     experiment: Experiment, model: Model, free: Sequence[str], settings: Settings = DEFAULT, *, execution: Execution = HERE
 ) -> Identification:
     """What `evat.identify` says, of any model; see evat.answers."""
-    with threadpool_limits(
-        1
-    ):  # of algebra: threads of it wait for each other over some thousand rows of a few columns, for most of the time
+    # Threads of algebra wait for each other over some thousand rows of a few columns, for most of the time.
+    with threadpool_limits(1):
         return _identified(experiment, model, free, settings, execution)
 
 
