@@ -67,12 +67,13 @@ uint64_t hash_text(uint64_t hash, const char *text)
 uint64_t hash_row(uint64_t hash, const struct Variable *v, int derivative_of, int of_contact)
 {
     const double numbers[] = {v->start, v->min, v->max, v->nominal, v->neutral};
-    const int32_t kinds[] = {(int32_t)v->type, (int32_t)v->causality, (int32_t)v->variability, derivative_of};
+    const int32_t kinds[] = {(int32_t)v->type, (int32_t)v->causality, (int32_t)v->variability, derivative_of,
+                             v->reference};
     hash = hash_text(hash_text(hash_text(hash, v->name), v->unit), v->display_unit);
     hash = hash_text(hash_text(hash, v->meaning), v->source);
     hash = of_contact ? hash_text(hash, v->required_with) : hash;
     hash = hash_bytes(hash, numbers, sizeof numbers - (of_contact ? 0 : sizeof *numbers));
-    hash = hash_bytes(hash, kinds, sizeof kinds);
+    hash = hash_bytes(hash, kinds, sizeof kinds - (of_contact ? 0 : sizeof *kinds));
     for (const char *const *choice = v->choices; choice && *choice; ++choice)
         hash = hash_text(hash, *choice);
     return hash;

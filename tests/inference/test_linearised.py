@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from evat.gap import diagnose_with
-from evat.inference.parameters import form_parameters
+from evat.inference.parameters import at_usual_references, form_parameters
 from evat.inference.prediction import Linearised, Prediction
+from evat.models.contact import ContactModel
 from rig import MODEL, STILL, VALUES, measured
 
 EXPONENT = "lugre.stribeck_exponent"
@@ -60,3 +61,18 @@ def test_a_law_of_another_form_is_no_effect() -> None:
     assert not answer.effects
     assert answer.verdict in ("no_gap", "mistuned")
     assert float(comparison.recalibrated.values[EXPONENT]) < 1.7
+
+
+def test_a_power_of_viscous_friction_is_said_at_the_speed_of_the_record() -> None:
+    """Strokes of some cm/s: with 1 m/s for reference this exponent would take 6 times the sigma2 that its owner believes in to 10 %."""
+    slow = {"lugre.viscous_exponent": 0.6, "lugre.viscous_reference": 0.03, "sigma2": 60.0}
+    made = measured(truth=slow, nominal={"sigma2": 60.0})
+    few = ContactModel(threads=1)
+    few.effects = tuple(effect for effect in few.effects if effect.name in ("direction_asymmetry", "stribeck", "viscous_friction"))
+    answer, comparison = diagnose_with(made, few)
+    assert answer.verdict in ("no_gap", "mistuned")
+    assert float(comparison.recalibrated.values["lugre.viscous_exponent"]) == pytest.approx(0.6, abs=0.1)
+    assert 0.01 < float(comparison.prediction.experiment.nominal.values["lugre.viscous_reference"]) < 0.06
+    assert "lugre.viscous_reference" not in comparison.recalibrated.values
+    stated = replace(made, nominal=replace(made.nominal, values={**made.nominal.values, "lugre.viscous_reference": 0.5}))
+    assert at_usual_references(MODEL, stated).nominal.values["lugre.viscous_reference"] == 0.5

@@ -58,9 +58,9 @@ def test_bristles_yield_by_the_exponent_that_is_set(exponent: float) -> None:
 @pytest.mark.parametrize("v", [-0.3, 0.02, 1.0])
 def test_viscous_friction_has_the_exponent_that_is_set(v: float) -> None:
     without = steady("lugre", v, sigma2=0.0)
-    for exponent in (0.4, 1.0, 1.8):
-        viscous = steady("lugre", v, **{"lugre.viscous_exponent": exponent}) - without
-        assert viscous == pytest.approx(np.sign(v) * SET["sigma2"] * abs(v) ** exponent, rel=1e-9)
+    for exponent, reference in ((0.4, 1.0), (1.0, 1.0), (1.8, 1.0), (0.4, 0.02), (1.0, 0.02), (1.8, 0.02)):
+        viscous = steady("lugre", v, **{"lugre.viscous_exponent": exponent, "lugre.viscous_reference": reference}) - without
+        assert viscous == pytest.approx(SET["sigma2"] * v * (abs(v) / reference) ** (exponent - 1), rel=1e-9)
 
 
 def test_a_lane_is_alone_whatever_the_exponents_beside_it() -> None:

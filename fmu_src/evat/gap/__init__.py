@@ -32,6 +32,7 @@ from evat.inference.initial_state import beginnings
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import smoothed_inputs
 from evat.inference.setup_errors import by_channel
+from evat.inference.zeros_between_trials import more_at_rest, without_zeros_between_trials, zeroed, zeros_in_words
 from evat.model import Model
 from evat.required_inputs import unread_inputs
 
@@ -51,14 +52,19 @@ def diagnose_with(
     """The same, with everything that was fitted on the way: what the report draws."""
     check_clocks(experiment)
     recorded = smoothed_inputs(experiment)
-    looked_at, cut = portion(recorded.experiment, model)
-    perturbed = None if recorded.perturbed is None else Prediction(model, portion(recorded.perturbed, model)[0])
+    freed, more = without_zeros_between_trials(model, recorded.experiment)
+    looked_at, cut = portion(freed, model)
+    perturbed = recorded.perturbed
+    if perturbed is not None and more:
+        perturbed = zeroed(perturbed, more_at_rest(perturbed))
+    other = None if perturbed is None else Prediction(model, portion(perturbed, model)[0])
     units = {variable.name: variable.unit for variable in model.variables}
     said = [cut, *(f"{name} is noisy, {sd:.3g} {units[name]}: it was smoothed" for name, sd in recorded.noise.items())]
+    said += [zeros_in_words(more, units)] if more else []
     with threadpool_limits(1):  # sums over short rows gain nothing from threads, and their last bits would depend on them
         known, origin = (constants, "given") if constants else stored()
         version = f"{version}; constants {origin}".removeprefix("; ")
-        comparison = compare(Prediction(model, looked_at), report, perturbed)
+        comparison = compare(Prediction(model, looked_at), report, other)
         if report:
             report("on held-out conditions", 0.95)
         return conclude(comparison, known, tuple(filter(None, said)), version), comparison

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -61,7 +61,7 @@ def nominal_parameters(model: Model, experiment: Experiment) -> tuple[Parameter,
         share = experiment.nominal.relative_sd.get(variable.name, experiment.nominal.default_relative_sd)
         if variable.type != "real" or variable.variability != "tunable" or not isinstance(value, (int, float)):
             continue
-        if variable.name in set_by_trials or variable.name in off or share == 0 or value == 0:
+        if variable.name in set_by_trials or variable.name in off or share == 0 or value == 0 or variable.reference:
             continue
         parameters.append(
             Parameter(variable.name, variable.unit, float(value), share, variable.min, variable.max, True)
@@ -80,6 +80,14 @@ def form_parameters(model: Model, experiment: Experiment) -> tuple[Parameter, ..
         if v.name not in own and v.name not in experiment.nominal.values and v.type == "real" and v.variability == "tunable"
         if math.isfinite(v.neutral) and v.neutral > 0
     )
+
+
+def at_usual_references(model: Model, experiment: Experiment) -> Experiment:
+    """The same, with references that nobody stated (`Variable.reference`) at the usual magnitude of the record: there, other shapes of the
+    law do as much as its parameters say."""
+    usual = Scales(model, experiment).usual
+    stated = {v.name: usual[v.unit] for v in model.variables if v.reference and v.unit in usual}
+    return replace(experiment, nominal=replace(experiment.nominal, values={**stated, **experiment.nominal.values}))
 
 
 def amplitudes(effect: Effect) -> tuple[Variable, ...]:
@@ -115,6 +123,7 @@ class Scales:
         lengths += [abs(v) for name, v in experiment.nominal.values.items() if units.get(name) == "m" and isinstance(v, float)]
         self.length = float(np.median([length for length in lengths if length > 0] or [self.speed * self.duration]))
         self.distance = self.speed * self.duration
+        self.usual: Mapping[str, float] = {"s": self.duration, "N": self.force, "m/s": self.speed, "m": self.length}
 
     def span(self, variable: Variable) -> tuple[float, float]:
         """Smallest and largest value that the record could show anything of, within the variable's bounds."""

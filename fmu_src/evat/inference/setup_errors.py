@@ -6,7 +6,6 @@ the motion by a sample. Model parameters run away where they have to stand in fo
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -15,6 +14,7 @@ import numpy as np
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, SetupSd
 from evat.inference.parameters import Parameter
+from evat.inference.rest import rests, sd_of_zero
 from evat.model import FloatArray
 from evat.required_inputs import MOTION
 
@@ -102,31 +102,12 @@ def zeros_of_inputs(experiment: Experiment, units: Mapping[str, str]) -> tuple[P
     """How far the zero of a recorded slip velocity may be off: a contact at rest creeps by it, and where none rests it would stand in for
     what leans. One that is 0 at rest has none, nor has one that was differentiated from a position. Its gain is one of the law's
     parameters, its clock that of the force."""
-    columns = [trial.inputs[MOTION] for trial in experiment.trials if MOTION in trial.inputs]
-    signal = experiment.signals.get(MOTION)
-    if not columns or (signal is not None and signal.of):
+    resting = rests(experiment).values()
+    sd = sd_of_zero(experiment) if resting else 0.0
+    if sd == 0 or any(rest.largest == 0 for rest in resting):
         return ()
-    stated = experiment.setup_sd.get(MOTION, SetupSd()).zero
-    sd = stated if stated is not None else SetupSd.ZERO_OF_RMS * float(np.sqrt(np.mean(np.concatenate(columns) ** 2)))
     widest = CONSTANTS.widest_setup_error * sd
-    resting = [rest for column in columns if (rest := _rest(column, widest)) is not None]
-    if sd == 0 or not resting or any(rest == 0 for rest in resting):
-        return ()
     return (Parameter(ZERO_OF_MOTION, units.get(MOTION, "1"), 0.0, sd, -widest, widest),)
-
-
-def _rest(velocity: FloatArray, widest: float) -> float | None:
-    """What a recording (n,) shows of a contact at rest: the largest value of the flattest part that is as near to 0 as rest may be
-    recorded; None where there is no such part."""
-    size = math.ceil(CONSTANTS.least_rest * velocity.size)
-    if size < CONSTANTS.fewest_rest_samples or velocity.size < size:
-        return None
-    windows = np.lib.stride_tricks.sliding_window_view(velocity, size)
-    low, high = windows.min(axis=1), windows.max(axis=1)
-    largest = np.maximum(np.abs(low), np.abs(high))
-    flattest = int(np.argmin(np.where(largest <= CONSTANTS.nearest_rest * widest, high - low, np.inf)))
-    near = largest[flattest] <= CONSTANTS.nearest_rest * widest and (high - low)[flattest] <= CONSTANTS.flat_rest * widest
-    return float(largest[flattest]) if near else None
 
 
 def without_zero(inputs: Mapping[str, FloatArray], values: Mapping[str, float | str | FloatArray]) -> dict[str, FloatArray]:

@@ -100,7 +100,8 @@ class LuGre(ReferenceLaw):
         n = float(x.p["lugre.presliding_exponent"])
         least = (n + 1) ** ((n + 1) / n) / n  # 4 where n = 1: dissipative means |v| s1 <= 4 c g (s0/P)
         limit = least * x.margin * self.g(x) / x.speed * (x.s0 / x.P) if x.speed > 0 else math.inf
-        viscous = x.p["sigma2"] * x.v * x.speed ** (x.p["lugre.viscous_exponent"] - 1) if x.speed > 0 else 0.0
+        power = x.p["lugre.viscous_exponent"] - 1
+        viscous = x.p["sigma2"] * x.v * (x.speed / x.p["lugre.viscous_reference"]) ** power if x.speed > 0 else 0.0
         return float(x.s0 * z + x.at_most(x.s1, limit) * dz + viscous)
 
 

@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-enum { STRIBECK_EXPONENT, PRESLIDING_EXPONENT, VISCOUS_EXPONENT, COUNT };
+enum { STRIBECK_EXPONENT, PRESLIDING_EXPONENT, VISCOUS_EXPONENT, VISCOUS_REFERENCE, COUNT };
 
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
@@ -21,8 +21,12 @@ static const struct Variable variables[COUNT] = {
         .source = "Canudas de Wit et al. 1995: 1; Wen 1976 (not read): the exponent n of the Bouc-Wen model"},
     [VISCOUS_EXPONENT] = {.name = "lugre.viscous_exponent", .unit = "1", .start = 1, .min = 0.2, .max = 3,
         .neutral = 1, .causality = PARAMETER, .variability = TUNABLE,
-        .meaning = "exponent of |v|/(1 m/s) in viscous friction: 1 is LuGre's, with sigma2 the force at 1 m/s",
+        .meaning = "exponent of |v|/(reference velocity) in viscous friction: 1 is LuGre's",
         .source = "Canudas de Wit et al. 1995: 1; Armstrong-Helouvry et al. 1994 (not read)"},
+    [VISCOUS_REFERENCE] = {.name = "lugre.viscous_reference", .unit = "m/s", .start = 1, .min = 1e-12, .max = 1e6,
+        .reference = 1, .causality = PARAMETER, .variability = TUNABLE,
+        .meaning = "slip velocity at which viscous friction is sigma2 times it, whatever its exponent",
+        .source = "Ostwald 1925 and de Waele 1923 (not read): a power law is said at a reference"},
 };
 /* clang-format on */
 
@@ -109,14 +113,14 @@ static void force(const lanes *p, struct Point *x)
         x->F[i] = x->s0[i] * x->z[i] + x->s1[i] * x->dz[i] + x->sigma2[i] * x->v[i];
     for (int i = 0; i < LANES; ++i)
         if (p[VISCOUS_EXPONENT][i] != 1 && x->speed[i] > 0)
-            x->F[i] += x->sigma2[i] * x->v[i] * (power_of(x->speed[i], p[VISCOUS_EXPONENT][i] - 1) - 1);
+            x->F[i] += x->sigma2[i] * x->v[i] * (power_of(x->speed[i] / p[VISCOUS_REFERENCE][i], p[VISCOUS_EXPONENT][i] - 1) - 1);
 }
 
 /* clang-format off */
 const struct FrictionLaw friction_lugre = {
     .meaning = "mean deflection of elastic bristles with Stribeck curve, damping and viscous friction",
     .equation = "dz/dt = v - P |v| z / g(v) (P |z|/g(v))^(presliding_exponent - 1);  g(v) = F_C + (F_S - F_C) "
-        "exp(-(|v|/v_s)^stribeck_exponent);  F = s0 z + s1 dz/dt + sigma2 v |v/(1 m/s)|^(viscous_exponent - 1)",
+        "exp(-(|v|/v_s)^stribeck_exponent);  F = s0 z + s1 dz/dt + sigma2 v |v/viscous_reference|^(viscous_exponent - 1)",
     .source = "Canudas de Wit et al. 1995, eqs. 2 to 5; the paper, eq. 8",
     .reads = "sigma0, sigma1, sigma2, F_C, F_S, v_s",
     .relaxes = 1, .rates = rates, .yields = yields, .yield = yield, .force = force,

@@ -14,6 +14,7 @@ from evat.inference.noise.estimate import Noise, estimate_noise
 from evat.inference.parameters import Parameter, form_parameters, nominal_parameters
 from evat.inference.prediction import Linearised, Prediction
 from evat.inference.whitening import Whitening
+from evat.inference.zeros_between_trials import tried_zeros
 from evat.model import FloatArray, SimulationError
 
 NO_RUN = "the nominal model does not run on this experiment; simulate it on its own to see why."
@@ -65,7 +66,7 @@ def _likeliest_zeros(prediction: Prediction, whitening: Whitening) -> FloatArray
     linear in it."""
     best = []
     for zero in prediction.input_zeros:
-        tried = np.linspace(zero.within(-np.inf), zero.within(np.inf), CONSTANTS.zeros_tried)
+        tried = tried_zeros(prediction, zero)
         logs = list[float]()
         for u in tried:
             row = prediction.one({zero.name: zero.value(float(u))})

@@ -118,7 +118,7 @@ def draw_form(draw: np.random.Generator, rig: Rig) -> Form:
     speeds = [np.sqrt(np.mean(t.inputs[SPEED] ** 2)) if SPEED in t.inputs else t.values["cutting_speed"] for t in rig.experiment.trials]
     level = float(np.median(speeds))  # at which viscous friction is as large as the nominal model says, whatever its exponent
     values = {"lugre.stribeck_exponent": stribeck, "lugre.presliding_exponent": presliding, "lugre.viscous_exponent": viscous}
-    values["sigma2"] = float(rig.law["sigma2"]) * level ** (1 - viscous)
+    values["lugre.viscous_reference"] = level
     return Form(values, float(draw.uniform(-ASYMMETRY, ASYMMETRY)), float(draw.uniform(*ENTRY)))
 
 

@@ -1,0 +1,83 @@
+"""By how much more does the velocity of one recording read at rest than that of another? Zeros that drift from trial to trial.
+
+A hundredth of a percent of the speed bends resting bristles by all that they can bend in a second, and each recording creeps in its own
+way: then repeats differ by what is no noise, and no law with one zero fits them all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from evat.constants import CONSTANTS
+from evat.experiment import Experiment, Trial
+from evat.inference.parameters import Parameter
+from evat.inference.prediction import Prediction
+from evat.inference.rest import rests
+from evat.model import FloatArray, Model
+from evat.required_inputs import MOTION
+
+
+def more_at_rest(experiment: Experiment) -> dict[str, float]:
+    """By the trial's file, what its velocity read at rest more than those of all trials did; empty where they agree."""
+    levels = {file: rest.level for file, rest in rests(experiment).items()}
+    usual = float(np.mean(list(levels.values()))) if levels else 0.0
+    return {file: level - usual for file, level in levels.items()} if len(set(levels.values())) > 1 else {}
+
+
+def without_zeros_between_trials(model: Model, experiment: Experiment) -> tuple[Experiment, dict[str, float]]:
+    """The experiment without what velocities read at rest more than others, and how much that was.
+
+    What all of them read is a set-up error of the fits. Nothing is taken where the model is nearer to what was measured with slow
+    motions, as recorded, than with rests.
+    """
+    more = more_at_rest(experiment)
+    freed = zeroed(experiment, more)
+    return (freed, more) if more and _left(model, freed) <= _left(model, experiment) else (experiment, {})
+
+
+def _left(model: Model, experiment: Experiment) -> float:
+    """The share of the squares that the nominal model leaves, with the likeliest zero of the velocity, and gain and zero of a channel."""
+    prediction, shares = Prediction(model, experiment), list[float]()
+    zeros = ((zero, u) for zero in prediction.input_zeros for u in tried_zeros(prediction, zero))
+    tried = [{zero.name: zero.value(float(u))} for zero, u in zeros]
+    for values in tried or [{}]:
+        row, left = prediction.one(values), 0.0
+        for channel in prediction.channels:
+            own = prediction.places(channel)
+            measured, basis = prediction.measured[own], np.column_stack([row[own], np.ones(own.size)])
+            if not np.all(np.isfinite(basis)):
+                return math.inf
+            rest = measured - basis @ np.linalg.lstsq(basis, measured, rcond=None)[0]
+            left += float(rest @ rest) / max(float(measured @ measured), 1e-300)
+        shares.append(left)
+    return min(shares)
+
+
+def tried_zeros(prediction: Prediction, zero: Parameter) -> FloatArray:
+    """Where the zero of the velocity is looked for, in its prior standard deviations: over all that it may be, and what is read at rest."""
+    levels = [rest.level for rest in rests(prediction.experiment).values()]
+    read = [zero.within(zero.place(float(np.mean(levels))))] if levels else []
+    return np.append(np.linspace(zero.within(-math.inf), zero.within(math.inf), CONSTANTS.zeros_tried), read)
+
+
+def zeroed(experiment: Experiment, more: Mapping[str, float]) -> Experiment:
+    """Velocities less what they read more than others, by the trials' files."""
+
+    def of(trial: Trial, level: float) -> Trial:
+        lead = None if trial.lead_in is None else of(trial.lead_in, level)
+        return replace(trial, inputs={**trial.inputs, MOTION: trial.inputs[MOTION] - level}, lead_in=lead)
+
+    return replace(experiment, trials=tuple(of(trial, more[trial.file]) if more.get(trial.file) else trial for trial in experiment.trials))
+
+
+def zeros_in_words(more: Mapping[str, float], units: Mapping[str, str]) -> str:
+    """What was taken from which recordings, in a sentence."""
+    file = max(more, key=lambda each: abs(more[each]))
+    return (
+        f"{MOTION}: at rest {file} reads {more[file]:+.3g} {units[MOTION]} beside the others; what trials differ by there "
+        f"was taken from {len(more)} of them"
+    )

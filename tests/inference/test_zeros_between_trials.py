@@ -1,0 +1,74 @@
+"""Does a velocity whose zero drifts from trial to trial make a gap, and is a slow motion taken for a rest?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from evat.experiment import Experiment
+from evat.gap import diagnose_with
+from evat.inference.zeros_between_trials import more_at_rest, without_zeros_between_trials, zeroed
+from evat.models.contact import ContactModel
+from independent_lugre import NOISE, TIMES, lugre, world
+
+WAIT = 0.25
+ZEROS = (0.0, 4e-5, -3e-5, 6e-5, 1e-5, 2e-5)  # m/s: of 3e-3, by which bristles bend up to 1.5e-5 m while the contact rests
+
+
+def drifting(zeros: Sequence[float] = ZEROS) -> Experiment:
+    made = world((0.0, 0.0, 0.0), "relaxed", WAIT)
+    trials = (
+        replace(t, inputs={"slip_velocity": t.inputs["slip_velocity"] + zero}) for t, zero in zip(made.trials, zeros, strict=True)
+    )
+    return replace(made, trials=tuple(trials))
+
+
+def model() -> ContactModel:
+    contact = ContactModel(threads=1)
+    contact.effects = tuple(effect for effect in contact.effects if effect.name in ("direction_asymmetry", "dwell_strengthening"))
+    return contact
+
+
+def test_what_a_trial_reads_more_than_others_is_taken_from_it() -> None:
+    freed, more = without_zeros_between_trials(model(), drifting())
+    away = np.array(ZEROS) - np.mean(ZEROS)
+    assert list(more.values()) == pytest.approx(away, abs=1e-12)
+    for trial, before in zip(freed.trials, drifting([float(np.mean(ZEROS))] * 6).trials, strict=True):
+        assert trial.inputs["slip_velocity"] == pytest.approx(before.inputs["slip_velocity"], abs=1e-12)
+
+
+def test_it_is_no_gap_and_is_told() -> None:
+    answer, _ = diagnose_with(drifting(), model())
+    assert answer.verdict in ("no_gap", "mistuned")
+    assert answer.closure.rms["friction_force"]["recalibrated"] < 1.2 * NOISE
+    assert any("at rest 10.csv reads -4.67e-05 m/s beside the others" in each for each in answer.cannot_tell)
+    assert answer.document()["setup"]["slip_velocity"]["zero"]["value"] == pytest.approx(np.mean(ZEROS), abs=3e-6)
+
+
+def test_what_all_trials_read_is_left_to_the_fits() -> None:
+    made = drifting([4e-5] * 6)
+    assert not more_at_rest(made)
+    assert without_zeros_between_trials(model(), made)[0] is made
+
+
+def test_slow_motions_are_no_rests() -> None:
+    """Each condition slides at a slow speed of its own between strokes: as recorded, the model has the force; as rests it has not."""
+    made, trials = world((0.0, 0.0, 0.0), "relaxed", WAIT), []
+    for trial in made.trials:
+        speed = {"c0": 2e-5, "c1": 5e-5, "c2": 9e-5}[trial.condition]
+        v = trial.inputs["slip_velocity"][::-1] + speed
+        force = lugre(v, 0.0) + NOISE * np.random.default_rng(3).normal(size=TIMES.size)
+        trials.append(replace(trial, inputs={"slip_velocity": v}, outputs={"friction_force": force}))
+    slow = replace(made, trials=tuple(trials))
+    assert len(more_at_rest(slow)) == 6
+    assert without_zeros_between_trials(model(), slow) == (slow, {})
+
+
+def test_what_ran_before_a_recording_has_its_zero() -> None:
+    made = drifting()
+    first = replace(made.trials[1], lead_in=made.trials[1].head(30))
+    (trial,) = zeroed(replace(made, trials=(first,)), {first.file: ZEROS[1]}).trials
+    assert trial.lead_in is not None
+    assert trial.lead_in.inputs["slip_velocity"] == pytest.approx(0.0, abs=1e-15)
