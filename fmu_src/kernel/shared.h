@@ -31,7 +31,8 @@ enum { DERIVATIVES_AT_ONCE = 64 }; /* outputs whose time derivatives are asked f
 #define HASH_BEGIN 14695981039346656037u
 uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t size);
 uint64_t hash_text(uint64_t hash, const char *text);
-/* One row. `of_contact`: the columns that are read of the contact's rows alone (neutral, required_with, reference) count too.
+/* One row. `of_contact`: the columns that are read of the contact's rows alone (neutral, required_with, reference)
+ * count too.
  */
 uint64_t hash_row(uint64_t hash, const struct Variable *variable, int derivative_of, int of_contact);
 /* "{8-4-4-4-12}": two rounds of `hash_tables` over all that makes a model what it is. */

@@ -113,7 +113,8 @@ static void force(const lanes *p, struct Point *x)
         x->F[i] = x->s0[i] * x->z[i] + x->s1[i] * x->dz[i] + x->sigma2[i] * x->v[i];
     for (int i = 0; i < LANES; ++i)
         if (p[VISCOUS_EXPONENT][i] != 1 && x->speed[i] > 0)
-            x->F[i] += x->sigma2[i] * x->v[i] * (power_of(x->speed[i] / p[VISCOUS_REFERENCE][i], p[VISCOUS_EXPONENT][i] - 1) - 1);
+            x->F[i] += x->sigma2[i] * x->v[i] *
+                       (power_of(x->speed[i] / p[VISCOUS_REFERENCE][i], p[VISCOUS_EXPONENT][i] - 1) - 1);
 }
 
 /* clang-format off */
