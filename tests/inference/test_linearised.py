@@ -76,3 +76,12 @@ def test_a_power_of_viscous_friction_is_said_at_the_speed_of_the_record() -> Non
     assert "lugre.viscous_reference" not in comparison.recalibrated.values
     stated = replace(made, nominal=replace(made.nominal, values={**made.nominal.values, "lugre.viscous_reference": 0.5}))
     assert at_usual_references(MODEL, stated).nominal.values["lugre.viscous_reference"] == 0.5
+
+
+def test_bristles_that_yield_late_are_another_form_of_the_law() -> None:
+    made = measured(truth={"lugre.presliding_exponent": 1.8})
+    few = ContactModel(threads=1)
+    few.effects = tuple(effect for effect in few.effects if effect.name in ("direction_asymmetry", "rate_and_state", "dwell_strengthening"))
+    answer, comparison = diagnose_with(made, few)
+    assert answer.verdict in ("no_gap", "mistuned")
+    assert float(comparison.recalibrated.values["lugre.presliding_exponent"]) == pytest.approx(1.8, abs=0.3)

@@ -15,7 +15,7 @@ static const struct Variable variables[COUNT] = {
         .source = "Canudas de Wit et al. 1995: 2; Bo and Pavelescu 1982 (not read): 0.5 to 1; "
             "Armstrong-Helouvry et al. 1994 (not read)"},
     [PRESLIDING_EXPONENT] = {.name = "lugre.presliding_exponent", .unit = "1", .start = 1, .min = 0.5, .max = 6,
-        .causality = PARAMETER, .variability = TUNABLE,
+        .neutral = 1, .causality = PARAMETER, .variability = TUNABLE,
         .meaning = "exponent of |z| over its steady value in the yielding of the bristles: 1 is LuGre's; the larger, the "
             "later they yield; without a say where elasto_plastic is on",
         .source = "Canudas de Wit et al. 1995: 1; Wen 1976 (not read): the exponent n of the Bouc-Wen model"},
