@@ -156,7 +156,9 @@ class _Constants(ConstantTable):
         1e-3, "of a parameter, in its scale", "small against its curvature, large against the noise of runs at solver_tolerance"
     )
     solver_tolerance = Constant(1e-5, "1", "relative tolerance of runs whose differences are taken", low=1e-9)
-    law_shape_sd = Constant(0.3, "of the logarithm", "prior standard deviation of a shape of the base law")
+    law_shape_sd = Constant(
+        0.5, "of the logarithm", "prior standard deviation of a shape of the base law: Stribeck exponents of 0.5 to 4 were published"
+    )
     clock_shift = Constant(0.5, "samples", "over which the derivative to a clock is taken: a jump has none")
     widest_setup_error = Constant(2.0, "sd", "what is further off is no tolerance of a set-up any more")
 
