@@ -86,6 +86,24 @@ def test_repeats_out_of_step_are_compared_in_step() -> None:
     assert noise.spread["F"][0] < 0.01
 
 
+def by_itself(first: int, count: int = 280) -> Trial:
+    """A vibration that goes by the clock, recorded from its sample `first` on."""
+    times = (first + np.arange(count)) * 4.8e-7
+    return Trial(f"{first}.csv", "c", {"cutting_speed": 0.2}, times, {}, {"F": np.sin(1.3e5 * times)})
+
+
+def test_what_moves_by_itself_is_compared_by_its_clock() -> None:
+    """Without a recorded motion two starts in another phase are two motions, however alike the clocks run."""
+    trials = [by_itself(97), by_itself(93), by_itself(97), by_itself(102, 255)]
+    assert same_motion(trials) == [[0, 2], [1], [3]]
+    together = dict(in_step(trials))
+    assert len(together) == 4
+    rows = [trials[place].outputs["F"][at] for place, at in together.items()]
+    assert all(row == pytest.approx(rows[0], abs=1e-9) for row in rows)
+    between = replace(trials[1], times=trials[1].times + 2.4e-7)  # half a sample
+    assert dict(in_step([trials[0], between, trials[2]])).keys() == {0, 2}
+
+
 @pytest.mark.parametrize("other", [lambda x: 0.5 * x, lambda x: x[::-1] ** 2])
 def test_repeats_of_other_motions_are_not_compared(other: Callable[[FloatArray], FloatArray]) -> None:
     trials = measured(conditions=1, repeats=2).trials

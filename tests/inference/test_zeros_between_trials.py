@@ -19,9 +19,7 @@ ZEROS = (0.0, 4e-5, -3e-5, 6e-5, 1e-5, 2e-5)  # m/s: of 3e-3, by which bristles 
 
 def drifting(zeros: Sequence[float] = ZEROS) -> Experiment:
     made = world((0.0, 0.0, 0.0), "relaxed", WAIT)
-    trials = (
-        replace(t, inputs={"slip_velocity": t.inputs["slip_velocity"] + zero}) for t, zero in zip(made.trials, zeros, strict=True)
-    )
+    trials = (replace(t, inputs={"slip_velocity": t.inputs["slip_velocity"] + zero}) for t, zero in zip(made.trials, zeros, strict=True))
     return replace(made, trials=tuple(trials))
 
 

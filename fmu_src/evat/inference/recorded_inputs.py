@@ -87,11 +87,16 @@ def in_step(trials: Sequence[Trial]) -> list[tuple[int, slice]]:
 
 def _lag(one: Trial, other: Trial) -> int | None:
     """Samples by which the motion comes later in the other; None where it is another one."""
-    moving = {name: float(np.ptp(column)) for name, column in one.inputs.items() if np.ptp(column) > 0}
-    if not moving or one.times.size < CONSTANTS.fewest_input_samples or other.times.size < CONSTANTS.fewest_input_samples:
+    if one.times.size < CONSTANTS.fewest_input_samples or other.times.size < CONSTANTS.fewest_input_samples:
         return None
     steps = [float(np.median(np.diff(trial.times))) for trial in (one, other)]
     if abs(steps[0] - steps[1]) > CONSTANTS.clock_jitter * steps[0]:
+        return None
+    if not one.inputs:  # what moves by itself does so by its clock
+        later = (one.times[0] - other.times[0]) / steps[0]
+        return round(later) if abs(later - round(later)) <= CONSTANTS.clock_jitter else None
+    moving = {name: float(np.ptp(column)) for name, column in one.inputs.items() if np.ptp(column) > 0}
+    if not moving:
         return None
     name = max(moving, key=lambda each: moving[each])
     a, b = one.inputs[name], other.inputs[name]
@@ -114,7 +119,8 @@ def _one_run(one: Trial, other: Trial) -> bool:
     if set(one.inputs) != set(other.inputs) or set(one.outputs) != set(other.outputs):
         return False
     step = float(np.median(np.diff(one.times))) if one.times.size > 1 else 0.0
-    apart = np.abs((one.times - one.times[0]) - (other.times - other.times[0]))
+    begun = (one.times[0], other.times[0]) if one.inputs else (0.0, 0.0)  # what moves by itself does so by its clock
+    apart = np.abs((one.times - begun[0]) - (other.times - begun[1]))
     return float(np.max(apart, initial=0.0)) <= CONSTANTS.clock_jitter * step
 
 

@@ -174,13 +174,14 @@ def _step(prediction: Prediction, place: int) -> float:
 
 def _comparable(prediction: Prediction, places: Sequence[int]) -> list[list[tuple[int, slice]]]:
     """Repeats of a condition that can be compared sample by sample, with the samples in which they can: those that recorded one motion, or
-    where there are none, those that are brought in step."""
+    where these are more, those that are brought in step."""
     trials = [prediction.experiment.trials[prediction.segments[place].trial] for place in places]
     alike = [group for group in same_motion(trials) if len(group) > 1 and trials[group[0]].times.size >= CONSTANTS.shortest_repeat]
-    if alike:
-        return [[(places[each], slice(0, trials[each].times.size)) for each in group] for group in alike]
-    step = in_step(trials) if len(trials) > 1 else []
-    return [[(places[each], at) for each, at in step]] if len(step) > 1 else []
+    compared = sum(map(len, alike))
+    step = in_step(trials) if len(trials) > max(compared, 1) else []
+    if len(step) > max(compared, 1):
+        return [[(places[each], at) for each, at in step]]
+    return [[(places[each], slice(0, trials[each].times.size)) for each in group] for group in alike]
 
 
 def _basis(prediction: Prediction, predicted: FloatArray, place: int) -> FloatArray:
