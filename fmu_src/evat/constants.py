@@ -146,6 +146,7 @@ class _Constants(ConstantTable):
     smoothing_confidence = Constant(2.5, "sd", "of the intervals that have to meet")
     alike_inputs = Constant(1.5, "of the noise of both", "how far apart two recordings of one motion may be, root mean square", low=1.0)
     clock_jitter = Constant(1e-3, "samples", "clocks that differ by less are one")
+    clock_together = Constant(0.05, "samples", "samples of repeats that move by themselves and differ by less were taken together")
     largest_lag = Constant(0.25, "of a recording", "by which repeats may be out of step", high=0.5)
     in_step = Constant(0.02, "of the rms", "by which repeats that follow one motion differ at most once they are in step")
     perturbation_seed = Constant(20240301, "1", "of the noise by which inputs are perturbed")

@@ -20,6 +20,7 @@ Causality = Literal["independent", "parameter", "calculated", "input", "output",
 Variability = Literal["fixed", "tunable", "discrete", "continuous"]
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
+IntArray = npt.NDArray[np.intp]
 
 
 class EvatError(Exception):

@@ -16,7 +16,7 @@ from evat.identification.objective import Kind
 from evat.inference.checks import opposed, unit_ratio
 from evat.inference.generalised_least_squares import Whitener
 from evat.inference.noise.autoregression import WHITE, autoregression, impulse_response
-from evat.inference.noise.estimate import estimate_noise, repeatability
+from evat.inference.noise.estimate import differing, estimate_noise, random_effects, repeatability, without_jumps
 from evat.inference.prediction import Prediction
 from known_rigs import FREE, MODEL, TIMES, TO_AND_FRO, TRUTH, experiment, force, trial
 from scipy.signal import lfilter
@@ -149,3 +149,19 @@ def test_a_recording_shorter_than_the_filter_counts_as_it_is(objective: Kind) ->
     estimate = identify(rig, MODEL, ["F_C", "sigma2"], settings)["F_C"]
     assert 0 < estimate.sd < 0.05 * estimate.value
     assert estimate.value == pytest.approx(float(TRUTH["F_C"]), abs=4 * estimate.sd)
+
+
+def test_a_clock_between_samples_makes_no_gain_beside_jumps() -> None:
+    """A cut that comes and goes within a sample: a third of a sample later, samples beside its edges differ by as much as a third of it."""
+    draw, places = np.random.default_rng(4), np.arange(600)
+    edges = np.where(places % 100 < 40, 3.0 - 0.02 * (places % 100), 0.0)
+    edges[places % 100 == 70] = -1.5
+    basis = differing(edges, places * 1.0)
+    for gain, zero in ((0.02, -0.01), (-0.015, 0.03)):
+        late = (np.interp(places - 0.33, places, edges) - edges) * 0.8
+        row = gain * edges + zero + late + 0.005 * draw.normal(size=places.size)
+        coefficients, calm = random_effects(basis, row, edges)
+        assert coefficients[:2] == pytest.approx([gain, zero], abs=1.5e-3)
+        assert 0.9 < np.mean(calm) < 0.98
+        rest = without_jumps(row - basis @ coefficients, edges)
+        assert np.std(rest) == pytest.approx(0.005, rel=0.15)

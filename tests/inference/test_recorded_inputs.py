@@ -79,7 +79,7 @@ def test_repeats_out_of_step_are_compared_in_step() -> None:
     prediction = Prediction(Toy(), replace(made, trials=trials))
     assert len(same_motion(trials)) == len(trials)
     places = in_step(trials[:3])
-    assert [at.start - places[0][1].start for _, at in places] == [0, -7, -14]
+    assert [at[0] - places[0][1][0] for _, at in places] == [0, -7, -14]
     noise = estimate_noise(prediction, prediction.one())
     assert noise.degrees["F"] == 8
     assert pytest.approx(0.02, rel=0.2) == np.median(noise.sizes)
@@ -100,6 +100,11 @@ def test_what_moves_by_itself_is_compared_by_its_clock() -> None:
     assert len(together) == 4
     rows = [trials[place].outputs["F"][at] for place, at in together.items()]
     assert all(row == pytest.approx(rows[0], abs=1e-9) for row in rows)
+    lost = np.delete(np.arange(280), [140, 141])
+    gap = replace(trials[2], times=trials[2].times[lost], outputs={"F": trials[2].outputs["F"][lost]})
+    (_, whole), (_, part) = in_step([trials[0], gap])
+    assert trials[0].outputs["F"][whole] == pytest.approx(gap.outputs["F"][part], abs=1e-9)
+    assert whole.size == 278
     between = replace(trials[1], times=trials[1].times + 2.4e-7)  # half a sample
     assert dict(in_step([trials[0], between, trials[2]])).keys() == {0, 2}
 

@@ -16,7 +16,7 @@ from scipy.signal import correlate
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Trial
 from evat.experiment.smoothing import noise_sd, smoothed
-from evat.model import FloatArray
+from evat.model import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -72,9 +72,11 @@ def same_motion(trials: Sequence[Trial]) -> list[list[int]]:
     return groups
 
 
-def in_step(trials: Sequence[Trial]) -> list[tuple[int, slice]]:
+def in_step(trials: Sequence[Trial]) -> list[tuple[int, IntArray]]:
     """Repeats that began at another moment of one motion, each with the samples in which it is in step with the others; those that follow
-    no such motion are left out."""
+    no such motion are left out. What moves by itself, with no recorded input, does so by its clock."""
+    if not trials[0].inputs:
+        return _by_clock(trials)
     first, kept = trials[0], [(0, 0)]
     for place, trial in enumerate(trials[1:], 1):
         lag = _lag(first, trial) if set(first.inputs) == set(trial.inputs) and dict(first.values) == dict(trial.values) else None
@@ -82,7 +84,25 @@ def in_step(trials: Sequence[Trial]) -> list[tuple[int, slice]]:
             kept.append((place, lag))
     begin = max(-lag for _, lag in kept)
     end = min(trials[place].times.size - lag for place, lag in kept)
-    return [(place, slice(begin + lag, end + lag)) for place, lag in kept] if end - begin >= CONSTANTS.fewest_input_samples else []
+    return [(place, np.arange(begin + lag, end + lag)) for place, lag in kept] if end - begin >= CONSTANTS.fewest_input_samples else []
+
+
+def _by_clock(trials: Sequence[Trial]) -> list[tuple[int, IntArray]]:
+    """The samples that were taken at the same times, of those trials whose samples fall together with those of the first."""
+    first = trials[0]
+    if first.times.size < CONSTANTS.fewest_input_samples:
+        return []
+    step = float(np.median(np.diff(first.times)))
+    shared, ticks = np.array([], dtype=np.intp), dict[int, IntArray]()
+    for place, trial in enumerate(trials):
+        tick = np.round((trial.times - first.times[0]) / step)
+        apart = np.abs(trial.times - first.times[0] - tick * step)
+        if dict(trial.values) != dict(first.values) or np.median(apart) > CONSTANTS.clock_together * step or np.any(np.diff(tick) < 1):
+            continue
+        both = tick.astype(np.intp) if not ticks else np.intersect1d(shared, tick.astype(np.intp))
+        if both.size >= CONSTANTS.fewest_input_samples:
+            shared, ticks[place] = both, tick.astype(np.intp)
+    return [(place, np.flatnonzero(np.isin(own, shared))) for place, own in ticks.items()]
 
 
 def _lag(one: Trial, other: Trial) -> int | None:
@@ -92,9 +112,6 @@ def _lag(one: Trial, other: Trial) -> int | None:
     steps = [float(np.median(np.diff(trial.times))) for trial in (one, other)]
     if abs(steps[0] - steps[1]) > CONSTANTS.clock_jitter * steps[0]:
         return None
-    if not one.inputs:  # what moves by itself does so by its clock
-        later = (one.times[0] - other.times[0]) / steps[0]
-        return round(later) if abs(later - round(later)) <= CONSTANTS.clock_jitter else None
     moving = {name: float(np.ptp(column)) for name, column in one.inputs.items() if np.ptp(column) > 0}
     if not moving:
         return None

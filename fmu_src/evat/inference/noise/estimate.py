@@ -19,7 +19,7 @@ from evat.inference.noise.irregularity import Irregularity, bursts, irregular
 from evat.inference.noise.means import nugget, replicate_sd
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import in_step, same_motion
-from evat.model import FloatArray
+from evat.model import BoolArray, FloatArray, IntArray
 
 RANDOM_EFFECTS = ("gain", "zero", "clock")  # between trials
 BETWEEN = len(RANDOM_EFFECTS)
@@ -85,12 +85,11 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
                 rows = (rows - rows.mean(axis=0)) * np.sqrt(len(alike) / (len(alike) - 1))
                 degrees[channel] += len(alike) - 1
                 for (place, at), row in zip(alike, rows, strict=True):
-                    basis = _basis(prediction, predicted, place)[at]
-                    coefficients, *_ = np.linalg.lstsq(basis / _scale(basis), row, rcond=None)
-                    slopes.append((coefficients / _scale(basis), basis))
+                    basis, shown[place] = _basis(prediction, predicted, place)[at], predicted[prediction.segments[place].at][at]
+                    coefficients, calm = random_effects(basis, row, shown[place])
+                    slopes.append((coefficients, basis[calm]))
                     fewer = np.sqrt(row.size / (row.size - BETWEEN))  # numbers than samples, once these were fitted
-                    shown[place] = predicted[prediction.segments[place].at][at]
-                    left[place] = without_jumps(fewer * (row - basis / _scale(basis) @ coefficients), shown[place])
+                    left[place] = without_jumps(fewer * (row - basis @ coefficients), shown[place])
         steps = [_step(prediction, place) for place in left]
         irregulars[channel] = irregular(list(left.values()), steps, [shown[place] for place in left])
         if left:
@@ -142,10 +141,29 @@ def stated_sd(prediction: Prediction) -> FloatArray:
 def without_jumps(row: FloatArray, predicted: FloatArray) -> FloatArray:
     """What repeats do not share, with lines drawn across the jumps of the prediction: there a clock that differs leaves what is no noise,
     and comes back in every cycle."""
-    unsure = CONSTANTS.bend_error * bends(predicted) > robust_sd(row)
+    unsure = _beside_jumps(row, predicted)
     unsure[[0, -1]] = False
     places = np.arange(row.size)
     return np.where(unsure, np.interp(places, places[~unsure], row[~unsure]), row)
+
+
+def _beside_jumps(row: FloatArray, predicted: FloatArray) -> BoolArray:
+    beside: BoolArray = CONSTANTS.bend_error * bends(predicted) > robust_sd(row)
+    return beside
+
+
+def random_effects(basis: FloatArray, row: FloatArray, predicted: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """What a repeat has of each random effect (BETWEEN,), and the samples that tell so: not those beside jumps, where a clock that differs
+    by a part of a sample leaves what is as large as the jump, and neither gain nor zero."""
+    scale, calm = _scale(basis), np.ones(row.size, dtype=bool)
+    coefficients = np.zeros(BETWEEN)
+    for _ in range(3):  # once more for what the first look took for noise
+        coefficients = np.linalg.lstsq(basis[calm] / scale, row[calm], rcond=None)[0] / scale
+        beside = _beside_jumps(row - basis @ coefficients, predicted)
+        if row.size - np.sum(beside) < CONSTANTS.shortest_repeat or np.array_equal(calm, ~beside):
+            break
+        calm = ~beside
+    return coefficients, calm
 
 
 def _of_repeats(left: Mapping[int, FloatArray], conditions: Iterable[Sequence[int]], sizes: FloatArray) -> FloatArray:
@@ -172,7 +190,7 @@ def _step(prediction: Prediction, place: int) -> float:
     return float(np.median(np.diff(prediction.experiment.trials[prediction.segments[place].trial].times)))
 
 
-def _comparable(prediction: Prediction, places: Sequence[int]) -> list[list[tuple[int, slice]]]:
+def _comparable(prediction: Prediction, places: Sequence[int]) -> list[list[tuple[int, IntArray]]]:
     """Repeats of a condition that can be compared sample by sample, with the samples in which they can: those that recorded one motion, or
     where these are more, those that are brought in step."""
     trials = [prediction.experiment.trials[prediction.segments[place].trial] for place in places]
@@ -181,7 +199,7 @@ def _comparable(prediction: Prediction, places: Sequence[int]) -> list[list[tupl
     step = in_step(trials) if len(trials) > max(compared, 1) else []
     if len(step) > max(compared, 1):
         return [[(places[each], at) for each, at in step]]
-    return [[(places[each], slice(0, trials[each].times.size)) for each in group] for group in alike]
+    return [[(places[each], np.arange(trials[each].times.size)) for each in group] for group in alike]
 
 
 def _basis(prediction: Prediction, predicted: FloatArray, place: int) -> FloatArray:
