@@ -326,6 +326,19 @@ def test_forces_that_settle_on_no_side_of_a_jump_are_passed() -> None:
     assert answer(case).steps < 2000
 
 
+# ---- a periodic start ----
+
+
+def test_the_search_for_a_periodic_start_wears_nothing() -> None:
+    """Each cycle that it tried added to the distance slid, and friction_wear was further on the tighter the tolerance: 41 of them."""
+    values = {
+        "kinematics": "internal", "vibration_frequency": 952.4, "amplitude_x": 1.188e-5, "amplitude_y": 1.679e-5, "feed": 1.013e-5,
+        "chip_flow_shear_angle": 0.4677, "initial_state": "periodic", "shear_angle_principle": "minimum_energy",
+        "friction_wear.delta": 0.2737, "friction_wear.s_0": 0.02515,
+    }  # fmt: skip
+    assert worst(vibrates(values, ("friction_wear",), 1e-5, cycles=0.5, points=43, speed=0.017), "friction_force") < 3
+
+
 # ---- the measure ----
 
 
