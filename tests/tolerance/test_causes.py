@@ -326,6 +326,34 @@ def test_forces_that_settle_on_no_side_of_a_jump_are_passed() -> None:
     assert answer(case).steps < 2000
 
 
+# ---- a slip that is solved for, and what follows it ----
+
+
+def test_a_state_that_follows_a_solved_slip_is_solved_with_it() -> None:
+    """It followed the slip of the pass before, for a law without bristles that of the step before: 50 tolerances, of first order."""
+    values = {
+        "kinematics": "internal", "friction_law": "coulomb", "vibration_frequency": 3325.0, "amplitude_x": 1.641e-5,
+        "amplitude_y": 3.612e-6, "feed": 1.599e-6, "chip_flow_shear_angle": 0.3415, "chip_flow_angle": "current_shear_angle",
+        "shear_angle_principle": "minimum_energy", "rate_and_state.a": 0.0151, "rate_and_state.b": 0.1763, "rate_and_state.v_0": 2.518e-4,
+        "rate_and_state.d_c": 3.871e-5,
+    }  # fmt: skip
+    case = vibrates(values, ("rate_and_state",), 1e-5, cycles=1.2, points=58.63, speed=0.2266)
+    assert worst(case, "friction_force") < 3
+
+
+# ---- a periodic start ----
+
+
+def test_the_search_for_a_periodic_start_wears_nothing() -> None:
+    """Each cycle that it tried added to the distance slid, and friction_wear was further on the tighter the tolerance: 41 of them."""
+    values = {
+        "kinematics": "internal", "vibration_frequency": 952.4, "amplitude_x": 1.188e-5, "amplitude_y": 1.679e-5, "feed": 1.013e-5,
+        "chip_flow_shear_angle": 0.4677, "initial_state": "periodic", "shear_angle_principle": "minimum_energy",
+        "friction_wear.delta": 0.2737, "friction_wear.s_0": 0.02515,
+    }  # fmt: skip
+    assert worst(vibrates(values, ("friction_wear",), 1e-5, cycles=0.5, points=43, speed=0.017), "friction_force") < 3
+
+
 # ---- the measure ----
 
 

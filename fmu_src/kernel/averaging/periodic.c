@@ -44,6 +44,7 @@ static enum Status find_deflection(struct Contact *contact)
         EACH_LANE {
             trial.value[VAR_BRISTLE_DEFLECTION][i] = z[i];
             trial.value[VAR_TIME][i] = start;
+            trial.value[VAR_SLIDING_DISTANCE][i] = contact->value[VAR_SLIDING_DISTANCE][i]; /* what goes by it stays */
             trial.past.count[i] = trial.past.first[i] = trial.past.settled[i] = 0;
             z_before[i] = n == 0 ? 0 : z_before[i];
             miss_before[i] = n == 0 ? 0 : miss_before[i];

@@ -4,6 +4,17 @@
 
 #include <math.h>
 
+/* How far a pass has moved the states that follow a slip which is solved for, in units of what is allowed. */
+static double moved_states(double allowed, const struct Point *x, const struct Point *before, int i)
+{
+    double worst = 0;
+    for (int k = 0; k < EFFECT_STATES; ++k) {
+        const double move = fabs(x->state[k][i] - before->state[k][i]);
+        worst = move > 0 ? larger(worst, move / (allowed * fabs(x->state[k][i]))) : worst;
+    }
+    return worst;
+}
+
 /* How far a pass has moved what it repeats for, in units of what is allowed: the deflection, and where forces feed back
  * these. */
 static double moved(const struct Configuration *w, const struct Point *x, const struct Point *before, int i)
@@ -12,7 +23,9 @@ static double moved(const struct Configuration *w, const struct Point *x, const 
     const double allowed = 1e-3 * w->p[VAR_RELATIVE_TOLERANCE][i];
     const double of_z = bent ? fabs(x->z[i] - before->z[i]) / (allowed * larger(fabs(x->z[i]), 1e-300)) : 0;
     if (!w->feedback)
-        return of_z;
+        return w->current_angle && w->acting[i] >> DRIVEN_BY_MOTION & 1
+                   ? larger(of_z, moved_states(allowed, x, before, i))
+                   : of_z;
     const double force = larger(larger(x->F_C[i], x->F_S[i]), larger(fabs(x->F[i]), fabs(x->F_p[i])));
     const double by = larger(fabs(x->F[i] - before->F[i]),
                              larger(fabs(x->F_p[i] - before->F_p[i]), fabs(x->F_f[i] - before->F_f[i])));
