@@ -25,7 +25,7 @@ Kind = Literal["least_squares", "huber", "relative"]
 HUBER = 1.345  # scales: 95 % efficient on Gaussian noise
 ASSUMED_SD = 0.03  # of the rms: a scale is no more than that until a fit has shown the noise
 FAILED = 1e30  # cost of a set that the model cannot run; finite, so that populations have a spread
-MOST_BYTES = 150e6  # of predictions held at a time
+MOST_BYTES = 26e6  # of predictions held at a time; what is made of them on the way takes as much three times more
 
 
 class Objective:
