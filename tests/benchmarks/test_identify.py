@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 from evat.experiment import Experiment, Nominal, Trial
-
 from evat.identification.objective import Objective
 from evat.identification.polish import polish
 from evat.identification.searching.search import Search, search
