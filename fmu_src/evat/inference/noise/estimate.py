@@ -13,7 +13,7 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.experiment import Means
-from evat.inference.noise.autoregression import WHITE, autoregression, innovation_sd, innovations, robust_sd
+from evat.inference.noise.autoregression import WHITE, autoregression, impulse_response, innovation_sd, innovations, robust_sd
 from evat.inference.noise.discontinuities import bends
 from evat.inference.noise.irregularity import Irregularity, bursts, irregular
 from evat.inference.noise.means import nugget, replicate_sd
@@ -99,6 +99,7 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
             rows_of = {place: residual[prediction.segments[place].at] for places in own.values() for place in places}
             filters[channel] = autoregression(list(rows_of.values())) if from_residual else WHITE
             _unrepeated(rows_of, filters[channel], sizes, from_residual)
+        _stated(prediction, channel, filters[channel], sizes)
         spread[channel] = _spread(prediction, channel, predicted, slopes, filters[channel], sizes, prior)
     _means(prediction, residual, sizes, from_residual)
     floor = 1e-9 * float(np.sqrt(np.mean(prediction.measured**2))) + 1e-300
@@ -166,6 +167,15 @@ def _unrepeated(rows: Mapping[int, FloatArray], filter_: FloatArray, sizes: Floa
         return
     for place, row in rows.items():
         sizes[place] = robust_sd(np.diff(row, 2)) / np.sqrt(6) if row.size > 4 else np.std(row)
+
+
+def _stated(prediction: Prediction, channel: str, filter_: FloatArray, sizes: FloatArray) -> None:
+    """Into `sizes` the innovations' sd of the recordings of a channel whose owner stated the noise of a sample."""
+    growth = float(np.sqrt(np.sum(impulse_response(filter_) ** 2)))
+    for place, segment in enumerate(prediction.segments):
+        if segment.channel == channel and segment.trial >= 0:
+            sd = prediction.experiment.trials[segment.trial].noise_sd.get(channel)
+            sizes[place] = sizes[place] if sd is None else sd / growth
 
 
 def _step(prediction: Prediction, place: int) -> float:
