@@ -21,8 +21,9 @@ def period(column: FloatArray) -> float:
     away = np.flatnonzero(apart > 0.2 * level)
     if away.size == 0:
         return 0.0
-    lows = [n for n in range(int(away[0]) + 1, most) if apart[n] <= apart[n - 1] and apart[n] <= apart[n + 1] and apart[n] < 0.05 * level]
-    for n in lows:
+    here = apart[1:most]
+    low = (here <= apart[: most - 1]) & (here <= apart[2 : most + 1]) & (here < 0.05 * level)
+    for n in 1 + np.flatnonzero(low[away[0] :]) + away[0]:
         before, here, after = apart[n - 1 : n + 2]
         bend = before - 2 * here + after
         shift = 0.5 * (before - after) / bend if bend > 0 else 0.0

@@ -15,6 +15,7 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment
+from evat.experiment.document import DISTANCE
 from evat.model import Effect, FloatArray, Model, Variable
 
 
@@ -114,7 +115,8 @@ class Scales:
         lengths = [level for trial in experiment.trials for level in rms("m", trial.inputs)]
         lengths += [abs(v) for name, v in experiment.nominal.values.items() if units.get(name) == "m" and isinstance(v, float)]
         self.length = float(np.median([length for length in lengths if length > 0] or [self.speed * self.duration]))
-        self.distance = self.speed * self.duration
+        slid = [trial.values.get(DISTANCE, 0.0) for trial in experiment.trials]  # before it, by a contact that wore on
+        self.distance = max(self.speed * self.duration, *slid) if slid else self.speed * self.duration
 
     def span(self, variable: Variable) -> tuple[float, float]:
         """Smallest and largest value that the record could show anything of, within the variable's bounds."""
