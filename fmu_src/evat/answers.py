@@ -11,9 +11,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from evat.constants import CONSTANTS
 from evat.experiment import Experiment
-from evat.identification.settings import IDENTIFIED_SAMPLES, Execution, Settings
+from evat.identification.settings import Execution, Settings
 from evat.model import Model, ParameterError, nearest
 from evat.units import to_si
 
@@ -71,7 +70,7 @@ def diagnose(experiment: Asked, model: Model | None = None, *, version: str = ""
     """
     from evat.gap import diagnose as of_model
 
-    asked, simulated, told = _asked(experiment, model, CONSTANTS.diagnosed_samples)
+    asked, simulated, told = _asked(experiment, model)
     answer = of_model(asked, simulated, version=version, report=report)
     return replace(answer, cannot_tell=(*answer.cannot_tell, *told))
 
@@ -134,13 +133,13 @@ def identify(
     """
     from evat.identification.run import identify as of_model
 
-    asked, simulated, told = _asked(experiment, model, IDENTIFIED_SAMPLES)
+    asked, simulated, told = _asked(experiment, model)
     wanted = (free,) if isinstance(free, str) else tuple(free)
     answer = of_model(asked, simulated, wanted or _uncertain(asked), _in_si(settings, simulated), execution=execution)
     return replace(answer, doubts=(*answer.doubts, *told))
 
 
-def _asked(experiment: Asked, model: Model | None, samples: int) -> tuple[Experiment, Model, tuple[str, ...]]:
+def _asked(experiment: Asked, model: Model | None) -> tuple[Experiment, Model, tuple[str, ...]]:
     """The experiment, the model, and what was done with trials that are too long."""
     if model is None:
         from evat.models.contact import ContactModel
@@ -152,7 +151,7 @@ def _asked(experiment: Asked, model: Model | None, samples: int) -> tuple[Experi
         return experiment, model, ()
     from evat.experiment.compression import read_or_compress
 
-    read, told = read_or_compress(Path(experiment), model, samples=samples)
+    read, told = read_or_compress(Path(experiment), model)
     return read, model, told
 
 

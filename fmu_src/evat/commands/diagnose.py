@@ -67,9 +67,9 @@ def diagnose(
     check_place(to)
     _there(fmu)
     with _told() as tell:
-        samples = CONSTANTS.diagnosed_samples
+        most = CONSTANTS.diagnosed_samples + 1
         recorded, compressed = read_or_compress(
-            experiment, model, samples=samples, whole=whole, most=samples + 1, progress=lambda share: tell("reading", READING * share)
+            experiment, model, whole=whole, most=most, progress=lambda share: tell("reading", READING * share)
         )
         _rival(why, recorded, model)
         answer, comparison = diagnose_with(

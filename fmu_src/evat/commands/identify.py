@@ -67,7 +67,6 @@ def identify(
     from evat.identification.report import output
     from evat.identification.searching.cluster import Cluster
     from evat.identification.searching.search import check_size
-    from evat.identification.settings import IDENTIFIED_SAMPLES
     from evat.models.contact import ContactModel
 
     model = ContactModel(threads)
@@ -86,7 +85,7 @@ def identify(
     )
     check_size(population, generations, seed)
     with share_done(f"reading {experiment}") as progress:
-        read, told = read_or_compress(experiment, model, samples=IDENTIFIED_SAMPLES, whole=whole, progress=progress)
+        read, told = read_or_compress(experiment, model, whole=whole, progress=progress)
     for each in told:
         note(each)
     usable(to)

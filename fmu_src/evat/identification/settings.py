@@ -10,7 +10,6 @@ from evat.identification.objective import Kind, Objective
 from evat.identification.searching.search import Search
 from evat.model import FloatArray
 
-IDENTIFIED_SAMPLES = 40_000  # that too long a record is compressed to, unasked: they are simulated some thousand times
 Spread = Callable[[Objective, FloatArray], FloatArray]
 
 

@@ -49,11 +49,17 @@ class Compressed:
 
 
 def read_or_compress(
-    folder: Path, model: Model, *, samples: int, whole: bool = False, most: int | None = None, progress: Progress | None = None
+    folder: Path,
+    model: Model,
+    *,
+    samples: int | None = None,
+    whole: bool = False,
+    most: int | None = None,
+    progress: Progress | None = None,
 ) -> tuple[Experiment, tuple[str, ...]]:
-    """An experiment to be simulated, and what was done with its long trials: those of more than LONG rows are compressed to `samples`.
+    """An experiment to be simulated, and what was done with its long trials: those of more than LONG rows are compressed.
 
-    whole : none is; most : samples of a trial to keep where none is.
+    samples : that are kept; see compress_experiment; whole : none is compressed; most : samples of a trial to keep where none is.
     """
     document = read_document(folder, model)
     if whole or not any(_rows_about(entry, document) > LONG for entry in document.trials):
@@ -255,24 +261,19 @@ class _Record:
         return [replace(made[0], noise_sd={**{name: each for name, each in sd.items() if each > 0}, **self.entry.noise_sd})]
 
     def _average_cycles(self, piece: Piece, number: int) -> list[Trial]:
-        """Two halves of an average cycle in the middle of its piece, and a cycle before it."""
+        """Two halves of an average cycle, whose middle is that of its piece, and a cycle before it."""
         places, values = piece.averages()
         first, last = piece.phases
-        middle = round((first + last) / 2)
-        at, cycle = self._cycle(piece, middle)
+        rows = np.interp([first, (first + last) / 2, last], piece.stretch.phases, piece.stretch.rows)
+        begin, centre, end = self.clock(rows)
+        cycle = float(end - begin) / (last - first)
+        at = float(centre) - cycle / 2
+        if math.isfinite(self.cycle_time):  # by the model's clock, which then has the phase that was measured
+            at, cycle = round((first + last) / 2) * self.cycle_time, self.cycle_time
         times, inputs = at + places * cycle, self._inputs(values)
         before = self._trial(piece, number, times - cycle, inputs, values.mean(axis=0), {})
-        row, earlier = (float(np.interp(phase, piece.stretch.phases, piece.stretch.rows)) for phase in (middle, middle - 1))
-        slid = self._slid(row, row - earlier)
+        slid = self._slid(float(rows[1]), 1.5 * float(rows[2] - rows[0]) / (last - first))
         return [self._trial(piece, number, times, inputs, half, slid, place, before) for place, half in enumerate(values)]
-
-    def _cycle(self, piece: Piece, middle: int) -> tuple[float, float]:
-        """When the cycle begins, and how long it is; of a vibration by the model's clock, which then has the phase that was measured."""
-        if math.isfinite(self.cycle_time):
-            return middle * self.cycle_time, self.cycle_time
-        first, last = piece.phases
-        begin, end, at = self.clock(np.interp([first, last, middle], piece.stretch.phases, piece.stretch.rows))
-        return float(at), float(end - begin) / (last - first)
 
     def _slid(self, row: float, before: float) -> dict[str, float]:
         """How far the contact had slid at a row less what it slides in `before` rows there."""

@@ -17,6 +17,7 @@ from evat.model import FloatArray
 
 FINE = 5  # bins for each point; points are local parabolas over those of their neighbours
 JUMP = 0.05  # of the range of an input in the piece, by which a straight line between points may miss it
+AFTER_JUMP = 8  # points until the contact has slid on from one
 HALF_OF_QUARTER = np.array([0, 1, 1, 0])
 
 
@@ -104,7 +105,9 @@ class Piece:
         for fine, coarse in zip(means, points, strict=True):
             missed |= np.abs(fine - np.interp(inner, places, coarse, period=self._period)) > JUMP * np.ptp(fine)
         beside = missed.reshape(self.points, self.fine).any(axis=1)
-        shown = ~(beside | np.roll(beside, 1) | np.roll(beside, -1))
+        places_beside = np.flatnonzero(beside)[:, None] + np.arange(-1, AFTER_JUMP + 1)
+        shown = np.ones(self.points, dtype=bool)
+        shown[places_beside % self.points if self._period else np.clip(places_beside, 0, self.points - 1)] = False
         return shown if np.count_nonzero(shown) > self.points // 2 else np.ones(self.points, dtype=bool)
 
     @property

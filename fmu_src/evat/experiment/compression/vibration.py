@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import uniform_filter1d
+from scipy.optimize import minimize_scalar
 from scipy.signal.windows import hann
 
 from evat.experiment.compression.stretches import Stretch, plain
@@ -120,14 +121,20 @@ def _phase(reference: npt.NDArray[np.complex128], sound: npt.NDArray[np.bool_]) 
     As two clocks make them that differ in rate alone, unless they wander by more than WANDER: what a condition that drifts does to the
     phase of a force stays in the force.
     """
-    neighbours = sound[1:] & sound[:-1]
-    slope = float(np.angle(np.sum(reference[1:][neighbours] * reference[:-1][neighbours].conj()))) / (2 * np.pi)
-    count = np.arange(reference.size)
-    left = np.angle(reference * np.exp(-2j * np.pi * slope * count))[sound]
-    measured = slope * count[sound] + np.unwrap(left) / (2 * np.pi)
-    line = np.polynomial.Polynomial.fit(count[sound], measured, 1)
-    # Sampled a few times in a cycle, harmonics fold onto the fundamental and beat with it: that is no clock, and goes by.
-    wander = uniform_filter1d(measured - line(count[sound]), max(measured.size // SLOW, 1), mode="nearest")
+    count, some = np.arange(reference.size), np.where(sound, reference, 0.0) * hann(reference.size + 2)[1:-1]
+    # Sampled a few times in a cycle, harmonics fold onto the fundamental and beat with it: they are lines of their own in the spectrum.
+    padded = 1 << int(np.ceil(np.log2(8 * reference.size)))
+    coarse = float(np.fft.fftfreq(padded)[np.argmax(np.abs(np.fft.fft(some, padded)))])
+
+    def line(slope: float) -> complex:
+        return complex(np.sum(some * np.exp(-2j * np.pi * slope * count)))
+
+    best = minimize_scalar(lambda slope: -abs(line(slope)), bounds=(coarse - 1 / padded, coarse + 1 / padded), options={"xatol": 1e-9})
+    slope = float(best.x)
+    straight = slope * count + np.angle(line(slope)) / (2 * np.pi)
+    left = (reference * np.exp(-2j * np.pi * straight))[sound]
+    mean = uniform_filter1d(np.array([left.real, left.imag]), max(left.size // SLOW, 1), axis=1, mode="nearest")
+    wander = np.unwrap(np.arctan2(mean[1], mean[0])) / (2 * np.pi)
     if np.percentile(np.abs(wander), 90) < WANDER:
-        wander = np.zeros_like(wander)
-    return np.asarray(line(count) + np.interp(count, count[sound], wander), dtype=np.float64)
+        return np.asarray(straight, dtype=np.float64)
+    return np.asarray(straight + np.interp(count, count[sound], wander), dtype=np.float64)

@@ -124,16 +124,22 @@ def repeat_deviations(prediction: Prediction) -> dict[str, list[FloatArray]]:
 
 def repeatability(prediction: Prediction) -> dict[str, float]:
     """Standard deviation of one recording of a condition about the mean of all, noise and random effects together [unit of the channel];
-    of the channels that were recorded more than once."""
-    level = {channel: float(np.sqrt(np.mean(np.concatenate(rows) ** 2))) for channel, rows in repeat_deviations(prediction).items()}
+    of the channels that were recorded more than once. A recording whose owner stated its noise counts with that."""
+    level, stated = dict[str, float](), stated_sd(prediction)
+    for channel, rows in repeat_deviations(prediction).items():
+        own = [stated[s.at] for s in prediction.segments if s.channel == channel and s.trial >= 0]
+        known = np.concatenate([np.zeros(0), *(sd[np.isfinite(sd)] for sd in own)])  # of recordings without repeats
+        level[channel] = float(np.sqrt(np.mean(np.concatenate([*rows, known]) ** 2)))
     return {channel: sd for channel, sd in level.items() if sd > 0}
 
 
 def stated_sd(prediction: Prediction) -> FloatArray:
-    """Standard deviations that came with means, (N,); nan where none did."""
+    """Standard deviations that came with means and of samples, (N,); nan where none did."""
     sd, means, rows = np.full(prediction.measured.size, np.nan), prediction.experiment.means, dict[str, int]()
     for segment in prediction.segments:
-        if segment.trial < 0 and means is not None:
+        if segment.trial >= 0:
+            sd[segment.at] = prediction.experiment.trials[segment.trial].noise_sd.get(segment.channel, np.nan)
+        elif means is not None:
             row = rows[segment.channel] = rows.get(segment.channel, -1) + 1
             if segment.channel in means.sd:
                 sd[segment.at] = means.sd[segment.channel][row] or np.nan
