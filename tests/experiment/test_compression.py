@@ -188,7 +188,7 @@ def test_the_command_says_what_it_did_and_its_folder_is_an_experiment(recorded: 
     said = " ".join(answer.output.split())
     assert "long.parquet: 36 s, 9 000 rows became" in said
     assert "cycles averaged into" in said
-    assert "stretches held still" in said
+    assert "2 stretches held still" in said
     read = read_experiment(tmp_path / "short", MODEL)
     made = compress_experiment(recorded, MODEL, samples=1000).experiment
     for one, other in zip(read.trials, made.trials, strict=True):

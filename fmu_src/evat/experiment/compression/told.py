@@ -79,12 +79,14 @@ class Told:
         if self.averages:
             done.append(f"{_count(self.cycles)} cycles averaged into {self.averages} of up to {self.points} points")
         if self.held:
-            done.append(f"{self.held} stretches held still ({self.held_seconds:.4g} s) averaged")
+            done.append(f"{_several(self.held, 'stretch', 'es')} held still ({self.held_seconds:.4g} s) averaged")
         if self.transients:
-            done.append(f"{self.transients} transients ({self.transient_seconds:.3g} s) kept, every {self.transient_step:.3g} s")
+            done.append(
+                f"{_several(self.transients, 'transient', 's')} ({self.transient_seconds:.3g} s) kept, every {self.transient_step:.3g} s"
+            )
         if self.left_out > 1e-3 * self.seconds:
             done.append(f"{self.left_out:.3g} s left out that neither repeats itself nor stands still")
-        averaged = "; ".join(f"{name} {rms:.3g} rms, {share:.2g} of its own" for name, (rms, share) in self.averaged_out.items())
+        averaged = "; ".join(f"{name} {rms:.3g} rms, {share:.2%} of its own" for name, (rms, share) in self.averaged_out.items())
         rest = f"; the averages leave out, noise and all: {averaged}" if averaged else ""
         return f"{self.file}: {self.seconds:.4g} s, {_count(self.rows)} rows became {_count(self.samples)} samples: {', '.join(done)}{rest}"
 
@@ -92,6 +94,10 @@ class Told:
 def _seconds(each: Piece | Stretch, clock: Callable[[FloatArray], FloatArray]) -> float:
     begin, end = clock(np.array([float(each.begin), float(each.end)]))
     return float(end - begin)
+
+
+def _several(count: int, what: str, ending: str) -> str:
+    return f"{count} {what}{ending * (count != 1)}"
 
 
 def _count(number: int) -> str:
