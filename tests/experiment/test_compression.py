@@ -97,7 +97,7 @@ def test_the_noise_of_an_average_is_that_of_its_halves() -> None:
         _, values = piece.averages()
         means.append(values[:, 0].mean())
         halves.append(values[0, 0].mean() - values[1, 0].mean())
-    assert np.std(halves) / 2 == pytest.approx(np.std(means), rel=0.12)
+    assert np.sqrt(np.mean(np.square(halves))) / 2 == pytest.approx(np.std(means), rel=0.12)
     assert np.std(means) > 2 / np.sqrt(cycles * points) * np.sqrt(1 / (1 - 0.7**2))
 
 
