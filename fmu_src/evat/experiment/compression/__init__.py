@@ -246,12 +246,12 @@ class _Record:
         if piece.stretch.kind == "repeating":
             return self._average_cycles(piece, number)
         places, values = piece.averages()
-        rows = piece.begin + places * (piece.end - piece.begin) - 0.5
+        rows = piece.begin + places * (piece.end - piece.begin)
         times, inputs = self.clock(rows), self._inputs(values)
         begin, before = piece.begin, None
         if lead is not None:
             begin, (led, leading) = lead.begin, lead.averages()
-            leading_times = self.clock(lead.begin + led * (lead.end - lead.begin) - 0.5)
+            leading_times = self.clock(lead.begin + led * (lead.end - lead.begin))
             before = self._trial(piece, number, leading_times, self._inputs(leading), leading[0], {})
         slid = self._slid(float(begin), 0.0)
         made = [self._trial(piece, number, times, inputs, half, slid, place, before) for place, half in enumerate(values)]

@@ -18,6 +18,7 @@ from evat.model import FloatArray
 FINE = 5  # bins for each point; points are local parabolas over those of their neighbours
 JUMP = 0.05  # of the range of an input in the piece, by which a straight line between points may miss it
 AFTER_JUMP = 8  # points until the contact has slid on from one
+EDGE = 1e-6  # of a bin: a row at the edge of one falls on the same side in every cycle, whatever the rounding
 HALF_OF_QUARTER = np.array([0, 1, 1, 0])
 
 
@@ -76,7 +77,7 @@ class Piece:
         if self.stretch.kind == "repeating":
             first, last = self.phases
             phases = np.interp(rows, self.stretch.rows, self.stretch.phases)
-            places, share = (phases % 1.0) * self.bins, (phases - first) / (last - first)
+            places, share = (phases % 1.0) * self.bins + EDGE, (phases - first) / (last - first)
         else:
             places = np.asarray((rows - self.begin) * (self.bins / (self.end - self.begin)), dtype=np.float64)
             share = places % 1.0
@@ -88,16 +89,21 @@ class Piece:
         full = np.all(self.counts > 0, axis=0)
         means = self.sums[:, :, full] / self.counts[:, None, full]
         if self.fine == 1 or not full.all():  # few rows, or locked to the cycle: where they lie they tell, and nowhere else
-            within = self.offsets[:, full].sum(axis=0) / self.counts[:, full].sum(axis=0)
-            places = (np.flatnonzero(full) + within) / self.bins
-            return places, means
-        places = np.asarray((np.arange(self.points) + 0.5) / self.points)
+            return (np.flatnonzero(full) + self._within[full]) / self.bins, means
+        places = np.asarray((np.arange(self.points) + 0.5) / self.points + (self._within.mean() - 0.5) / self.bins)
         cyclic = self.stretch.kind == "repeating"
         window = min(2 * self.fine + 1, (self.bins - 1) // 2 * 2 + 1)
         smooth = savgol_filter(means, window, min(2, window - 1), axis=2, mode="wrap" if cyclic else "interp")
         points = smooth[:, :, self.fine // 2 :: self.fine]
         kept = self._shown(means[:, list(self.inputs)].mean(axis=0), points[:, list(self.inputs)].mean(axis=0), places)
         return places[kept], points[:, :, kept]
+
+    @property
+    def _within(self) -> FloatArray:
+        """Where the rows of each bin lie on the average, in bins from its begin; nan of none."""
+        with np.errstate(invalid="ignore"):
+            within: FloatArray = self.offsets.sum(axis=0) / self.counts.sum(axis=0)
+        return within
 
     def _shown(self, means: FloatArray, points: FloatArray, places: FloatArray) -> npt.NDArray[np.bool_]:
         """Which points (n,) lie beside no jump of an input (inputs, bins) that a straight line between points (inputs, n) misses."""
