@@ -211,9 +211,14 @@ class _Record:
         return self.names.index((self.inputs or self.outputs)[0])
 
     def _demodulated(self) -> Demodulation:
-        head = next(self.batches())
-        step = float(np.median(np.diff(head[0])))
-        return Demodulation(self.batches(), frequency(head[self._told_by()], step / self.cycle_time))
+        turns = expected = 0.0
+        for batch in trial_batches(self.entry, self.columns, lambda more: None, lambda rows: None, self.document.form):
+            if batch[0].size > 2:
+                expected = expected or float(np.median(np.diff(batch[0]))) / self.cycle_time
+                turns = frequency(batch[self._told_by()], expected) or 0.0
+            if turns:  # it may be a while until it cuts
+                break
+        return Demodulation(self.batches(), turns or expected)
 
     def _way_of_cycles(self) -> Callable[[FloatArray], FloatArray]:
         """How far it slides by the nominal model, cycle after cycle."""

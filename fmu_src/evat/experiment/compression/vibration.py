@@ -18,6 +18,7 @@ from evat.model import FloatArray
 
 WINDOW, FEWEST_CYCLES = 4096, 16  # rows, and cycles, of a window at least
 SEARCHED = 0.02  # of the frequency that the model has, to each side
+STANDS_OUT = 30.0  # times the spectrum around, from which a line is a vibration; noise reaches 5
 LEAP = 8.0  # robust standard deviations of the change from window to window,
 CHANGE = 0.01  # and of the amplitude: a change above both is a transient
 FAINT = 0.2  # of the usual amplitude, below which nothing vibrates
@@ -26,15 +27,17 @@ WANDER = 0.02  # of a cycle: less is no clock, but what the force does
 SLOW = 16  # of a record: what clocks do goes on for as long
 
 
-def frequency(column: FloatArray, expected: float) -> float:
-    """Cycles for each row of the strongest line of a column (n,) near the `expected` one."""
+def frequency(column: FloatArray, expected: float) -> float | None:
+    """Cycles for each row of the strongest line of a column (n,) near the `expected` one; None where nothing stands out there."""
     size = 8 * column.size
     spectrum = np.abs(np.fft.rfft((column - column.mean()) * hann(column.size), size))
     low, high = (int(expected * (1 + side * SEARCHED) * size) for side in (-1, 1))
     low, high = max(low - 8, 1), min(high + 8, spectrum.size - 2)
     if high <= low:
-        return expected
+        return None
     place = low + int(np.argmax(spectrum[low : high + 1]))
+    if spectrum[place] < STANDS_OUT * np.median(spectrum):
+        return None
     before, here, after = np.log(spectrum[place - 1 : place + 2] + 1e-300)
     bend = before - 2 * here + after
     return float((place + (0.5 * (before - after) / bend if bend else 0.0)) / size)
