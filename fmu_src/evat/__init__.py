@@ -13,6 +13,7 @@ if TYPE_CHECKING:  # the same as _PLACES, for type checkers and editors; a test 
     from evat import parameter_sets
     from evat.answers import diagnose, identify
     from evat.experiment import ExperimentError
+    from evat.experiment.compression import compress_experiment
     from evat.experiment.read import read_experiment
     from evat.experiment.write import write_experiment
     from evat.files.writing import OutputError
@@ -58,6 +59,7 @@ __all__ = [
     "Sweep",
     "Trace",
     "build_fmu",
+    "compress_experiment",
     "diagnose",
     "effects",
     "host_fmu",
@@ -79,6 +81,7 @@ __all__ = [
 _PLACES = {
     "evat.answers": ("diagnose", "identify"),
     "evat.experiment": ("ExperimentError",),
+    "evat.experiment.compression": ("compress_experiment",),
     "evat.experiment.read": ("read_experiment",),
     "evat.experiment.write": ("write_experiment",),
     "evat.files.writing": ("OutputError",),

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from evat.experiment import Experiment
@@ -30,7 +31,8 @@ def diagnose(experiment: Asked, model: Model | None = None, *, version: str = ""
     Parameters
     ----------
     experiment : Experiment or path
-        Recorded trials, means, or both, with the nominal model; or the folder of an experiment, which is read.
+        Recorded trials, means, or both, with the nominal model; or the folder of an experiment, which is read. Trials of more than a
+        million rows are compressed (`compress_experiment`), and the answer says how.
     model : Model, optional
         What simulates it, with the effects that it offers; without it a `ContactModel`.
     version : str
@@ -68,8 +70,9 @@ def diagnose(experiment: Asked, model: Model | None = None, *, version: str = ""
     """
     from evat.gap import diagnose as of_model
 
-    asked, simulated = _asked(experiment, model)
-    return of_model(asked, simulated, version=version, report=report)
+    asked, simulated, told = _asked(experiment, model)
+    answer = of_model(asked, simulated, version=version, report=report)
+    return replace(answer, cannot_tell=(*answer.cannot_tell, *told))
 
 
 def identify(
@@ -85,7 +88,8 @@ def identify(
     Parameters
     ----------
     experiment : Experiment or path
-        Recorded trials, means, or both, with the nominal model; or the folder of an experiment, which is read.
+        Recorded trials, means, or both, with the nominal model; or the folder of an experiment, which is read. Trials of more than a
+        million rows are compressed (`compress_experiment`), and the answer says how.
     model : Model, optional
         What simulates it; without it a `ContactModel`.
     free : sequence of str, optional
@@ -129,12 +133,14 @@ def identify(
     """
     from evat.identification.run import identify as of_model
 
-    asked, simulated = _asked(experiment, model)
+    asked, simulated, told = _asked(experiment, model)
     wanted = (free,) if isinstance(free, str) else tuple(free)
-    return of_model(asked, simulated, wanted or _uncertain(asked), _in_si(settings, simulated), execution=execution)
+    answer = of_model(asked, simulated, wanted or _uncertain(asked), _in_si(settings, simulated), execution=execution)
+    return replace(answer, doubts=(*answer.doubts, *told))
 
 
-def _asked(experiment: Asked, model: Model | None) -> tuple[Experiment, Model]:
+def _asked(experiment: Asked, model: Model | None) -> tuple[Experiment, Model, tuple[str, ...]]:
+    """The experiment, the model, and what was done with trials that are too long."""
     if model is None:
         from evat.models.contact import ContactModel
 
@@ -142,10 +148,11 @@ def _asked(experiment: Asked, model: Model | None) -> tuple[Experiment, Model]:
     elif not hasattr(model, "simulate_many"):
         raise ParameterError(f"model = {model!r}: this is no model; names of parameters go by keyword, for example free=['F_C'].")
     if isinstance(experiment, Experiment):
-        return experiment, model
-    from evat.experiment.read import read_experiment
+        return experiment, model, ()
+    from evat.experiment.compression import read_or_compress
 
-    return read_experiment(experiment, model), model
+    read, told = read_or_compress(Path(experiment), model)
+    return read, model, told
 
 
 def _uncertain(experiment: Experiment) -> tuple[str, ...]:

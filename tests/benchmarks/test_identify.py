@@ -172,9 +172,10 @@ def test_a_long_record(benchmark: Any, summary: Summary) -> None:
 MEMORY = """
 import resource, sys
 sys.path.insert(0, sys.argv[1])
-from test_identify import EIGHT, ON, objective, search
-aim = objective(100_000, EIGHT, ON)
-search("ga", aim.costs, aim.space.start, population=64, generations=2, seed=1)
+from evat.identification import Settings, identify
+from test_identify import EIGHT, ON, SIGNED, rig
+prediction, _ = rig(100_000)
+identify(prediction.experiment, prediction.model, EIGHT, Settings(on=ON, bounds=SIGNED, search="ga", generations=2, seed=1, profiles=False))
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
 
@@ -183,5 +184,5 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 def test_memory_of_a_long_record(summary: Summary) -> None:
     here = str(Path(__file__).resolve().parent)
     most = float(subprocess.run([sys.executable, "-c", MEMORY, here], capture_output=True, text=True, check=True).stdout)
-    summary.add("peak memory of that search, Python and all", f"{most:.0f} MB", wanted="< 500 MB")
-    assert most < 500
+    summary.add("peak memory of that search and its polish, Python and all", f"{most:.0f} MB", wanted="< 300 MB")
+    assert most < 300

@@ -7,6 +7,7 @@ import math
 import os
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -22,6 +23,7 @@ from evat.experiment.read import read_experiment, scan_experiment
 from evat.experiment.write import write_experiment
 from evat.files import stream
 from evat.files.writing import OutputError
+from evat.inference.prediction import Prediction
 from evat.models.contact import ContactModel
 from evat.native import kernel
 from evat.plots.cycles import in_display_unit
@@ -30,6 +32,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 MODEL = ContactModel()
+VALUES = "values = { cutting_speed = 0.25 }"
 TOML = """
 format = 1
 title = "Friction rig, copper on carbide"
@@ -214,6 +217,35 @@ def test_means_at_the_values_of_a_trial_are_of_its_condition(tmp_path: Path) -> 
     held_out = recorded.only(["c2", "cutting_speed=0.5"])
     assert held_out.means is not None
     assert (len(held_out.trials), held_out.means.outputs["mean_feed_force"].tolist()) == (1, [4])
+
+
+def test_a_trial_may_say_how_far_the_contact_had_slid_and_how_noisy_it_is(tmp_path: Path) -> None:
+    """The friction that has worn in comes back at once, not from the beginning; written and read again it is the same."""
+    stated = "values = { sliding_distance = 30.0 }\nnoise_sd = { friction_force = 0.02 }"
+    read = read_experiment(folder(tmp_path / "rig", TOML.replace(VALUES, stated)), MODEL)
+    trial = read_experiment(write_experiment(read, tmp_path / "again"), MODEL).trials[0]
+    assert (trial.values, trial.noise_sd) == ({"sliding_distance": 30.0}, {"friction_force": 0.02})
+    times = np.linspace(0.0, 1.0, 101)
+    slid = replace(trial, times=times, inputs={"slip_velocity": np.full(101, 0.1)}, outputs={"friction_force": np.ones(101)})
+    new = replace(slid, file="new", values={})
+    nominal = Nominal({"kinematics": "external", "friction_law": "coulomb", "F_C": 10.0}, ("friction_wear",), {})
+    worn, fresh = np.split(Prediction(MODEL, replace(read, nominal=nominal, trials=(slid, new))).one(), 2)
+    law = 10.0 * (1 + 0.2 * (1 - np.exp(-(30.0 + 0.1 * times[1:]) / 10.0)))  # delta and s_0 at their starts
+    assert worn[1:] == pytest.approx(law, rel=1e-6)
+    assert fresh[1] == pytest.approx(10.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("stated", "what"),
+    [
+        ('values = { sliding_distance = "far" }', "sliding_distance: 'far'; a finite number"),
+        ("noise_sd = { friction_force = 0.0 }", "a standard deviation above 0"),
+        ("noise_sd = { slip_velocity = 1.0 }", "name an output"),
+        ("noise_sd = { frictionforce = 1.0 }", "did you mean friction_force"),
+    ],
+)
+def test_what_a_trial_cannot_state_is_refused(tmp_path: Path, stated: str, what: str) -> None:
+    assert what in refusal(folder(tmp_path, TOML.replace(VALUES, stated)))
 
 
 def test_only_takes_conditions_and_nothing_else(tmp_path: Path) -> None:

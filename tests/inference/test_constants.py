@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from evat import constants
 from evat.constants import CONSTANTS
-from evat.experiment import smoothing
+from evat.experiment import periods, smoothing
 from evat.gap.verdict.constants import Constants, in_use, stored
 from evat.gap.verdict.judgement import judge
 from evat.inference.noise.autoregression import autoregression
@@ -28,7 +28,8 @@ NO_CHOICE = {  # the version of a file, the filter that changes nothing, and how
     ("autoregression.py", "WHITE"),
     ("initial_state.py", "RANDOM"),
 }
-MODULES = sorted([Path(smoothing.__file__), *(path for room in ROOMS for path in room.rglob("*.py") if path.name not in PICTURES)])
+BESIDE = [Path(module.__file__) for module in (periods, smoothing)]
+MODULES = sorted([*BESIDE, *(path for room in ROOMS for path in room.rglob("*.py") if path.name not in PICTURES)])
 
 
 def numbers(path: Path) -> list[str]:
@@ -54,7 +55,7 @@ def test_each_name_is_given_once_and_read_somewhere() -> None:
     assert set(given) == set(CONSTANTS.declared())
     assert max(given.values()) == 1
     trees = [ast.parse(path.read_text(encoding="utf-8")) for room in ROOMS for path in room.rglob("*.py")]
-    trees.append(ast.parse(Path(smoothing.__file__).read_text(encoding="utf-8")))
+    trees += [ast.parse(path.read_text(encoding="utf-8")) for path in BESIDE]
     nodes = [node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.Attribute)]
     read = {node.attr for node in nodes if isinstance(node.value, ast.Name) and node.value.id == "CONSTANTS"}
     assert set(given) - read == {field.name for field in fields(Constants)}

@@ -64,6 +64,17 @@ def test_a_gain_that_scatters_is_no_noise_within_a_trial(rig: Prediction) -> Non
     assert repeatability(rig)["friction_force"] > 3 * NOISE * LEVEL
 
 
+def test_noise_that_is_stated_counts_before_that_of_repeats() -> None:
+    """The last trial is stated to be ten times as noisy as the others, which are repeats of each other. Noise goes on by 0.6
+    from sample to sample, and sizes are those of what is new in it."""
+    rows = lfilter([1.0], [1.0, -0.6], np.random.default_rng(1).standard_normal((REPEATS, FORCE.size)))
+    trials = [trial(TO_AND_FRO, seed=0, measured=FORCE + row, noise=0.0) for row in rows]
+    trials[-1] = replace(trials[-1], condition="another", noise_sd={"friction_force": 12.5})
+    sizes = estimate_noise(Prediction(MODEL, experiment(*trials, nominal=TRUTH)), FORCE_REPEATED).sizes
+    assert sizes[:-1] == pytest.approx(1.0, rel=0.1)
+    assert sizes[-1] == pytest.approx(12.5 * np.sqrt(1 - 0.6**2), rel=0.05)
+
+
 def test_identification_and_diagnosis_say_the_same_of_it(rig: Prediction) -> None:
     of_gap = compare(rig).noise
     of_fit = estimate_noise(rig, FORCE_REPEATED, prior=False, from_residual=True)

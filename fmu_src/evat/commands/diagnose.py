@@ -14,7 +14,7 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from evat.commands.shared import Json, print_json
+from evat.commands.shared import Json, Whole, print_json
 from evat.console import err, headline, marked, note, out, shows_bars
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ def diagnose(
             metavar="EFFECT|VERDICT",
         ),
     ] = "",
+    whole: Whole = False,
     threads: Annotated[int, typer.Option(help="Threads; the answer does not depend on it.", min=1)] = 1,
     fmu: Annotated[
         Path | None, typer.Option(help="The component's FMU that the report runs; without it one is built on first use and kept.")
@@ -55,7 +56,7 @@ def diagnose(
     Example: evat diagnose rig-copper --out rig-copper-diagnosed
     """
     from evat.constants import CONSTANTS
-    from evat.experiment.read import read_experiment
+    from evat.experiment.compression import read_or_compress
     from evat.gap import diagnose_with, report
     from evat.gap.report import check_place, explain, explain_verdict, write_diagnosis
     from evat.gap.verdict.judgement import CANNOT_TELL, VERDICTS
@@ -66,8 +67,9 @@ def diagnose(
     check_place(to)
     _there(fmu)
     with _told() as tell:
-        recorded = read_experiment(
-            experiment, model, progress=lambda share: tell("reading", READING * share), most=CONSTANTS.diagnosed_samples + 1
+        most = CONSTANTS.diagnosed_samples + 1
+        recorded, compressed = read_or_compress(
+            experiment, model, whole=whole, most=most, progress=lambda share: tell("reading", READING * share)
         )
         _rival(why, recorded, model)
         answer, comparison = diagnose_with(
@@ -76,7 +78,8 @@ def diagnose(
             version=importlib.metadata.version("evat"),
             report=lambda doing, share: tell(doing, READING + (1 - READING) * share),
         )
-        answer = replace(answer, made_by={**answer.made_by, "seconds": round(time.monotonic() - began, 1)})
+        made_by = {**answer.made_by, "seconds": round(time.monotonic() - began, 1)}
+        answer = replace(answer, made_by=made_by, cannot_tell=(*answer.cannot_tell, *compressed))
         tell("writing the report", 0.97)
         path, without = (None, "the command was called with --no-fmu") if no_fmu else _fmu(fmu)
         written = write_diagnosis(answer, comparison, to, fmu=path, without=without)
@@ -85,6 +88,8 @@ def diagnose(
     headline(report.headline(answer, comparison))
     if answer.verdict != CANNOT_TELL:  # of data that were refused nothing was judged
         out.print(_table(answer))
+    for text in compressed:
+        out.print(text, highlight=False)
     if path is None and not no_fmu:
         err.print(marked("the FMU was not run:", "bold yellow", without))
     if why:

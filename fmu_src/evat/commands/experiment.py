@@ -90,6 +90,40 @@ def check(
         out.print(f"wrote {write_page(scan, to, doubts)}", soft_wrap=True)
 
 
+@experiment.command()
+def compress(
+    folder: Folder,
+    to: Annotated[Path, typer.Option("--out", "-o", help="A new folder for what the records tell.")],
+    samples: Annotated[
+        int | None,
+        typer.Option(help="Samples to keep of all trials, repeats counted once; without it as many as a diagnosis simulates.", min=1),
+    ] = None,
+    suffix: Annotated[str, typer.Option(help="Of the data files: .csv or .parquet.")] = ".parquet",
+    as_json: Json = False,
+) -> None:
+    """Compress long recordings to what they tell: an experiment as any other, of the whole record.
+
+    Stretches that repeat themselves become average cycles, spread over the record, in two halves that tell their noise; what is held
+    becomes averages; what passes is kept. Each knows its time and how far the contact had slid. identify and diagnose do it by themselves
+    with trials of more than a million rows.
+
+    Example: evat experiment compress ten-minutes -o ten-minutes-short
+    """
+    from evat.experiment.compression import compress_experiment
+    from evat.experiment.write import write_experiment
+    from evat.models.contact import ContactModel
+
+    with share_done(f"compressing {folder.name}") as progress:
+        compressed = compress_experiment(folder, ContactModel(), samples=samples, progress=progress)
+    made = write_experiment(compressed.experiment, to, suffix=suffix)
+    if as_json:
+        print_json([dataclasses.asdict(told) for told in compressed.told])
+    for told in compressed.told:
+        out.print(str(told), highlight=False)
+    out.print(f"wrote {made}: {len(compressed.experiment.trials)} trials of {compressed.experiment.samples} samples in all", soft_wrap=True)
+    out.print(f"next: evat diagnose {made}", soft_wrap=True)
+
+
 def _nominal(document: Document) -> str:
     from evat.plots.experiment_page import shown
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, get_args
 
@@ -13,7 +14,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from rich.table import Table
 from rich.text import Text
 
-from evat.commands.shared import Json, Values, one_of, print_json, share_done, stoppable, typed_values
+from evat.commands.shared import Json, Values, Whole, one_of, print_json, share_done, stoppable, typed_values
 from evat.commands.statuses import STOPPED
 from evat.console import err, headline, marked, note, out, shows_bars
 from evat.files.writing import usable
@@ -50,6 +51,7 @@ def identify(
     threads: Annotated[int | None, typer.Option(help="Threads; without it one per processor.", min=1)] = None,
     dask: Annotated[str | None, typer.Option(help="Address of a dask scheduler on whose workers the search runs.")] = None,
     resume: Annotated[bool, typer.Option(help="Go on with the search that OUT holds, to the result it would have had.")] = False,
+    whole: Whole = False,
     to: Annotated[Path, typer.Option("--out", "-o", help="Folder for parameters (.ssv), JSON, report and the state of the search.")] = Path(
         "identified"
     ),
@@ -59,7 +61,7 @@ def identify(
 
     Ctrl-C stops with the best so far. Example: evat identify rig -f F_C -f sigma0 -b 'F_C=1..30 N' --search de -o fit
     """
-    from evat.experiment.read import read_experiment
+    from evat.experiment.compression import read_or_compress
     from evat.identification import Execution, Settings
     from evat.identification import identify as run
     from evat.identification.report import output
@@ -83,7 +85,9 @@ def identify(
     )
     check_size(population, generations, seed)
     with share_done(f"reading {experiment}") as progress:
-        read = read_experiment(experiment, model, progress=progress)
+        read, told = read_or_compress(experiment, model, whole=whole, progress=progress)
+    for each in told:
+        note(each)
     usable(to)
     with (
         nullcontext() if dask is None else Cluster(dask) as cluster,
@@ -92,6 +96,7 @@ def identify(
     ):
         execution = Execution(to / JOURNAL, resume, None if cluster is None else cluster.costs, tell, cancelled)
         answer = run(read, model, free, settings, execution=execution)
+        answer = replace(answer, doubts=(*answer.doubts, *told))
     if as_json:
         print_json(output.as_json(answer))
     _show(answer)

@@ -32,6 +32,10 @@ SpeedUnit = Annotated[str, typer.Option(help="Unit in which the speeds of the pa
 
 
 Json = Annotated[bool, typer.Option("--json", help="The answer as JSON on standard output; nothing else is printed there.")]
+Whole = Annotated[
+    bool,
+    typer.Option("--whole", help="Take a record as it is, however long; without it, trials of more than a million rows are compressed."),
+]
 PATIENCE = 2.5  # s after Ctrl-C
 TABLES = (".csv", ".parquet", ".pq")
 

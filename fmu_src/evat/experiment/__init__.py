@@ -97,7 +97,8 @@ class SetupSd:
 @dataclass(frozen=True, slots=True, eq=False)
 class Trial:
     """One recording: every column has shape (n,), in SI; `values` are what the component's parameters were in it. `lead_in` is what was
-    recorded just before and does not count: a model runs through it to where the recording begins."""
+    recorded just before and does not count: a model runs through it to where the recording begins. `noise_sd` is that of a sample of an
+    output, where its owner stated one."""
 
     file: str
     condition: str
@@ -106,6 +107,7 @@ class Trial:
     inputs: Mapping[str, FloatArray]
     outputs: Mapping[str, FloatArray]
     lead_in: Trial | None = None
+    noise_sd: Mapping[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         span = f", {self.times[0]:g} to {self.times[-1]:g} s" if self.times.size else ""

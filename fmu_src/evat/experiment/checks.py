@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path, PureWindowsPath
 from typing import Any
@@ -20,6 +21,7 @@ class Checks:
         self.path, self.root, self.model = path, path.parent.resolve(), model
         self.variables = {variable.name: variable for variable in model.variables}
         self.effects = [effect.name for effect in model.effects]
+        self.integrals = {variable.derivative_of for variable in model.variables if variable.derivative_of}
 
     def error(self, where: str, text: str) -> ExperimentError:
         return ExperimentError(f"{self.path.name}{', ' if where else ''}{where}: {text}")
@@ -66,6 +68,12 @@ class Checks:
         except ParameterError as error:
             raise self.error(where, f"{error} Values are in SI: is the unit right?" if known.type == "real" else str(error)) from error
         return known.choices[int(number)] if known.type == "choice" else number
+
+    def begun_at(self, where: str, entry: Any) -> float:
+        """What is integrated from the start, such as the distance slid, as it was at the start."""
+        if not is_number(entry) or not math.isfinite(entry):
+            raise self.error(where, f"{entry!r}; a finite number in SI is needed.")
+        return float(entry)
 
     def numbers(self, where: str, entry: Any) -> Iterable[tuple[str, Any]]:
         return _flat(self.table(where, entry))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ CLOCK = "time"
 TRIGGER = "trigger"  # a signal that is on in the rows that count
 BESIDE = (CLOCK, TRIGGER)  # signals that are no variables of the component
 FRICTION = "friction_force"
+DISTANCE = "sliding_distance"  # how far a contact has slid; effects go by it
 MEAN = "mean_"  # how the names of averages begin
 MOST_LINES = 100_000  # above the numbers
 
@@ -40,6 +41,7 @@ class TrialEntry:
     path: Path
     condition: str
     values: Mapping[str, float]
+    noise_sd: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,10 +311,20 @@ class _Reader(Checks):
             raise self.error(f"{where}.condition", "it is empty; trials of one condition are repeats of each other, so name it.")
         values = {}
         for key, number in self.numbers(f"{where}.values", entry.get("values", {})):
+            if key in self.integrals:
+                values[key] = self.begun_at(f"{where}.values.{key}", number)
+                continue
             if self.settable(f"{where}.values.{key}", key).type != "real":
                 raise self.error(f"{where}.values.{key}", "only numbers vary from trial to trial; choices stand in [nominal].")
             values[key] = float(self.value(f"{where} ({file}), values.{key}", key, number))
-        return TrialEntry(file, self.inside(f"{where}.file", file), condition, values)
+        noise_sd = {}
+        for channel, number in self.table(f"{where}.noise_sd", entry.get("noise_sd", {})).items():
+            if self.variable(f"{where}.noise_sd", channel).causality != "output":
+                raise self.error(f"{where}.noise_sd.{channel}", "noise is that of what was measured; name an output.")
+            if not is_number(number) or not 0 < number < math.inf:
+                raise self.error(f"{where}.noise_sd.{channel}", f"{number!r}; a standard deviation above 0 is needed, in SI.")
+            noise_sd[channel] = float(number)
+        return TrialEntry(file, self.inside(f"{where}.file", file), condition, values, noise_sd)
 
 
 def to_variable(signal: Signal, wanted: str) -> tuple[float, float]:

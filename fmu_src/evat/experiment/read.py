@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from os import PathLike
@@ -15,20 +15,18 @@ from pathlib import Path
 
 import numpy as np
 
-from evat.experiment import Experiment, ExperimentError, Means, Trial
+from evat.experiment import Experiment, Means, Trial
 from evat.experiment.columns import Column, trial_batches, trial_columns
-from evat.experiment.document import FRICTION, TRIGGER, Document, TrialEntry, read_document
+from evat.experiment.derived import derived
+from evat.experiment.document import TRIGGER, Document, TrialEntry, read_document
 from evat.experiment.means import read_means
-from evat.experiment.smoothing import derivative
 from evat.experiment.trigger import triggered
 from evat.files.text import TextForm
 from evat.model import FloatArray, Model
-from evat.required_inputs import MOTION
 
 __all__ = ["Scan", "TrialFacts", "read_experiment", "scan_experiment"]
 
 HASHED = 1 << 20  # bytes at a time
-UNEVEN = 0.05  # of a step: so far may a clock's steps differ where something is differentiated
 GROWTH = 1.125  # of a column whose length its file does not tell
 
 Progress = Callable[[float], None]
@@ -105,11 +103,16 @@ def read_experiment(
 
         model = ContactModel()
     document = read_document(Path(folder_or_toml), model)
-    done = _ShareDone(document, progress)
-    data_hash = _hash(document, done)
+    done = ShareDone(document, progress)
+    data_hash = hash_of(document, done)
     trials = tuple(
-        trial for entry in document.trials for trial in _read_trials(entry, trial_columns(document, entry, model), document, done, most)
+        trial for entry in document.trials for trial in read_entry(entry, trial_columns(document, entry, model), document, done, most)
     )
+    return assembled(document, trials, model, data_hash)
+
+
+def assembled(document: Document, trials: tuple[Trial, ...], model: Model, data_hash: str) -> Experiment:
+    """An experiment of these trials, its averages read."""
     means = None if document.means is None else read_means(document, *document.means, model)
     return Experiment(
         document.folder,
@@ -128,17 +131,18 @@ def read_experiment(
 def scan_experiment(folder_or_toml: Path, model: Model, *, progress: Progress | None = None) -> Scan:
     """The same checks as read_experiment, keeping no samples: for records of any size."""
     document = read_document(Path(folder_or_toml), model)
-    done = _ShareDone(document, progress)
-    data_hash = _hash(document, done)
+    done = ShareDone(document, progress)
+    data_hash = hash_of(document, done)
     trials = tuple(_scan_trial(entry, trial_columns(document, entry, model), done, document.form) for entry in document.trials)
     return Scan(document, trials, None if document.means is None else read_means(document, *document.means, model), data_hash)
 
 
-class _ShareDone:
-    """Turns bytes into the share that is done: every file is gone through for its hash, recordings once more for their numbers."""
+class ShareDone:
+    """Turns bytes into the share that is done: every file is gone through for its hash, recordings `passes` more times."""
 
-    def __init__(self, document: Document, progress: Progress | None) -> None:
-        self._total = sum(path.stat().st_size for path in (*document.files, *(entry.path for entry in document.trials)))
+    def __init__(self, document: Document, progress: Progress | None, passes: int = 1) -> None:
+        recorded = sum(entry.path.stat().st_size for entry in document.trials)
+        self._total = sum(path.stat().st_size for path in document.files) + passes * recorded
         self._bytes, self._progress = 0, progress
 
     def __call__(self, more: int) -> None:
@@ -152,7 +156,7 @@ def day_of(document: Document) -> str:
     return datetime.fromtimestamp(max(path.stat().st_mtime for path in document.files), timezone.utc).date().isoformat()
 
 
-def _hash(document: Document, done: Callable[[int], None]) -> str:
+def hash_of(document: Document, done: Callable[[int], None]) -> str:
     """sha256 over the bytes of all files, each with its length in front."""
     digest = hashlib.sha256()
     for path in document.files:
@@ -164,9 +168,7 @@ def _hash(document: Document, done: Callable[[int], None]) -> str:
     return digest.hexdigest()
 
 
-def _read_trials(
-    entry: TrialEntry, columns: list[Column], document: Document, done: Callable[[int], None], most: int | None
-) -> list[Trial]:
+def read_entry(entry: TrialEntry, columns: list[Column], document: Document, done: Callable[[int], None], most: int | None) -> list[Trial]:
     """The recording, or where a trigger marks several parts of it, one for each."""
     trigger = next((place for place, column in enumerate(columns) if column.name == TRIGGER), None)
     if trigger is None:
@@ -192,52 +194,15 @@ def _read_trial(entry: TrialEntry, columns: list[Column], document: Document, do
             column[at:end] = values[: end - at]
         at = end
     room(at)
-    held = _derived(entry, columns, held, document)
+    held = derived(entry.file, columns, held, document)
     for column in held:
         column.flags.writeable = False
     by_role: dict[str | None, dict[str, FloatArray]] = {None: {}, "input": {}, "output": {}}
     for known, column in zip(columns, held, strict=True):
         by_role[document.signals[known.name].role][known.name] = column
     marked = {TRIGGER: by_role[None][TRIGGER]} if TRIGGER in by_role[None] else {}
-    return Trial(entry.file, entry.condition, entry.values, held[0], by_role["input"], {**by_role["output"], **marked})
-
-
-def _derived(entry: TrialEntry, columns: Sequence[Column], held: list[FloatArray], document: Document) -> list[FloatArray]:
-    """Velocities from positions, and forces without the inertia and the load of what moves."""
-    names = [column.name for column in columns]
-    positions = {place for place, name in enumerate(names) if document.signals[name].of}
-    inertia = document.inertia
-    if not positions and inertia is None:
-        return held
-    step = even_step(entry.file, held[0])
-    columns_in_si = list(held)
-    for place in positions:
-        columns_in_si[place] = derivative(held[place], step)
-        low, high = columns[place].variable_low, columns[place].variable_high
-        if columns_in_si[place].min() < low or columns_in_si[place].max() > high:
-            raise ExperimentError(
-                f"{entry.file}, column {columns[place].header!r}: {names[place]} comes out between {columns_in_si[place].min():g} and "
-                f"{columns_in_si[place].max():g} m/s; allowed is {low:g} to {high:g} m/s. Its unit is given as "
-                f"{columns[place].unit}: is that right?"
-            )
-    if inertia is not None:
-        motion, force = names.index(MOTION), names.index(FRICTION)
-        order = 2 if motion in positions else 1
-        acceleration = derivative(held[motion], step, order)
-        columns_in_si[force] = held[force] - inertia.mass * acceleration - inertia.load
-    return columns_in_si
-
-
-def even_step(file: str, times: FloatArray) -> float:
-    """The sample time [s]; ExperimentError where it changes, so that nothing can be differentiated."""
-    steps = np.diff(times)
-    step = float(np.median(steps))
-    if np.max(np.abs(steps - step)) > UNEVEN * step:
-        raise ExperimentError(
-            f"{file}: the clock is uneven, its steps are {steps.min():.4g} to {steps.max():.4g} s; what is differentiated "
-            "needs an even one. Give the velocity as a column, or resample the recording."
-        )
-    return step
+    outputs = {**by_role["output"], **marked}
+    return Trial(entry.file, entry.condition, entry.values, held[0], by_role["input"], outputs, noise_sd=entry.noise_sd)
 
 
 def _scan_trial(entry: TrialEntry, columns: list[Column], done: Callable[[int], None], form: TextForm) -> TrialFacts:

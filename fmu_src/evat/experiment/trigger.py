@@ -7,6 +7,7 @@ a logic level in volts.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import PurePosixPath
 
 import numpy as np
@@ -40,7 +41,7 @@ def triggered(whole: Trial, header: str) -> list[Trial]:
         first = max(before, int(begin) - LEAD_IN)
         lead_in = _cut(whole, outputs, name, slice(first, begin)) if begin > first else None
         trial = _cut(whole, outputs, name, slice(begin, end))
-        trials.append(Trial(name, trial.condition, trial.values, trial.times, trial.inputs, trial.outputs, lead_in))
+        trials.append(replace(trial, lead_in=lead_in, noise_sd=whole.noise_sd))
         before = int(end)
     return trials
 

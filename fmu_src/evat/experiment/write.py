@@ -117,6 +117,9 @@ def _write(experiment: Experiment, folder: Path, suffix: str) -> None:
         if trial.values:
             entry["values"] = tomlkit.inline_table()
             entry["values"].update(_numbers(trial.values))
+        if trial.noise_sd:
+            entry["noise_sd"] = tomlkit.inline_table()
+            entry["noise_sd"].update(_numbers(trial.noise_sd))
         trials.append(entry)
     if experiment.means is not None:
         name = _file(experiment.means.file, suffix, names)

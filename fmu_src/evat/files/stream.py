@@ -49,6 +49,17 @@ def headers(path: Path, form: TextForm = PLAIN) -> tuple[str, ...]:
     return names
 
 
+def rows_about(path: Path, form: TextForm = PLAIN) -> int:
+    """How many rows a file has; of text so many as its first lines let one expect."""
+    with _explained(path, form):
+        if is_parquet(path):
+            with pa.parquet.ParquetFile(path) as file:
+                return int(file.metadata.num_rows)
+        with path.open("rb") as text:
+            head = text.read(CSV_BLOCK)
+        return max(head.count(b"\n"), 1) * path.stat().st_size // max(len(head), 1)
+
+
 def open_batches(path: Path, wanted: Sequence[str], done: Bytes, form: TextForm = PLAIN) -> AbstractContextManager[Batches]:
     """Some columns of a file as numbers. RecordError, when it is opened or on the way, where it holds something else."""
     return _parquet(path, wanted, done) if is_parquet(path) else _csv(path, wanted, done, form)

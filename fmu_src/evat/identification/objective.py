@@ -8,6 +8,7 @@ The scale of a channel is its noise, where repeats or a stated sd give it, other
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from typing import Literal, get_args
 
@@ -25,7 +26,8 @@ Kind = Literal["least_squares", "huber", "relative"]
 HUBER = 1.345  # scales: 95 % efficient on Gaussian noise
 ASSUMED_SD = 0.03  # of the rms: a scale is no more than that until a fit has shown the noise
 FAILED = 1e30  # cost of a set that the model cannot run; finite, so that populations have a spread
-MOST_BYTES = 150e6  # of predictions held at a time
+MOST_BYTES = 13e6  # of predictions held at a time; what is made of them on the way takes as much three times more
+LANES = 8  # sets that the model runs side by side in a thread
 
 
 class Objective:
@@ -64,8 +66,14 @@ class Objective:
 
     @property
     def at_once(self) -> int:
-        """How many predictions are held at a time."""
-        return max(8, int(MOST_BYTES / (8 * self.prediction.measured.size)) // 8 * 8)
+        """How many predictions are held at a time: enough for all threads, whatever the memory."""
+        return max(LANES * (os.cpu_count() or 1), int(MOST_BYTES / (8 * self.prediction.measured.size)) // LANES * LANES)
+
+    @property
+    def side_by_side(self) -> int:
+        """How many descents may go on at a time, each with slopes of its own; a run of a long record has threads itself."""
+        size = 8 * self.prediction.measured.size * (1 + len(self.space.free))
+        return min(os.cpu_count() or 1, max(1, int(MOST_BYTES / size)))
 
     def has_sd(self, channel: str) -> bool:
         """Whether an sd came with every number of a channel."""

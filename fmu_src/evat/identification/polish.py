@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from evat.identification.covariance import Loss, Optimum, Weights, optimum_at
-from evat.identification.objective import HUBER, Objective
+from evat.identification.objective import HUBER, LANES, Objective
 from evat.inference.generalised_least_squares import Whitener
 from evat.inference.least_squares import least_squares
 from evat.inference.noise.autoregression import impulse_response
@@ -74,8 +74,9 @@ def descend(
 def losses(objective: Objective, loss: Loss, points: FloatArray) -> FloatArray:
     """The loss at points of the cube, (K, p) -> (K,); inf where the model fails."""
     sums = list[float]()
-    for first in range(0, len(points), objective.at_once):
-        for row in objective.predicted(points[first : first + objective.at_once]):
+    most = max(LANES, objective.at_once // objective.side_by_side // LANES * LANES)
+    for first in range(0, len(points), most):
+        for row in objective.predicted(points[first : first + most]):
             if not np.all(np.isfinite(row)):
                 sums.append(np.inf)
                 continue

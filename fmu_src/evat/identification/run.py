@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.metadata
-import os
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -170,7 +169,7 @@ def _optimum(
         if not settings.profiles or best.stopped or execution.stopped():
             return optimum, [None] * len(names), calls
         strict = attempt < RESTARTS
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
+        with ThreadPoolExecutor(objective.side_by_side) as pool:
             waiting = [pool.submit(profile, objective, optimum, place, strict) for place in range(len(names))]
             try:
                 for place, name in enumerate(names):  # in their order, so that the first better point is the same every time

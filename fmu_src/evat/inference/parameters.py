@@ -15,6 +15,7 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment
+from evat.experiment.document import DISTANCE
 from evat.model import Effect, FloatArray, Model, Variable
 
 
@@ -122,7 +123,8 @@ class Scales:
         lengths = [level for trial in experiment.trials for level in rms("m", trial.inputs)]
         lengths += [abs(v) for name, v in experiment.nominal.values.items() if units.get(name) == "m" and isinstance(v, float)]
         self.length = float(np.median([length for length in lengths if length > 0] or [self.speed * self.duration]))
-        self.distance = self.speed * self.duration
+        slid = [trial.values.get(DISTANCE, 0.0) for trial in experiment.trials]  # before it, by a contact that wore on
+        self.distance = max(self.speed * self.duration, *slid) if slid else self.speed * self.duration
         self.usual: Mapping[str, float] = {"s": self.duration, "N": self.force, "m/s": self.speed, "m": self.length}
 
     def span(self, variable: Variable) -> tuple[float, float]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.experiment import Means
-from evat.inference.noise.autoregression import WHITE, autoregression, innovation_sd, innovations, robust_sd
+from evat.inference.noise.autoregression import WHITE, autoregression, impulse_response, innovation_sd, innovations, robust_sd
 from evat.inference.noise.discontinuities import bends
 from evat.inference.noise.irregularity import Irregularity, bursts, irregular
 from evat.inference.noise.means import nugget, replicate_sd
@@ -98,6 +98,7 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
             rows_of = {place: residual[prediction.segments[place].at] for places in own.values() for place in places}
             filters[channel] = autoregression(list(rows_of.values())) if from_residual else WHITE
             _unrepeated(rows_of, filters[channel], sizes, from_residual)
+        _stated(prediction, channel, filters[channel], sizes)
         spread[channel] = _spread(prediction, channel, predicted, slopes, filters[channel], sizes, prior)
     _means(prediction, residual, sizes, from_residual)
     floor = 1e-9 * float(np.sqrt(np.mean(prediction.measured**2))) + 1e-300
@@ -122,16 +123,22 @@ def repeat_deviations(prediction: Prediction) -> dict[str, list[FloatArray]]:
 
 def repeatability(prediction: Prediction) -> dict[str, float]:
     """Standard deviation of one recording of a condition about the mean of all, noise and random effects together [unit of the channel];
-    of the channels that were recorded more than once."""
-    level = {channel: float(np.sqrt(np.mean(np.concatenate(rows) ** 2))) for channel, rows in repeat_deviations(prediction).items()}
+    of the channels that were recorded more than once. A recording whose owner stated its noise counts with that."""
+    level, stated = dict[str, float](), stated_sd(prediction)
+    for channel, rows in repeat_deviations(prediction).items():
+        own = [stated[s.at] for s in prediction.segments if s.channel == channel and s.trial >= 0]
+        known = np.concatenate([np.zeros(0), *(sd[np.isfinite(sd)] for sd in own)])  # of recordings without repeats
+        level[channel] = float(np.sqrt(np.mean(np.concatenate([*rows, known]) ** 2)))
     return {channel: sd for channel, sd in level.items() if sd > 0}
 
 
 def stated_sd(prediction: Prediction) -> FloatArray:
-    """Standard deviations that came with means, (N,); nan where none did."""
+    """Standard deviations that came with means and of samples, (N,); nan where none did."""
     sd, means, rows = np.full(prediction.measured.size, np.nan), prediction.experiment.means, dict[str, int]()
     for segment in prediction.segments:
-        if segment.trial < 0 and means is not None:
+        if segment.trial >= 0:
+            sd[segment.at] = prediction.experiment.trials[segment.trial].noise_sd.get(segment.channel, np.nan)
+        elif means is not None:
             row = rows[segment.channel] = rows.get(segment.channel, -1) + 1
             if segment.channel in means.sd:
                 sd[segment.at] = means.sd[segment.channel][row] or np.nan
@@ -184,6 +191,15 @@ def _unrepeated(rows: Mapping[int, FloatArray], filter_: FloatArray, sizes: Floa
         return
     for place, row in rows.items():
         sizes[place] = robust_sd(np.diff(row, 2)) / np.sqrt(6) if row.size > 4 else np.std(row)
+
+
+def _stated(prediction: Prediction, channel: str, filter_: FloatArray, sizes: FloatArray) -> None:
+    """Into `sizes` the innovations' sd of the recordings of a channel whose owner stated the noise of a sample."""
+    growth = float(np.sqrt(np.sum(impulse_response(filter_) ** 2)))
+    for place, segment in enumerate(prediction.segments):
+        if segment.channel == channel and segment.trial >= 0:
+            sd = prediction.experiment.trials[segment.trial].noise_sd.get(channel)
+            sizes[place] = sizes[place] if sd is None else sd / growth
 
 
 def _step(prediction: Prediction, place: int) -> float:
