@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from evat.model import FloatArray, SimulationError
 from evat.native.kernel import Contact
-from judged import MEANS, Case, Motion, answer, judge, reference, sensitivity
+from judged import MEANS, Case, Motion, answer, judge, reference, sensitivity, slips
 
 GIVEN = {"kinematics": "external"}
 
@@ -479,3 +479,15 @@ def test_a_draw_is_ill_conditioned_where_its_own_answer_moves() -> None:
     for slip, moves in ((np.array([0.1, 0.05, 0, 0]), True), (np.array([0.1, 0.05, 0.02, 0.02]), False)):
         case = slides(times, slip, values, (), 1e-4, stepped=False)
         assert (sensitivity(case, judge(case).reference, "friction_force") > 10) == moves
+
+
+def test_a_draw_has_more_than_one_answer_where_three_slips_go_with_a_state() -> None:
+    """Static friction that falls with speed, and friction that does not."""
+    values = {
+        "kinematics": "internal", "sigma0": 2.487e5, "sigma1": 768.3, "sigma2": 0.096, "F_C": 1.605, "v_s": 6.765e-4,
+        "lugre.stribeck_exponent": 0.5, "vibration_frequency": 5867.0, "amplitude_x": 3.857e-6, "amplitude_y": 1.174e-6, "feed": 3.475e-6,
+        "chip_flow_shear_angle": 0.6593, "shear_angle_principle": "minimum_energy",
+    }  # fmt: skip
+    for angle, F_S, count in (("current_shear_angle", 2.461, 3), ("current_shear_angle", 1.605, 1), ("constant", 2.461, 1)):
+        case = vibrates({**values, "chip_flow_angle": angle, "F_S": F_S}, (), 1e-4, cycles=0.7, points=20, speed=0.0612)
+        assert slips(case) == count
