@@ -70,8 +70,13 @@ static void wire_effects(const struct Contact *contact, struct Configuration *w)
             w->on_value[w->on_count++] = at + effect->count - 2 * effect->states;
             w->stages |= 1 << effect->stage;
             w->drivers |= (effect->driver != NO_STATES) << effect->driver;
-            for (int i = 0; i < LANES && effect->driver != NO_STATES; ++i)
-                w->acting[i] |= acts(effect, contact->value + at, i) << effect->driver;
+            for (int i = 0;
+                 i < LANES && (effect->driver != NO_STATES || effect->stage == STAGE_FRICTION || effect->bends); ++i) {
+                const int active = acts(effect, contact->value + at, i);
+                w->acting[i] |= effect->driver != NO_STATES ? active << effect->driver : 0;
+                w->levelled[i] |= active & (effect->stage == STAGE_FRICTION);
+                w->bent[i] |= active & effect->bends;
+            }
             w->sensors += effect->driver == DRIVEN_BY_SENSOR;
             w->looks_back |= effect->looks_back != NULL;
             w->comes_back |= effect->periods != NULL;
@@ -129,7 +134,7 @@ struct Configuration wire(const struct Contact *contact)
     w.on_count = w.stages = w.drivers = w.sensors = w.looks_back = w.delays = w.comes_back = w.bends = w.meets_again =
         0;
     for (int i = 0; i < LANES; ++i)
-        w.acting[i] = 0;
+        w.acting[i] = w.levelled[i] = w.bent[i] = 0;
     if (contact->effects_on)
         wire_effects(contact, &w);
     w.record = NULL;
@@ -139,6 +144,7 @@ struct Configuration wire(const struct Contact *contact)
     w.yields = 0;
     for (int i = 0; i < LANES; ++i) {
         const int yields = w.law->yields && !w.bends && w.law->yields(w.law_p, i);
+        w.bent[i] |= yields;
         w.iterated[i] = everywhere || yields;
         w.yields |= yields;
     }

@@ -46,6 +46,7 @@ static void bound_levels(struct Point *x)
 {
     EACH_LANE {
         const double most = x->direction[i] < 0 ? x->most_against[i] : x->most_along[i];
+        x->piece[i] = 4 * x->piece[i] + 2 * (most < x->F_C[i]) + (most < x->F_S[i]);
         x->F_C[i] = larger(smaller(x->F_C[i], most), LEAST_SHARE * x->F_C[i]);
         x->F_S[i] = larger(smaller(x->F_S[i], most), LEAST_SHARE * x->F_S[i]);
     }
@@ -61,7 +62,7 @@ void friction_open(const struct Contact *contact, const struct Configuration *w,
 {
     const lanes *p = w->p;
     EACH_LANE {
-        x->sticking[i] = 0;
+        x->sticking[i] = x->limited[i] = 0;
         x->applied[i] = input_at(contact, VAR_APPLIED_FORCE, i, tau[i]);
         x->F_C[i] = p[VAR_F_C][i];
         x->F_S[i] = p[VAR_F_S][i];
@@ -162,10 +163,31 @@ void friction_force(const struct Configuration *w, struct Point *x)
         x->F[i] *= x->cutting[i];
 }
 
+/* What of a motion reaches the contact goes by the way that the slip itself turns, which is tried for. */
+static void pass_on(const struct Configuration *w, struct Point *x)
+{
+    if (!(w->stages >> STAGE_ENGAGEMENT & 1))
+        return;
+    EACH_LANE
+        x->passed[i] = 1;
+    act(w, STAGE_ENGAGEMENT, x);
+}
+
+/* The slip that reaches the contact with this tangent of the shear angle less the rake angle. */
+static void slip_passed_on(const struct Configuration *w, const lanes tan_flow, struct Point *x)
+{
+    EACH_LANE
+        x->v[i] = slip_along_rake(w, x, i, tan_flow[i]);
+    pass_on(w, x);
+    EACH_LANE
+        x->v[i] *= x->passed[i];
+}
+
 static void answer(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     EACH_LANE
         x->direction[i] = x->v[i] < 0 ? -1 : 1;
+    pass_on(w, x);
     proxy_open(contact, w, tau, x);
     load_at(contact, w, tau, x);
     friction_open(contact, w, tau, x);
@@ -266,10 +288,13 @@ static void solve_slip(const struct Contact *contact, const struct Configuration
     struct Bracket b[LANES];
     lanes close, least, most, before, excess_before;
     int open[LANES], closed[LANES], any = 1;
+    lanes flattest;
+    slip_passed_on(w, w->tan_flattest, x);
+    EACH_LANE
+        flattest[i] = x->v[i];
+    slip_passed_on(w, w->tan_steepest, x);
     EACH_LANE {
-        const double ends[2] = {x->passed[i] * slip_along_rake(w, x, i, w->tan_flattest[i]),
-                                x->passed[i] * slip_along_rake(w, x, i, w->tan_steepest[i])};
-        const double low = smaller(ends[0], ends[1]), high = larger(ends[0], ends[1]), last = x->solved_slip[i];
+        const double low = smaller(flattest[i], x->v[i]), high = larger(flattest[i], x->v[i]), last = x->solved_slip[i];
         b[i] = bracket(low, high, 0, 0);
         close[i] = 1e-14 * (fabs(low) + fabs(high));
         least[i] = low;

@@ -390,6 +390,8 @@ struct Point {
     lanes tau_s; /* shear stress [Pa] */
     lanes w; /* width of cut [m] */
     lanes k; /* shear load tau_s w h [N] */
+    lanes surface_piece, piece; /* of what has kinks, which side is on: of the surface that is met, and of what the
+                                   effects do, a binary digit each in their order; opened where an effect is on */
     lanes edge_p, edge_f; /* forces of the edge and the flank on the tool, beside those of the chip [N] */
     lanes load; /* normal load on the contact: given, or that of a chip without friction [N] */
     lanes distance; /* slid so far [m] */
@@ -403,6 +405,7 @@ struct Point {
                                 that holds it there [N] */
     lanes solved_slip,
         solved_slope; /* the slip that was solved for last, and how the excess falls with it; NAN: none yet */
+    lanes limited; /* 1 where the damping is at its limit, or what is applied to a law that sticks beyond its own */
     lanes margin; /* c in the limit of the damping; infinity: no limit */
     lanes stuck; /* 1 on the sticking side of the law's own event, else 0 */
     lanes law_side; /* the side of it that the contact holds, > 0: sticking */

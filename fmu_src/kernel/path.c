@@ -227,6 +227,7 @@ static void on_all_that_is_left(const struct Contact *contact, const struct Conf
                                        : last,
                  begun = own < t->begins[i] ? stroke : t->begins[i];
     const double lowest = lowest_left(t, i, begun, place, ends);
+    x->surface_piece[i] = lowest < INFINITY && x->b[i] * lowest < nominal;
     x->h[i] = smaller(nominal, lowest < INFINITY ? x->b[i] * lowest : nominal) - y;
 }
 
@@ -315,7 +316,8 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
             const double lead = x->phase_y[i] - p[VAR_PHASE_X][i] - PI / 2;
             double cosine, sine;
             cos_sin_of(there[i] + lead, &cosine, &sine);
-            const double left = smaller(nominal, x->speed_ratio[i] > 0 ? x->b[i] * cosine : y) - y;
+            const double height = x->speed_ratio[i] > 0 ? x->b[i] * cosine : y, left = smaller(nominal, height) - y;
+            x->surface_piece[i] = (on_left[i] != 0) & (height < nominal);
             x->h[i] = on_left[i] != 0 ? left : x->h[i];
         }
     }
@@ -364,7 +366,7 @@ static void ellipse_at(const struct Contact *contact, const struct Configuration
          * point of the undisturbed ellipse. */
         const double y = b * cos_y, nominal = p[VAR_FEED][i] - p[VAR_AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i];
         x->surface[i] = -1;
-        x->flank[i] = x->always[i] = 0;
+        x->flank[i] = x->always[i] = x->surface_piece[i] = 0;
         x->h[i] = nominal - y;
     }
     on_what_is_left(contact, w, tau, x);
@@ -386,7 +388,7 @@ static void given_at(const struct Contact *contact, const struct Configuration *
             given_then(contact->value[VAR_UNCUT_THICKNESS][i], thicker[i] * tau[i]) + x->raised[i] - x->centre_y[i];
         x->speed_ratio[i] = 0;
         x->surface[i] = x->approach[i] = 1;
-        x->flank[i] = x->always[i] = 0;
+        x->flank[i] = x->always[i] = x->surface_piece[i] = 0;
     }
 }
 

@@ -20,7 +20,7 @@ static void coast(const struct Configuration *w, struct Point *x)
 {
     EACH_LANE {
         x->k[i] = x->F[i] = x->N[i] = x->F_p[i] = x->F_f[i] = x->P_f[i] = x->P_s[i] = x->drive[i] = x->target[i] =
-            x->clamped[i] = x->outside[i] = x->edge_p[i] = x->edge_f[i] = 0;
+            x->clamped[i] = x->outside[i] = x->edge_p[i] = x->edge_f[i] = x->piece[i] = 0;
         x->rate[i] = w->p[VAR_RELEASE_TIME][i] >= NO_TIME ? 1 / w->p[VAR_RELEASE_TIME][i] : 0;
         x->F_C[i] = w->p[VAR_F_C][i];
         x->F_S[i] = w->p[VAR_F_S][i];

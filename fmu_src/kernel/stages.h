@@ -52,7 +52,8 @@ struct Configuration {
     int on_count;
     int stages;                     /* bit n: an effect acts in stage n */
     int drivers;                    /* bit n: states of an effect are driven by enum Driver n; */
-    int acting[LANES];              /* the same, of effects that are not at their neutral values in a lane */
+    int acting[LANES];              /* the same, of effects that are not at their neutral values in a lane; */
+    int levelled[LANES], bent[LANES]; /* does such an effect act on friction, and one, or the law, bend the rate? */
     int sensors;                    /* effects with states of a sensor */
     int looks_back, bends, meets_again; /* whether an effect does; */
     int yields;                     /* and the law */
@@ -249,8 +250,8 @@ double force_share(const struct Configuration *w, double h, int lane);
 /* step_doubling.c: in which lanes may start, middle and end not show what lies between them? And there, how far the end
  * of the step is from that of its two halves, in units of the tolerance; 0 elsewhere. tolerance.c: are these steps,
  * too, within the tolerance? As accurate(). */
-int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
-             const struct Point *b, int doubtful[LANES]);
+int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
+             const struct Point *m, const struct Point *b, int doubtful[LANES]);
 void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES],
                          const lanes s, const lanes h, const struct Point *a, const struct Point *m,
                          const struct Point *b, lanes error);
@@ -260,8 +261,8 @@ int accurate_in_halves(const struct Contact *contact, const struct Configuration
 
 /* event_search.c: does a lane see an event, by the signs at middle and end? And does any, or may it have touched the
  * work in between? Most steps see none, and need not ask each lane. */
-int sees_event(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *middle,
-               const struct Point *end);
+int sees_event(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *start,
+               const struct Point *middle, const struct Point *end);
 int any_event(const struct Contact *contact, const struct Configuration *w, const struct Point *start,
               const struct Point *middle, const struct Point *end);
 /* event_search.c: does an event fall into the step? In the lanes that are asked, and say NO_EVENT before: if so h is

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import numpy as np
 from draws import draw
-from judged import FORCES, MEANS, MEASURED, Care, Judgement, judge, sensitivity
+from judged import FORCES, MEANS, MEASURED, Care, Judgement, judge, sensitivity, slips
 
 ALL = (*FORCES, *MEASURED, *MEANS, "bristle_deflection")
 
@@ -41,6 +41,7 @@ class Line:
     seconds: float
     reference_seconds: float
     moves: float = 0.0  # the right answer, in tolerances, where what is given moves by one; asked only beyond FAR
+    slips: int = 1  # the most that go with one state; asked only beyond FAR
 
 
 FAR = 10  # tolerances, which no judged draw may be away
@@ -69,6 +70,7 @@ def line(seed: int, number: int, care: Care | None = None) -> Line:
         judgement.answer.seconds,
         judgement.reference.seconds,
         min(moves, default=0.0),
+        slips(case, care) if far else 1,
     )
 
 
@@ -86,8 +88,13 @@ def is_ill_conditioned(line: Line) -> bool:
     return is_solved(line) and line.moves > FAR
 
 
+def is_ambiguous(line: Line) -> bool:
+    """Far from one right answer where the equations have another."""
+    return is_solved(line) and line.slips > 1
+
+
 def is_judged(line: Line) -> bool:
-    return is_solved(line) and not is_ill_conditioned(line)
+    return is_solved(line) and not is_ill_conditioned(line) and not is_ambiguous(line)
 
 
 def table(title: str, lines: Sequence[Line], groups: Iterable[tuple[str, Callable[[Line], bool]]], error: str = "any") -> str:
@@ -144,16 +151,18 @@ def _unjudged(lines: Sequence[Line]) -> str:
 
 def _ill_conditioned(lines: Sequence[Line]) -> list[str]:
     """Counted apart: each of them, and what the shares would be with them."""
-    apart, solved = [one for one in lines if is_ill_conditioned(one)], [one for one in lines if is_solved(one)]
+    apart, solved = [one for one in lines if is_solved(one) and not is_judged(one)], [one for one in lines if is_solved(one)]
+    moving, several = sum(map(is_ill_conditioned, apart)), sum(map(is_ambiguous, apart))
     rows = [
-        f"ill-conditioned, and left out of the tables above: {len(apart)} of {len(lines)} (further off than {FAR} tolerances, and the "
-        f"right answer moves by more than {FAR} where inputs or friction levels move by one)"
+        f"left out of the tables above, all further off than {FAR} tolerances: {len(apart)} of {len(lines)}; ill-conditioned, as the right "
+        f"answer moves by more than {FAR} where inputs or friction levels move by one: {moving}; with more than one slip that solves the "
+        f"equations: {several}"
     ]
     for of in ("friction", "any"):
         errors = np.array([getattr(one, of) for one in solved])
         rows.append(f"  {of} with them: {np.mean(errors <= 3):.2%} within 3, {np.mean(errors <= FAR):.2%} within {FAR}")
     for one in sorted(apart, key=lambda one: -one.any):
-        rows.append(f"  draw {one.number}: {one.any:.4g}, moves by {one.moves:.4g}; {_what(one)}")
+        rows.append(f"  draw {one.number}: {one.any:.4g}, moves by {one.moves:.4g}, slips {one.slips}; {_what(one)}")
     return rows
 
 

@@ -41,6 +41,9 @@ struct Course {
 
 static inline double parameter(const struct Course *c, int index) { return c->contact->value[index][0]; }
 
+/* branches.c: how many slips go with the state of a contact that moves by the shear angle of the moment? */
+int branches_at(const struct Contact *contact);
+
 /* course.c: a value by its name; the contact at a time with these states; the same with rates; the course's own
  * present, which it leaves in the contact, 0 where there are no rates. */
 double course_named(const struct Course *c, const char *name);

@@ -10,6 +10,10 @@ given moves by one? Inputs and friction levels are taken a tolerance larger and 
 size) higher and lower, which is what hangs on a slip of just 0. Where it does the draw is ill-conditioned: no solver that keeps to the
 tolerance can be held to that answer, and the campaign counts it apart.
 
+So it is where the chip flows by the shear angle of the moment, friction falls with speed, and one state goes with three slips: the
+kernel stays with the one it came by until that ends, the reference, which looks from nowhere at each moment, may hold another. Whether
+there is more than one is asked at each step of the reference, at fixed shear angles, which the search for the slip is no part of.
+
 Forces jump where contact ends, bonds break, a law slips. A communication point so near to a jump that the kernel may find it a little
 before or after is measured like a curve: a jump that comes early or late by the time in which the motion changes a spring force by one
 tolerance counts as one tolerance of error.
@@ -36,7 +40,7 @@ from evat.native.compile import compile_library, host_target, kernel_sources, so
 
 HERE = Path(__file__).resolve().parent
 BUILT = HERE.parent.parent / "build" / "out" / "tolerance"
-SOURCES = tuple(HERE / f"{name}.c" for name in ("radau", "course", "surface", "notes", "walk", "reference", "stepped"))
+SOURCES = tuple(HERE / f"{name}.c" for name in ("radau", "course", "surface", "branches", "notes", "walk", "reference", "stepped"))
 HEADERS = tuple(HERE / f"{name}.h" for name in ("radau", "course", "reference"))
 EXPORTS = ("kernel.h", "radau.h", "reference.h")
 VERDICTS = ("done", "no rates", "no step is short enough", "too many events", "too many steps")
@@ -110,6 +114,7 @@ class Care:
     span: float = 1.0
     most_steps: int = 60_000
     most_events: int = 5_000
+    branches: bool = False  # count the slips that go with each state
 
 
 @dataclass(frozen=True)
@@ -136,6 +141,7 @@ class Reference:
     evaluations: int = 0
     seconds: float = 0.0
     failed_at: float = 0.0
+    branches: int = 0
 
 
 @dataclass
@@ -244,6 +250,7 @@ def reference(case: Case, care: Care | None = None) -> Reference:
     yielded.rows, yielded.jumps = ffi.from_buffer("double[]", prepared.rows), jumps
     yielded.sides, yielded.jump_room = ffi.from_buffer("double[]", sides), room
     how.tolerance, how.span, how.most_steps, how.most_events = care.tolerance, care.span, care.most_steps, care.most_events
+    how.branches = care.branches
     begun = time.process_time()
     verdict = loaded.reference_run(prepared.contact, prepared.motion, how, yielded)
     seconds = time.process_time() - begun
@@ -255,7 +262,7 @@ def reference(case: Case, care: Care | None = None) -> Reference:
         lagging = np.array([name in MEASURED for name in names])
         noted = [jump.of(~lagging) for jump in noted] + [jump.of(lagging, late) for jump in noted if not unshifted]
     steps, events, evaluations = yielded.steps, yielded.events, yielded.evaluations
-    return Reference(VERDICTS[verdict], prepared.rows, noted, steps, events, evaluations, seconds, yielded.failed_at)
+    return Reference(VERDICTS[verdict], prepared.rows, noted, steps, events, evaluations, seconds, yielded.failed_at, yielded.branches)
 
 
 def answer(case: Case) -> Answer:
@@ -334,6 +341,13 @@ def sensitivity(case: Case, right: Reference, output: str, care: Care | None = N
             return math.inf
         furthest = max(furthest, float(np.max(errors(case, moved.rows, right, names)[:, place])))
     return furthest
+
+
+def slips(case: Case, care: Care | None = None) -> int:
+    """How many slips go with one state, at most, where the chip flows by the shear angle of the moment; elsewhere 1."""
+    if case.values.get("chip_flow_angle") != "current_shear_angle":
+        return 1
+    return max(reference(case, replace(care or Care(), branches=True)).branches, 1)
 
 
 def sizes(case: Case, right: FloatArray, names: Sequence[str]) -> FloatArray:

@@ -53,7 +53,7 @@ enum Verdict reference_run(struct Contact *contact, const struct Motion *motion,
     struct Course c = {.contact = contact, .motion = motion, .care = care, .outcome = outcome};
     enum Verdict verdict = DONE;
     outcome->steps = outcome->events = outcome->evaluations = 0;
-    outcome->jump_count = 0;
+    outcome->jump_count = outcome->branches = 0;
     c.t = c.counted_at = motion->times[0];
     c.next = motion->times[1] - c.t;
     c.turn = course_named(&c, "regenerative") != 0 ? course_named(&c, "regenerative.revolution_time") : 0;

@@ -25,6 +25,7 @@ struct Care {
     double tolerance; /* of one step of the reference */
     double span;      /* of its longest step: 1 as designed, 0.5 twice as many */
     int64_t most_steps, most_events;
+    int branches;     /* look at each step for a slip that is not the only answer: costs far more than the step */
 };
 
 /* A jump of the outputs. */
@@ -40,6 +41,7 @@ struct Outcome {
     int jump_room, jump_count;
     int64_t steps, events, evaluations;
     double failed_at;
+    int branches; /* the most slips that go with any state, where asked */
 };
 
 /* The contact has its values and is not started; it is led through the motion from times[0] by the model-exchange side

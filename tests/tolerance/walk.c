@@ -103,6 +103,11 @@ static void take(struct Course *c, double t, const struct Step *step)
     for (int q = 0; q < c->radau.integrals; ++q)
         c->sums[q] += step->gain[q];
     c->outcome->steps += 1;
+    if (!c->care->branches || !(parameter(c, VAR_IN_CONTACT) > 0))
+        return;
+    course_put(c, c->t, c->y);
+    const int branches = branches_at(c->contact);
+    c->outcome->branches = branches > c->outcome->branches ? branches : c->outcome->branches;
 }
 
 /* A step too short for anything but its start to matter. */

@@ -29,7 +29,9 @@ static void soften(const lanes *p, const lanes *state, struct Point *x)
     (void)state;
     EACH_LANE {
         const double rate = 1 + p[C][i] * log1p(x->shear_speed[i] / p[V_REF][i]);
-        x->tau_s[i] *= rate * larger(1 - p[SOFTENING][i] * power_of(x->theta_ratio[i], p[EXPONENT][i]), 0.01);
+        const double left = 1 - p[SOFTENING][i] * power_of(x->theta_ratio[i], p[EXPONENT][i]);
+        x->tau_s[i] *= rate * larger(left, 0.01);
+        mark_side(x, i, left < 0.01);
     }
 }
 

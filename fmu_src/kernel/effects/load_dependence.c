@@ -20,7 +20,8 @@ static void press(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
     EACH_LANE {
-        const double share = power_of(larger(x->load[i] / p[N_REF][i], 1e-3), p[N_EXP][i]);
+        const double ratio = x->load[i] / p[N_REF][i], share = power_of(larger(ratio, 1e-3), p[N_EXP][i]);
+        mark_side(x, i, (p[N_EXP][i] != 0) & (ratio < 1e-3));
         x->F_C[i] *= share;
         x->F_S[i] *= share;
     }

@@ -33,6 +33,7 @@ static void pass_under(const lanes *p, const lanes *state, struct Point *x)
     EACH_LANE {
         const double r = p[RADIUS][i], mu = p[FRICTION][i], pressed = p[STRESS][i] * x->w[i],
                      under = smaller(p[SHARE][i] * r, larger(x->h[i], 0)), along = sqrt(under * (2 * r - under));
+        mark_side(x, i, x->h[i] < p[SHARE][i] * r);
         x->k[i] *= x->h[i] > 0 ? 1 - under / x->h[i] : 1;
         x->edge_p[i] += pressed * (under + mu * along);
         x->edge_f[i] += pressed * (along - mu * under);

@@ -24,6 +24,7 @@ static void press(const lanes *p, const lanes *state, struct Point *x)
     (void)state;
     EACH_LANE {
         const double into = larger(-x->u_y[i], 0), along = larger(x->u_x[i], into / p[STEEPEST][i]);
+        mark_side(x, i, (p[C][i] > 0) & (into > p[STEEPEST][i] * x->u_x[i]));
         const double beyond = into > 0 ? into / along - x->tan_clearance[i] : 0;
         x->edge_f[i] += p[C][i] * x->w[i] * larger(beyond, 0);
     }

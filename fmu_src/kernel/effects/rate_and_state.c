@@ -43,7 +43,8 @@ static double renewal(const lanes *p, const struct Point *x, int i) { return x->
 static void follow_speed(const lanes *p, const lanes *state, struct Point *x)
 {
     EACH_LANE {
-        const double share = larger(1 + p[A][i] * logarithm(p, x, i) - p[B][i] * state[0][i], LEAST);
+        const double told = 1 + p[A][i] * logarithm(p, x, i) - p[B][i] * state[0][i], share = larger(told, LEAST);
+        mark_side(x, i, told < LEAST);
         x->F_C[i] *= share;
         x->F_S[i] *= share;
     }

@@ -19,8 +19,11 @@ static const struct Variable variables[COUNT] = {
 static void harden(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
-    EACH_LANE
-        x->tau_s[i] *= power_of(larger(x->h[i] / p[H_REF][i], 1e-3), -p[EXPONENT][i]);
+    EACH_LANE {
+        const double ratio = x->h[i] / p[H_REF][i];
+        x->tau_s[i] *= power_of(larger(ratio, 1e-3), -p[EXPONENT][i]);
+        mark_side(x, i, (p[EXPONENT][i] != 0) & (ratio < 1e-3));
+    }
 }
 
 /* clang-format off */

@@ -32,6 +32,7 @@ static void force(const lanes *p, struct Point *x)
     (void)p;
     EACH_LANE {
         const double held = smaller(larger(x->applied[i], -x->F_S[i]), x->F_S[i]);
+        x->limited[i] = (x->stuck[i] != 0) & (held != x->applied[i]);
         x->F[i] = x->stuck[i] != 0 ? held : x->direction[i] * x->F_C[i];
     }
 }

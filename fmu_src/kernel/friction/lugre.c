@@ -67,6 +67,7 @@ static void limit_damping(const lanes *p, struct Point *x, const lanes most)
             bound[i] *= power_of(n + 1, (n + 1) / n) / n / 4;
     }
     EACH_LANE {
+        x->limited[i] = x->s1[i] * x->speed[i] > bound[i];
         bounded |= x->s1[i] * x->speed[i] > 0.999 * bound[i];
     }
     if (bounded)

@@ -191,7 +191,7 @@ static int cut_short(const struct Contact *contact, const struct Configuration *
         return 0;
     for (int i = 0; i < LANES; ++i) {
         cut_at_touch(contact, w, i, s, t->h, t->start, t->middle, t->end, t->cut);
-        asked[i] = t->cut[i] == NO_EVENT && t->h[i] > 0 && sees_event(contact, w, i, t->middle, t->end);
+        asked[i] = t->cut[i] == NO_EVENT && t->h[i] > 0 && sees_event(contact, w, i, t->start, t->middle, t->end);
         any |= asked[i];
     }
     if (any)

@@ -77,10 +77,39 @@ static inline int slip_event(const struct Contact *contact, int i, const struct 
            (law_side * end->law[i] < 0);
 }
 
-int sees_event(const struct Contact *contact, const struct Configuration *w, int i, const struct Point *middle,
-               const struct Point *end)
+/* Where in a step an indicator that starts, is and ends on its side comes nearest to 0, as the parabola says, if that
+ * is near: as a share of the step; 0: nowhere. */
+#define NEAR 0.5 /* of the least that the three points show */
+
+static double dip(double u_0, double u_m, double u_1)
 {
-    return path_event(contact, i, middle, end) || (!w->current_angle && slip_event(contact, i, middle, end));
+    const double slope = 4 * u_m - 3 * u_0 - u_1, bend = 2 * (u_0 - 2 * u_m + u_1);
+    if (!(bend > 0 && slope < 0 && slope + 2 * bend > 0))
+        return 0;
+    const double share = -slope / (2 * bend), least = smaller(smaller(u_0, u_m), u_1);
+    return u_0 + 0.5 * slope * share < NEAR * least ? share : 0;
+}
+
+static double field_dip(double side, const lanes a, const lanes m, const lanes b, int i)
+{
+    return dip(side * a[i], side * m[i], side * b[i]);
+}
+
+/* May the slip turn twice, or a law that knows no more than the slip change its side twice, within the step? Of laws
+ * with bristles step doubling tells. */
+static int may_dip(const struct Contact *contact, const struct Configuration *w, int i, const struct Point *a,
+                   const struct Point *m, const struct Point *b)
+{
+    return contact->sign[AT_CONTACT][i] > 0 && !w->current_angle && !w->law->relaxes && !w->held &&
+           (field_dip(contact->sign[AT_SLIP][i], a->v, m->v, b->v, i) > 0 ||
+            field_dip(contact->sign[AT_LAW][i], a->law, m->law, b->law, i) > 0);
+}
+
+int sees_event(const struct Contact *contact, const struct Configuration *w, int i, const struct Point *start,
+               const struct Point *middle, const struct Point *end)
+{
+    return path_event(contact, i, middle, end) || (!w->current_angle && slip_event(contact, i, middle, end)) ||
+           may_dip(contact, w, i, start, middle, end);
 }
 
 int any_event(const struct Contact *contact, const struct Configuration *w, const struct Point *start,
@@ -95,6 +124,41 @@ int any_event(const struct Contact *contact, const struct Configuration *w, cons
     if (!w->current_angle)
         EACH_LANE
             any |= slip_event(contact, i, middle, end);
+    for (int i = 0; !w->law->relaxes && i < LANES; ++i)
+        any |= may_dip(contact, w, i, start, middle, end);
+    return any;
+}
+
+/* In the lanes in which indicator k comes near to 0 and is not past it at middle or end: is it there? */
+static int look_into_dips(const struct Contact *contact, const struct Configuration *w, int k, const lanes s,
+                          const lanes h, const struct Point *start, const lanes *const at[3], const int asked[LANES],
+                          const int known[LANES], const int cut[LANES], struct Search *search)
+{
+    lanes tau, share, now[INDICATORS];
+    int any = 0;
+    for (int i = 0; i < LANES; ++i) {
+        const int sought =
+            asked[i] && cut[i] != JUMP && k != known[i] && watched(contact, k, i) && !search->open[i] && h[i] > 0;
+        share[i] = sought ? field_dip(contact->sign[k][i], *at[0], *at[1], *at[2], i) : 0;
+        tau[i] = s[i] + share[i] * h[i];
+        any |= share[i] > 0;
+    }
+    if (!any)
+        return 0;
+    struct Point x;
+    any = 0;
+    point_within(contact, w, k == AT_LAW, s, tau, start, &x);
+    indicators(w, &x, now);
+    for (int i = 0; i < LANES; ++i) {
+        if (!(share[i] > 0) || !(contact->sign[k][i] * now[k][i] < 0))
+            continue;
+        const int late = share[i] > 0.5;
+        any = search->open[i] = 1;
+        search->low[i] = late ? s[i] + 0.5 * h[i] : s[i];
+        search->at_low[i] = (*at[late])[i];
+        search->high[i] = tau[i];
+        search->at_high[i] = now[k][i];
+    }
     return any;
 }
 
@@ -126,6 +190,10 @@ void cut_at_events(const struct Contact *contact, const struct Configuration *w,
             search.high[i] = early ? half : s[i] + h[i];
             search.at_low[i] = search.blind[i] ? 0 : early ? at_start[k][i] : at_middle[k][i];
             search.at_high[i] = early ? at_middle[k][i] : at_end[k][i];
+        }
+        if (!w->law->relaxes && !w->held && (k == AT_SLIP || k == AT_LAW)) {
+            const lanes *const at[3] = {&at_start[k], &at_middle[k], &at_end[k]};
+            any |= look_into_dips(contact, w, k, s, h, start, at, asked, known, cut, &search);
         }
         if (any)
             locate(contact, w, k, s, &search, start, crossing);

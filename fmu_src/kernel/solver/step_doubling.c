@@ -17,6 +17,9 @@
  * asks for less. */
 #define FACTOR 3
 #define LITTLE 1.02
+#define FACTOR_OF_RATE 1.2 /* of one that depends on the deflection */
+#define BENT_TARGET 200    /* tolerances */
+#define BENT_LEVELS 20
 
 static double factor_of(double tolerance)
 {
@@ -40,12 +43,34 @@ static int dips(const struct Point *a, const struct Point *m, const struct Point
     return at > 0 && at < 1 && turn * (v_m < 0 ? -1 : 1) * FACTOR < least;
 }
 
+/* Does a rate that depends on the deflection change over the step, or what the bristle strives for bend? There are
+ * kinks where it begins to yield, and where it is steady. */
+static int yields_within(double tolerance, const struct Point *a, const struct Point *m, const struct Point *b, int i)
+{
+    const double low = smaller(smaller(a->rate[i], m->rate[i]), b->rate[i]),
+                 high = larger(larger(a->rate[i], m->rate[i]), b->rate[i]);
+    return low * FACTOR_OF_RATE < high ||
+           fabs(a->target[i] - 2 * m->target[i] + b->target[i]) > BENT_TARGET * tolerance * fabs(b->target[i]);
+}
+
+/* Do states of effects, or a load, bend the levels within a step over which a bristle that is stiff follows them? */
+static int levels_bend(const struct Configuration *w, double h, const struct Point *a, const struct Point *m,
+                       const struct Point *b, int i)
+{
+    const double bend =
+        larger(fabs(a->F_C[i] - 2 * m->F_C[i] + b->F_C[i]), fabs(a->F_S[i] - 2 * m->F_S[i] + b->F_S[i]));
+    return w->levelled[i] && h * m->rate[i] > 1 &&
+           bend > BENT_LEVELS * w->p[VAR_RELATIVE_TOLERANCE][i] * larger(b->F_C[i], b->F_S[i]);
+}
+
 /* Forces so far from straight, in tolerances, that what they are beside a parabola counts behind a sensor, which takes
  * means, and where they are recalled as they were. An ellipse, cut where its steps are as long as the default tolerance
  * lets them, lies below the first. */
 #define CURVED 200
 #define CURVED_ENOUGH_TO_RECALL 20
-#define CURVED_AT_A_KINK 20 /* what has no bristle is smooth up to where it jumps or reaches a limit */
+#define CURVED_AT_A_KINK                                                                                               \
+    20 /* what has no bristle is smooth up to where it jumps or reaches a limit; and no cycle says how                 \
+          long a step is where the slip is given */
 
 static int curved(const struct Configuration *w, double by, const struct Point *a, const struct Point *m,
                   const struct Point *b, int i)
@@ -65,27 +90,69 @@ static inline int has_kink(const struct Point *a, const struct Point *m, const s
     return (a->cutting[i] != 0) & (pulls | presses);
 }
 
-int in_doubt(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
-             const struct Point *b, int doubtful[LANES])
+/* Where do kinks count that each cycle of an ellipse has, of the surface that is met and of a limit of the law? They
+ * are within the usual tolerance, but where a sensor hears them, and where nothing else asks for short steps. What is
+ * recalled has them as pieces of its own, of which few can be kept. */
+static void count_all_kinks(const struct Configuration *w, int all[LANES])
+{
+    EACH_LANE
+        all[i] = (w->p[VAR_RELATIVE_TOLERANCE][i] < USUAL_TOLERANCE) | !w->law->relaxes;
+    for (int i = 0; w->looks_back && i < LANES; ++i)
+        all[i] &= !(look_back(w, i) > 0) | !w->law->relaxes;
+    for (int i = 0; w->sensors && i < LANES; ++i)
+        all[i] |= sensors_that_remember(w, i) > 0;
+}
+
+/* Does the step pass a kink of what the effects do, or of these two? Where friction follows the thickness the surface
+ * counts, too. */
+static inline int changes_side(const struct Configuration *w, int all, const struct Point *a, const struct Point *m,
+                               const struct Point *b, int i)
+{
+    const int of_surface = (w->kinematics != KINEMATICS_EXTERNAL) & (all | w->levelled[i]);
+    const int effect = (a->piece[i] != m->piece[i]) | (m->piece[i] != b->piece[i]),
+              limit = (a->limited[i] != m->limited[i]) | (m->limited[i] != b->limited[i]),
+              surface = (a->surface_piece[i] != m->surface_piece[i]) | (m->surface_piece[i] != b->surface_piece[i]);
+    return (a->cutting[i] != 0) & (effect | (all & limit) | (of_surface & surface));
+}
+
+/* Does what a sensor hears bend: the forces now, and those that it is shown late? */
+static int heard(const struct Contact *contact, const struct Configuration *w, const struct Point *a,
+                 const struct Point *m, const struct Point *b, int i)
+{
+    const int sensors = w->sensors > 0 ? sensors_that_remember(w, i) : 0, given = w->kinematics == KINEMATICS_EXTERNAL;
+    const double bent = w->law->relaxes && !given ? CURVED : CURVED_AT_A_KINK;
+    return sensors > 1 ||
+           (sensors > 0 && (curved(w, bent, a, m, b, i) ||
+                            (w->looks_back && look_back(w, i) > 0 &&
+                             3 * late_bend(contact, w, i, a, m, b) > bent * w->p[VAR_RELATIVE_TOLERANCE][i])));
+}
+
+int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
+             const struct Point *m, const struct Point *b, int doubtful[LANES])
 {
     const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers || w->current_angle),
-              of_angle = w->current_angle;
-    const double bent = w->law->relaxes ? CURVED : CURVED_AT_A_KINK;
-    int any = 0, kinks = 0;
+              of_angle = w->current_angle, given = w->kinematics == KINEMATICS_EXTERNAL;
+    int any = 0, kinks = 0, all[LANES];
     EACH_LANE {
         doubtful[i] = 0;
         kinks |= has_kink(a, m, b, i);
     }
-    for (int i = 0; (of_slip || w->sensors || w->looks_back || kinks) && i < LANES; ++i) {
+    if (!w->held) {
+        count_all_kinks(w, all);
+        EACH_LANE
+            kinks |= changes_side(w, all[i], a, m, b, i);
+    }
+    for (int i = 0; (of_slip || w->sensors || w->looks_back || given || kinks) && i < LANES; ++i) {
+        const double tolerance = w->p[VAR_RELATIVE_TOLERANCE][i];
         const int of_state = w->acting[i] >> DRIVEN_BY_MOTION & 1;
         const int hidden =
             of_slip && a->cutting[i] != 0 &&
-            (of_angle || slows_down(of_state ? LITTLE : factor_of(w->p[VAR_RELATIVE_TOLERANCE][i]), a, m, b, i) ||
-             dips(a, m, b, i));
-        const int sensors = w->sensors > 0 ? sensors_that_remember(w, i) : 0;
-        const int heard = sensors > 1 || (sensors > 0 && curved(w, bent, a, m, b, i));
+            (of_angle || slows_down(of_state ? LITTLE : factor_of(tolerance), a, m, b, i) || dips(a, m, b, i) ||
+             (w->bent[i] && yields_within(tolerance, a, m, b, i)) || levels_bend(w, h[i], a, m, b, i));
+        const int averaged = given && w->p[VAR_AVERAGING_WINDOW][i] > 0 && curved(w, CURVED_AT_A_KINK, a, m, b, i);
         doubtful[i] =
-            h[i] > 0 && (hidden || heard || has_kink(a, m, b, i) ||
+            h[i] > 0 && (hidden || averaged || heard(contact, w, a, m, b, i) || has_kink(a, m, b, i) ||
+                         (!w->held && changes_side(w, all[i], a, m, b, i)) ||
                          (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
         any |= doubtful[i];
     }
@@ -150,6 +217,22 @@ static void sensor_error(const struct Contact *contact, const struct Configurati
         }
 }
 
+/* Of the states that forces drive, as shares of their nominal or of themselves: where the slip is solved for no event
+ * says that it turns, and from there on a state may go the other way. */
+static double state_error(const struct Configuration *w, const struct Point *b, const struct Point *whole, int i)
+{
+    double worst = 0;
+    for (int n = 0; n < w->on_count; ++n) {
+        const struct Effect *const effect = w->on[n];
+        for (int k = 0; effect->driver == DRIVEN_BY_FORCE && k < effect->states; ++k) {
+            const double nominal = effect->variables[effect->count - 2 * effect->states + k].nominal,
+                         here = b->state[w->on_state[n] + k][i], there = whole->state[w->on_state[n] + k][i];
+            worst = larger(worst, apart(here, there, larger(nominal > 0 ? nominal : 1, fabs(here))));
+        }
+    }
+    return worst;
+}
+
 void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES],
                          const lanes s, const lanes h, const struct Point *a, const struct Point *m,
                          const struct Point *b, lanes error)
@@ -176,7 +259,9 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
         /* levels that states of effects have moved, and that the force shows only later, as where it sticks */
         const double levels =
             w->acting[i] ? larger(apart(b->F_C[i], whole.F_C[i], force), apart(b->F_S[i], whole.F_S[i], force)) : 0;
-        const double of_state = larger(levels, apart(b->z[i], whole.z[i], z) + hidden[i] / z);
+        const double driven =
+            w->current_angle && w->acting[i] >> DRIVEN_BY_FORCE & 1 ? state_error(w, b, &whole, i) : 0;
+        const double of_state = larger(larger(levels, driven), apart(b->z[i], whole.z[i], z) + hidden[i] / z);
         const double of_force =
             larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i]))));
         error[i] =

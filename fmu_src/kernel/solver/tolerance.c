@@ -117,7 +117,7 @@ int accurate_in_halves(const struct Contact *contact, const struct Configuration
 {
     int doubtful[LANES], all = 1;
     lanes error;
-    if (!in_doubt(w, h, start, middle, end, doubtful))
+    if (!in_doubt(contact, w, h, start, middle, end, doubtful))
         return 1;
     step_doubling_error(contact, w, doubtful, s, h, start, middle, end, error);
     for (int i = 0; i < LANES; ++i) {
