@@ -119,7 +119,7 @@ def test_a_vibration_is_folded_by_its_own_clock(tmp_path: Path) -> None:
         turns = 2 * np.pi * phase
         return np.asarray((5 + 3 * np.cos(turns - 0.4) + 1.5 * np.cos(2 * turns + 1) + 0.2 * np.sin(4 * turns)) * (1 + 0.05 * time))
 
-    cutting = (times > 0.3) & ~((times > 1.9) & (times < 2.2))
+    cutting = (times > 1.4) & ~((times > 2.5) & (times < 2.7))  # after the first batch of rows
     noise = 0.2 * np.random.default_rng(1).standard_normal(times.size)
     column = np.where(cutting, force(true * times, times), 0.0) + noise
     compressed = compress_experiment(vibration(tmp_path / "cut", column), MODEL, samples=2400)
@@ -128,7 +128,7 @@ def test_a_vibration_is_folded_by_its_own_clock(tmp_path: Path) -> None:
         time = each.times[0]
         assert cutting[int(rate * time)]
         error = each.outputs["feed_force"] - force(20e3 * each.times, np.full(each.times.size, time))
-        assert np.sqrt(np.mean(error**2)) < 0.1  # of 5 N; of noise alone 0.02, of two thousandths of a cycle 0.08
+        assert np.sqrt(np.mean(error**2)) < 0.15  # of 5 N; of noise alone 0.02, of three thousandths of a cycle 0.12
         assert each.lead_in is not None
     distances = [each.values["sliding_distance"] for each in compressed.experiment.trials]
     assert distances == sorted(distances)
