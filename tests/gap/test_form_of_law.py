@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import pytest
 from evat.gap import Diagnosis, diagnose_with
+from evat.gap.report import explain
+from evat.gap.search.compare import Comparison
 from evat.gap.search.form import with_form_of_law
 from evat.inference.hypothesis import Hypothesis
 from evat.native import kernel
@@ -21,18 +23,27 @@ def formed() -> Toy:
 
 
 def told(on: list[str], model: Toy, **values: float) -> Diagnosis:
+    return told_with(on, model, **values)[0]
+
+
+def told_with(on: list[str], model: Toy, **values: float) -> tuple[Diagnosis, Comparison]:
     sizes = {
         f"{name}.{own}": value for name, (own, value) in {"bend": ("c", values.get("c", 0.0)), "lean": ("a", 0.8)}.items() if name in on
     }
-    return diagnose_with(measured(on, sizes, conditions=5, noise=0.05), model)[0]
+    return diagnose_with(measured(on, sizes, conditions=5, noise=0.05), model)
 
 
 def test_a_little_of_it_is_no_effect() -> None:
     """3 % of the force, and certain; without the flag it is named."""
     assert [effect.name for effect in told(["bend"], Toy(), c=0.05).effects] == ["bend"]
-    answer = told(["bend"], formed(), c=0.05)
+    answer, comparison = told_with(["bend"], formed(), c=0.05)
     assert answer.verdict in ("no_gap", "mistuned")
     assert not answer.effects
+    assert 0.01 < comparison.forms["bend"] < 0.05
+    assert f"bend: no more than another form of the base law here, {comparison.forms['bend']:.1%} of the force away" in "".join(
+        answer.cannot_tell
+    )
+    assert "It was tried, and is no more than another form of the base law here" in explain(comparison, answer, "bend")
 
 
 def test_beside_a_little_of_it_an_effect_is_named_alone() -> None:
@@ -49,7 +60,7 @@ def test_beside_a_little_of_it_an_effect_stands_alone_also_where_it_was_not_fitt
     prediction = copy.copy(comparison.prediction)
     prediction.model = formed()
     fitted = comparison.models[pair]
-    base, kept = with_form_of_law(prediction, comparison.whitening, comparison.recalibrated, {pair: fitted})
+    base, kept, _ = with_form_of_law(prediction, comparison.whitening, comparison.recalibrated, {pair: fitted})
     assert base is comparison.recalibrated
     assert kept == {Hypothesis(("lean",)): fitted}
 

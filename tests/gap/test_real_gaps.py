@@ -47,17 +47,15 @@ def _tribometer(nominal: Values) -> Experiment:
     return _experiment("tribometer", {"kinematics": "external", **nominal}, trials)
 
 
-def test_the_tribometer_asks_lugre_for_an_elasto_plastic_break_away() -> None:
-    """An independent study leaves 11.4 % with LuGre, 5.4 % with an elasto-plastic stop and a free zero (test_real_records.py)."""
+def test_the_tribometer_asks_lugre_for_another_break_away() -> None:
+    """An independent study leaves 11.4 % with LuGre, 5.4 % with an elasto-plastic stop and a free zero (test_real_records.py). Both are
+    the form of the law, and what remains then is of no known effect."""
     law = {"friction_law": "lugre", "F_C": 2.69, "F_S": 2.69, "sigma0": 3.6e4, "sigma1": 0.0, "sigma2": 0.0}
     answer = diagnose(_tribometer(law), STILL)
-    assert answer.verdict in ("effect", "ambiguous")
-    # "no effect" may be among the likely, where a law is held to follow a force no closer than to 2 %
-    assert all("elasto_plastic" in on for on in answer.judgement.likely if on)
-    assert _probability(answer, "elasto_plastic") > 0.9
+    assert answer.verdict in ("unknown", "mistuned")
+    assert answer.recalibration.parameters["lugre.presliding_exponent"][1] > 3
     rms = answer.closure.rms["friction_force"]
-    assert rms["corrected"] < 0.7 * rms["recalibrated"]
-    assert 0.9 < rms["recalibrated"] / rms["nominal"] < 1.1  # the nominal values are those of a fit to this record
+    assert rms["recalibrated"] < 0.6 * rms["nominal"]
 
 
 @pytest.mark.campaign  # twenty seconds: another question to this record is asked above in each run, and another record below

@@ -11,6 +11,8 @@ from evat.model import EvatError, FloatArray, Variable
 from evat.units import base_unit
 
 Role = Literal["input", "output"]
+DISTANCE = "sliding_distance"  # how far a contact has slid; effects go by it
+
 InitialBristle = Literal["relaxed", "slid_in", "free"]
 
 

@@ -25,7 +25,6 @@ CLOCK = "time"
 TRIGGER = "trigger"  # a signal that is on in the rows that count
 BESIDE = (CLOCK, TRIGGER)  # signals that are no variables of the component
 FRICTION = "friction_force"
-DISTANCE = "sliding_distance"  # how far a contact has slid; effects go by it
 MEAN = "mean_"  # how the names of averages begin
 MOST_LINES = 100_000  # above the numbers
 

@@ -203,6 +203,8 @@ def _missing(comparison: Comparison) -> tuple[str, ...]:
     notes += [f"{name}: not identifiable, {', '.join(still)} does not vary" for name, still in comparison.audit.idle.items()]
     notes += [f"{name}: it changes nothing that was measured here" for name in comparison.silent if name not in comparison.unfed]
     notes += [f"{name}: {', '.join(inputs)} was not recorded" for name, inputs in comparison.unfed.items()]
+    for name, share in comparison.forms.items():
+        notes.append(f"{name}: no more than another form of the base law here, {share:.1%} of the force away from it")
     for channel, comes in comparison.noise.irregular.items():
         if comes.share > CONSTANTS.notable_irregularity:
             notes.append(f"{channel}: {comes.share:.0%} of what repeats do not share is no noise but comes and goes by itself: {comes}")

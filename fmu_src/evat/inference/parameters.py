@@ -14,8 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from evat.constants import CONSTANTS
-from evat.experiment import Experiment
-from evat.experiment.document import DISTANCE
+from evat.experiment import DISTANCE, Experiment
 from evat.model import Effect, FloatArray, Model, Variable
 
 

@@ -17,7 +17,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from evat.constants import CONSTANTS
-from evat.experiment import Experiment, ExperimentError, SetupSd, Trial
+from evat.experiment import DISTANCE, Experiment, ExperimentError, SetupSd, Trial
 from evat.experiment.columns import Column, trial_batches, trial_columns, unreadable
 from evat.experiment.compression.allotment import pieces_of
 from evat.experiment.compression.overview import Overview
@@ -26,7 +26,7 @@ from evat.experiment.compression.stretches import FEWEST_CYCLES, Stretch, stretc
 from evat.experiment.compression.told import Told
 from evat.experiment.compression.vibration import Demodulation, frequency, steady
 from evat.experiment.derived import derived_batches
-from evat.experiment.document import DISTANCE, TRIGGER, Document, TrialEntry, read_document
+from evat.experiment.document import TRIGGER, Document, TrialEntry, read_document
 from evat.experiment.read import Progress, ShareDone, assembled, hash_of, read_entry, read_experiment
 from evat.files.stream import rows_about
 from evat.files.text import RecordError

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -33,7 +33,7 @@ class Comparison:
     best; set-up errors are fitted in all but the first.
 
     `rough` is the evidence of all hypotheses that were looked at, as far as it was; `silent` effects do nothing here, `unfed` ones lack
-    inputs.
+    inputs; `forms` are effects that came out as another form of the base law, and how far from it [of the rms of a channel].
     """
 
     prediction: Prediction
@@ -47,6 +47,7 @@ class Comparison:
     silent: tuple[str, ...]
     unfed: Mapping[str, Sequence[str]]
     audit: Audit
+    forms: Mapping[str, float] = field(default_factory=dict)
 
 
 def compare(prediction: Prediction, report: Progress | None = None, perturbed: Prediction | None = None) -> Comparison:
@@ -100,9 +101,20 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
         models = _fitted_to_all(prediction, whitening, candidates.models, tell)
         rough = {on: evidence - base.likelihood.evidence + recalibrated.likelihood.evidence for on, evidence in candidates.rough.items()}
     polish(prediction, whitening, models)
-    recalibrated, models = with_form_of_law(prediction, whitening, recalibrated, models)
+    recalibrated, models, forms = with_form_of_law(prediction, whitening, recalibrated, models)
     return Comparison(
-        prediction, noise, whitening, nominal, set_up, recalibrated, models, rough, tuple(candidates.silent), candidates.unfed, audited
+        prediction,
+        noise,
+        whitening,
+        nominal,
+        set_up,
+        recalibrated,
+        models,
+        rough,
+        tuple(candidates.silent),
+        candidates.unfed,
+        audited,
+        forms,
     )
 
 

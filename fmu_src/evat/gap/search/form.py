@@ -15,11 +15,12 @@ from evat.inference.whitening import Whitening
 
 def with_form_of_law(
     prediction: Prediction, whitening: Whitening, recalibrated: Fit, models: Mapping[Hypothesis, Fit]
-) -> tuple[Fit, dict[Hypothesis, Fit]]:
+) -> tuple[Fit, dict[Hypothesis, Fit], dict[str, float]]:
     """The recalibrated model and all others, each with what of its best fit is the form of the base law; sets with an effect that is only
-    that are gone, and stand for what is left of them."""
+    that are gone, and stand for what is left of them. And how far the forms that were tried alone are from the base law as it was fitted
+    [of the rms of a channel]."""
     forms = {effect.name for effect in prediction.model.effects if effect.form_of_law}
-    base, kept, alone = recalibrated, dict(models), dict[Hypothesis, Fit | None]()
+    base, kept, alone, shares = recalibrated, dict(models), dict[Hypothesis, Fit | None](), dict[str, float]()
     for on, whole in models.items():
         own = forms.intersection(on.effects)
         if not own:
@@ -28,14 +29,16 @@ def with_form_of_law(
         if rest not in alone:
             alone[rest] = (models.get(rest) or without(prediction, whitening, whole, own)) if rest else recalibrated
         beside = alone[rest]
-        if beside is None or _share(prediction, whitening, whole, beside) > CONSTANTS.form_of_law:
+        share = np.inf if beside is None else _share(prediction, whitening, whole, beside)
+        if beside is None or share > CONSTANTS.form_of_law:
             continue
         del kept[on]
         if not rest:
+            shares.update(dict.fromkeys(own, share))
             base = max(base, whole, key=lambda each: each.likelihood.evidence)
         else:
             kept[rest] = max(kept.get(rest, beside), whole, key=lambda each: each.likelihood.evidence)
-    return base, kept
+    return base, kept, shares
 
 
 def without(prediction: Prediction, whitening: Whitening, whole: Fit, effects: Collection[str]) -> Fit | None:
