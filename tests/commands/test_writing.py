@@ -119,6 +119,19 @@ def test_a_place_that_is_none_is_told_before_any_work(rig: Path, tmp_path: Path,
     assert files(tmp_path) == ["file"]
 
 
+@pytest.mark.parametrize("there", [False, True])
+def test_a_question_that_is_refused_leaves_no_folder(rig: Path, tmp_path: Path, there: bool) -> None:
+    from evat.commands.main import app
+    from evat.model import EvatError
+    from typer.testing import CliRunner
+
+    if there:
+        (tmp_path / "new").mkdir()
+    result = CliRunner().invoke(app, ["identify", str(rig), "-f", "F_C", "-b", "F_C=20..10", "-o", str(tmp_path / "new" / "fit")])
+    assert isinstance(result.exception, EvatError)
+    assert [place.name for place in tmp_path.iterdir()] == ["new"] * there
+
+
 @FULL
 @pytest.mark.parametrize("arguments", [("info",), ("effects", "--json"), ("sets",)])
 def test_standard_output_that_is_full(tmp_path: Path, arguments: tuple[str, ...]) -> None:

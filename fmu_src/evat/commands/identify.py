@@ -17,7 +17,7 @@ from rich.text import Text
 from evat.commands.shared import Json, Values, Whole, one_of, print_json, share_done, stoppable, typed_values
 from evat.commands.statuses import STOPPED
 from evat.console import err, headline, marked, note, out, shows_bars
-from evat.files.writing import usable
+from evat.files.writing import usable_while
 from evat.model import Model, ParameterError, Variable
 from evat.native import kernel
 from evat.units import display, to_si
@@ -88,8 +88,8 @@ def identify(
         read, told = read_or_compress(experiment, model, whole=whole, progress=progress)
     for each in told:
         note(each)
-    usable(to)
     with (
+        usable_while(to),
         nullcontext() if dask is None else Cluster(dask) as cluster,
         _told() as tell,
         stoppable(lambda: _kept(to)) as cancelled,

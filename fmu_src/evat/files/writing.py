@@ -137,6 +137,21 @@ def usable(folder: Path) -> None:
         (made / "probe").write_bytes(b"\0")  # an empty one fits on a full disk
 
 
+@contextmanager
+def usable_while(folder: Path) -> Iterator[None]:
+    """`usable` before the block; where that ends in an error, the folder is gone again if it was made for this and nothing is in it."""
+    place = Path(os.path.abspath(folder))
+    missing = [each for each in (place, *place.parents) if not each.exists()]
+    usable(folder)
+    try:
+        yield
+    except BaseException:
+        for each in missing:
+            with suppress(OSError):  # something is in it
+                each.rmdir()
+        raise
+
+
 def _try(lock: FileLock) -> None:
     """Lock it where the disk knows locks; elsewhere the folder does as well, but is not cleared after a kill."""
     try:
