@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 import statistics_of_scores
 from answers import Answer
+from evat.experiment import Trial
 from evat.experiment.read import read_experiment
 from evat.models.contact import ContactModel
 from evat.native import kernel
-from second_reality import catalogue, ceiling, draw, folder, generate, run_diagnosis, scores
+from second_reality import advised, catalogue, ceiling, draw, folder, generate, run_diagnosis, scores
 from second_reality.catalogue import BASE_CUTS, BASE_LAWS, EFFECTS, SPLITS, STRATA
 from second_reality.draw import Case, NotDrawn, Plan
 from second_reality.unknowns import KINDS, Seen
@@ -89,6 +90,50 @@ def test_the_noise_of_a_record_is_what_its_label_says(cases: dict[str, tuple[Cas
             unit = np.sqrt(np.mean(np.concatenate([t.true[channel] for t in case.trials]) ** 2))
             spread = np.subtract(*np.quantile(off, [0.75, 0.25])) / 1.349 / unit
             assert 0.5 < spread / case.label["set_up"]["noise"][channel] < 1.2
+
+
+@pytest.mark.parametrize(
+    ("name", "factors", "column"),
+    [("rig single", {"slip_velocity": 2.0}, "slip_velocity"), ("ellipse pair", {"cutting_speed": 0.5}, "cutting_speed")],
+)
+def test_an_advised_condition_is_recorded_by_the_same_rig(
+    name: str, factors: dict[str, float], column: str, cases: dict[str, tuple[Case, Path]], tmp_path: Path
+) -> None:
+    case, place = cases[name]
+    condition, now = advised.recorded(place)
+    with np.errstate(all="ignore"):
+        advised.write("001", case.label, advised.place_of(condition), factors, tmp_path)
+    longer, before = (read_experiment(folder, ContactModel(1)) for folder in (tmp_path / "001", place))
+    new = [trial for trial in longer.trials if trial.condition not in before.conditions]
+    assert len(new) == 2 == len(longer.trials) - len(before.trials)
+    for trial in new:
+        seen = trial.values[column] if column in trial.values else float(np.sqrt(np.mean(trial.inputs[column] ** 2)))
+        assert seen == pytest.approx(factors[column] * now[column], rel=0.05)
+
+    def noise(trials: list[Trial]) -> float:
+        """Of the sensor: what second differences show."""
+        return float(np.median([np.median(np.abs(np.diff(trial.outputs[case.world.channels[0]], 2))) for trial in trials]))
+
+    assert noise(new) == pytest.approx(noise(list(before.trials)), rel=0.6)
+
+
+def test_what_was_advised_is_what_is_set() -> None:
+    rng, now = np.random.default_rng(0), {"slip_velocity": 0.2, "contact_temperature": 343.15}
+    assert advised.factors_of("advised", {"slip_velocity": 0.101}, now, rng) == {"slip_velocity": 0.5}
+    assert advised.factors_of("advised", {"contact_temperature": 393.0}, now, rng) == {"contact_temperature": 2.0}
+    by_lot = [advised.factors_of("random", {}, now, rng) for _ in range(40)]
+    assert {name for one in by_lot for name in one} == set(now)
+    assert {value for one in by_lot for value in one.values()} == set(advised.FACTORS)
+
+
+def test_only_ambiguous_answers_with_an_advice_are_carried_out(tmp_path: Path) -> None:
+    said = {"1": ("ambiguous", {"values": {"feed": 1e-5}}), "2": ("effect", {"values": {"feed": 1e-5}}), "3": ("ambiguous", None)}
+    said["4"] = said["1"]
+    for name, (verdict, advice) in said.items():
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "diagnosis.json").write_text(json.dumps({"verdict": verdict, "next_experiment": advice}))
+    labels = {name: {"truth": "unknown" if name == "4" else "single"} for name in (*said, "5")}
+    assert advised.ambiguous(labels, tmp_path) == [("1", {"feed": 1e-5})]
 
 
 def test_nothing_of_the_truth_is_in_a_case(cases: dict[str, tuple[Case, Path]]) -> None:

@@ -14,7 +14,7 @@ from evat.experiment import Experiment, Means, Trial
 from evat.gap.search.compare import Comparison
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
-from evat.model import EvatError, FloatArray
+from evat.model import EvatError, FloatArray, Variable
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def _options(comparison: Comparison, experiment: Experiment) -> list[tuple[dict[
     for trial in experiment.trials[:1]:
         for name in sorted({*trial.inputs, *trial.values}):
             for factor in CONSTANTS.next_experiment_factors:
-                other = _scaled(trial, name, factor, bounds[name].min, bounds[name].max)
+                other = scaled(trial, bounds[name], factor)
                 if other is not None:
                     size = other.values[name] if name in other.values else float(np.sqrt(np.mean(other.inputs[name] ** 2)))
                     options.append(({name: size}, replace(experiment, trials=(other,), means=None)))
@@ -59,7 +59,8 @@ def _options(comparison: Comparison, experiment: Experiment) -> list[tuple[dict[
     if means is not None:
         for name, column in means.values.items():
             for factor in CONSTANTS.next_experiment_factors:
-                row = {other: values[:1] for other, values in means.values.items()} | {name: column[:1] * factor}
+                changed = _zero(bounds[name]) + factor * (column[:1] - _zero(bounds[name]))
+                row = {other: values[:1] for other, values in means.values.items()} | {name: changed}
                 if bounds[name].min <= float(row[name][0]) <= bounds[name].max:
                     outputs = {channel: values[:1] for channel, values in means.outputs.items()}
                     one = Means(means.file, means.conditions[:1], row, outputs, {})
@@ -67,13 +68,19 @@ def _options(comparison: Comparison, experiment: Experiment) -> list[tuple[dict[
     return options
 
 
-def _scaled(trial: Trial, name: str, factor: float, low: float, high: float) -> Trial | None:
-    cut = trial.head(CONSTANTS.next_experiment_samples)
+def _zero(variable: Variable) -> float:
+    """What a quantity is multiplied from: of a temperature that at which everything stands when nothing happens."""
+    return variable.start if variable.unit == "K" else 0.0
+
+
+def scaled(trial: Trial, variable: Variable, factor: float) -> Trial | None:
+    """The head of a trial with an input or a value of its condition multiplied; None where that is out of bounds or nothing."""
+    cut, name, zero = trial.head(CONSTANTS.next_experiment_samples), variable.name, _zero(variable)
     if name in trial.values:
-        value = trial.values[name] * factor
-        return replace(cut, values={**trial.values, name: value}) if low <= value <= high and value != 0 else None
-    column = cut.inputs[name] * factor
-    if (np.ptp(column) == 0 and column[0] == 0) or column.min() < low or column.max() > high:
+        value = zero + factor * (trial.values[name] - zero)
+        return replace(cut, values={**trial.values, name: value}) if variable.min <= value <= variable.max and value != 0 else None
+    column = zero + factor * (cut.inputs[name] - zero)
+    if (np.ptp(column) == 0 and column[0] == 0) or column.min() < variable.min or column.max() > variable.max:
         return None
     return replace(cut, inputs={**cut.inputs, name: column})
 

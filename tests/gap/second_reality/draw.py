@@ -198,6 +198,29 @@ def draw_case(plan: Plan, split: str, seed: list[int]) -> Case:
     return Case(world, nominal, trials, shared, label, _oracle(world, bench.plain, full, bench.row(full) - gap, bench), mean_sd)
 
 
+def with_another_condition(case: Case, plan: Plan, split: str, seed: list[int], place: int, factors: Mapping[str, float]) -> Case:
+    """The case of these numbers, and two recordings by the same rig of one more condition: that of a place with other inputs or values."""
+    truth = truth_of(plan, split, np.random.default_rng(seed))
+    world, rng, shared = case.world, np.random.default_rng([*seed, 5]), case.shared
+    begins, scales = shared.repeats_out_of_step * rng.random(2), 1 + shared.speed_scatter * rng.standard_normal(2)
+    drive = world.trial([place, place], begins, np.ones(2), scales, factors)
+    fine = world.respond(drive, [world.params], truth.acting)[0]
+    usual = {n: float(np.sqrt(np.mean(np.concatenate([t.true[n] for t in case.trials]) ** 2))) for n in world.channels}
+    own = refit.sizes(world, world.samples(fine, drive))
+    if not all(np.isfinite(size) and size > 0 for size in own.values()):
+        raise NotDrawn("a channel shows nothing there")
+    more = {n: usual[n] / own[n] for n in world.channels}  # noise and zero are the sensor's, whatever the force is
+    same = replace(
+        shared,
+        noise={n: more.get(n, 1.0) * value for n, value in shared.noise.items()},
+        zero={n: more.get(n, 1.0) * value for n, value in shared.zero.items()},
+    )
+    new = world.conditions.lanes
+    trials = _trials(world, drive, [new, new], fine, None, same, [*seed, 6])
+    conditions = replace(world.conditions, values=(*world.conditions.values, drive.values[0]))
+    return replace(case, world=replace(world, conditions=conditions), trials=[*case.trials, *trials])
+
+
 def _quiet_enough(bench: Bench, makers: list[Effect], ratio: float, noise: float, rng: Draw) -> float:
     for effect in makers:
         _, size = bench.strength(effect, ratio * noise, np.random.default_rng(1))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -95,8 +96,9 @@ def friction_rig(rng: Draw, law: str, *, axis: bool = False, needs: frozenset[st
     per = motions[0].per
     sampling = 1 / (per * f * float(np.max(tempo)))  # one clock for all conditions
 
-    def trial(places: list[int], begins: Array | None = None, lengths: Array | None = None, scales: Array | None = None) -> Drive:
-        """begins: in periods; lengths: share of the whole; scales: of the speed."""
+    def trial(places: list[int], begins: Array | None = None, lengths: Array | None = None, scales: Array | None = None,
+              factors: Mapping[str, float] = MappingProxyType({})) -> Drive:  # fmt: skip
+        """begins: in periods; lengths: share of the whole; scales: of the speed; factors: of inputs, of a temperature that of its rise."""
         n = len(places)
         begins = np.zeros(n) if begins is None else begins
         lengths = np.ones(n) if lengths is None else lengths
@@ -109,14 +111,16 @@ def friction_rig(rng: Draw, law: str, *, axis: bool = False, needs: frozenset[st
         v = np.empty_like(t)
         for lane, p in enumerate(places):
             u = t[:, lane] * f * tempo[p] + begins[lane]
-            v[:, lane] = fast * speed[p] * scales[lane] * motions[p].velocity(u)
+            v[:, lane] = factors.get("slip_velocity", 1.0) * fast * speed[p] * scales[lane] * motions[p].velocity(u)
         x = np.zeros_like(v)
         x[1:] = np.cumsum((v[1:] + v[:-1]) / 2, axis=0) * h
 
-        def own(signals: list[Slow] | None) -> Array | None:
-            return None if signals is None else np.stack([signals[p](t[:, lane]) for lane, p in enumerate(places)], axis=1)
+        def own(signals: list[Slow] | None, factor: float) -> Array | None:
+            return None if signals is None else factor * np.stack([signals[p](t[:, lane]) for lane, p in enumerate(places)], axis=1)
 
-        return Drive(h, t, v, x, first, every, samples, theta=own(theta), load=own(load), values=tuple({} for _ in places))
+        heat = factors.get("proxy_speed", 1.0) * factors.get("contact_temperature", 1.0) ** (1 / float(exact.get("alpha_T", 1.0)))
+        values = tuple({} for _ in places)
+        return Drive(h, t, v, x, first, every, samples, own(theta, heat), own(load, factors.get("normal_load", 1.0)), values=values)
 
     inputs = ["slip_velocity"]
     if hot:
@@ -170,20 +174,21 @@ def turning(rng: Draw, law: str, cut: str, *, means: bool = False, needs: frozen
     cycles, per, every = (1.0, 120, 16) if means else (float(rng.integers(3, 8)), int(rng.integers(48, 100)), 10)
     start = float(rng.uniform(0, 1)) if not means and rng.random() < 0.5 else 0.5  # in cycles; 0.5: the tool is out of the cut
 
-    def trial(places: list[int], begins: Array | None = None, lengths: Array | None = None, scales: Array | None = None) -> Drive:
-        n = len(places)
+    def trial(places: list[int], begins: Array | None = None, lengths: Array | None = None, scales: Array | None = None,
+              factors: Mapping[str, float] = MappingProxyType({})) -> Drive:  # fmt: skip
+        n, own = len(places), [{name: value * factors.get(name, 1.0) for name, value in runs[p].items()} for p in places]
         begins = np.zeros(n) if begins is None else begins
         lengths = np.ones(n) if lengths is None else lengths
         scales = np.ones(n) if scales is None else scales
         paths = [
             Path(
-                runs[p]["cutting_speed"] * scales[i], runs[p]["feed"], a, runs[p]["amplitude_y"], f, rake, flow,
+                own[i]["cutting_speed"] * scales[i], own[i]["feed"], a, own[i]["amplitude_y"], f, rake, flow,
                 (round((start + begins[i]) * per) / per) / f, max(2.0, cycles * lengths[i]) if not means else 1.0, per,
             )
-            for i, p in enumerate(places)
+            for i in range(n)
         ]  # fmt: skip
-        theta = np.array([runs[p]["cutting_speed"] for p in places]) if hot else None
-        return drive_of(paths, every, tuple({n_: runs[p][n_] for n_ in per_trial} for p in places), theta)
+        theta = np.array([run["cutting_speed"] for run in own]) if hot else None
+        return drive_of(paths, every, tuple({n_: run[n_] for n_ in per_trial} for run in own), theta)
 
     numbers = drawn_cut(cut, rng, shear, width, min(feed, 2 * b), 0.3 * limit)
     channels = ("mean_principal_force", "mean_feed_force") if means else ("principal_force", "feed_force")

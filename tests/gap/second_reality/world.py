@@ -37,7 +37,8 @@ Acting = Sequence[tuple[Effect, float]]
 class World:
     """params: the truth of the base law; exact: what the owner knows to the last digit; sd: how well the rest is known (relative).
 
-    conditions: one lane for each. trial: lanes for trials as they are run, from the conditions' places and how each trial is off.
+    conditions: one lane for each. trial: lanes for trials as they are run, from the conditions' places, how each trial is off, and by which
+    factor an input or a value of the condition differs from that condition's.
     """
 
     kind: str
