@@ -61,6 +61,18 @@ void open_point(const struct Contact *contact, const struct Configuration *w, co
     friction_rates(w, x);
 }
 
+void bend_point(const struct Configuration *w, struct Point *x)
+{
+    if (!anywhere(x->cutting))
+        return;
+    lanes limited; /* the damping is limited already */
+    EACH_LANE
+        limited[i] = x->limited[i];
+    friction_rates(w, x);
+    EACH_LANE
+        x->limited[i] = limited[i];
+}
+
 /* The rest of the stages, once z is known. */
 void close_point(const struct Contact *contact, const struct Configuration *w, int passing, struct Point *x)
 {

@@ -208,11 +208,12 @@ void forces_at(const struct Configuration *w, struct Point *x);
 double shear_angle(const struct Configuration *w, const struct Point *x, int lane);
 
 /* point.c: all stages at tau; z and states given in x for the first three, taken from the contact by point_at. engage:
- * motion and theta; open: up to the rates; close: the rest. passing: a point within a step, whose outputs nobody looks
- * at. */
+ * motion and theta; open: up to the rates; bend: the rates anew, of all that was opened what goes by z within a step;
+ * close: the rest. passing: a point within a step, whose outputs nobody looks at. */
 void engage_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 void open_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, int passing,
                 struct Point *x);
+void bend_point(const struct Configuration *w, struct Point *x);
 void close_point(const struct Contact *contact, const struct Configuration *w, int passing, struct Point *x);
 void point_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 /* point.c: sides of the events. */
