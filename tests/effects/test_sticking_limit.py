@@ -50,7 +50,15 @@ def zones(N: float, mu: float, length: float, exponent: float) -> float:
 @pytest.mark.parametrize("principle", ["maximum_shear_stress", "minimum_energy"])
 @pytest.mark.parametrize(
     ("rake", "mu", "length", "exponent"),
-    [(0.0, 1.0, 2.0, 3.0), (0.2, 0.6, 1.0, 2.0), (-0.3, 2.0, 4.0, 0.5), (0.0, 0.4, 3.0, 0.0), (0.3, 3.0, 0.7, 10.0), (0.1, 0.3, 50.0, 3.0)],
+    [
+        (0.0, 1.0, 2.0, 3.0),
+        (0.2, 0.6, 1.0, 2.0),
+        (-0.3, 2.0, 4.0, 0.5),
+        (0.0, 0.4, 3.0, 0.0),
+        (0.3, 3.0, 0.7, 10.0),
+        (0.1, 0.3, 50.0, 3.0),
+        (0.5, 2.5, 20.0, 3.0),  # mu tan(rake) > 1: against the flow it was 0 or, with N = 0, all of the shear load
+    ],
 )
 def test_the_limit_is_that_of_both_zones(side: int, principle: str, rake: float, mu: float, length: float, exponent: float) -> None:
     """With more friction than any contact bears: the friction angle at which both zones give the friction of Merchant's circle."""
