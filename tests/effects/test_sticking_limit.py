@@ -78,6 +78,19 @@ def test_the_limit_is_that_of_both_zones(side: int, principle: str, rake: float,
     assert [F_p, F_f] == pytest.approx([N * cos(rake) + F * sin(rake), F * cos(rake) - N * sin(rake)], rel=1e-12)
 
 
+def test_no_contact_is_asked_for_more_than_it_bears() -> None:
+    """At any rake, friction, contact length and exponent, along the flow and against it; against the slip it always stands."""
+    rng = np.random.default_rng(20)
+    for n in range(300):
+        mu, length, side = 10 ** rng.uniform(-1.5, 1), 10 ** rng.uniform(-1, 1.5), (-1) ** n
+        shape: Values = {
+            "rake_angle": rng.uniform(-0.7, 0.7),
+            "shear_angle_principle": ("minimum_energy", "maximum_shear_stress")[n // 2 % 2],
+        }
+        F, N, _, _ = forces({**own(mu, length, rng.uniform(0, 8)), **shape, "slip_velocity": 0.5 * side})
+        assert 0 < side * F <= min(mu * N, length * SHEAR_LOAD) * (1 + 1e-9), (n, mu, length, shape)
+
+
 @pytest.mark.parametrize("side", [1, -1])
 def test_with_a_long_contact_the_chip_slides_and_with_a_short_one_it_sticks(side: int) -> None:
     sliding, sticking = (forces({**own(mu, length, 3.0), "slip_velocity": side}) for mu, length in ((0.3, 100.0), (10.0, 0.05)))
