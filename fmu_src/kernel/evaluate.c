@@ -118,6 +118,8 @@ void show_outputs(struct Contact *contact, const struct Configuration *w, const 
     show_means(contact, x);
     for (int i = 0; i < LANES && angles; ++i)
         value[VAR_SHEAR_ANGLE][i] = shear_angle(w, x, i);
+    if (angles)
+        show_cusps(contact, w, x);
     if (w->drivers)
         show_rates(contact, w, x);
     warn(contact, x);

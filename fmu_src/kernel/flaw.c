@@ -71,8 +71,8 @@ static const char *flaw_of_course(const struct Contact *contact)
     }
     return FINITE(contact->slope) && FINITE(contact->memory) && FINITE(contact->window_start) &&
                    isfinite(contact->window_origin) && contact->flank_depth >= 0 && contact->flank_depth < 1 &&
-                   FINITE(contact->steady_state) && FINITE(contact->earlier_force) && FINITE(contact->outlives) &&
-                   FINITE(contact->changes)
+                   FINITE(contact->cusp) && FINITE(contact->steady_state) && FINITE(contact->earlier_force) &&
+                   FINITE(contact->outlives) && FINITE(contact->changes)
                ? NULL
                : "a memory is no finite number";
 }

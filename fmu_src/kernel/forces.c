@@ -44,20 +44,22 @@ static const double flattest[2][2] = {{0.6928241717107472, 0.721106557377838},
                                       {0.9992001066609779, 0.03998933418663416}};
 
 /* R = k/(sin(phi) cos(phi + beta - alpha)) with the principle's phi, and F = R sin(beta): mu = tan(beta) has the sign
- * of the side. */
+ * of the side. Along the flow the shear plane becomes no flatter than the flattest. Against it minimum energy lets the
+ * plane bear all of the shear load, F cos(alpha) = -k; a mu for which the face still bears more there is not reached.
+ */
 double friction_of(const struct Configuration *w, double mu, double side, int lane)
 {
     const double cos_rake = w->cos_rake[lane], sin_rake = w->sin_rake[lane], *flat = flattest[w->by_energy];
     const double cos_beta = 1 / sqrt(1 + mu * mu);
     double sin_beta = side * mu * cos_beta;
     double sine = sin_beta * cos_rake - cos_beta * sin_rake, cosine = cos_beta * cos_rake + sin_beta * sin_rake;
-    if (sine * flat[1] > cosine * flat[0]) {
+    if (side > 0 && sine * flat[1] > cosine * flat[0]) {
         sine = flat[0];
         cosine = flat[1];
         sin_beta = sine * cos_rake + cosine * sin_rake;
     }
-    if (w->by_energy && cosine < 0)
-        return 1 / cos_rake; /* against the flow: all of the shear load, beyond which the principle has no angle */
+    if (side < 0 && w->by_energy && cos_beta < -sin_rake)
+        return 1 / cos_rake;
     return side * 2 * sin_beta / (w->by_energy ? 1 - sine : cosine - sine);
 }
 

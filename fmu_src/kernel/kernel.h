@@ -121,6 +121,7 @@ enum Base {
     VAR_THETA_USED,
     VAR_SHEAR_ANGLE,
     VAR_SPEED_RATIO,
+    VAR_CUSP_HEIGHT,
     VAR_IN_CONTACT,
     VAR_BRISTLE_DEFLECTION,
     VAR_DISSIPATED_POWER,
@@ -226,6 +227,8 @@ struct Contact {
      * looked at last (see clearance.c). */
     double flank_depth;
     lanes flank_of[FLANK_FACTS];
+    lanes cusp,
+        cusp_of[2]; /* height of cusps [amplitudes b], and the ellipse it is of: speed ratio, phase (see cusp.c) */
     uint32_t warnings;
     uint32_t started;
     uint64_t effects_on; /* bit n: effect n, since the start */

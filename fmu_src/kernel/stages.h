@@ -184,6 +184,10 @@ double slip_along_rake(const struct Configuration *w, const struct Point *x, int
  * time. */
 void look_at_flank(struct Contact *contact, const struct Configuration *w, const struct Point *x);
 
+/* cusp.c: the height of the cusps that the ellipse leaves with which x runs. Up to a quarter of a millisecond where
+ * that is another one than last time and not upright. */
+void show_cusps(struct Contact *contact, const struct Configuration *w, const struct Point *x);
+
 /* friction.c: theta as its source gives it. */
 void proxy_open(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 
@@ -317,8 +321,8 @@ int touches_within(const struct Contact *contact, const struct Configuration *w,
                    const struct Point *start, const struct Point *middle, const struct Point *end, double tau[2],
                    double indicator[2]);
 
-/* evaluate.c: the point x as outputs, derivatives and indicators; the shear angle, which is dear, only with `angles`.
- */
+/* evaluate.c: the point x as outputs, derivatives and indicators; shear angle and cusps, which are dear, only with
+ * `angles`. */
 void show_outputs(struct Contact *contact, const struct Configuration *w, const struct Point *x, int angles);
 /* evaluate.c: are these outputs fields of a point? show_some: then only these of them, and warnings. */
 int shows_plainly(int count, const int *index);

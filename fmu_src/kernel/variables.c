@@ -250,6 +250,10 @@ const struct Variable base_variables[BASE_COUNT] = {
     [VAR_SPEED_RATIO] = {.name = "speed_ratio", .unit = "1", RESULT,
         .meaning = "HSR = cutting_speed / (2 pi vibration_frequency amplitude_x); separation needs less than 1; 0 "
             "without vibration", .source = "Shamoto and Moriwaki 1999 (not read)"},
+    [VAR_CUSP_HEIGHT] = {.name = "cusp_height", .unit = "m", .display_unit = "um", .nominal = 1e-6, RESULT,
+        .meaning = "height of the cusps that the vibration leaves along the cut, from their tops to the lowest places between "
+            "them: theoretical roughness if the clearance face is clear of them; kinematics = external: 0",
+        .source = "Shamoto and Moriwaki 1994 (not read); envelope of all earlier strokes, as uncut_thickness_used"},
     [VAR_IN_CONTACT] = {.name = "in_contact", .unit = "1", .max = 1, .type = BOOLEAN, .causality = OUTPUT,
         .variability = DISCRETE, .meaning = "the tool is in the material and moving into it", .source = DEFINITION},
     [VAR_BRISTLE_DEFLECTION] = {.name = "bristle_deflection", .unit = "m", .display_unit = "um", .nominal = 1e-6,

@@ -50,7 +50,15 @@ def zones(N: float, mu: float, length: float, exponent: float) -> float:
 @pytest.mark.parametrize("principle", ["maximum_shear_stress", "minimum_energy"])
 @pytest.mark.parametrize(
     ("rake", "mu", "length", "exponent"),
-    [(0.0, 1.0, 2.0, 3.0), (0.2, 0.6, 1.0, 2.0), (-0.3, 2.0, 4.0, 0.5), (0.0, 0.4, 3.0, 0.0), (0.3, 3.0, 0.7, 10.0), (0.1, 0.3, 50.0, 3.0)],
+    [
+        (0.0, 1.0, 2.0, 3.0),
+        (0.2, 0.6, 1.0, 2.0),
+        (-0.3, 2.0, 4.0, 0.5),
+        (0.0, 0.4, 3.0, 0.0),
+        (0.3, 3.0, 0.7, 10.0),
+        (0.1, 0.3, 50.0, 3.0),
+        (0.5, 2.5, 20.0, 3.0),  # mu tan(rake) > 1: against the flow it was 0 or, with N = 0, all of the shear load
+    ],
 )
 def test_the_limit_is_that_of_both_zones(side: int, principle: str, rake: float, mu: float, length: float, exponent: float) -> None:
     """With more friction than any contact bears: the friction angle at which both zones give the friction of Merchant's circle."""
@@ -68,6 +76,19 @@ def test_the_limit_is_that_of_both_zones(side: int, principle: str, rake: float,
     )
     assert pytest.approx(right, rel=2e-5) == [F, N]  # of the strips
     assert [F_p, F_f] == pytest.approx([N * cos(rake) + F * sin(rake), F * cos(rake) - N * sin(rake)], rel=1e-12)
+
+
+def test_no_contact_is_asked_for_more_than_it_bears() -> None:
+    """At any rake, friction, contact length and exponent, along the flow and against it; against the slip it always stands."""
+    rng = np.random.default_rng(20)
+    for n in range(300):
+        mu, length, side = 10 ** rng.uniform(-1.5, 1), 10 ** rng.uniform(-1, 1.5), (-1) ** n
+        shape: Values = {
+            "rake_angle": rng.uniform(-0.7, 0.7),
+            "shear_angle_principle": ("minimum_energy", "maximum_shear_stress")[n // 2 % 2],
+        }
+        F, N, _, _ = forces({**own(mu, length, rng.uniform(0, 8)), **shape, "slip_velocity": 0.5 * side})
+        assert 0 < side * F <= min(mu * N, length * SHEAR_LOAD) * (1 + 1e-9), (n, mu, length, shape)
 
 
 @pytest.mark.parametrize("side", [1, -1])

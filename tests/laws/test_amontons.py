@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan, cos, pi, sin
+from math import atan, cos, pi, sin, tan
 
 import evat
 import numpy as np
@@ -82,3 +82,23 @@ def test_a_chip_that_cannot_slide_is_held_at_the_flattest_shear_plane(rake: floa
     assert 0 < F <= 10 * N * (1 + 1e-12)
     if principle == "maximum_shear_stress":
         assert angle == pytest.approx(0.02, rel=1e-9)
+
+
+@pytest.mark.parametrize("principle", ["maximum_shear_stress", "minimum_energy"])
+@pytest.mark.parametrize("rake", [-0.6, -0.2, 0.2, 0.6])
+@pytest.mark.parametrize("mu", [0.5, 2.0, 10.0])
+def test_against_the_flow_no_friction_drives_the_chip(mu: float, rake: float, principle: str) -> None:
+    """It is mu N as long as the shear plane bears it, which by minimum energy is k/cos(alpha): reached where tan(alpha) < -1/mu. With
+    mu tan(alpha) > 1 it did ten thousand times that once, along the slip."""
+    values = {**at_speed_ratio(0.4, feed=4e-5), **LAW, "amontons.mu": mu, "rake_angle": rake, "shear_angle_principle": principle}
+    contact = started({**values, "width": 1e-3, "shear_stress": 4e8})
+    names = ("friction_force", "normal_force", "slip_velocity_used", "uncut_thickness_used", "dissipated_power")
+    F, N, v, h, power = contact.run(np.linspace(0, PERIOD, 201), {}, names).T
+    back = (v < -1e-9) & (h > 0)
+    assert np.count_nonzero(back) > 10
+    if principle == "minimum_energy" and mu * tan(-rake) > 1:
+        assert F[back] == pytest.approx(-4e5 * h[back] / cos(rake), rel=1e-12)
+    else:
+        assert F[back] == pytest.approx(-mu * N[back], rel=1e-9, abs=1e-9)
+    assert np.all(np.abs(F) <= mu * N * (1 + 1e-9) + 1e-12)
+    assert power.min() >= 0

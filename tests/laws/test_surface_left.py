@@ -112,6 +112,54 @@ def test_a_backward_stroke_in_the_air_is_no_interference() -> None:
     assert not any("clearance face" in line for line in contact.warnings())
 
 
+# ---- cusps ----
+
+
+def cusp_height(ellipse: Ellipse, **own: float) -> float:
+    """In amplitudes."""
+    contact = started({**values(ellipse), **own})
+    contact.evaluate()
+    return float(contact.get("cusp_height")) / AMPLITUDE
+
+
+@pytest.mark.parametrize(("r", "height"), [(0.05, 0.01125), (0.1, 0.04154), (0.2, 0.14532), (0.3, 0.29272), (0.5, 0.68098)])
+def test_cusps_of_an_upright_ellipse_stand_where_one_stroke_meets_the_next(r: float, height: float) -> None:
+    """To the digits of a table that was worked out apart; whatever the amplitude across, up to the nominal surface; the same where the
+    search that all other ellipses need finds them."""
+    for aspect in (0.4, 2.0):
+        assert cusp_height(Ellipse(r, aspect=aspect, feed=9.0)) == pytest.approx(aspect * height, abs=6e-6 * aspect)
+    assert cusp_height(Ellipse(r, lead=1e-7, feed=9.0)) == pytest.approx(cusp_height(Ellipse(r, feed=9.0)), rel=1e-6)
+    assert cusp_height(Ellipse(r, feed=0.5 * height)) == pytest.approx(0.5 * height, rel=1e-12)
+
+
+def test_cusps_are_those_of_brute_force() -> None:
+    """The highest place that all passes leave, of 2000 in one advance, between two of which a wall may rise by a thousandth."""
+    for number in range(4):
+        ellipse = draw(number, retrograde=number % 2 == 1, raked=False)
+        places = np.linspace(0, 2 * pi * ellipse.r, 2001)
+        late = 2 * pi * np.ceil(2 + (4 + places[-1]) / (2 * pi * ellipse.r))
+        brute = float(ellipse.left(places, np.full(places.size, late)).max()) + ellipse.aspect
+        assert cusp_height(ellipse) == pytest.approx(brute, abs=1e-3 * ellipse.aspect)
+
+
+def test_without_separation_the_surface_is_the_path_itself() -> None:
+    assert cusp_height(Ellipse(1.2, aspect=0.7, feed=9.0)) == pytest.approx(2 * 0.7, rel=1e-12)
+    assert cusp_height(Ellipse(0.3, aspect=0.7, feed=9.0), amplitude_x=0.0) == pytest.approx(2 * 0.7, rel=1e-12)
+    assert cusp_height(Ellipse(0.3, lead=0.5, feed=9.0), cutting_speed=0.0) == 0
+    given = started({"kinematics": "external", "slip_velocity": 0.1, "normal_load": 1.0, "cutting_speed": 0.1})
+    assert given.get("cusp_height") == 0
+
+
+def test_cusps_follow_the_cutting_speed() -> None:
+    """Looked at anew where the ellipse is another one, and at the tool's own amplitude where an effect leaves less of it."""
+    times = np.linspace(0, PERIOD, 6)
+    speeds = np.linspace(0.1, 0.5, 6) * OMEGA * AMPLITUDE
+    contact = started({**values(Ellipse(0.1, lead=0.4, feed=9.0)), "cutting_speed": float(speeds[0])})
+    heights = contact.run(times, {"cutting_speed": speeds}, ("cusp_height",))[:, 0] / AMPLITUDE
+    assert heights == pytest.approx([cusp_height(Ellipse(v / OMEGA / AMPLITUDE, lead=0.4, feed=9.0)) for v in speeds], rel=1e-12)
+    assert np.all(np.diff(heights) > 0.01)
+
+
 # ---- the clearance face ----
 
 CLEARANCE = 0.12  # rad

@@ -288,6 +288,35 @@ class Loops:
         return best
 
 
+def cusps(r: float, lead: float) -> float:
+    """Height in b of the surface that all strokes leave, above the bottom of the path: at its highest over one advance."""
+    if r <= 1e-12 or r >= 1:
+        return 0.0 if r < 1 else 2.0
+    q = math.acos(-r)
+    if abs(lead - math.pi) < 1e-9:  # upright: one forward stroke meets the next
+        return 1 - math.cos(root(lambda entry: r * (math.pi - entry) - math.sin(entry), 0.0, q, 1e-15)[1])
+
+    def left(psi: float) -> float:
+        """Where the forward stroke passes at psi, when it has ended."""
+        return Loops(r, lead, psi, begun=q).lowest()[0]
+
+    start = r * -q - math.sin(q)
+    end = root(lambda psi: r * psi + math.sin(psi) - start - 2 * math.pi * r, -q, q, 1e-15)[1]
+    marks = [-q + (end + q) * n / 96 for n in range(97)]
+    heights = [left(psi) for psi in marks]
+    best = max(heights)
+    for n, height in enumerate(heights):
+        low, high = marks[max(n - 1, 0)], marks[min(n + 1, 96)]
+        if height < max(heights[max(n - 1, 0)], heights[min(n + 1, 96)]):
+            continue
+        for _ in range(90):  # thirds: the surface rises and then falls between the two
+            one, other = low + (high - low) / 3, high - (high - low) / 3
+            there = left(one), left(other)
+            best = max(best, *there)
+            low, high = (low, other) if there[0] > there[1] else (one, high)
+    return 1 + best
+
+
 # ---- from friction to cutting forces --------------------------------------------------------------------------------------------------
 
 FLATTEST, STEEPEST = 0.02, 1.5  # where the chip flows along the current shear angle: least phi, largest phi - alpha [rad]
@@ -377,6 +406,7 @@ class ReferenceContact:
         self.integral, self.means = dict.fromkeys(INTEGRALS, 0.0), dict.fromkeys(MEANS, 0.0)
         self.window_start, self.windows, self.steps, self.clamped = dict(self.integral), 0, 0, 0
         self.h = math.inf  # internal step that the last one suggests [s]
+        self.cusps = {"r": 0.0, "lead": 0.0, "height": 0.0}  # of the ellipse looked at last
 
     def set(self, name: str, value: Value) -> None:
         """Change an input, a parameter, or before `start` the first value of a state."""
@@ -595,6 +625,16 @@ class ReferenceContact:
             shown = {name: value + late * side for name, value, side in zip(shown, (m.reach, slip, law), sides, strict=True)}
         return {"contact_indicator": thickness + late * (1.0 if m.in_contact else -1.0), **shown}
 
+    def _cusp_height(self, m: Moment) -> float:
+        p = self.p
+        if p["kinematics"] == "external":
+            return 0.0
+        r = m.speed_ratio if p["amplitude_x"] > 0 else math.inf if p["cutting_speed"] > 0 else 0.0
+        lead = p["phase_y"] - p["phase_x"] - math.pi / 2
+        if (self.cusps["r"], self.cusps["lead"]) != (r, lead):
+            self.cusps = {"r": r, "lead": lead, "height": cusps(r, lead)}
+        return min(float(p["amplitude_y"]) * self.cusps["height"], float(p["feed"]))
+
     def evaluate(self) -> None:
         """Outputs at the present time, from the state and the inputs as they stand."""
         m, p = self._moment(0.0), self.p
@@ -622,6 +662,7 @@ class ReferenceContact:
             "theta_used": point.x.theta,
             "shear_angle": point.phi,
             "speed_ratio": m.speed_ratio,
+            "cusp_height": self._cusp_height(m),
             "in_contact": float(m.in_contact),
             "contact_rate": float(m.in_contact),
             "bristle_deflection": self.z,

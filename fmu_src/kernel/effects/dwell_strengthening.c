@@ -7,7 +7,7 @@ enum { ON, BETA, T_REF, D_C, AGE, RATE, COUNT };
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "dwell_strengthening", SWITCH,
         .meaning = "switch: static friction grows with the logarithm of the time at rest",
-        .source = "Dieterich 1979; Ruina 1983 (neither read)"},
+        .source = "Dieterich 1979; Ruina 1983 (neither read; rate of the age as in rsfmodel)"},
     [BETA] = {.name = "dwell_strengthening.beta", .unit = "1", .start = 0.05, .min = 0, .max = 5, TUNED,
         .meaning = "rise of F_S per natural logarithm of the age, as a share; 0: none",
         .source = "guess: order of Dieterich 1979 (not read)"},

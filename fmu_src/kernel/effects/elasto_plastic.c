@@ -7,7 +7,7 @@ enum { ON, SHARE, BREAK_AWAY, COUNT };
 /* clang-format off */
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "elasto_plastic", SWITCH, .meaning = "switch: no plastic slip below a break-away deflection",
-        .source = "Dupont, Hayward, Armstrong and Altpeter 2002 (not read)"},
+        .source = "Dupont, Hayward, Armstrong and Altpeter 2002 (not read; alpha(z) as in FrictionModels.jl)"},
     [SHARE] = {.name = "elasto_plastic.share", .unit = "1", .start = 1, .min = 0, .max = 1, TUNED,
         .meaning = "share of the bristles that behave so; 0: none, all as in LuGre",
         .source = "definition: a blend of both laws"},

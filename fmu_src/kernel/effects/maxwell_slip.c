@@ -16,7 +16,7 @@ enum { ON, SHARE, STROKE, RATIO, FIRST, RATES = FIRST + ELEMENTS, COUNT = RATES 
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "maxwell_slip", SWITCH,
         .meaning = "switch: presliding by four elements that give way one after the other, in place of one bristle",
-        .source = "Lampaert, Al-Bender and Swevers 2003 (not read)"},
+        .source = "Lampaert, Al-Bender and Swevers 2003 (not read; compared with FrictionModels.jl)"},
     [SHARE] = {.name = "maxwell_slip.share", .unit = "1", .start = 1, .min = 0, .max = 1, TUNED,
         .meaning = "share of the friction limit that they carry; 0: none, all is the law's own bristle",
         .source = "definition: a blend of both laws"},

@@ -14,7 +14,7 @@ enum { ON, A, B, V_0, D_C, MEMORY_OF_SPEED, RATE, COUNT };
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "rate_and_state", SWITCH,
         .meaning = "switch: friction follows the logarithm of the slip speed, in part at once and in part over a distance",
-        .source = "Dieterich 1979; slip law: Ruina 1983 (neither read)"},
+        .source = "Dieterich 1979; slip law: Ruina 1983 (neither read; as in rsfmodel)"},
     [A] = {.name = "rate_and_state.a", .unit = "1", .start = 0.02, .min = 0, .max = 1, TUNED,
         .meaning = "direct effect: rise of F_C and F_S per natural logarithm of the speed, as a share; 0: none",
         .source = "Marone 1998 (not read): 0.005 to 0.015 of mu = 0.6"},

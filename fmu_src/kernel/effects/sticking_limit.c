@@ -60,9 +60,8 @@ static void bound(const lanes *p, const lanes *state, struct Point *x)
         if (severity == 0)
             continue;
         const double unit = x->k[i] / severity;
-        /* Beyond the domain of the shear-angle principle the closed form turns its sign: no N, no friction. */
-        x->most_along[i] = smaller(x->most_along[i], unit * larger(most(p, x->configuration, i, 1), 0));
-        x->most_against[i] = smaller(x->most_against[i], unit * larger(most(p, x->configuration, i, -1), 0));
+        x->most_along[i] = smaller(x->most_along[i], unit * most(p, x->configuration, i, 1));
+        x->most_against[i] = smaller(x->most_against[i], unit * most(p, x->configuration, i, -1));
     }
 }
 

@@ -150,7 +150,7 @@ enum Status kernel_run_record(struct Contact *contact, const struct Record *reco
     const int plainly = shows_plainly(yield->output_count, yield->output_index);
     int angles = 0;
     for (int j = 0; j < yield->output_count; ++j)
-        angles |= yield->output_index[j] == VAR_SHEAR_ANGLE;
+        angles |= yield->output_index[j] == VAR_SHEAR_ANGLE || yield->output_index[j] == VAR_CUSP_HEIGHT;
     enum Status status = ordered_temperatures(contact) ? STATUS_OK : STATUS_TEMPERATURES;
     for (int64_t n = 0; n < record->count && status == STATUS_OK; ++n) {
         yield->samples_done = n;
