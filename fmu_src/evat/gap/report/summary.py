@@ -8,7 +8,7 @@ from typing import Literal
 
 from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
-from evat.gap.report.words import number, percent, sentence, typed
+from evat.gap.report.words import number, percent, rivals_of, sentence, typed
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.credibility import shifted
 from evat.gap.verdict.judgement import fitted
@@ -19,6 +19,7 @@ _LOOKS: Mapping[str, tuple[str, Literal["good", "note", "attention", "bad"]]] = 
     "no_gap": ("no gap", "good"),
     "mistuned": ("mis-tuned", "note"),
     "effect": ("cause named", "good"),
+    "likely": ("likely cause", "note"),  # an effect, beside another that would do
     "ambiguous": ("ambiguous", "attention"),
     "unknown": ("cause unknown", "attention"),
     "cannot_tell": ("cannot tell", "bad"),
@@ -27,7 +28,7 @@ _LOOKS: Mapping[str, tuple[str, Literal["good", "note", "attention", "bad"]]] = 
 
 def headline(answer: Diagnosis, comparison: Comparison) -> Headline:
     """The answer for the top of a page and of a terminal."""
-    status, tone = _LOOKS[answer.verdict]
+    status, tone = _LOOKS["likely" if answer.verdict == "effect" and rivals_of(answer) else answer.verdict]
     judged = answer.verdict != "cannot_tell"
     far = shifted(comparison, fitted(comparison, answer.judgement.chosen)) if judged else ()
     first = tuple(f"{line[:1].upper()}{line[1:]}." for line in far)
