@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.table import Table
 
 from evat.commands.shared import Json, Values, print_json, typed_values
+from evat.commands.tables import Table
 from evat.console import err, marked, out
 from evat.files.writing import OutputError, usable
 from evat.model import EvatError, ParameterError

@@ -13,9 +13,9 @@ from typing import Annotated
 
 import typer
 from rich.progress import track
-from rich.table import Table
 
 from evat.commands.shared import Json, print_json
+from evat.commands.tables import Table
 from evat.console import err, out
 from evat.files.writing import put, usable
 from evat.model import EvatError, ParameterError

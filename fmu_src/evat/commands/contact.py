@@ -8,11 +8,12 @@ from typing import Annotated
 import typer
 from rich.console import Group
 from rich.padding import Padding
-from rich.table import Column, Table
+from rich.table import Column
 from rich.text import Text
 
 from evat import parameter_sets
 from evat.commands.shared import Json, SpeedUnit, Values, one_of, picture_beside, print_json, typed_values
+from evat.commands.tables import Table
 from evat.console import err, out, printable
 from evat.model import Effect, Law, ParameterError, Variable, nearest
 from evat.native import kernel

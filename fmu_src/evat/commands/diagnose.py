@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.table import Table
 
 from evat.commands.shared import Json, Whole, print_json
+from evat.commands.tables import Table
 from evat.console import err, headline, marked, note, out, shows_bars
 
 if TYPE_CHECKING:

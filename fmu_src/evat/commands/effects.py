@@ -13,11 +13,11 @@ from typing import Annotated, Any
 import typer
 from rich.console import Group
 from rich.padding import Padding
-from rich.table import Table
 from rich.text import Text
 
 from evat import parameter_sets
 from evat.commands.shared import SpeedUnit, Values, typed_values
+from evat.commands.tables import Table
 from evat.console import err, out
 from evat.files.json_values import json_value
 from evat.model import Effect, Variable

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.table import Table
 
 from evat import parameter_sets
 from evat.commands.begin import check_page, init, write_page
 from evat.commands.recovery import recovery
 from evat.commands.shared import Json, SpeedUnit, Values, print_json, share_done, typed_values
+from evat.commands.tables import Table
 from evat.console import err, marked, out
 from evat.model import ParameterError
 from evat.motions import KINDS
@@ -32,6 +32,7 @@ experiment = typer.Typer(
 )
 experiment.command()(init)
 experiment.command()(recovery)
+LONGEST_NAME = 24  # characters of a line that the name of a file may take from what stands beside it
 Folder = Annotated[Path, typer.Argument(help="A folder with an experiment.toml, or such a file.")]
 
 
@@ -70,7 +71,9 @@ def check(
     tables = [trials_of(scan), dataclasses.replace(channels_of(scan), title="")] if scan.trials else []
     for each in (*tables, means_of(scan)):
         if each is not None:
-            table = Table(*each.heads, title=each.title or None, title_justify="left")
+            table = Table(title=each.title or None, title_justify="left")
+            for place, head in enumerate(each.heads):  # what tells rows apart is read in one line, as far as that goes
+                table.add_column(head, no_wrap=not place and max(len(row[0]) for row in each.rows) <= LONGEST_NAME)
             for row in each.rows:
                 table.add_row(*row)
             out.print(table)

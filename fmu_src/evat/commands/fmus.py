@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
-from rich.table import Table
 
 from evat import parameter_sets
 from evat.commands.shared import Json, SpeedUnit, Values, lines_done, print_json, share_done, typed_seconds, typed_values
+from evat.commands.tables import Table
 from evat.console import out
 from evat.files.writing import usable
 from evat.native import kernel

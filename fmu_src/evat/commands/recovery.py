@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
-from rich.table import Table
 from rich.text import Text
 
 from evat import parameter_sets
 from evat.commands.shared import Json, SpeedUnit, lines_done, print_json
+from evat.commands.tables import Table
 from evat.console import out
 from evat.files.writing import usable
 from evat.model import FloatArray, ParameterError

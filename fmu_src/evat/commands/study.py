@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
-from rich.table import Table
 
 from evat import paper_tables
 from evat.commands.shared import Json, lines_done, print_json
+from evat.commands.tables import Table
 from evat.console import out
 from evat.files.writing import usable
 from evat.native import kernel

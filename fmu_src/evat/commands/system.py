@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
-from rich.table import Table
 
 from evat.commands.shared import Json, lines_done, picture_beside, print_json, seconds, share_done, typed_seconds
 from evat.commands.statuses import FAILED, STOPPED
+from evat.commands.tables import Table
 from evat.console import err, marked, out
 from evat.files.writing import temporary
 
