@@ -15,6 +15,7 @@ from evat import parameter_sets
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Means
 from evat.experiment.write import write_experiment
+from evat.gap.advise import Advice
 from evat.gap.answer import Diagnosis
 from evat.gap.report import OutputError, corrected, explain, fmu_run, output, sentence, write_diagnosis
 from evat.gap.report.summary import headline
@@ -391,6 +392,9 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
     assert sentence(open_, share=False) == (
         f"The gap is most likely caused by {EFFECT} (probability 56 %), if not by sensor_offset (34 %)."
     )
+    advised = replace(open_, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.62), closure=replace(answer.closure, held_out=()))
+    said = headline(advised, comparison).next
+    assert said.endswith(f" rms: with a probability of 62 % that tells {EFFECT} from sensor_offset.")
     # Where the effect acts in all that is likely, it is named.
     beside = replace(answer, judgement=replace(judged, likely=(on, both)))
     assert headline(beside, comparison).status == "cause named"

@@ -8,7 +8,7 @@ from typing import Literal
 
 from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
-from evat.gap.report.words import number, percent, rivals_of, sentence, typed
+from evat.gap.report.words import number, percent, rivals_of, sentence, sure, typed
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.credibility import shifted
 from evat.gap.verdict.judgement import fitted
@@ -122,7 +122,7 @@ def _experiment(answer: Diagnosis, comparison: Comparison) -> str:
         for name, x in answer.advice.values.items()
     )
     one, other = (str(on) for on in answer.advice.separates)
-    return f"measure at {at}: it tells {one} from {other}."
+    return f"measure at {at}: with a probability of {sure(answer.advice.probability)} that tells {one} from {other}."
 
 
 def _place(answer: Diagnosis, comparison: Comparison) -> str:

@@ -40,9 +40,9 @@ def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({
     else:
         names = " and ".join(f"{name} ({what})" if what else name for name, what in zip(each, known, strict=True))
     probabilities = answer.judgement.probabilities
-    others = " or ".join(f"{on} ({_sure(probabilities[on])})" for on in rivals_of(answer))
+    others = " or ".join(f"{on} ({sure(probabilities[on])})" for on in rivals_of(answer))
     how, most, unless = (
-        _sure(probabilities[answer.judgement.chosen]),
+        sure(probabilities[answer.judgement.chosen]),
         "most likely " if others else "",
         f", if not by {others}" if others else "",
     )
@@ -79,7 +79,7 @@ def _of_one_family(answer: Diagnosis, likely: Sequence[Hypothesis]) -> str:
     for family, probability in answer.families.items():
         if all(len(on) == 1 and set(on) <= set(answer.members.get(family, ())) for on in likely):
             which = " or ".join(on.names[0] for on in likely)
-            how = _sure(probability)
+            how = sure(probability)
             return f"The gap is caused by an effect of the family {family} (probability {how}): {which}, which the data cannot tell apart."
     return ""
 
@@ -95,7 +95,8 @@ def _ambiguous(likely: Sequence[Hypothesis]) -> str:
     return f"The gap is caused by {' and '.join(common)}, and {also} by one of these, which the data cannot tell apart: {sets}."
 
 
-def _sure(probability: float) -> str:
+def sure(probability: float) -> str:
+    """A probability as a person reads it."""
     return "above 99 %" if probability > 0.99 else f"{100 * probability:.0f} %"
 
 
