@@ -47,6 +47,7 @@ def check(
     Example: evat experiment check tests/copper
     """
     from evat.experiment.read import scan_experiment
+    from evat.experiment.skips import skipped
     from evat.inference.checks import check_gap
     from evat.models.contact import ContactModel
     from evat.plots.experiment_page import channels_of, conditions_of, means_of, trials_of
@@ -85,9 +86,9 @@ def check(
     out.print(_nominal(document))
     recorded = {name for name, signal in document.signals.items() if signal.role == "input"}
     stated = {name for trial in document.trials for name in trial.values} | set(() if means is None else means.values)
-    doubts = unread_inputs(ContactModel(), document.nominal.values, recorded, stated)
-    for unread in doubts:
-        err.print(marked("warning:", "bold yellow", unread))
+    doubts = [*unread_inputs(ContactModel(), document.nominal.values, recorded, stated), *skipped(scan)]
+    for doubt in doubts:
+        err.print(marked("warning:", "bold yellow", doubt), soft_wrap=True)
     out.print(f"data {scan.data_hash}", highlight=False, soft_wrap=True)
     if to is not None:
         out.print(f"wrote {write_page(scan, to, doubts)}", soft_wrap=True)
