@@ -19,6 +19,7 @@ from evat.gap.advise import Advice
 from evat.gap.answer import Diagnosis
 from evat.gap.report import OutputError, corrected, explain, fmu_run, output, sentence, write_diagnosis
 from evat.gap.report.summary import headline
+from evat.gap.report.words import percent
 from evat.gap.search.compare import Comparison
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.noise.estimate import estimate_noise
@@ -393,6 +394,9 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
         f"The gap is most likely caused by {EFFECT} (probability 56 %), if not by sensor_offset (34 %)."
     )
     advised = replace(open_, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.62), closure=replace(answer.closure, held_out=()))
+    share = headline(advised, comparison).share_of
+    left = percent(answer.judgement.features.left[on])
+    assert share.endswith(f"none can be held out of the fits. Of these, which it was fitted to, it leaves {left} of the structural gap")
     said = headline(advised, comparison).next
     assert said.endswith(f" rms: with a probability of 62 % that tells {EFFECT} from sensor_offset.")
     # Where the effect acts in all that is likely, it is named.

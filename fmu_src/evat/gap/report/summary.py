@@ -75,7 +75,15 @@ def _share(answer: Diagnosis) -> tuple[str, str]:
     else:
         return "", ""
     if not held:
-        return "No share", f"can be given: with fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
+        why = f"with fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
+        chosen = answer.judgement.chosen
+        if not chosen:
+            return "No share", f"can be given: {why}"
+        left = answer.judgement.features.left[chosen]
+        return (
+            "No share",
+            f"can be given for other conditions: {why}. Of these, which it was fitted to, it leaves {percent(left)} of the structural gap",
+        )
     if not math.isfinite(value):
         return "No share", f"can be given: on {conditions} there is no gap above the noise"
     return f"{percent(value)}", f"{what}, on {conditions} (90 % interval {percent(low)} to {percent(high)})"
