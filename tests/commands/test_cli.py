@@ -119,7 +119,7 @@ def test_a_diagnosis_loads_only_what_it_uses(tmp_path: Path) -> None:
     rooms = {name.split(".")[1] for name in loaded if name.startswith("evat.")}
     assert not rooms & {"fmu", "guide", "identification", "paper_conditions", "processes", "signature", "studies", "systems"}
     assert {name for name in loaded if name.startswith("evat.commands.")} == {
-        "evat.commands.diagnose", "evat.commands.main", "evat.commands.shared", "evat.commands.statuses",
+        "evat.commands.diagnose", "evat.commands.main", "evat.commands.shared", "evat.commands.statuses", "evat.commands.tables",
     }  # fmt: skip
 
 
