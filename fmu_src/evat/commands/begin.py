@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from evat.commands.shared import Json, Values, print_json, typed_values
-from evat.commands.tables import Table
+from evat.commands.tables import WholeTable
 from evat.console import err, marked, out
 from evat.files.writing import OutputError, usable
 from evat.model import EvatError, ParameterError
@@ -195,9 +195,11 @@ def _document(begun: Begun, written: Path, look: Sequence[str]) -> dict[str, Any
     }
 
 
-def _table(begun: Begun) -> Table:
+def _table(begun: Begun) -> WholeTable:
     count = len(begun.recorded.files)
-    table = Table("variable", "column", "unit", "what it goes by", title=f"{count} file{'s' if count > 1 else ''}", title_justify="left")
+    table = WholeTable(
+        "variable", "column", "unit", "what it goes by", title=f"{count} file{'s' if count > 1 else ''}", title_justify="left"
+    )
     for signal in begun.signals:
         more = [f"{key} {signal.table[key]}" for key in ("from", "sign", "radius", "scale") if key in signal.table]
         table.add_row(signal.name, str(signal.table["column"]), ", ".join([str(signal.table["unit"]), *more]), signal.why or "you said so")

@@ -13,7 +13,7 @@ from evat import parameter_sets
 from evat.commands.begin import check_page, init, write_page
 from evat.commands.recovery import recovery
 from evat.commands.shared import Json, SpeedUnit, Values, print_json, share_done, typed_values
-from evat.commands.tables import Table
+from evat.commands.tables import WholeTable
 from evat.console import err, marked, out
 from evat.model import ParameterError
 from evat.motions import KINDS
@@ -72,7 +72,7 @@ def check(
     tables = [trials_of(scan), dataclasses.replace(channels_of(scan), title="")] if scan.trials else []
     for each in (*tables, means_of(scan)):
         if each is not None:
-            table = Table(title=each.title or None, title_justify="left")
+            table = WholeTable(title=each.title or None, title_justify="left")
             for place, head in enumerate(each.heads):  # what tells rows apart is read in one line, as far as that goes
                 table.add_column(head, no_wrap=not place and max(len(row[0]) for row in each.rows) <= LONGEST_NAME)
             for row in each.rows:
@@ -251,7 +251,7 @@ def advise(
     from evat.studies.recording import recordings
 
     believed = {} if parameters is None else dict(parameter_sets.load(parameters, speed_unit=speed_unit).values)
-    table = Table("motion", "conditions", "each at least", "sampled at", "repeats", title="What to record", title_justify="left")
+    table = WholeTable("motion", "conditions", "each at least", "sampled at", "repeats", title="What to record", title_justify="left")
     advised = recordings({**believed, **typed_values(value)})
     if as_json:
         print_json([dataclasses.asdict(each) for each in advised])

@@ -7,7 +7,7 @@ from typing import Any
 import rich.table
 
 
-class Table(rich.table.Table):
+class WholeTable(rich.table.Table):
     """A table of rich whose texts are never cut."""
 
     def add_column(self, *head: Any, overflow: Any = "fold", **named: Any) -> None:
