@@ -45,8 +45,8 @@ RUNS_OFF = """[...document.body.querySelectorAll('*')].filter(e => {
     if (['auto', 'scroll', 'hidden', 'clip'].includes(getComputedStyle(a).overflowX)) return false;
   return true;
 }).map(e => e.tagName + '.' + (e.getAttribute('class') || '') + ' ' + (e.textContent || '').trim().slice(0, 40))"""
-# Tables of which a part is seen only when they are moved to and fro, unless a head of theirs spans columns.
-CUT_TABLES = """[...document.querySelectorAll('table')].filter(e => e.scrollWidth > e.clientWidth + 1 && !e.querySelector('[colspan]'))
+# Tables and pictures of which a part is seen only when they are moved to and fro.
+CUT = """[...document.querySelectorAll('table, figure')].filter(e => e.scrollWidth > e.clientWidth + 1)
   .map(e => e.textContent.trim().slice(0, 40))"""
 SMALLEST = 0.55  # of its own size: letters of 9 pt are then 5 pt high, which a phone still shows
 SHRUNK = "[...document.images].map(e => e.getBoundingClientRect().width / e.naturalWidth).filter(share => share > 0)"
@@ -161,7 +161,7 @@ def check_layout(page: Path, plots: int = 0) -> None:
             assert browser.ask("innerWidth") == browser.ask("document.documentElement.scrollWidth") == width, where
             assert browser.ask(RUNS_OFF) == [], where
             if width < 600:
-                assert browser.ask(CUT_TABLES) == [], where
+                assert browser.ask(CUT) == [], where
                 assert min(browser.ask(SHRUNK), default=1) > SMALLEST, f"{where}: a picture is too small to be read"
             if not paper:
                 assert browser.ask("document.querySelectorAll('.js-plotly-plot .main-svg .xtitle').length") >= plots, where

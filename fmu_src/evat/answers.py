@@ -43,7 +43,7 @@ def diagnose(experiment: Asked, model: Model | None = None, *, version: str = ""
     Returns
     -------
     Diagnosis
-        `verdict` is no_gap, mistuned, effect, effects, ambiguous, unknown or cannot_tell; `effects` are those named, with their probability
+        `verdict` is no_gap, mistuned, effect, ambiguous, unknown or cannot_tell; `effects` are those named, with their probability
         and parameters; `json()` is all of it.
 
     Raises

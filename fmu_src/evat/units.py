@@ -121,6 +121,8 @@ def to_si(value: str | float, unit: str, *, name: str) -> float:
     if told is None:
         raise ParameterError(f"{typed}: this is no number with a unit; {example}.")
     number, stated = told
+    if re.match(r",\d", stated):
+        raise ParameterError(f"{typed}: a decimal comma; write the number with a point. {example[:1].upper()}{example[1:]}.")
     try:
         source, target = base_unit(stated or unit), base_unit(unit)
     except ParameterError as error:

@@ -218,6 +218,33 @@ def test_encodings_are_told_by_the_lines_that_tell() -> None:
     assert russian.encode("cp1251").decode(encoding_of(russian.encode("cp1251") + digits, "a")) == russian
 
 
+@pytest.mark.parametrize(
+    ("encoding", "headers"),
+    [
+        ("cp1252", "Temps (s);Système;Effort à vérifier (N)"),
+        ("cp1252", "Tempo [s];Velocità [mm/s];Forza [N]"),
+        ("cp1252", "Tempo;Posição;Força de fricção"),
+        ("cp1252", "Tid;Kraft på verktøy"),
+        ("cp1252", "Größe;Kräfte in m³/µm;Zählung °C"),
+        ("cp1250", "Čas;Rychlost;Třecí síla"),
+        ("cp1250", "Czas;Prędkość;Siła tarcia"),
+        ("cp1250", "Siła"),
+        ("cp1250", "Idő;Súrlódási erő"),
+        ("cp932", "時間;速度;摩擦力;変位"),
+    ],
+)
+def test_an_encoding_is_told_by_the_letters_of_a_language(encoding: str, headers: str) -> None:
+    """French, Italian, Portuguese and Norwegian were read as cp1250 (Systčme), Polish as Chinese."""
+    told = encoding_of(headers.encode(encoding) + b"\r\n0,5;1\r\n", "a")
+    assert headers.encode(encoding).decode(told) == headers
+
+
+def test_an_empty_file_is_left_aside_as_that(tmp_path: Path) -> None:
+    table(tmp_path / "a.csv", "t [s],v [m/s],F [N]", [TIMES, SPEED, FORCE])
+    (tmp_path / "b.csv").write_bytes(b"")
+    assert understood(tmp_path).recorded.aside == ("b.csv: the file is empty.",)
+
+
 def test_what_runs_against_the_motion_is_turned(tmp_path: Path) -> None:
     table(tmp_path / "a.csv", "t [s],v [m/s],F [N]", [TIMES, SPEED, -FORCE])
     begun = understood(tmp_path)

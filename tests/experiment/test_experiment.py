@@ -795,5 +795,19 @@ def test_what_was_typed_in_mm_s_is_shown_in_mm_s(tmp_path: Path) -> None:
     as_it_is, typed = kernel.variable("slip_velocity"), as_typed(kernel.variable("slip_velocity"), experiment.signals)
     assert in_display_unit(typed, np.array([0.003])) == (pytest.approx([3.0]), "slip velocity [mm/s]")
     assert in_display_unit("slip_velocity", np.array([0.003]))[1] == "slip velocity [m/min]"
-    turned = dataclasses.replace(experiment.signals["slip_velocity"], sign=-1)
-    assert as_typed(as_it_is, {"slip_velocity": turned}) is as_it_is
+    own = experiment.signals["slip_velocity"]
+    turned, scaled = dataclasses.replace(own, sign=-1), dataclasses.replace(own, scale=2.0)
+    moved, angle = (dataclasses.replace(own, unit=unit, of="position", radius=radius) for unit, radius in (("um", None), ("deg", 0.02)))
+    for signal, unit in ((turned, "mm/s"), (scaled, "m/min"), (moved, "um/s"), (angle, "mm/s")):
+        for name in ("slip_velocity", "v_s"):  # what is recorded, and what is of its kind
+            assert as_typed(kernel.variable(name), {"slip_velocity": signal}).display_unit == unit
+    assert as_typed(as_it_is, {"slip_velocity": scaled}) is as_it_is
+
+
+def test_check_prints_names_whole_in_80_columns(tmp_path: Path) -> None:
+    """Four files were `trace_00…`."""
+    rig = folder(tmp_path / "rig")
+    shown = CliRunner().invoke(app, ["experiment", "check", str(rig)], env={"COLUMNS": "80"}).output
+    assert "…" not in shown
+    assert all(f"│ {name} │" in " ".join(shown.split()) for name in ("trials/c1_a.csv", "trials/c2_a.csv"))
+    assert max(map(len, shown.splitlines()[:-1])) <= 80

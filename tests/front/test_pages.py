@@ -15,6 +15,7 @@ from evat.commands.main import app
 from evat.experiment.read import scan_experiment
 from evat.files.writing import put
 from evat.fmu.documentation import beside, contact, partner
+from evat.native import kernel
 from evat.plots.experiment_page import pages_on, reports_beside
 from lxml import html
 from typer.testing import CliRunner
@@ -57,6 +58,20 @@ def test_a_cell_knows_its_head(documentation: dict[str, dict[str, bytes]]) -> No
     assert (part["unit"].text_content(), part["min"].text_content()) == ("J/K", "1e-06")
     empty = {head for head, cell in rows["stored_heat"].items() if "none" in cell.get("class", "")}
     assert empty == {"start", "min", "max"}
+
+
+def test_the_documentation_of_a_slim_fmu_tells_of_nothing_that_it_lacks(documentation: dict[str, dict[str, bytes]]) -> None:
+    """A guideway was drawn as a chip on a tool, moved along an ellipse, and had the thermal sets of the paper."""
+    facts = fmu.fmu_facts_of("evat_guideway")
+    shown = tuple(variable for variable in kernel.variables() if variable.name in facts.shown)
+    pages = contact.documentation_files(facts, shown), documentation["evat_contact"]
+    guideway, whole = (html.fromstring(page["documentation/index.html"]) for page in pages)
+    for words in ("Cutting forces", "Path and engagement", "ellipse", "One thin shear plane", "al-7075-t6"):
+        assert words in whole.text_content()
+        assert words not in guideway.text_content()
+    assert "The motion comes in as slip_velocity" in " ".join(guideway.text_content().split())
+    assert "lugre-1995" in guideway.text_content()
+    assert (len(whole.findall(".//figure")), len(guideway.findall(".//figure"))) == (1, 0)
 
 
 def test_the_documentation_of_an_fmu_lies_beside_what_it_gave(fmi3_fmu: Path, tmp_path: Path) -> None:

@@ -15,8 +15,11 @@ from evat import parameter_sets
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Means
 from evat.experiment.write import write_experiment
+from evat.gap.advise import Advice
 from evat.gap.answer import Diagnosis
 from evat.gap.report import OutputError, corrected, explain, fmu_run, output, sentence, write_diagnosis
+from evat.gap.report.summary import headline
+from evat.gap.report.words import percent
 from evat.gap.search.compare import Comparison
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.noise.estimate import estimate_noise
@@ -376,6 +379,29 @@ def test_each_verdict_is_a_sentence(outcome: tuple[Diagnosis, Comparison]) -> No
     assert said_more.endswith(": run_out; edge_force.")
     nothing = replace(answer.closure, share=-0.2)
     assert "closes nothing" in sentence(replace(answer, closure=nothing))
+
+
+def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: tuple[Diagnosis, Comparison]) -> None:
+    """It was called the named cause, in green, above the words that the data cannot tell it from another."""
+    answer, comparison = outcome
+    assert headline(answer, comparison).status == "cause named"
+    on, other, both = Hypothesis((EFFECT,)), Hypothesis(("sensor_offset",)), Hypothesis((EFFECT, "run_out"))
+    judged = replace(answer.judgement, probabilities={on: 0.56, other: 0.34, both: 0.09}, likely=(on, other))
+    open_ = replace(answer, judgement=judged)
+    said = headline(open_, comparison)
+    assert (said.status, said.tone) == ("likely cause", "note")
+    assert sentence(open_, share=False) == (
+        f"The gap is most likely caused by {EFFECT} (probability 56 %), if not by sensor_offset (34 %)."
+    )
+    advised = replace(open_, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.62), closure=replace(answer.closure, held_out=()))
+    share = headline(advised, comparison).share_of
+    left = percent(answer.judgement.features.left[on])
+    assert share.endswith(f"none can be held out of the fits. Of these, which it was fitted to, it leaves {left} of the structural gap")
+    said = headline(advised, comparison).next
+    assert said.endswith(f" rms: with a probability of 62 % that tells {EFFECT} from sensor_offset.")
+    # Where the effect acts in all that is likely, it is named.
+    beside = replace(answer, judgement=replace(judged, likely=(on, both)))
+    assert headline(beside, comparison).status == "cause named"
 
 
 def test_the_command(outcome: tuple[Diagnosis, Comparison], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

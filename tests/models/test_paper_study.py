@@ -177,7 +177,8 @@ def test_the_main_job_shows_the_study_s_means_through_the_fmu(cases: list[main_j
 
 @pytest.mark.slow
 def test_its_page_fits_screen_phone_and_paper(cases: list[main_job.MainJobCase], fmi3_fmu: Path, tmp_path: Path) -> None:
-    check_layout(main_job_report.write_report(cases, [], (), inference().family, inference().speed_unit, tmp_path, fmi3_fmu))
+    figures = main_job.plot_cases(cases, tmp_path)
+    check_layout(main_job_report.write_report(cases, figures, (), inference().family, inference().speed_unit, tmp_path, fmi3_fmu))
 
 
 @pytest.mark.slow

@@ -46,6 +46,7 @@ def test_what_is_typed_is_what_is_meant(text: str | float, unit: str, number: fl
     [
         ("30 N", "m/s", "v = '30 N': N does not measure what m/s measures; .*v = 30 m/min"),
         ("60 rpm", "Hz", "rpm does not measure what Hz measures; .*20 kHz"),  # 60 rpm is 6.28 rad/s, not 6.28 Hz
+        ("0,1 s", "s", "v = '0,1 s': a decimal comma; write the number with a point. Write for example .*50 us"),
         ("3 rad", "1", "rad does not measure what no unit measures"),
         ("5 dB", "1", "not linear"),
         ("5 furlongs per fortnight!", "m/s", "no such unit"),

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.table import Table
 
 from evat.commands.shared import Json, Values, print_json, typed_values
+from evat.commands.tables import WholeTable
 from evat.console import err, marked, out
 from evat.files.writing import OutputError, usable
 from evat.model import EvatError, ParameterError
@@ -195,8 +195,11 @@ def _document(begun: Begun, written: Path, look: Sequence[str]) -> dict[str, Any
     }
 
 
-def _table(begun: Begun) -> Table:
-    table = Table("variable", "column", "unit", "what it goes by", title=f"{len(begun.recorded.files)} files", title_justify="left")
+def _table(begun: Begun) -> WholeTable:
+    count = len(begun.recorded.files)
+    table = WholeTable(
+        "variable", "column", "unit", "what it goes by", title=f"{count} file{'s' if count > 1 else ''}", title_justify="left"
+    )
     for signal in begun.signals:
         more = [f"{key} {signal.table[key]}" for key in ("from", "sign", "radius", "scale") if key in signal.table]
         table.add_row(signal.name, str(signal.table["column"]), ", ".join([str(signal.table["unit"]), *more]), signal.why or "you said so")
@@ -212,6 +215,7 @@ def _understood(folder: Path, look: Sequence[str]) -> None:
     """As a picture and a page, read back as every other command will read it; or what is wrong with it."""
     from evat.experiment import ExperimentError
     from evat.experiment.read import read_experiment, scan_experiment
+    from evat.experiment.skips import skipped
     from evat.models.contact import ContactModel
     from evat.plots.experiment import plot_experiment
     from evat.plots.experiment_page import PAGE
@@ -221,7 +225,10 @@ def _understood(folder: Path, look: Sequence[str]) -> None:
         if experiment.trials:
             out.print(f"wrote {plot_experiment(experiment, folder / PICTURE)}")
         scan = scan_experiment(folder, ContactModel())
-        out.print(f"wrote {write_page(scan, folder / PAGE, look, experiment)}")
+        lost = skipped(scan)
+        out.print(f"wrote {write_page(scan, folder / PAGE, (*look, *lost), experiment)}")
+        for doubt in lost:
+            err.print(marked("warning:", "bold yellow", doubt), soft_wrap=True)
     except ExperimentError as error:
         err.print(marked("not yet fit:", "bold red", str(error)), soft_wrap=True)
 

@@ -13,9 +13,9 @@ from typing import Annotated
 
 import typer
 from rich.progress import track
-from rich.table import Table
 
 from evat.commands.shared import Json, print_json
+from evat.commands.tables import WholeTable
 from evat.console import err, out
 from evat.files.writing import put, usable
 from evat.model import EvatError, ParameterError
@@ -81,7 +81,7 @@ def calibrate(
     if not done or (store and len(done) < FEWEST):
         raise ParameterError(f"{state}: {len(done)} usable cases; at least {FEWEST if store else 1} are needed, ask for more with --cases.")
     fitted, loss = fit_constants(with_unknown(done))
-    table = Table("constant", "value")
+    table = WholeTable("constant", "value")
     for name, value in vars(fitted).items():
         table.add_row(name, f"{value:.4g}")
     if as_json:
@@ -102,7 +102,7 @@ def _sensitivity(state: Path, patterns: list[str] | None, count: int | None, sto
 
     names, cases = study.named(patterns or ["*"]), study.CASES[:count]
     held = study.campaign(state, names, workers, cases, tell=lambda done: err.print(f"{done} of {len(cases)} cases", highlight=False))
-    table = Table("constant", "value", "half", "twice")
+    table = WholeTable("constant", "value", "half", "twice")
     rows = study.column(held, names, cases)
     if as_json:
         print_json(rows)

@@ -8,11 +8,12 @@ from typing import Annotated
 import typer
 from rich.console import Group
 from rich.padding import Padding
-from rich.table import Column, Table
+from rich.table import Column
 from rich.text import Text
 
 from evat import parameter_sets
 from evat.commands.shared import Json, SpeedUnit, Values, one_of, picture_beside, print_json, typed_values
+from evat.commands.tables import WholeTable
 from evat.console import err, out, printable
 from evat.model import Effect, Law, ParameterError, Variable, nearest
 from evat.native import kernel
@@ -113,7 +114,7 @@ def sets(
         titles = {each: parameter_sets.load(each, speed_unit=speed_unit).title for each in parameter_sets.names()}
         if as_json:
             print_json(titles)
-        table = Table(Column("set", no_wrap=True), "what it is")
+        table = WholeTable(Column("set", no_wrap=True), "what it is")
         for each, title in titles.items():
             table.add_row(each, title)
         out.print(table)
@@ -130,7 +131,7 @@ def sets(
                 "notes": parameter_set.notes,
             }
         )
-    table = Table(
+    table = WholeTable(
         Column("variable", no_wrap=True),
         "value",
         "SI",
@@ -216,7 +217,7 @@ def simulate(
     picture = plot_trace(trace, beside, ("principal_force", "feed_force", "friction_force", "slip_velocity_used"), to.stem)
     out.print(f"wrote {picture}")
     means = {name: float(trace[name][-1]) for name in SHOWN if name.startswith("mean_")}
-    summary = Table("mean over the last window", "value")
+    summary = WholeTable("mean over the last window", "value")
     for name, mean in means.items():
         summary.add_row(name, display(mean, kernel.variable(name)))
     out.print(summary)

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.table import Table
 
 from evat.commands.shared import Json, Whole, print_json
+from evat.commands.tables import WholeTable
 from evat.console import err, headline, marked, note, out, shows_bars
 
 if TYPE_CHECKING:
@@ -164,10 +164,10 @@ def _told() -> Iterator[Callable[[str, float], None]]:
         yield tell
 
 
-def _table(answer: Diagnosis) -> Table:
+def _table(answer: Diagnosis) -> WholeTable:
     from evat.gap.report.words import percent
 
-    table = Table("effects", "probability")
+    table = WholeTable("effects", "probability")
     for on, probability in sorted(answer.judgement.probabilities.items(), key=lambda item: (-item[1], item[0]))[:6]:
         if probability > SHOWN:
             table.add_row(str(on), percent(probability))

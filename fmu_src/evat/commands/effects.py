@@ -13,11 +13,11 @@ from typing import Annotated, Any
 import typer
 from rich.console import Group
 from rich.padding import Padding
-from rich.table import Table
 from rich.text import Text
 
 from evat import parameter_sets
 from evat.commands.shared import SpeedUnit, Values, typed_values
+from evat.commands.tables import WholeTable
 from evat.console import err, out
 from evat.files.json_values import json_value
 from evat.model import Effect, Variable
@@ -69,8 +69,8 @@ def _plot(name: str, to: Path, parameters: str | None, value: list[str] | None, 
     out.print(f"wrote {plot_signature(result, to)}")
 
 
-def _grid(rows: Iterable[tuple[str, ...]], headers: tuple[str, ...] = ()) -> Table:
-    table = Table(*headers, box=None, show_header=bool(headers), header_style="dim", pad_edge=False, padding=(0, 2, 0, 0))
+def _grid(rows: Iterable[tuple[str, ...]], headers: tuple[str, ...] = ()) -> WholeTable:
+    table = WholeTable(*headers, box=None, show_header=bool(headers), header_style="dim", pad_edge=False, padding=(0, 2, 0, 0))
     for row in rows:
         table.add_row(*row)
     return table

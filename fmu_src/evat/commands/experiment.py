@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.table import Table
 
 from evat import parameter_sets
 from evat.commands.begin import check_page, init, write_page
 from evat.commands.recovery import recovery
 from evat.commands.shared import Json, SpeedUnit, Values, print_json, share_done, typed_values
+from evat.commands.tables import WholeTable
 from evat.console import err, marked, out
 from evat.model import ParameterError
 from evat.motions import KINDS
@@ -32,6 +32,7 @@ experiment = typer.Typer(
 )
 experiment.command()(init)
 experiment.command()(recovery)
+LONGEST_NAME = 24  # characters of a line that the name of a file may take from what stands beside it
 Folder = Annotated[Path, typer.Argument(help="A folder with an experiment.toml, or such a file.")]
 
 
@@ -46,6 +47,7 @@ def check(
     Example: evat experiment check tests/copper
     """
     from evat.experiment.read import scan_experiment
+    from evat.experiment.skips import skipped
     from evat.inference.checks import check_gap
     from evat.models.contact import ContactModel
     from evat.plots.experiment_page import channels_of, conditions_of, means_of, trials_of
@@ -70,7 +72,9 @@ def check(
     tables = [trials_of(scan), dataclasses.replace(channels_of(scan), title="")] if scan.trials else []
     for each in (*tables, means_of(scan)):
         if each is not None:
-            table = Table(*each.heads, title=each.title or None, title_justify="left")
+            table = WholeTable(title=each.title or None, title_justify="left")
+            for place, head in enumerate(each.heads):  # what tells rows apart is read in one line, as far as that goes
+                table.add_column(head, no_wrap=not place and max(len(row[0]) for row in each.rows) <= LONGEST_NAME)
             for row in each.rows:
                 table.add_row(*row)
             out.print(table)
@@ -82,9 +86,9 @@ def check(
     out.print(_nominal(document))
     recorded = {name for name, signal in document.signals.items() if signal.role == "input"}
     stated = {name for trial in document.trials for name in trial.values} | set(() if means is None else means.values)
-    doubts = unread_inputs(ContactModel(), document.nominal.values, recorded, stated)
-    for unread in doubts:
-        err.print(marked("warning:", "bold yellow", unread))
+    doubts = [*unread_inputs(ContactModel(), document.nominal.values, recorded, stated), *skipped(scan)]
+    for doubt in doubts:
+        err.print(marked("warning:", "bold yellow", doubt), soft_wrap=True)
     out.print(f"data {scan.data_hash}", highlight=False, soft_wrap=True)
     if to is not None:
         out.print(f"wrote {write_page(scan, to, doubts)}", soft_wrap=True)
@@ -247,7 +251,7 @@ def advise(
     from evat.studies.recording import recordings
 
     believed = {} if parameters is None else dict(parameter_sets.load(parameters, speed_unit=speed_unit).values)
-    table = Table("motion", "conditions", "each at least", "sampled at", "repeats", title="What to record", title_justify="left")
+    table = WholeTable("motion", "conditions", "each at least", "sampled at", "repeats", title="What to record", title_justify="left")
     advised = recordings({**believed, **typed_values(value)})
     if as_json:
         print_json([dataclasses.asdict(each) for each in advised])

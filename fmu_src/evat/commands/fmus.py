@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
-from rich.table import Table
 
 from evat import parameter_sets
 from evat.commands.shared import Json, SpeedUnit, Values, lines_done, print_json, share_done, typed_seconds, typed_values
+from evat.commands.tables import WholeTable
 from evat.console import out
 from evat.files.writing import usable
 from evat.native import kernel
@@ -131,7 +131,9 @@ def _run_materials(family: str, speed_unit: str, to: Path, as_json: bool) -> Non
         (main_job.GUESSED, "the component's starts, not those of the paper's tests"),
         (main_job.INFERRED, "from the measured means themselves (evat study paper), not known"),
     ):
-        table = Table("material", "force", "measured (paper)", *(model.title for model in main_job.MODELS.values()), title_justify="left")
+        table = WholeTable(
+            "material", "force", "measured (paper)", *(model.title for model in main_job.MODELS.values()), title_justify="left"
+        )
         for line in main_job_report.means_table(cases, conditions):
             table.add_row(*line)
         table.title = f"{conditions} conditions: {what}; cycle means [N], maximum shear stress / minimum energy"

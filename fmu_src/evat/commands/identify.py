@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Annotated, get_args
 
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.table import Table
 from rich.text import Text
 
 from evat.commands.shared import Json, Values, Whole, one_of, print_json, share_done, stoppable, typed_values
 from evat.commands.statuses import STOPPED
+from evat.commands.tables import WholeTable
 from evat.console import err, headline, marked, note, out, shows_bars
 from evat.files.writing import usable_while
 from evat.model import Model, ParameterError, Variable
@@ -174,7 +174,7 @@ def _show(answer: Identification) -> None:
     from evat.identification.result import error_text
 
     headline(summary.headline(answer))
-    table = Table(
+    table = WholeTable(
         "parameter", "estimate", "standard error", "90 % interval", "verdict", title=answer.experiment.title, title_justify="left"
     )
     for estimate in answer.estimates:

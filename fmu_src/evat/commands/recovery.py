@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
-from rich.table import Table
 from rich.text import Text
 
 from evat import parameter_sets
 from evat.commands.shared import Json, SpeedUnit, lines_done, print_json
+from evat.commands.tables import WholeTable
 from evat.console import out
 from evat.files.writing import usable
 from evat.model import FloatArray, ParameterError
@@ -100,7 +100,7 @@ def _show(forecast: Recovery) -> None:
     from evat.studies.recovery import TOGETHER, percent, word
 
     title = f"{forecast.name}: sd over the truth [%]"
-    table = Table("motion", *map(_short, forecast.truth), title=title, title_justify="left")
+    table = WholeTable("motion", *map(_short, forecast.truth), title=title, title_justify="left")
     for motion, row in zip((*forecast.motions, TOGETHER), forecast.sd, strict=True):
         table.add_row(motion, *(Text(percent(sd), COLOURS[word(sd)]) for sd in row))
     out.print(table)
@@ -112,11 +112,11 @@ def _show(forecast: Recovery) -> None:
     out.print()
 
 
-def _beside(forecast: Recovery, motion: str, fit: Identification) -> Table:
+def _beside(forecast: Recovery, motion: str, fit: Identification) -> WholeTable:
     from evat.studies.recovery import percent
 
     title = f"{forecast.name}, {motion}: identified; errors over the truth [%]"
-    table = Table("", "truth", "sd forecast", "estimate", "error", "90 % interval", "verdict", title=title, title_justify="left")
+    table = WholeTable("", "truth", "sd forecast", "estimate", "error", "90 % interval", "verdict", title=title, title_justify="left")
     for place, (name, truth) in enumerate(forecast.truth.items()):
         known, estimate = kernel.variable(name), fit[name]
         ends = (

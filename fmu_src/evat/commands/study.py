@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
-from rich.table import Table
 
 from evat import paper_tables
 from evat.commands.shared import Json, lines_done, print_json
+from evat.commands.tables import WholeTable
 from evat.console import out
 from evat.files.writing import usable
 from evat.native import kernel
@@ -61,13 +61,13 @@ def paper(
         out.print(f"wrote {path}")
 
 
-def _means(study: PaperStudy) -> Table:
+def _means(study: PaperStudy) -> WholeTable:
     from evat.studies.main_job import FORCES, MODELS
     from evat.studies.paper.means import Calculation, measured
     from evat.studies.paper.study import chosen
 
     title = f"cycle means [N], each law at its own best / under the inferred conditions; {chosen().principle.replace('_', ' ')}"
-    table = Table("material", "force", "measured", *(model.title for model in MODELS.values()), title=title, title_justify="left")
+    table = WholeTable("material", "force", "measured", *(model.title for model in MODELS.values()), title=title, title_justify="left")
     for row, material in enumerate(paper_tables.materials().values()):
         for column, force in enumerate(FORCES):
             ours = [
@@ -79,12 +79,12 @@ def _means(study: PaperStudy) -> Table:
     return table
 
 
-def _errors(study: PaperStudy) -> Table:
+def _errors(study: PaperStudy) -> WholeTable:
     from evat.studies.main_job import MODELS
     from evat.studies.paper.means import mean_error, measured
     from evat.units import SPEED_UNITS
 
-    table = Table("mean error [%]", *(model.title for model in MODELS.values()), "ranking kept in", title_justify="left")
+    table = WholeTable("mean error [%]", *(model.title for model in MODELS.values()), "ranking kept in", title_justify="left")
     table.add_row("the paper, as printed", *(f"{100 * paper_tables.mean_relative_error(model):.1f}" for model in MODELS), "")
     for what, forces in (("", study.inferred), ("; chip flow by the current shear angle", study.current_angle)):
         errors = (mean_error(forces[model] / measured() - 1) for model in MODELS)
@@ -97,9 +97,9 @@ def _errors(study: PaperStudy) -> Table:
     return table
 
 
-def _conditions(study: PaperStudy) -> Table:
+def _conditions(study: PaperStudy) -> WholeTable:
     title = "what the eight means determine: where the modified law does as well as the paper's calculation"
-    table = Table("condition", "bounds", "inferred", "interval", "verdict", title=title, title_justify="left")
+    table = WholeTable("condition", "bounds", "inferred", "interval", "verdict", title=title, title_justify="left")
     for one in study.profiles:
         known = kernel.variable(one.condition.variable)
         ends = [
@@ -115,11 +115,11 @@ def _conditions(study: PaperStudy) -> Table:
     return table
 
 
-def _predictions(study: PaperStudy) -> Table:
+def _predictions(study: PaperStudy) -> WholeTable:
     from evat.studies.main_job import MODELS
 
     title = "feed force [N] predicted from the other three materials: median, 5 to 95 % of the draws that meet these"
-    table = Table("left out", "measured", *(model.title for model in MODELS.values()), title=title, title_justify="left")
+    table = WholeTable("left out", "measured", *(model.title for model in MODELS.values()), title=title, title_justify="left")
     for material, name in paper_tables.materials().items():
         some = [one for one in study.left_out if one.material == material]
         texts = []

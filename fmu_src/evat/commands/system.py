@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
-from rich.table import Table
 
 from evat.commands.shared import Json, lines_done, picture_beside, print_json, seconds, share_done, typed_seconds
 from evat.commands.statuses import FAILED, STOPPED
+from evat.commands.tables import WholeTable
 from evat.console import err, marked, out
 from evat.files.writing import temporary
 
@@ -213,7 +213,7 @@ def sweep(
     if swept:
         out.print(f"wrote {plot_sweep(swept, picture)}")
     failed = [row for row in (*swept.rows, *swept.beside) if row.failure and row.failure != sweeping.NOT_RUN]
-    table = Table("run", "why it failed")
+    table = WholeTable("run", "why it failed")
     for row in failed:
         table.add_row(", ".join(each.texts[place] for each, place in zip(axes, row.place, strict=True)), row.failure)
     if failed:
@@ -277,7 +277,9 @@ def averaging(
         f"to {100 * cut.typical_error:.2g} % in half of the steps",
         soft_wrap=True,
     )
-    table = Table("output of the machine", "largest value", "largest difference", title="at the ends of the steps, 20 kHz of it and all")
+    table = WholeTable(
+        "output of the machine", "largest value", "largest difference", title="at the ends of the steps, 20 kHz of it and all"
+    )
     for name, (largest, apart) in comparison.machine().items():
         table.add_row(name, f"{largest:.3g}", f"{apart:.2g}")
     out.print(table)

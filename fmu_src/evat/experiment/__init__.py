@@ -56,15 +56,24 @@ class Signal:
         """Whether more than its unit is changed where it is read."""
         return self.sign != 1 or self.scale is not None or self.offset != 0 or bool(self.of) or self.radius is not None
 
+    @property
+    def shown_in(self) -> str:
+        """The unit in which its owner reads the variable: that of the file, or, of the derivative of a position, that length a second;
+        "" where a scale or a lever arm makes another quantity of the column."""
+        if self.of == "position":
+            return f"{self.unit}/s" if self.scale is None and self.radius is None else "mm/s"
+        return self.unit if self.scale is None and self.radius is None else ""
+
 
 def as_typed(variable: Variable, signals: Mapping[str, Signal]) -> Variable:
     """The variable to be shown in the unit of its owner's files, where they measure it, or something else that has a unit of its kind."""
     own = signals.get(variable.name)
+    unit = "" if own is None else own.shown_in
     if own is None and variable.unit not in ("", "1"):
         kind = base_unit(variable.unit).exponents
-        recorded = (each for each in signals.values() if each.role is not None and not each.converted)
-        own = next((each for each in recorded if base_unit(each.unit).exponents == kind), None)
-    return variable if own is None or own.converted else replace(variable, display_unit=own.unit)
+        recorded = (each.shown_in for each in signals.values() if each.role is not None)
+        unit = next((each for each in recorded if each and base_unit(each).exponents == kind), "")
+    return replace(variable, display_unit=unit) if unit else variable
 
 
 @dataclass(frozen=True, slots=True)

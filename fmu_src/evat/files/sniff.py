@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import codecs
 import csv
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,6 +25,15 @@ CLEARLY = 1.1
 MARKS = {codecs.BOM_UTF8: "utf-8", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 # What measuring programs write, the commonest first; a few letters in a line of headers leave the choice between all others open.
 ENCODINGS = ["cp1252", "latin_1", "cp1250", "cp1251", "cp932", "gb18030"]
+# The letters beyond ASCII of languages that share an encoding, a language a word: French, Italian, Spanish, Portuguese, German, Danish and
+# Norwegian, Swedish and Finnish; Polish, Czech and Slovak, Hungarian, Romanian, Croatian and Slovene. The õ of Portuguese is left out: it
+# would be the ő of Hungarian, where it is in the word for a force.
+LETTERS = {
+    "cp1252": "àâçèéêëîïôùûüÿœ àèéìíîòóùú áéíñóúü àáâãçéêíóôú äöüß åæøéòó åäöé",
+    "cp1250": "ąćęłńóśźż áäčďéěíĺľňóôŕřšťúůýž áéíóöőúüű âăîşţ čćđšž",
+}
+_SIGNS = "µºª"  # are letters to Unicode
+_WITHIN = re.compile(r"[¹²³£¥¿¼¾][^\W\d_]")  # no sign of these stands before a letter: it is one, in another encoding
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +77,8 @@ def sniff(path: Path, known: TextForm | None = None, stated: Sequence[str] = ())
         raise RecordError(
             f"{path.name}: no rows of numbers were seen in its first {len(lines)} lines, with tab, semicolon, comma, bar or blanks "
             "between the columns."
+            if size
+            else f"{path.name}: the file is empty."
         )
     _, delimiter, decimal, numeric = best
     form = TextForm(delimiter, decimal, encoding)
@@ -107,12 +119,25 @@ def encoding_of(head: bytes, name: str) -> str:
     except UnicodeDecodeError:
         # Only lines with such letters tell anything; the many digits beside them would hide them.
         telling = b"\n".join(line for line in head.splitlines() if not line.isascii())[:4096]
+        for western_or_eastern, languages in LETTERS.items():
+            if _of_one_language(telling, western_or_eastern, languages.split()):
+                return western_or_eastern
         likeliest = charset_normalizer.from_bytes(telling, cp_isolation=ENCODINGS, preemptive_behaviour=False).best()
         if likeliest is None:
             raise RecordError(f"{name}: its encoding cannot be told; give it as --encoding, such as cp1252, or save it as UTF-8.") from None
         # Where several read the same, the commonest is meant; bytes that one of them has not stand for no letter there.
         return "cp1252" if telling.decode("cp1252", "replace") == str(likeliest) else likeliest.encoding
     return "utf-8"
+
+
+def _of_one_language(text: bytes, encoding: str, languages: Sequence[str]) -> bool:
+    """Whether a text in that encoding has letters beyond ASCII, of one of the languages alone."""
+    try:
+        read = text.decode(encoding)
+    except UnicodeDecodeError:
+        return False
+    letters = {sign.lower() for sign in read if sign.isalpha() and not sign.isascii() and sign not in _SIGNS}
+    return bool(letters) and not _WITHIN.search(read) and any(letters <= set(language) for language in languages)
 
 
 def _cells(line: str, delimiter: str, width: int = 0) -> list[str]:

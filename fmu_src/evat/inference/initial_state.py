@@ -101,8 +101,9 @@ def beginnings(prediction: Prediction) -> tuple[str, ...]:
         return ()
     file = max(bent, key=lambda each: abs(bent[each]))
     others = f" and {len(bent) - 1} more" if len(bent) > 1 else ""
+    most, steady = 1e6 * bent[file], 1e6 * prediction.steady[file]  # um
     return (
-        f"{file}{others} began with bent bristles, up to {bent[file]:.3g} m of the {prediction.steady[file]:.3g} m of steady slip: "
+        f"{file}{others} began with bent bristles, up to {most:.3g} um of the {steady:.3g} um of steady slip: "
         "taken in as a nuisance of each trial",
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -26,6 +27,7 @@ __all__ = [
     "as_it_stands",
     "check_picture",
     "clock_unit",
+    "cycles",
     "in_display_unit",
     "inline",
     "label",
@@ -99,10 +101,15 @@ def plot_trace(trace: Trace, path: Path, names: Sequence[str], title: str = "") 
 
 def plot_cycles(panels: Mapping[str, Mapping[str, Trace]], force: str, path: Path, title: str) -> Path:
     """One vibration cycle of `force` for each panel: a line for each of its traces, dashed where the label names the second principle."""
-    columns = 2
-    rows = (len(panels) + 1) // columns
+    return save_figure(cycles(panels, force, title), path)
+
+
+def cycles(panels: Mapping[str, Mapping[str, Trace]], force: str, title: str, *, narrow: bool = False) -> Figure:
+    """The picture of `plot_cycles`; narrow, for a phone: its panels one below the other."""
+    columns = 1 if narrow else 2
+    rows = -(-len(panels) // columns)
     with mpl.rc_context(STYLE):
-        figure, axes = new_figure(rows, columns, (10, 3.2 * rows))
+        figure, axes = new_figure(rows, columns, (NARROW, 1.5 + 2.6 * rows) if narrow else (10, 3.2 * rows))
         for axis, (panel, traces) in zip(axes.ravel(), panels.items(), strict=False):
             for place, (line, trace) in enumerate(traces.items()):
                 values, name = in_display_unit(force, trace[force])
@@ -112,9 +119,9 @@ def plot_cycles(panels: Mapping[str, Mapping[str, Trace]], force: str, path: Pat
                 axis.set_xlabel(f"time in the vibration cycle [{unit}]")
                 axis.set_ylabel(name)
             axis.set_title(panel)
-        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-        figure.suptitle(title)
-        return save_figure(figure, path)
+        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=1 if narrow else 3)
+        figure.suptitle(textwrap.fill(title, 44) if narrow else title)
+        return figure
 
 
 def plot_record(times: FloatArray, velocity: FloatArray, measured: FloatArray, simulated: FloatArray, path: Path, title: str) -> Path:

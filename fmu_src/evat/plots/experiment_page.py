@@ -70,7 +70,7 @@ def trials_of(scan: Scan) -> PrintedTable:
             rate += f" (steps {trial.shortest:.3g} to {trial.longest:.3g} s)"
         facts = (trial.file, trial.condition, str(trial.rows), f"{trial.begin:g}, {trial.end:g}", rate)
         rows.append((*facts, *(_recorded(trial.rms[signal.name], signal, signals) for signal in recorded)))
-    heads = ("file", "condition", "rows", "from, to [s]", "rate [Hz]", *(f"rms {_label(signal)}" for signal in recorded))
+    heads = ("file", "condition", "rows", "from, to [s]", "rate [Hz]", *(f"rms {_label(signal).replace('_', ' ')}" for signal in recorded))
     return PrintedTable(scan.document.title, heads, tuple(rows))
 
 

@@ -10,13 +10,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from matplotlib.figure import Figure
+
 from evat import paper_tables, parameter_sets
 from evat.model import Run, Trace
 from evat.models.drive import drive
 from evat.models.simulate import vibration_clock
 from evat.native import kernel
 from evat.paper_conditions import inferred
-from evat.plots.cycles import plot_cycles
+from evat.plots.cycles import cycles, save_figure
 
 SAMPLES_PER_CYCLE = 400
 CYCLES = 6  # bristles are let go at separation, so the second cycle is periodic already; the rest shows that it is
@@ -92,8 +94,13 @@ def run_cases(fmu: Path, family: str, speed_unit: str, done: Callable[[int], Non
 
 def plot_cases(cases: list[MainJobCase], out: Path) -> list[Path]:
     """The paper's figures 3 and 4, for each material: principal and feed force over one vibration cycle; by conditions."""
+    return [save_figure(figure, out / f"{stem}.png") for stem, figure in drawn(cases).items()]
+
+
+def drawn(cases: list[MainJobCase], *, narrow: bool = False) -> dict[str, Figure]:
+    """The pictures of `plot_cases` by the stems of their files; narrow, for a phone: panels one below the other."""
     titles = paper_tables.materials()
-    written = []
+    figures = {}
     for conditions, ending in ((GUESSED, ""), (INFERRED, f"-{INFERRED}")):
         for number, force in zip((3, 4), FORCES, strict=True):
             panels: dict[str, dict[str, Trace]] = {}
@@ -105,5 +112,5 @@ def plot_cases(cases: list[MainJobCase], out: Path) -> list[Path]:
             title = (
                 f"{name} over one vibration cycle (compare the paper's figure {number}; conditions are {conditions}, the paper prints none)"
             )
-            written.append(plot_cycles(panels, force, out / f"figure-{number}-{force.replace('_', '-')}{ending}.png", title))
-    return written
+            figures[f"figure-{number}-{force.replace('_', '-')}{ending}"] = cycles(panels, force, title, narrow=narrow)
+    return figures

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,8 @@ from evat.fmu.documentation import beside
 from evat.html import render
 from evat.native import kernel
 from evat.paper_conditions import SHEAR_STRESS, conditions, inference, inferred
-from evat.studies.main_job import FORCES, GUESSED, INFERRED, MODELS, MainJobCase
+from evat.plots.cycles import inline
+from evat.studies.main_job import FORCES, GUESSED, INFERRED, MODELS, MainJobCase, drawn
 from evat.studies.paper.domain import DomainShares, condition_caveats
 
 REPORT = "report.html"
@@ -86,6 +86,7 @@ def write_report(
     for row in paper_tables.table_2():
         ours = {(case.conditions, case.model, case.principle): case.means[row.force] for case in cases if case.material == row.material}
         rows.append({"row": row, "ours": ours, "material": paper_tables.materials()[row.material]})
+    narrow = drawn(cases, narrow=True) if figures else {}
     text = render(
         "main_job.html.j2",
         rows=rows,
@@ -98,7 +99,7 @@ def write_report(
         error=lambda model, **part: 100 * paper_tables.mean_relative_error(model, **part),
         our_error=lambda conditions, model, principle: 100 * main_job_error(cases, conditions, model, principle),
         forces=FORCES,
-        figures=[(path.stem, base64.b64encode(path.read_bytes()).decode()) for path in figures],
+        figures=[(path.stem, inline(path.read_bytes()), inline(narrow[path.stem])) for path in figures],
         clamped=[case for case in cases if case.clamped_steps],
         contact_ratios=[(one, next(case for case in cases if case.conditions == one).cycle["mean_contact_ratio"][-1]) for one in BOTH],
         conditions=[(kernel.variable(one.variable), one) for one in conditions()],

@@ -28,6 +28,7 @@ from evat.experiment.compression.vibration import Demodulation, frequency, stead
 from evat.experiment.derived import derived_batches
 from evat.experiment.document import TRIGGER, Document, TrialEntry, read_document
 from evat.experiment.read import Progress, ShareDone, assembled, hash_of, read_entry, read_experiment
+from evat.experiment.skips import skips
 from evat.files.stream import rows_about
 from evat.files.text import RecordError
 from evat.model import FloatArray, Model
@@ -57,13 +58,15 @@ def read_or_compress(
     most: int | None = None,
     progress: Progress | None = None,
 ) -> tuple[Experiment, tuple[str, ...]]:
-    """An experiment to be simulated, and what was done with its long trials: those of more than LONG rows are compressed.
+    """An experiment to be simulated, and what is to be told of it: what was done with its long trials, those of more than LONG rows, which
+    are compressed; else what its clocks skip.
 
     samples : that are kept; see compress_experiment; whole : none is compressed; most : samples of a trial to keep where none is.
     """
     document = read_document(folder, model)
     if whole or not any(_rows_about(entry, document) > LONG for entry in document.trials):
-        return read_experiment(folder, model, progress=progress, most=most), ()
+        read = read_experiment(folder, model, progress=progress, most=most)
+        return read, skips(read)
     compressed = compress_experiment(folder, model, samples=samples, progress=progress)
     return compressed.experiment, tuple(map(str, compressed.told))
 

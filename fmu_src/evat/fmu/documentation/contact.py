@@ -124,6 +124,7 @@ def page(fmu_facts: FmuFacts, drawing: picture.Picture, variables: tuple[Variabl
         token=kernel.token(),
         diagram=inline(drawing.svg),
         v=lambda name: _link(name, shown),
+        has=lambda name: kernel.variable(name).name in shown,
         code=_code,
         laws=kernel.laws(),
         effects=[effect for effect in kernel.effects() if effect.name in shown],
@@ -132,7 +133,9 @@ def page(fmu_facts: FmuFacts, drawing: picture.Picture, variables: tuple[Variabl
         parameters=parameters,
         guesses=sum(variable.source.startswith("guess") for variable in parameters),
         indicator_count=len(shown & set(kernel.indicators())),
-        sets=[parameter_sets.load(name) for name in parameter_sets.names()],
+        sets=[
+            each for each in map(parameter_sets.load, parameter_sets.names()) if {*each.effects, *each.values} <= shown | {*fmu_facts.start}
+        ],
         groups=[(key, title, [v for v in variables if _group(v) == key and v.name not in owned]) for key, title in _TITLES.items()],
         own=own,
         neutral=_neutral,

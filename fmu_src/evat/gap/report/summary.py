@@ -8,7 +8,7 @@ from typing import Literal
 
 from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
-from evat.gap.report.words import number, percent, sentence, typed
+from evat.gap.report.words import number, percent, rivals_of, sentence, sure, typed
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.credibility import shifted
 from evat.gap.verdict.judgement import fitted
@@ -19,6 +19,7 @@ _LOOKS: Mapping[str, tuple[str, Literal["good", "note", "attention", "bad"]]] = 
     "no_gap": ("no gap", "good"),
     "mistuned": ("mis-tuned", "note"),
     "effect": ("cause named", "good"),
+    "likely": ("likely cause", "note"),  # an effect, beside another that would do
     "ambiguous": ("ambiguous", "attention"),
     "unknown": ("cause unknown", "attention"),
     "cannot_tell": ("cannot tell", "bad"),
@@ -27,7 +28,7 @@ _LOOKS: Mapping[str, tuple[str, Literal["good", "note", "attention", "bad"]]] = 
 
 def headline(answer: Diagnosis, comparison: Comparison) -> Headline:
     """The answer for the top of a page and of a terminal."""
-    status, tone = _LOOKS[answer.verdict]
+    status, tone = _LOOKS["likely" if answer.verdict == "effect" and rivals_of(answer) else answer.verdict]
     judged = answer.verdict != "cannot_tell"
     far = shifted(comparison, fitted(comparison, answer.judgement.chosen)) if judged else ()
     first = tuple(f"{line[:1].upper()}{line[1:]}." for line in far)
@@ -74,7 +75,15 @@ def _share(answer: Diagnosis) -> tuple[str, str]:
     else:
         return "", ""
     if not held:
-        return "No share", f"can be given: with fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
+        why = f"with fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
+        chosen = answer.judgement.chosen
+        if not chosen:
+            return "No share", f"can be given: {why}"
+        left = answer.judgement.features.left[chosen]
+        return (
+            "No share",
+            f"can be given for other conditions: {why}. Of these, which it was fitted to, it leaves {percent(left)} of the structural gap",
+        )
     if not math.isfinite(value):
         return "No share", f"can be given: on {conditions} there is no gap above the noise"
     return f"{percent(value)}", f"{what}, on {conditions} (90 % interval {percent(low)} to {percent(high)})"
@@ -121,7 +130,7 @@ def _experiment(answer: Diagnosis, comparison: Comparison) -> str:
         for name, x in answer.advice.values.items()
     )
     one, other = (str(on) for on in answer.advice.separates)
-    return f"measure at {at}: it tells {one} from {other}."
+    return f"measure at {at}: with a probability of {sure(answer.advice.probability)} that tells {one} from {other}."
 
 
 def _place(answer: Diagnosis, comparison: Comparison) -> str:

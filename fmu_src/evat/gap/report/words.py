@@ -39,8 +39,20 @@ def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({
         names = f"{each[0]}: {known[0]}" if known[0] else each[0]
     else:
         names = " and ".join(f"{name} ({what})" if what else name for name, what in zip(each, known, strict=True))
-    how = _sure(answer.judgement.probabilities[answer.judgement.chosen])
-    return f"The gap is caused by {names} (probability {how}){_far(answer) if share else ''}{_certain(answer)}."
+    probabilities = answer.judgement.probabilities
+    others = " or ".join(f"{on} ({sure(probabilities[on])})" for on in rivals_of(answer))
+    how, most, unless = (
+        sure(probabilities[answer.judgement.chosen]),
+        "most likely " if others else "",
+        f", if not by {others}" if others else "",
+    )
+    return f"The gap is {most}caused by {names} (probability {how}){unless}{_far(answer) if share else ''}{_certain(answer)}."
+
+
+def rivals_of(answer: Diagnosis) -> tuple[Hypothesis, ...]:
+    """What may be behind the gap in place of the effects that are named: the other likely hypotheses that do without them."""
+    chosen = answer.judgement.chosen
+    return tuple(on for on in answer.judgement.likely if not set(chosen) <= set(on))
 
 
 def _foreign(foreign: Mapping[str, Irregularity]) -> str:
@@ -67,7 +79,7 @@ def _of_one_family(answer: Diagnosis, likely: Sequence[Hypothesis]) -> str:
     for family, probability in answer.families.items():
         if all(len(on) == 1 and set(on) <= set(answer.members.get(family, ())) for on in likely):
             which = " or ".join(on.names[0] for on in likely)
-            how = _sure(probability)
+            how = sure(probability)
             return f"The gap is caused by an effect of the family {family} (probability {how}): {which}, which the data cannot tell apart."
     return ""
 
@@ -83,7 +95,8 @@ def _ambiguous(likely: Sequence[Hypothesis]) -> str:
     return f"The gap is caused by {' and '.join(common)}, and {also} by one of these, which the data cannot tell apart: {sets}."
 
 
-def _sure(probability: float) -> str:
+def sure(probability: float) -> str:
+    """A probability as a person reads it."""
     return "above 99 %" if probability > 0.99 else f"{100 * probability:.0f} %"
 
 

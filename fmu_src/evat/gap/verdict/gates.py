@@ -158,7 +158,7 @@ def _verdicts(judgement: Judgement, counts: bool) -> list[Gate]:
         word = "the verdict is effect: no other hypothesis is likely" if count <= 1 else "several hypotheses are likely"
         chain.append(Gate("one_is_likely", "hypotheses that hold 90 % of what is not unknown", count, "at most", 1, word, False))
         if count > 1:
-            word = "the verdict is effect: the others are far behind" if most > sure else "none is far before the others"
+            word = "the verdict is effect: it is likelier than all others together" if most > sure else "none is far before the others"
             chain.append(Gate("one_stands_out", "probability of the likeliest hypothesis", most, "above", sure, word, False))
         if count > 1 and most <= sure:
             each = by_effect(judgement.probabilities)
