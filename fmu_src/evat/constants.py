@@ -157,6 +157,9 @@ class _Constants(ConstantTable):
         1e-3, "of a parameter, in its scale", "small against its curvature, large against the noise of runs at solver_tolerance"
     )
     solver_tolerance = Constant(1e-5, "1", "relative tolerance of runs whose differences are taken", low=1e-9)
+    solver_tolerance_of_records = Constant(
+        1e-4, "1", "the same in a diagnosis of records, whose many samples tell slopes within some per cent; means do not", low=1e-9
+    )
     law_shape_sd = Constant(
         0.5, "of the logarithm", "prior standard deviation of a shape of the base law: Stribeck exponents of 0.5 to 4 were published"
     )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, ExperimentError, Means, Nominal, Trial
-from evat.inference.prediction import Prediction
+from evat.inference.prediction import Prediction, at_tolerance_of_records
 from evat.model import Run
 from evat.models.contact import ContactModel
 
@@ -78,3 +78,13 @@ def test_the_jacobian_is_the_slope_of_the_prediction() -> None:
 def test_nothing_measured_is_an_error() -> None:
     with pytest.raises(ExperimentError, match="nothing was measured"):
         Prediction(MODEL, experiment())
+
+
+def test_records_are_compared_at_the_tolerance_of_the_solver_itself_and_means_at_a_tighter_one() -> None:
+    records, stated = experiment(trial(0)), experiment(trial(0), values={**VALUES, "relative_tolerance": 1e-7})
+    assert at_tolerance_of_records(MODEL, records).nominal.values["relative_tolerance"] == CONSTANTS.solver_tolerance_of_records
+    assert at_tolerance_of_records(MODEL, stated).nominal.values["relative_tolerance"] == 1e-7
+    means = Means(Path("m.csv"), ("a",), {"cutting_speed": np.ones(1)}, {"mean_feed_force": np.ones(1)}, {})
+    with_means = experiment(means=means)
+    assert at_tolerance_of_records(MODEL, with_means) is with_means
+    assert Prediction(MODEL, with_means).nominal["relative_tolerance"] == CONSTANTS.solver_tolerance

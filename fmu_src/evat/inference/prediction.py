@@ -46,6 +46,14 @@ class Linearised:
     column: FloatArray
 
 
+def at_tolerance_of_records(model: Model, experiment: Experiment) -> Experiment:
+    """The same, with the solver's tolerance at which records are compared, unless it is stated or there are means."""
+    if experiment.means is not None or all(variable.name != TIGHTNESS for variable in model.variables):
+        return experiment
+    values = {TIGHTNESS: CONSTANTS.solver_tolerance_of_records, **experiment.nominal.values}
+    return replace(experiment, nominal=replace(experiment.nominal, values=values))
+
+
 class Prediction:
     """An experiment and a model of it.
 

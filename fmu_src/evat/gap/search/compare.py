@@ -21,7 +21,7 @@ from evat.inference.hypothesis import Hypothesis
 from evat.inference.initial_state import begun, in_motion, with_initial_state
 from evat.inference.noise.estimate import Noise, estimate_noise
 from evat.inference.parameters import at_usual_references
-from evat.inference.prediction import Prediction
+from evat.inference.prediction import Prediction, at_tolerance_of_records
 from evat.inference.whitening import Whitening
 from evat.model import Effect, SimulationError
 from evat.required_inputs import KINEMATICS
@@ -54,7 +54,8 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
     """Fit everything that may explain the gap. perturbed : the same experiment by inputs as they may as well have been."""
     tell = report or (lambda _, __: None)
     tell("recalibrating the nominal model", 0.0)
-    prediction = in_motion(prediction.of(at_usual_references(prediction.model, prediction.experiment)))
+    compared = at_tolerance_of_records(prediction.model, at_usual_references(prediction.model, prediction.experiment))
+    prediction = in_motion(prediction.of(compared))
     if perturbed is not None:
         perturbed = Prediction(prediction.model, replace(perturbed.experiment, nominal=prediction.experiment.nominal))
     predicted = prediction.one()
