@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from evat.files.spelling import unit_meant
 from evat.files.stream import Bytes, headers, open_batches
 from evat.files.table import unit_in
 from evat.files.text import RecordError, TextForm
-from evat.model import FloatArray, Model, ParameterError, Variable
+from evat.model import FloatArray, IntArray, Model, ParameterError, Variable
 from evat.units import affine, base_unit
 
 
@@ -52,12 +52,12 @@ class Column:
         si, low, high = (known.unit, known.min, known.max) if known else ("s", -np.inf, np.inf)
         return cls(header, name, unit, *affine(unit, si), si, low, high, slack=known.slack if known else 0.0)
 
-    def checked(self, file: str, first_row: int, raw: FloatArray) -> FloatArray:
-        """The column in SI; an error names the row (from 1) of what is no number or lies outside the variable's bounds."""
+    def checked(self, file: str, rows: IntArray, raw: FloatArray) -> FloatArray:
+        """The column in SI; an error names the row (of `rows`, from 1) of what is no number or lies outside the variable's bounds."""
         column = raw if (self.factor, self.offset) == (1, 0) else raw * self.factor + self.offset
         low, high = float(column.min()), float(column.max())
         if not (np.isfinite(low) and np.isfinite(high)):
-            row = first_row + int(np.argmin(np.isfinite(column))) + 1
+            row = rows[int(np.argmin(np.isfinite(column)))]
             raise ExperimentError(
                 f"{file}, column {self.header!r}, data row {row}: no finite number. Nothing is filled in; mend or cut it."
             )
@@ -65,7 +65,7 @@ class Column:
         if low < least or high > most:
             place = int(np.argmax((column < least) | (column > most)))
             raise ExperimentError(
-                f"{file}, column {self.header!r}, data row {first_row + place + 1}: {self.name} = {column[place]:g} {self.si}; allowed is "
+                f"{file}, column {self.header!r}, data row {rows[place]}: {self.name} = {column[place]:g} {self.si}; allowed is "
                 f"{self.low:g} to {self.high:g} {self.si}. Its unit is given as {self.unit}: is that right?"
             )
         return column
@@ -83,17 +83,22 @@ def trial_columns(document: Document, entry: TrialEntry, model: Model) -> list[C
     try:
         header = headers(entry.path, document.form)
     except RecordError as error:
-        raise ExperimentError(unreadable(entry.file, error)) from error
+        raise ExperimentError(unreadable(entry.source, error)) from error
     columns = []
+    if missing := [name for name in entry.rows if name not in header]:
+        raise ExperimentError(
+            f"{entry.source}: there is no column {missing[0]!r} to tell rows by; it has {', '.join(map(repr, header[:40]))}. "
+            "Name the right one in `rows` of the trial."
+        )
     for signal in sorted(document.recorded, key=lambda signal: signal.name != CLOCK):
         if signal.column not in header:
             raise ExperimentError(
-                f"{entry.file}: there is no column {signal.column!r} for {signal.name}; it has {', '.join(map(repr, header[:40]))}. "
+                f"{entry.source}: there is no column {signal.column!r} for {signal.name}; it has {', '.join(map(repr, header[:40]))}. "
                 f"Name the right one as signals.{signal.name}.column."
             )
         if signal.name in entry.values:
-            raise ExperimentError(f"{entry.file}: {signal.name} is a signal and among the trial's values too; keep one.")
-        check_header(signal, entry.file)
+            raise ExperimentError(f"{entry.source}: {signal.name} is a signal and among the trial's values too; keep one.")
+        check_header(signal, entry.source)
         columns.append(Column.of_signal(signal, None if signal.name in BESIDE else by_name[signal.name]))
     return columns
 
@@ -126,28 +131,46 @@ def trial_batches(
     entry: TrialEntry, columns: list[Column], done: Bytes, rows: Callable[[int], None], form: TextForm
 ) -> Iterator[list[FloatArray]]:
     """A trial's file in batches, in SI and checked. `rows` is told how many there will be where the file says so."""
-    at, last = 0, -np.inf
+    at, count, last = 0, 0, -np.inf
+    headings = list(dict.fromkeys([*(column.header for column in columns), *entry.rows]))
     try:
-        with open_batches(entry.path, [column.header for column in columns], done, form) as batches:
+        with open_batches(entry.path, headings, done, form) as batches:
             if batches.rows is not None:
                 rows(batches.rows)
-            for raw in batches.each:
-                batch = [column.checked(entry.file, at, values) for column, values in zip(columns, raw, strict=True)]
-                _check_clock(entry.file, columns[0].header, at, last, batch[0])
-                at, last = at + batch[0].size, float(batch[0][-1])
+            for read in batches.each:
+                by_header = dict(zip(headings, read, strict=True))
+                own = _own_rows(entry, by_header)
+                numbers, at = at + 1 + own, at + read[0].size
+                if not own.size:
+                    continue
+                raw = [by_header[column.header][own] if entry.rows else by_header[column.header] for column in columns]
+                batch = [column.checked(entry.source, numbers, values) for column, values in zip(columns, raw, strict=True)]
+                _check_clock(entry.source, columns[0].header, numbers, last, batch[0])
+                count, last = count + own.size, float(batch[0][-1])
                 yield batch
     except RecordError as error:
-        raise ExperimentError(unreadable(entry.file, error)) from error
-    if at < 2:
-        raise ExperimentError(f"{entry.file}: it has {at} row{'s' * (at != 1)} of data; a recording has at least 2.")
+        raise ExperimentError(unreadable(entry.source, error)) from error
+    if count < 2:
+        where = f" with {', '.join(f'{header} = {value:g}' for header, value in entry.rows.items())}" if entry.rows else " of data"
+        raise ExperimentError(f"{entry.source}: it has {count} row{'s' * (count != 1)}{where}; a recording has at least 2.")
 
 
-def _check_clock(file: str, header: str, first_row: int, last: float, times: FloatArray) -> None:
+def _own_rows(entry: TrialEntry, columns: Mapping[str, FloatArray]) -> IntArray:
+    """Places of the rows that are of this recording."""
+    size = next(iter(columns.values())).size
+    own = np.ones(size, dtype=bool)
+    for header, value in entry.rows.items():
+        own &= columns[header] == value
+    return np.flatnonzero(own)
+
+
+def _check_clock(file: str, header: str, rows: IntArray, last: float, times: FloatArray) -> None:
     if times[0] > last and np.all(times[1:] > times[:-1]):
         return
     before = np.concatenate(([last], times[:-1]))
     place = int(np.argmax(times <= before))
     raise ExperimentError(
-        f"{file}, column {header!r}, data row {first_row + place + 1}: the clock must increase from row to row; it goes from "
-        f"{before[place]:.9g} to {times[place]:.9g} s. Mend it, or cut the recording there."
+        f"{file}, column {header!r}, data row {rows[place]}: the clock must increase from row to row; it goes from "
+        f"{before[place]:.9g} to {times[place]:.9g} s. Mend it, or cut the recording there; "
+        "where a column counts the recordings of a file, give each trial its `rows`."
     )

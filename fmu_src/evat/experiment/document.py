@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from evat.experiment import ExperimentError, Nominal, Role, SetupSd, Signal
@@ -34,13 +35,16 @@ ANGULAR = {"m/s": "rad/s", "N": "N.m"}  # what a column with a lever arm measure
 
 @dataclass(frozen=True, slots=True)
 class TrialEntry:
-    """One of [[trials]]: where its data lie; nothing of them is read."""
+    """One of [[trials]]: where its data lie; nothing of them is read. `file` is what the recording is called, `source` what its file is, of
+    which only the `rows` count in which columns have these values."""
 
     file: str
     path: Path
     condition: str
     values: Mapping[str, float]
     noise_sd: Mapping[str, float] = field(default_factory=dict)
+    source: str = ""
+    rows: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,11 +125,7 @@ class _Reader(Checks):
         nominal, files = read_nominal(self, believed)
         title, intended_use = (self.text(key, table.get(key, "")) for key in ("title", "intended_use"))
         self.motion(nominal, signals, trials)
-        data = [entry.path for entry in trials] + ([means[1]] if means else [])
-        if twice := [path for path, count in Counter(data).items() if count > 1]:
-            raise self.error(
-                "", f"{twice[0].relative_to(self.root)} is named twice; each recording counts once, and repeats have files of their own."
-            )
+        data = self.data(trials, means)
         setup_sd = self.setup_sd(self.table("setup_sd", table.get("setup_sd", {})), signals)
         return Document(
             self.path.parent,
@@ -141,6 +141,19 @@ class _Reader(Checks):
             form,
             ignored,
         )
+
+    def data(self, trials: Sequence[TrialEntry], means: tuple[str, Path] | None) -> list[Path]:
+        """The data files, each once; whether a recording is named twice."""
+        whole = Counter([entry.path for entry in trials if not entry.rows] + ([means[1]] if means else []))
+        parts = Counter((entry.path, tuple(sorted(entry.rows.items()))) for entry in trials if entry.rows)
+        twice = [path for path, count in whole.items() if count + any(path == of for of, _ in parts) > 1]
+        twice += [path for (path, _), count in parts.items() if count > 1]
+        if twice:
+            raise self.error(
+                "",
+                f"{twice[0].relative_to(self.root)} is named twice; each recording counts once; repeats have files or `rows` of their own.",
+            )
+        return list(dict.fromkeys([*(entry.path for entry in trials), *([means[1]] if means else [])]))
 
     def form(self, table: Mapping[str, Any]) -> TextForm:
         """How the text files are written."""
@@ -323,7 +336,18 @@ class _Reader(Checks):
             if not is_number(number) or not 0 < number < math.inf:
                 raise self.error(f"{where}.noise_sd.{channel}", f"{number!r}; a standard deviation above 0 is needed, in SI.")
             noise_sd[channel] = float(number)
-        return TrialEntry(file, self.inside(f"{where}.file", file), condition, values, noise_sd)
+        rows = dict(self.table(f"{where}.rows", entry.get("rows", {})))
+        for header, number in rows.items():
+            if not is_number(number) or not math.isfinite(number):
+                raise self.error(f"{where}.rows", f"{header!r} = {number!r}; a number is needed, such as that of a run.")
+        return TrialEntry(part_name(file, rows), self.inside(f"{where}.file", file), condition, values, noise_sd, file, rows)
+
+
+def part_name(file: str, rows: Mapping[str, float]) -> str:
+    """What a recording is called that is some rows of a file: all.csv with run = 2 is all-run-2.csv."""
+    path = PurePosixPath(file)
+    words = [re.sub(r"\W+", "-", f"{header} {value:g}").strip("-") for header, value in rows.items()]
+    return str(path.with_name(f"{'-'.join([path.stem, *words])}{path.suffix}")) if rows else file
 
 
 def to_variable(signal: Signal, wanted: str) -> tuple[float, float]:

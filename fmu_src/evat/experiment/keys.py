@@ -74,6 +74,12 @@ TABLES: dict[str, tuple[Key, ...]] = {
     "[[trials]]": (
         Key("file", "path", "", "inside the folder, written with /", needed=True),
         Key("condition", "text", "", "trials of one condition are repeats of each other", needed=True),
+        Key(
+            "rows",
+            "table of numbers, by header",
+            "all",
+            "only the rows in which these columns of the file have these values: a counter of runs",
+        ),
         Key("values", "table of numbers", "", "SI, what this trial was run at; sliding_distance: how far the contact had slid before it"),
         Key("noise_sd", "table of numbers", "that of repeats", "SI, by output: standard deviation of a sample's noise, where it is known"),
     ),

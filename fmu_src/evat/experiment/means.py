@@ -9,6 +9,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from evat.experiment import ExperimentError, Means
 from evat.experiment.checks import SETTABLE
 from evat.experiment.columns import Column, check_header, unreadable
@@ -31,7 +33,10 @@ def read_means(document: Document, file: str, path: Path, model: Model) -> Means
         raise ExperimentError(unreadable(file, error)) from error
     by_name = {variable.name: variable for variable in model.variables}
     columns = _columns(document, file, table, by_name)
-    checked = {column.name: column.checked(file, 0, table.columns[column.header]) for column in columns}
+    checked = {
+        column.name: column.checked(file, np.arange(1, 1 + table.columns[column.header].size), table.columns[column.header])
+        for column in columns
+    }
     outputs = {name: column for name, column in checked.items() if name in by_name and by_name[name].causality == "output"}
     sd = {name.removesuffix(SD): column for name, column in checked.items() if name not in by_name}
     values = {name: column for name, column in checked.items() if name in by_name and name not in outputs}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ import numpy as np
 from evat.experiment import ExperimentError
 from evat.experiment.begin.files import first_rows, recordings
 from evat.experiment.begin.names import by_what_they_share, named
+from evat.experiment.begin.runs import Run, rows_of, runs
 from evat.experiment.begin.signals import Signals
 from evat.experiment.begin.sliding import repeating, sliding
 from evat.experiment.begin.understood import Answers, Begun, Question, SignalGuess, TrialGuess
@@ -32,6 +33,8 @@ def begin(folder: Path, answers: Answers) -> tuple[Begun | None, list[Question]]
 
 
 class _Guess(Signals):
+    runs: Sequence[Run] = ()
+
     def begun(self) -> tuple[Begun | None, list[Question]]:
         recorded = self.recorded
         clock = self.chosen(CLOCK, ("time",)) or self.only_timestamps()
@@ -57,7 +60,11 @@ class _Guess(Signals):
         load = self.chosen("normal_load", ("normal_load",)) if force is not None and force.kind == "coefficient" else None
         read = [each for each in (clock, motion, force, load, *cut) if each is not None]
         wanted = [each.header for each in read]
-        self.rows = {file: first_rows(self.recorded, file, wanted) for file in self.recorded.files}
+        self.runs = runs(self.recorded, clock.header, [header for header in self.columns if header not in wanted])
+        self.rows = {
+            each.name: rows_of(self.recorded, each, wanted) if each.rows else first_rows(self.recorded, each.file, wanted)
+            for each in self.runs
+        }
         self.clock(clock)
         if motion is not None:
             self.motion(motion, clock)
@@ -77,7 +84,9 @@ class _Guess(Signals):
         return self.result(trials, "", (), "external" if motion is not None else "internal", values, repeats), []
 
     def trials(self, motion: Meant | None) -> tuple[tuple[TrialGuess, ...], str]:
-        told, repeats = named(self.recorded.files)
+        told, repeats = named([each.name for each in self.runs])
+        if counted := sorted({header for each in self.runs for header in each.rows}):
+            self.look.append(f"recordings that stand in one file are told apart by the column {' and '.join(map(repr, counted))}")
         conditions = {file: each.condition for file, each in told.items()}
         if not repeats and motion is not None and len(conditions) > 1:
             groups = repeating(self.rows, motion.header, self.is_position, conditions)
@@ -88,15 +97,16 @@ class _Guess(Signals):
         needed = ("normal_load",) if motion is not None else SET
         trials = tuple(
             TrialGuess(
-                file,
-                conditions[file],
+                each.file,
+                conditions[each.name],
                 {
                     name: number * affine(unit, kernel.variable(name).unit)[0]
-                    for name, number, unit in told[file].values
+                    for name, number, unit in told[each.name].values
                     if name in needed and name not in signals
                 },
+                each.rows,
             )
-            for file in self.recorded.files
+            for each in self.runs
         )
         if len(set(conditions.values())) == len(conditions):
             self.look.append("no repeats were seen; trials of one condition tell the noise, so give repeats the same condition")
@@ -172,7 +182,7 @@ class _Guess(Signals):
         values: Mapping[str, tuple[float, float, str]],
         repeats: str,
     ) -> Begun:
-        used = {str(signal.table["column"]) for signal in self.signals}
+        used = {str(signal.table["column"]) for signal in self.signals} | {header for trial in trials for header in trial.rows}
         left = [f"column {header!r}" for header in self.columns if header not in used]
         names = tuple(self.signals)
         return Begun(

@@ -47,6 +47,7 @@ class TrialGuess:
     file: str
     condition: str
     values: Mapping[str, float]
+    rows: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

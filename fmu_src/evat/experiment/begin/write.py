@@ -65,10 +65,14 @@ def document(begun: Begun, believed: Believed) -> str:
         lines.append(f"# {meaning('[[trials]]', 'condition')}{': ' + begun.repeats if begun.repeats else ''}")
     for trial in begun.trials:
         lines += ["[[trials]]", _line("file", trial.file), _line("condition", trial.condition, begun.repeats or "from the file's name")]
-        if trial.values:
-            table = tomlkit.inline_table()
-            table.update(trial.values)
-            lines.append(_line("values", table, "SI, from the file's name"))
+        for key, numbers, why in (
+            ("rows", trial.rows, "its clock begins anew there"),
+            ("values", trial.values, "SI, from the file's name"),
+        ):
+            if numbers:
+                table = tomlkit.inline_table()
+                table.update(numbers)
+                lines.append(_line(key, table, why))
         lines.append("")
     return "\n".join(lines).rstrip("\n") + "\n"
 

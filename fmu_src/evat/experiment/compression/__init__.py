@@ -73,9 +73,10 @@ def read_or_compress(
 
 def _rows_about(entry: TrialEntry, document: Document) -> int:
     try:
-        return rows_about(entry.path, document.form)
+        beside = sum(other.path == entry.path for other in document.trials)  # recordings of one file: about as long as each other
+        return rows_about(entry.path, document.form) // beside
     except RecordError as error:
-        raise ExperimentError(unreadable(entry.file, error)) from error
+        raise ExperimentError(unreadable(entry.source, error)) from error
 
 
 def compress_experiment(
