@@ -134,7 +134,7 @@ def test_an_fmu_from_the_file_has_the_same_bytes(asked: Asked, tmp_path: Path) -
     built, binaries = [], dict[tuple[Version, str, str], bytes]()  # compiled once
     for number in range(2):
         structure.model_structure.cache_clear()
-        made = fmu._build(3, tmp_path / f"{number}.fmu", [host_target().fmi3_folder], fmu.silent, CONTACT, binaries)
+        made = fmu.build_sharing(3, tmp_path / f"{number}.fmu", [host_target().fmi3_folder], fmu.silent, CONTACT, binaries)
         built.append(made.read_bytes())
     assert asked.count == 1  # the second is from the file
     assert built[0] == built[1]

@@ -133,14 +133,14 @@ def cache(fmi2_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> li
     """A place of its own for the user's caches, and the FMUs that are built into it, in their order."""
     built = list[Path]()
 
-    def build(version: int, path: Path, targets: list[str], progress: object, part: str) -> Path:
+    def build(version: int, path: Path, targets: list[str], progress: object, part: str, binaries: object) -> Path:
         built.append(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(fmi2_fmu.read_bytes())
         return path
 
     monkeypatch.setattr(host, "user_cache_path", lambda *_, **__: tmp_path / "cache")
-    monkeypatch.setattr(fmu, "build_fmu", build)
+    monkeypatch.setattr(fmu, "build_sharing", build)
     return built
 
 
@@ -161,6 +161,21 @@ def test_an_fmu_is_built_once_and_again_when_what_it_is_made_from_changes(cache:
     assert cache[1].name == "EvatSpindle-fmi3.fmu"
     monkeypatch.setattr(host, "made_from", lambda: "another state")
     assert host.host_fmu() == cache[2] != cache[0]
+
+
+def test_a_model_is_compiled_once_for_all_fmus_that_carry_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled = list[tuple[int, str]]()
+
+    def library(version: int, target: object, model: str, folder: Path) -> bytes:
+        compiled.append((version, model))
+        return b"a library"
+
+    monkeypatch.setattr(host, "user_cache_path", lambda *_, **__: tmp_path / "cache")
+    monkeypatch.setattr(host, "BROUGHT", tmp_path / "none")
+    monkeypatch.setattr(fmu, "parts", lambda: ("evat_slip", "evat_guideway", "spindle"))
+    monkeypatch.setattr(fmu, "compile_binary", library)
+    assert len(host.build_all(tmp_path / "out")) == 6
+    assert sorted(compiled) == [(version, model) for version in (2, 3) for model in ("evat_contact", "spindle")]
 
 
 def test_what_nobody_has_used_for_a_month_is_cleared_away(cache: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

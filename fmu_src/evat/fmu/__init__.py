@@ -99,10 +99,10 @@ def build_fmu(
     >>> evat.build_fmu(3, "EvatSpindle.fmu", ["x86_64-linux"], part="spindle").name
     'EvatSpindle.fmu'
     """
-    return _build(version, Path(output), targets, progress, part, {})
+    return build_sharing(version, Path(output), targets, progress, part, {})
 
 
-def _build(
+def build_sharing(
     version: Version,
     output: Path,
     targets: Iterable[str] | None,
@@ -110,7 +110,7 @@ def _build(
     part: str,
     binaries: dict[tuple[Version, str, str], bytes],
 ) -> Path:
-    """The same; `binaries` of a version, a platform and a model are compiled once for all FMUs that carry it."""
+    """build_fmu; `binaries` of a version, a platform and a model are compiled once for all FMUs that carry it."""
     if version not in (2, 3):
         raise BuildError(f"FMI version {version!r}: FMUs are built for version 2 or 3.")
     names = list(TARGETS) if targets is None else list(targets)
@@ -157,5 +157,7 @@ def build_all(folder: Path, targets: Iterable[str] | None = None, progress: Prog
     versions: tuple[Version, ...] = (2, 3)
     binaries: dict[tuple[Version, str, str], bytes] = {}
     return tuple(
-        _build(version, folder / file_name(version, part), names, progress, part, binaries) for part in parts() for version in versions
+        build_sharing(version, folder / file_name(version, part), names, progress, part, binaries)
+        for part in parts()
+        for version in versions
     )

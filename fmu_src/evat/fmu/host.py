@@ -102,11 +102,16 @@ def host_fmu(version: Version = 2, part: str = CONTACT, progress: Progress = sil
     >>> evat.host_fmu(3).name
     'EvatContact-fmi3.fmu'
     """
+    return _host_fmu(version, part, progress, {})
+
+
+def _host_fmu(version: Version, part: str, progress: Progress, binaries: dict[tuple[Version, str, str], bytes]) -> Path:
+    """The same; `binaries` are those that were compiled already."""
     if (path := brought(version, part)) is not None:
         return path
     path = _kept(version, part)
     if not is_whole(path, made_from()):
-        seal(fmu.build_fmu(version, path, [host_target().fmi3_folder], progress, part), made_from())
+        seal(fmu.build_sharing(version, path, [host_target().fmi3_folder], progress, part, binaries), made_from())
         _clear_others(path.parent)
     with suppress(OSError):  # where the user's caches cannot be written, nothing is cleared either
         os.utime(path.parent)
@@ -115,15 +120,17 @@ def host_fmu(version: Version = 2, part: str = CONTACT, progress: Progress = sil
 
 def build_all(folder: Path, progress: Progress = silent) -> tuple[Path, ...]:
     """As `fmu.build_all` for this machine alone; what is there already is not compiled again."""
-    here = [host_fmu(version, part, progress) for part in fmu.parts() for version in VERSIONS]
+    binaries: dict[tuple[Version, str, str], bytes] = {}
+    here = [_host_fmu(version, part, progress, binaries) for part in fmu.parts() for version in VERSIONS]
     return tuple(put(folder / path.name, path.read_bytes()) for path in here)
 
 
 def bring(folder: Path) -> None:
     """Every FMU into the folder, each with what says that it is whole and of these sources."""
+    binaries: dict[tuple[Version, str, str], bytes] = {}
     for part in fmu.parts():
         for version in VERSIONS:
-            kept = host_fmu(version, part)
+            kept = _host_fmu(version, part, silent, binaries)
             for path in (kept, seal_of(kept)):
                 put(folder / path.name, path.read_bytes())
 

@@ -18,8 +18,10 @@ import sys
 import tempfile
 import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -322,10 +324,19 @@ def is_whole(path: Path, made_from: str | None = None) -> bool:
 
 
 def build_libraries(output_dir: Path) -> list[Path]:
-    """The kernel with one lane and with many, every partner, and what steps coupled FMUs."""
-    kernels = [build_kernel_library(output_dir, lanes, processor) for lanes in (1, MANY_LANES) for processor in _processors(lanes)]
-    partners = [build_machine_library(output_dir, part) for part in machine_names(source_root())]
-    return [*kernels, *partners, build_coupling_library(output_dir)]
+    """The kernel with one lane and with many, every partner, and what steps coupled FMUs: side by side, since linking has one thread."""
+    builds: list[Callable[[], Path]] = [
+        partial(build_kernel_library, output_dir, lanes, processor) for lanes in (1, MANY_LANES) for processor in _processors(lanes)
+    ]
+    builds += [partial(build_machine_library, output_dir, part) for part in machine_names(source_root())]
+    builds.append(partial(build_coupling_library, output_dir))
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        try:
+            return list(pool.map(lambda build: build(), builds))
+        except KeyboardInterrupt:
+            pool.shutdown(wait=False, cancel_futures=True)
+            stop_compilers()
+            raise
 
 
 def kernel_library_path(lanes: int = 1, instructions: Collection[str] = ()) -> Path:
