@@ -12,7 +12,7 @@ import numpy as np
 from evat.experiment import ExperimentError
 from evat.experiment.begin.files import first_rows, recordings
 from evat.experiment.begin.names import by_what_they_share, named
-from evat.experiment.begin.runs import Run, rows_of, runs
+from evat.experiment.begin.runs import FilePart, rows_of, runs
 from evat.experiment.begin.signals import Signals
 from evat.experiment.begin.sliding import repeating, sliding
 from evat.experiment.begin.understood import Answers, Begun, Question, SignalGuess, TrialGuess
@@ -33,7 +33,7 @@ def begin(folder: Path, answers: Answers) -> tuple[Begun | None, list[Question]]
 
 
 class _Guess(Signals):
-    runs: Sequence[Run] = ()
+    runs: Sequence[FilePart] = ()
 
     def begun(self) -> tuple[Begun | None, list[Question]]:
         recorded = self.recorded

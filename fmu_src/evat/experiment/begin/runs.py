@@ -21,7 +21,7 @@ MOST_COLUMNS = 12  # that are tried
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class FilePart:
     """A recording: its name, the file it stands in, and the rows of it: by header, what stands in that column."""
 
     name: str
@@ -29,31 +29,31 @@ class Run:
     rows: Mapping[str, float]
 
 
-def runs(recorded: Recordings, clock: str, others: Sequence[str]) -> list[Run]:
+def runs(recorded: Recordings, clock: str, others: Sequence[str]) -> list[FilePart]:
     """Every recording of the files, in their order: a file is one where its clock runs on.
 
     others : headers of columns that may count, each of which is left out where it holds no numbers.
     """
-    every, counters = list[Run](), dict[str, tuple[str, ...]]()
+    every, counters = list[FilePart](), dict[str, tuple[str, ...]]()
     for file in recorded.files:
         times = _column(recorded, file, clock)
         begins = np.concatenate([[0], np.flatnonzero(np.diff(times) <= 0) + 1]) if times is not None else np.zeros(1, dtype=np.intp)
         if times is None or begins.size == 1 or begins.size > MOST_RUNS:
-            every.append(Run(file, file, {}))
+            every.append(FilePart(file, file, {}))
             continue
         held = {header: column for header in others[:MOST_COLUMNS] if (column := _column(recorded, file, header)) is not None}
         chosen = counters.get("", ()) or _counters(held, begins)
         if not chosen:
-            every.append(Run(file, file, {}))
+            every.append(FilePart(file, file, {}))
             continue
         counters[""] = chosen
         for begin in begins:
             rows = {header: float(held[header][begin]) for header in chosen}
-            every.append(Run(part_name(file, rows), file, rows))
+            every.append(FilePart(part_name(file, rows), file, rows))
     return every
 
 
-def rows_of(recorded: Recordings, run: Run, wanted: Sequence[str]) -> dict[str, FloatArray]:
+def rows_of(recorded: Recordings, run: FilePart, wanted: Sequence[str]) -> dict[str, FloatArray]:
     """Columns of one of several recordings in a file."""
     columns = {header: _column(recorded, run.file, header) for header in {*wanted, *run.rows}}
     if missing := [header for header, column in columns.items() if column is None]:
