@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
@@ -88,6 +88,8 @@ class _Guess(Signals):
         if counted := sorted({header for each in self.runs for header in each.rows}):
             self.look.append(f"recordings that stand in one file are told apart by the column {' and '.join(map(repr, counted))}")
         conditions = {file: each.condition for file, each in told.items()}
+        if counted and motion is not None:  # a number that counts recordings does not say which of them repeat each other
+            conditions, repeats = {each.name: PurePosixPath(each.name).stem for each in self.runs}, ""
         if not repeats and motion is not None and len(conditions) > 1:
             groups = repeating(self.rows, motion.header, self.is_position, conditions)
             if len(set(groups.values())) < len(groups):
