@@ -262,7 +262,7 @@ def test_what_misses_a_bound_by_more_is_refused_everywhere(fmi2_fmu, fmi3_fmu, t
         with pytest.raises(ParameterError, match="cutting_speed"):
             ContactModel().simulate(Run(np.array([0.0, 1e-5]), {"cutting_speed": np.array([0.1, value])}, ("feed_force",)), (), {})
         with pytest.raises(ExperimentError, match=r"cutting_speed|no finite number"):
-            Column.of("v", "cutting_speed", "m/s", known).checked("a.csv", 0, np.array([0.1, value]))
+            Column.of("v", "cutting_speed", "m/s", known).checked("a.csv", np.array([1, 2]), np.array([0.1, value]))
         for door in doors:
             one = Instance(door)
             assert one.set({"cutting_speed": value}) == ERROR
@@ -270,7 +270,7 @@ def test_what_misses_a_bound_by_more_is_refused_everywhere(fmi2_fmu, fmi3_fmu, t
             one.free()
     with pytest.raises(ParameterError, match="F_C"):
         kernel.Contact({"F_C": 1e-6 - 1e-15})
-    column = Column.of("v", "cutting_speed", "m/s", known).checked("a.csv", 0, np.array([0.1, -1e-15]))
+    column = Column.of("v", "cutting_speed", "m/s", known).checked("a.csv", np.array([1, 2]), np.array([0.1, -1e-15]))
     np.testing.assert_array_equal(column, [0.1, -1e-15])  # the record is kept as it is; the model holds it on the bound
 
 
