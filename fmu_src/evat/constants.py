@@ -253,7 +253,7 @@ class _Constants(ConstantTable):
     )
 
     # Search
-    searched_samples = Constant(3_000, "samples", "that a look at one value set simulates; repeats of a run cost nothing")
+    searched_samples = Constant(5_000, "samples", "that a look at one value set simulates; repeats of a run cost nothing")
     plausible_effect = Constant(0.1, "of the rms", "what an effect does, a priori (sd)")
     first_probe = Constant(1e-4, "of the first guess of an amplitude", "where probing begins")
     probes = Constant(6, "1", "amplitudes that are tried until one does what is plausible")
@@ -265,6 +265,7 @@ class _Constants(ConstantTable):
     linear_amplitude = Constant(0.3, "prior sd", "of an amplitude, where its slope is taken")
     trial_amplitudes = Constant((0.3, 1.5, 6.0), "prior sd", "the same for an effect with one amplitude, which need not be linear")
     trial_times = Constant(9, "1", "amplitudes that are tried where one is a time")
+    straight_range = Constant(2.0, "1", "so many times that where its slope was taken an amplitude may be, and a time as much less")
     refined_points = Constant(
         10, "1", "points of a design that are looked at with a discrepancy of their own: the best with that of the base"
     )

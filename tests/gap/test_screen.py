@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from evat.constants import CONSTANTS
-from evat.gap.search.screen import Screen, _expected, _spread, _spreads_of
+from evat.gap.search.pairs import _beside_the_best
+from evat.gap.search.screen import Screen, _expected, _spread, _spreads_of, linear
+from evat.inference.discrepancy import likelihood
 from evat.inference.fit import fit
+from evat.inference.hypothesis import NOMINAL
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.parameters import Parameter, Scales
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Whitening
+from evat.model import Effect, FloatArray, Variable
 from scipy.stats import multivariate_normal
 from toy import Toy, measured
 
@@ -88,3 +94,65 @@ def test_a_parameter_that_would_leave_its_bounds_stays_on_them() -> None:
     columns = np.column_stack([slope, data])
     evidence = _expected(columns.T @ columns, np.zeros(1), (Parameter("a", "1", 0.0, 1.0, -bound, bound),))
     assert evidence == pytest.approx(-0.5 * (np.sum((data - slope * bound) ** 2) + bound**2), rel=1e-12)
+
+
+class Late(Toy):
+    """F = k x(t - T), of a sine."""
+
+    effects = (Effect("late", "late", "toy", "toy", (Variable("late.T", "s", 0.01, 0.0, 10.0, "lag", "toy", neutral=0.0),), ()),)
+    variables = (*Toy.variables[:3], *effects[0].variables)
+    turn = 2 * np.pi * 0.4
+
+    def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
+        x = values["x"]
+        if "late" not in on:
+            return {"F": values["k"] * x}
+        before = np.gradient(x, times, axis=-1) / self.turn
+        return {"F": values["k"] * (np.cos(self.turn * values["late.T"]) * x - np.sin(self.turn * values["late.T"]) * before)}
+
+
+def test_a_second_effect_promises_no_more_than_it_holds_where_its_slope_was_taken() -> None:
+    """A force that falls by three times its size with the velocity looks like a lag, as long as lags are taken as linear."""
+    given = measured(conditions=1)
+    falls = -3 * 10 * np.gradient(given.trials[0].inputs["x"], given.trials[0].times) / Late.turn
+    experiment = replace(given, trials=tuple(replace(trial, outputs={"F": trial.outputs["F"] + falls}) for trial in given.trials))
+    prediction = Prediction(Late(), experiment)
+    predicted, (effect,) = prediction.one(), Late.effects
+    whitening = Whitening(prediction, estimate_noise(prediction, predicted), predicted)
+    base = fit(prediction, whitening, (), np.empty(0))
+    assert base is not None
+    start = Screen(prediction, whitening, Scales(prediction.model, experiment)).starts(base, effect)[0]
+    candidates = SimpleNamespace(
+        models={NOMINAL: base},
+        fronts={"late": (start, start.point)},
+        offered=[effect],
+        prediction=prediction,
+        whitening=whitening,
+        rough={},
+    )
+    ((merit, _, _, point),) = _beside_the_best(candidates).values()  # type: ignore[arg-type]
+    assert start.reach[0] / 2 <= point[0] <= start.reach[0] * 2
+    lags = [start.parameters[0].value(u) for u in np.linspace(0.0, 4.0, 200) * start.reach[0]]
+    held = max(
+        likelihood(whitening, whitening.sums(row, np.empty((row.size, 0))), np.empty(0)).log
+        for row in prediction.many({"late.T": np.array(lags)}, ["late"])
+    )
+    sums = whitening.sums(base.predicted, start.slopes)
+    taken_as_linear = linear(whitening, sums, np.zeros(1), start.parameters)[0]
+    gains = [value - base.likelihood.evidence for value in (merit, held, taken_as_linear)]
+    assert gains[0] < 1.5 * gains[1] < 0.5 * gains[2]
+
+
+def test_ten_delays_of_a_sample_are_no_delay_of_ten() -> None:
+    prediction = Prediction(Late(), measured(conditions=1))
+    predicted, (effect,) = prediction.one(), Late.effects
+    whitening = Whitening(prediction, estimate_noise(prediction, predicted), predicted)
+    base = fit(prediction, whitening, (), np.empty(0))
+    assert base is not None
+    for start in Screen(prediction, whitening, Scales(prediction.model, prediction.experiment)).starts(base, effect):
+        (lag,), (reach,) = start.straight, start.reach
+        assert (lag.low, lag.high) == pytest.approx((lag.value(reach) / 2, lag.value(reach) * 2))
+        force = replace(start, parameters=(replace(lag, unit="N", low=-1e9, high=1e9),)).straight[0]
+        assert (force.low, force.high) == pytest.approx((-2 * lag.sd * reach, 2 * lag.sd * reach))
+        two = replace(start, parameters=(lag, lag), reach=np.array([1.0, 1.0]))
+        assert two.straight == (lag, lag)

@@ -39,7 +39,7 @@ def _beside_the_best(candidates: Candidates) -> Merit:
             sums = candidates.whitening.sums(base.predicted, np.column_stack([base.slopes, start.slopes]))
             width = start.slopes.shape[1]
             begin = np.concatenate([base.point, np.zeros(width)])
-            evidence, point = linear(candidates.whitening, sums, begin, start.parameters[:width])
+            evidence, point = linear(candidates.whitening, sums, begin, start.straight)
             point = np.concatenate([point, start.point[width:]])
             if key not in merit or evidence > merit[key][0]:
                 merit[key] = (evidence, base, start, point)

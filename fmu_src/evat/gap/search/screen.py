@@ -28,13 +28,23 @@ from evat.model import Effect, FloatArray, Variable
 @dataclass(frozen=True)
 class Start:
     """A point to fit an effect from, what it adds to the evidence as far as linear sums can tell, and what it does there: `slopes` (N,
-    q)."""
+    q) of its amplitudes, the first of its `parameters`, taken at `reach` (q,), in their prior standard deviations."""
 
     effect: Effect
     parameters: tuple[Parameter, ...]
     point: FloatArray
     evidence: float
     slopes: FloatArray
+    reach: FloatArray
+
+    @property
+    def straight(self) -> tuple[Parameter, ...]:
+        """Its amplitudes, bounded to where their slopes say anything if there is but one: ten delays of a sample are no delay of ten."""
+        if self.reach.size > 1:
+            return self.parameters[: self.reach.size]
+        (amplitude, *_), (reach,), ratio = self.parameters, self.reach, CONSTANTS.straight_range
+        ends = amplitude.value(reach / ratio if amplitude.unit == "s" else -reach * ratio), amplitude.value(reach * ratio)
+        return (replace(amplitude, low=max(amplitude.low, min(ends)), high=min(amplitude.high, max(ends))),)
 
 
 def small(experiment: Experiment) -> Experiment:
@@ -113,8 +123,9 @@ class Screen:
         for _, shape, parameters, own in sorted(rows, key=lambda each: -each[0])[: CONSTANTS.refined_points]:
             kept = [*range(fitted), *own, *range(everything.shape[-1] - 1 - RANDOM, everything.shape[-1])]
             evidence, point = linear(self.whitening, Sums(everything[:, :, kept][:, :, :, kept]), start, parameters[:width])
+            columns = [column - fitted for column in own]
             starts.append(
-                Start(effect, parameters, np.concatenate([point[fitted:], shape]), evidence, slopes[:, [column - fitted for column in own]])
+                Start(effect, parameters, np.concatenate([point[fitted:], shape]), evidence, slopes[:, columns], reached[columns])
             )
         return sorted(starts, key=lambda start: -start.evidence)
 
