@@ -9,7 +9,6 @@ from __future__ import annotations
 import codecs
 import csv
 import itertools
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,12 +17,11 @@ from typing import Any, TextIO
 import pyarrow as pa
 import pyarrow.csv
 
+from evat.files.cells import MISSING, NUMBER, cells_of
 from evat.model import EvatError
 
 LONGEST_LINE = 1 << 20  # characters
 MOST_DECODED = 256 << 20  # bytes of a file whose encoding does not hold ASCII
-NUMBER = re.compile(r"\s*[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?\s*")
-MISSING = ("", "nan", "na", "n/a", "null", "inf", "-inf", "+inf")  # what Arrow takes for a number that is none
 
 
 class RecordError(EvatError):
@@ -76,18 +74,6 @@ def delimiter_of(path: Path, form: TextForm = PLAIN) -> str:
         return form.delimiter
     lines = lines_of(path, form, form.skip_rows + 1)
     return max("\t;,", key=lines[-1].count if len(lines) > form.skip_rows else "".count)
-
-
-def cells_of(line: str, width: int) -> list[str]:
-    """The cells of a line whose columns are set apart by blanks. Where it does not have `width` words, it is one of headers: a unit in
-    brackets belongs to the name before it, and names of several words are set apart by two blanks or more; a sign of a remark in front
-    does not count."""
-    words = line.split()
-    if len(words) == width or not words:
-        return words
-    text = re.sub(r"^(?:#|%|//|;)+\s*", "", line.strip())
-    ways = (text.split(), re.split(r"\s+(?![\[(])", text), re.split(r"\s{2,}|\t", text))
-    return next((way for way in ways if len(way) == width), words)
 
 
 def _set_apart_by_tabs(path: Path, form: TextForm) -> tuple[bytes, list[str]]:
