@@ -17,7 +17,7 @@ from evat.experiment.begin.guess import begin
 from evat.experiment.begin.names import named
 from evat.experiment.begin.understood import Answers, Begun
 from evat.experiment.begin.words import meant
-from evat.experiment.begin.write import Believed, write_begun
+from evat.experiment.begin.write import Believed, to_look_at, write_begun
 from evat.experiment.read import read_experiment
 from evat.files.sniff import encoding_of, sniff
 from evat.files.table import write_columns
@@ -489,6 +489,54 @@ def test_files_written_differently_are_told_apart(tmp_path: Path) -> None:
     assert "a.csv" in str(error.value)
     with pytest.raises(RecordError, match="no rows of numbers"):
         sniff(tmp_path / "a.csv", TextForm(delimiter="|"), ["delimiter"])
+
+
+def bare(path: Path, delimiter: str = ";") -> Path:
+    """A recording that begins with numbers."""
+    table(path, "", [TIMES, 1e3 * SPEED, FORCE], delimiter)
+    path.write_text(path.read_text(encoding="utf-8").lstrip("\n"), encoding="utf-8")
+    return path
+
+
+def test_headers_of_one_file_are_taken_over_where_the_next_have_none(tmp_path: Path) -> None:
+    """And said to be a guess; the reader goes by them."""
+    table(tmp_path / "a.csv", "t;v [mm/s];F [N]", [TIMES, 1e3 * SPEED, FORCE], ";", "Rate;100\nbench 3")
+    bare(tmp_path / "b.csv")
+    begun = understood(tmp_path)
+    text = write_begun(begun, Believed(), force=False).read_text(encoding="utf-8")
+    assert 'columns = ["t", "v [mm/s]", "F [N]"]  # guessed: the headers of a.csv, for b.csv, which has none\n' in text
+    assert to_look_at(begun, Believed())[0].startswith("columns go by the headers of a.csv, for b.csv")
+    trials = read_experiment(tmp_path, MODEL).trials
+    assert [trial.file for trial in trials] == ["a.csv", "b.csv"]
+    for trial in trials:
+        np.testing.assert_allclose(trial.inputs["slip_velocity"], SPEED, atol=1e-8)
+
+
+def test_headers_that_could_be_of_either_file_are_asked_for(tmp_path: Path) -> None:
+    table(tmp_path / "a.csv", "t;v [mm/s];F [N]", [TIMES, SPEED, FORCE], ";")
+    table(tmp_path / "b.csv", "F;v;t", [FORCE, SPEED, TIMES], ";")
+    bare(tmp_path / "c.csv")
+    bare(tmp_path / "d.csv", ",")
+    aside = " ".join(understood(tmp_path).left)
+    assert "c.csv: line 1 is the first of 3 numbers, without headers; the headers of a.csv and b.csv are as many, and others. Add" in aside
+    assert "d.csv: line 1 is the first of 3 numbers, without headers; no file like it has headers. Add a line of headers, or" in aside
+
+
+def test_columns_are_named_where_no_file_has_headers(tmp_path: Path) -> None:
+    for name in ("a_1.csv", "a_2.csv"):
+        bare(tmp_path / name)
+    status, _, complaints = typed("experiment", "init", str(tmp_path))
+    assert status == 2
+    assert "a_1.csv, a_2.csv: line 1 is the first of 3 numbers, without headers" in complaints
+    assert "--columns" in complaints
+    status, _, complaints = typed("experiment", "init", str(tmp_path), "--columns", "t [s], v [mm/s]")
+    assert "2 columns are named; name all" in complaints
+    status, _, complaints = typed("experiment", "init", str(tmp_path), "--columns", "t, t")
+    assert "each once" in complaints
+    status, printed, complaints = typed("experiment", "init", str(tmp_path), "--columns", "t [s], v [mm/s], F [N]")
+    assert status == 0, complaints
+    assert "columns go by" not in printed
+    np.testing.assert_allclose(read_experiment(tmp_path, MODEL).trials[1].inputs["slip_velocity"], SPEED, atol=1e-8)
 
 
 HEADERS = st.text(st.characters(codec="utf-8", exclude_characters="\r\n"), max_size=12) | st.sampled_from(

@@ -50,6 +50,9 @@ def init(
     decimal: Annotated[str | None, typer.Option(help="Decimal mark, . or ,")] = None,
     encoding: Annotated[str | None, typer.Option(help="Of the headers, such as cp1252.")] = None,
     skip_rows: Annotated[int | None, typer.Option(help="Lines above the line of headers.", min=0)] = None,
+    columns: Annotated[
+        str | None, typer.Option(help="Headers of files that have none, in their order, such as 't [s], v [m/s], F [N]'.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an experiment.toml that is there.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -62,7 +65,14 @@ def init(
 
     check_free(folder, force=force)
     answers = _answers(signal, unit, radius, motor_constant)
-    _known_form(answers, delimiter=delimiter and delimiter.replace("\\t", "\t"), decimal=decimal, encoding=encoding, skip_rows=skip_rows)
+    _known_form(
+        answers,
+        delimiter=delimiter and delimiter.replace("\\t", "\t"),
+        decimal=decimal,
+        encoding=encoding,
+        skip_rows=skip_rows,
+        columns=None if columns is None else tuple(header.strip() for header in columns.split(",")),
+    )
     believed = Believed(title, parameters, friction, typed_values(value), None if mass is None else to_si(mass, "kg", name="mass"))
     begun, questions = begin(folder, answers)
     while begun is None:
@@ -110,6 +120,9 @@ def _known_form(answers: Answers, **stated: Any) -> None:
         raise ParameterError(f"--delimiter {told['delimiter']!r}: one character is needed.")
     if told.get("decimal", ".") not in (".", ","):
         raise ParameterError(f"--decimal {told['decimal']!r}: allowed are . and ,")
+    headers = told.get("columns", ("t", "v"))
+    if len(named := [header for header in headers if header]) < 2 or len(set(named)) < len(named):
+        raise ParameterError(f"--columns {', '.join(headers)!r}: two headers or more are needed, each once, with commas between them.")
     answers.form, answers.stated = TextForm(**told), tuple(told)
 
 

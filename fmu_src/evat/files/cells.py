@@ -1,4 +1,4 @@
-"""Which cells does a line of text have, and are they numbers?"""
+"""Which cells does a line of text have, and are they numbers or times of day?"""
 
 from __future__ import annotations
 
@@ -8,6 +8,10 @@ from collections.abc import Callable, Sequence
 
 NUMBER = re.compile(r"\s*[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?\s*")
 MISSING = ("", "nan", "na", "n/a", "null", "inf", "-inf", "+inf")  # what Arrow takes for a number that is none
+TIME_OF_DAY = (
+    r"^\s*(?P<date>(?:.*[^0-9:])?)(?P<hour>\d{1,2}):(?P<minute>[0-5]\d):(?P<second>[0-5]\d(?:[.,]\d+)?)"
+    r"\s*(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?:Z|[+-]\d{2}:?\d{2})?\s*$"
+)
 
 
 def cells_of(line: str, width: int) -> list[str]:
@@ -42,3 +46,8 @@ def is_numeric(row: Sequence[str], decimal: str) -> bool:
     """Whether most of what is filled in is numbers."""
     filled = [cell for cell in row if cell.strip().lower() not in MISSING]
     return bool(filled) and 2 * numbers_of(decimal)(filled) >= len(filled)
+
+
+def is_timestamp(text: str) -> bool:
+    """Whether a cell holds a time of day, with a date in front or without: 2024-05-03T10:15:00.250, 03.05.2024 10:15:00,25, 10:15:00 PM."""
+    return re.match(TIME_OF_DAY, text) is not None

@@ -11,10 +11,9 @@ from pathlib import Path
 
 import charset_normalizer
 
-from evat.files.cells import is_numeric, numbers_of, split
+from evat.files.cells import is_numeric, is_timestamp, numbers_of, split
 from evat.files.spelling import unit_meant
 from evat.files.text import LONGEST_LINE, RecordError, TextForm
-from evat.files.timestamps import is_timestamp
 
 HEAD = 256 << 10  # bytes that are looked at
 MOST_LINES = 500  # of them: more take time and tell nothing new
@@ -38,8 +37,8 @@ _WITHIN = re.compile(r"[¹²³£¥¿¼¾][^\W\d_]")  # no sign of these stands b
 
 @dataclass(frozen=True, slots=True)
 class Sniffed:
-    """What a file looks like: its form, its headers, what a line of units below them says of each, "" where it says nothing, and the
-    headers of columns that hold times of day."""
+    """What a file looks like: its form, its headers, () where it has none, what a line of units below them says of each, "" where it says
+    nothing, and the headers of columns that hold times of day."""
 
     form: TextForm
     headers: tuple[str, ...]
@@ -87,14 +86,18 @@ def sniff(path: Path, known: TextForm | None = None, stated: Sequence[str] = ())
 
 def _headed(path: Path, lines: list[str], first: int, form: TextForm, known: TextForm, stated: Sequence[str]) -> Sniffed:
     """Which of the lines above the numbers are headers, which are units."""
-    width = len(split(lines[first], form.delimiter))
+    first_row = split(lines[first], form.delimiter)
+    width = len(first_row)
     above = [place for place in range(first) if len(split(lines[place], form.delimiter, width)) == width]
     if "skip_rows" in stated:
         above = [place for place in above if place >= known.skip_rows]
     if not above:
-        raise RecordError(
-            f"{path.name}: line {first + 1} is the first of {width} numbers, and no line of {width} headers stands above it; add one."
-        )
+        if known.columns and len(known.columns) != width:
+            raise RecordError(
+                f"{path.name}: line {first + 1} is the first of {width} numbers, and {len(known.columns)} columns are named; name all."
+            )
+        form = replace(form, skip_rows=first, columns=known.columns)
+        return Sniffed(form, form.columns, ("",) * width, _stamped(form.columns, first_row))
     header, units = above[0] if "skip_rows" in stated else above[-1], [""] * width
     rows = {place: split(lines[place], form.delimiter, width) for place in above}
     if "skip_rows" not in stated and len(above) > 1 and _is_units(rows[header], rows[above[-2]]):
@@ -102,9 +105,12 @@ def _headed(path: Path, lines: list[str], first: int, form: TextForm, known: Tex
     if header != above[-1]:
         units = rows[above[-1]]
     form = replace(form, skip_rows=header, rows_after_header=first - header - 1)
-    names, first_row = rows[header], split(lines[first], form.delimiter, width)
-    stamped = tuple(name for name, cell in zip(names, first_row, strict=True) if is_timestamp(cell))
-    return Sniffed(form, tuple(names), tuple(unit.strip().strip("[]()") for unit in units), stamped)
+    names = tuple(rows[header])
+    return Sniffed(form, names, tuple(unit.strip().strip("[]()") for unit in units), _stamped(names, first_row))
+
+
+def _stamped(names: Sequence[str], first_row: Sequence[str]) -> tuple[str, ...]:
+    return tuple(name for name, cell in zip(names, first_row, strict=False) if is_timestamp(cell))
 
 
 def encoding_of(head: bytes, name: str) -> str:
