@@ -111,7 +111,7 @@ def inline(svg: bytes) -> Markup:
     return Markup(drawing[drawing.index("<svg") :])  # our own drawing: nothing in it comes from outside
 
 
-def page(fmu_facts: FmuFacts, drawing: picture.Picture, variables: tuple[Variable, ...]) -> bytes:
+def page(fmu_facts: FmuFacts, drawing: picture.Picture, caption: str, variables: tuple[Variable, ...]) -> bytes:
     """documentation/index.html."""
     own = _own(variables)
     owned = {v.name for each in own for v in each.variables} | {each.switch.name for each in own if each.switch}
@@ -123,6 +123,7 @@ def page(fmu_facts: FmuFacts, drawing: picture.Picture, variables: tuple[Variabl
         version=__version__,
         token=kernel.token(),
         diagram=inline(drawing.svg),
+        caption=caption,
         v=lambda name: _link(name, shown),
         has=lambda name: kernel.variable(name).name in shown,
         code=_code,
@@ -147,9 +148,9 @@ def page(fmu_facts: FmuFacts, drawing: picture.Picture, variables: tuple[Variabl
 
 def documentation_files(fmu_facts: FmuFacts, variables: tuple[Variable, ...]) -> dict[str, bytes]:
     """The folder documentation and the picture of the model."""
-    drawing = picture.diagram()
+    drawing, caption = picture.diagram({variable.name for variable in variables})
     return {
-        "documentation/index.html": page(fmu_facts, drawing, variables),
+        "documentation/index.html": page(fmu_facts, drawing, caption, variables),
         "documentation/diagram.png": drawing.png,
         "documentation/diagram.svg": drawing.svg,
         "documentation/externalDependencies.txt": b"none\n",
