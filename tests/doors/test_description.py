@@ -28,7 +28,7 @@ from evat.native.kernel import Contact
 from fmpy import extract, read_model_description, simulate_fmu
 from fmpy.model_description import ModelDescription, read_build_description
 from fmpy.validation import validate_fmu
-from lxml import etree
+from lxml import etree, html
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema"
 TYPES = {
@@ -436,6 +436,7 @@ def test_source_date_epoch_is_the_date(version: int, tmp_path: Path, monkeypatch
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     output = fmu.build_fmu(version, tmp_path / "out.fmu", [host_target().fmi3_folder], part="spindle")  # type: ignore[arg-type]
     assert read_model_description(str(output)).generationDateAndTime == "2023-11-14T22:13:20Z"
+    assert "of 2023-11-14" in html.fromstring(content(output, "documentation/index.html")).find_class("about")[0].text_content()
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "tomorrow")
     with pytest.raises(fmu.BuildError, match="SOURCE_DATE_EPOCH"):
         archive.write({}, tmp_path / "none.fmu")

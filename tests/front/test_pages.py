@@ -14,7 +14,7 @@ from evat import fmu
 from evat.commands.main import app
 from evat.experiment.read import scan_experiment
 from evat.files.writing import put
-from evat.fmu import part_model
+from evat.fmu import archive, part_model
 from evat.fmu.documentation import beside, contact, partner
 from evat.native import kernel
 from evat.plots.experiment_page import pages_on, reports_beside
@@ -46,6 +46,7 @@ def test_every_link_leads_somewhere(documentation: dict[str, dict[str, bytes]], 
     for target in targets:
         assert target[1:] in places if target.startswith("#") else f"documentation/{target}" in files, target
     assert any(target.endswith("license.txt") for target in targets)
+    assert f"Version {evat.__version__} of {archive.RELEASED}" in page.find_class("about")[0].text_content()
     assert page.find(".//meta[@name='viewport']") is not None
     assert "http" not in page.find(".//meta[@http-equiv='Content-Security-Policy']").get("content")
 
@@ -121,6 +122,7 @@ def test_the_page_of_a_system_says_what_was_run(of_a_system: Path) -> None:
     """Whether the coupling kept the power, each signal in numbers, the values with their units; its links lead to files that are there."""
     page = html.fromstring(of_a_system.with_suffix(".html").read_bytes())
     assert page.find_class("badge")[0].text_content() == "power kept"
+    assert f"System of {archive.RELEASED}." in page.find_class("about")[0].text_content()
     assert "F_C = 1.5 N" in page.text_content()
     rows = {row[0].text_content(): row for row in next(page.iter("table")).iter("tr")}
     table = pd.read_csv(of_a_system)

@@ -94,6 +94,7 @@ def _page(token: str) -> bytes:
         "python_fmu.html.j2",
         fmu_facts=fmu_facts,
         version=__version__,
+        day=archive.generated().date().isoformat(),
         token=token,
         laws=laws,
         variables=shown_variables(fmu.fmu_facts_of()),

@@ -11,6 +11,7 @@ from importlib import metadata
 from markupsafe import Markup
 
 from evat import __version__, parameter_sets
+from evat.fmu import archive
 from evat.fmu.documentation import picture
 from evat.fmu.fmu_facts import FmuFacts
 from evat.html import render
@@ -121,6 +122,7 @@ def page(fmu_facts: FmuFacts, drawing: picture.Picture, caption: str, variables:
         "documentation.html.j2",
         fmu_facts=fmu_facts,
         version=__version__,
+        day=archive.generated().date().isoformat(),
         token=kernel.token(),
         diagram=inline(drawing.svg),
         caption=caption,
