@@ -19,7 +19,6 @@ from evat.gap.advise import Advice
 from evat.gap.answer import Diagnosis
 from evat.gap.report import OutputError, corrected, explain, fmu_run, output, sentence, write_diagnosis
 from evat.gap.report.summary import headline
-from evat.gap.report.words import percent
 from evat.gap.search.compare import Comparison
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.noise.estimate import estimate_noise
@@ -33,7 +32,7 @@ from evat.native import kernel
 from typer.testing import CliRunner
 
 FILES = {"diagnosis.json", "report.html", "corrected.ssv"}
-NUMBER, TEXT, FLAG = (int, float), (str,), (bool,)
+NUMBER, TEXT, FLAG, NONE = (int, float), (str,), (bool,), (type(None),)
 # The format of diagnosis.json as other programs read it; a name in <> stands for any.
 CONTRACT: dict[str, Any] = {
     "format": (int,),
@@ -57,6 +56,7 @@ CONTRACT: dict[str, Any] = {
         "channels": {"<>": {"nominal": NUMBER, "recalibrated": NUMBER, "corrected": NUMBER, "noise_floor": NUMBER}},
         "closed_share": {"value": NUMBER, "ci90": [NUMBER]},
         "held_out_conditions": [TEXT],
+        "closed_share_where_fitted": {"value": NONE, "ci90": [NONE]},  # there are conditions that no fit has seen
     },
     "cannot_tell": [TEXT],
     "next_experiment": {"values": {"<>": NUMBER}, "separates": [[TEXT]], "expected_probability": NUMBER},
@@ -393,10 +393,18 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
     assert sentence(open_, share=False) == (
         f"The gap is most likely caused by {EFFECT} (probability 56 %), if not by sensor_offset (34 %)."
     )
-    advised = replace(open_, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.62), closure=replace(answer.closure, held_out=()))
-    share = headline(advised, comparison).share_of
-    left = percent(answer.judgement.features.left[on])
-    assert share.endswith(f"none can be held out of the fits. Of these, which it was fitted to, it leaves {left} of the structural gap")
+    nan = float("nan")
+    seen = replace(answer.closure, share=nan, interval=(nan, nan), held_out=(), where_fitted=(0.93, (0.9, 0.96)))
+    advised = replace(open_, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.62), closure=seen)
+    fewer = "With fewer than 3 conditions none can be held out of the fits"
+    said = headline(advised, comparison)
+    assert said.share == "93 %"
+    assert said.share_of == (
+        "of what recalibration leaves above the noise is closed, on the conditions that it was fitted to "
+        f"(90 % interval 90 % to 96 % over recordings). {fewer}"
+    )
+    few = headline(replace(advised, closure=replace(seen, where_fitted=(0.93, (nan, nan)))), comparison)
+    assert few.share_of.endswith(f"(without an interval: 3 recordings tell one). {fewer}")
     said = headline(advised, comparison).next
     assert said.endswith(f" rms: with a probability of 62 % that tells {EFFECT} from sensor_offset.")
     # Where the effect acts in all that is likely, it is named.

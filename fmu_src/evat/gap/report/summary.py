@@ -65,7 +65,7 @@ def _meanings(answer: Diagnosis, comparison: Comparison) -> tuple[str, ...]:
 
 
 def _share(answer: Diagnosis) -> tuple[str, str]:
-    """How much of the gap closes, on conditions that no fit has seen, with its interval."""
+    """How much of the gap closes, with its interval: on conditions that no fit has seen, or with too few of them on all."""
     closure, held = answer.closure, len(answer.closure.held_out)
     conditions = f"{held} condition{'s' if held > 1 else ''} that no fit has seen"
     if answer.judgement.chosen and answer.verdict in ("effect", "ambiguous"):
@@ -75,18 +75,15 @@ def _share(answer: Diagnosis) -> tuple[str, str]:
     else:
         return "", ""
     if not held:
-        why = f"with fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
-        chosen = answer.judgement.chosen
-        if not chosen:
-            return "No share", f"can be given: {why}"
-        left = answer.judgement.features.left[chosen]
-        return (
-            "No share",
-            f"can be given for other conditions: {why}. Of these, which it was fitted to, it leaves {percent(left)} of the structural gap",
-        )
+        value, (low, high) = closure.where_fitted
+        conditions = "the conditions that it was fitted to"
     if not math.isfinite(value):
         return "No share", f"can be given: on {conditions} there is no gap above the noise"
-    return f"{percent(value)}", f"{what}, on {conditions} (90 % interval {percent(low)} to {percent(high)})"
+    interval = f"90 % interval {percent(low)} to {percent(high)}"
+    if not math.isfinite(low):
+        interval = f"without an interval: {CONSTANTS.fewest_recordings} recordings tell one"
+    why = "" if held else f". With fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
+    return f"{percent(value)}", f"{what}, on {conditions} ({interval}{'' if held else ' over recordings' * math.isfinite(low)}){why}"
 
 
 def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
