@@ -401,8 +401,11 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
     assert said.share == "93 %"
     assert said.share_of == (
         "of what recalibration leaves above the noise is closed, on the conditions that it was fitted to "
-        f"(90 % interval 90 % to 96 % over recordings). {fewer}"
+        f"(90 % interval 90 % to 96 %). {fewer}"
     )
+    less = headline(replace(advised, closure=replace(seen, where_fitted=(1.06, (1.04, 1.07)))), comparison)
+    assert less.share == "100 %"
+    assert less.share_of.endswith(f"(90 % interval 100 % to 100 %: what is left is no more than the noise). {fewer}")
     few = headline(replace(advised, closure=replace(seen, where_fitted=(0.93, (nan, nan)))), comparison)
     assert few.share_of.endswith(f"(without an interval: 3 recordings tell one). {fewer}")
     said = headline(advised, comparison).next

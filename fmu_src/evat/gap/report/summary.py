@@ -8,7 +8,7 @@ from typing import Literal
 
 from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
-from evat.gap.report.words import number, percent, rivals_of, sentence, sure, typed
+from evat.gap.report.words import closed, closed_interval, number, rivals_of, sentence, sure, typed
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.credibility import shifted
 from evat.gap.verdict.judgement import fitted
@@ -79,11 +79,9 @@ def _share(answer: Diagnosis) -> tuple[str, str]:
         conditions = "the conditions that it was fitted to"
     if not math.isfinite(value):
         return "No share", f"can be given: on {conditions} there is no gap above the noise"
-    interval = f"90 % interval {percent(low)} to {percent(high)}"
-    if not math.isfinite(low):
-        interval = f"without an interval: {CONSTANTS.fewest_recordings} recordings tell one"
+    interval = closed_interval(low, high) or f"without an interval: {CONSTANTS.fewest_recordings} recordings tell one"
     why = "" if held else f". With fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
-    return f"{percent(value)}", f"{what}, on {conditions} ({interval}{'' if held else ' over recordings' * math.isfinite(low)}){why}"
+    return closed(value), f"{what}, on {conditions} ({interval}){why}"
 
 
 def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
