@@ -442,6 +442,15 @@ def test_source_date_epoch_is_the_date(version: int, tmp_path: Path, monkeypatch
         archive.write({}, tmp_path / "none.fmu")
 
 
+def test_a_compiler_that_is_missing_is_told_before_work_begins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The dependencies of all variables were worked out first, which takes minutes."""
+    said: list[str] = []
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(EvatError, match="no C compiler"):
+        fmu.build_fmu(2, tmp_path / "out.fmu", progress=said.append, part="spindle")
+    assert said == []
+
+
 def test_bad_orders_are_refused(tmp_path: Path) -> None:
     with pytest.raises(EvatError, match="targets are x86_64-linux"):
         fmu.build_fmu(3, tmp_path / "out.fmu", ["sparc-solaris"])
