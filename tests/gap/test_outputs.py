@@ -396,18 +396,18 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
     nan = float("nan")
     seen = replace(answer.closure, share=nan, interval=(nan, nan), held_out=(), where_fitted=(0.93, (0.9, 0.96)))
     advised = replace(open_, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.62), closure=seen)
-    fewer = "With fewer than 3 conditions none can be held out of the fits"
+    fewer = "with fewer than 3 conditions none can be held out of the fits"
     said = headline(advised, comparison)
     assert said.share == "93 %"
     assert said.share_of == (
         "of what recalibration leaves above the noise is closed, on the conditions that it was fitted to "
-        f"(90 % interval 90 % to 96 %). {fewer}"
+        f"(90 % interval 90 % to 96 %); {fewer}"
     )
     less = headline(replace(advised, closure=replace(seen, where_fitted=(1.06, (1.04, 1.07)))), comparison)
     assert less.share == "100 %"
-    assert less.share_of.endswith(f"(90 % interval 100 % to 100 %: what is left is no more than the noise). {fewer}")
+    assert less.share_of.endswith(f"(90 % interval 100 % to 100 %: what is left is no more than the noise); {fewer}")
     few = headline(replace(advised, closure=replace(seen, where_fitted=(0.93, (nan, nan)))), comparison)
-    assert few.share_of.endswith(f"(without an interval: 3 recordings tell one). {fewer}")
+    assert few.share_of.endswith(f"(without an interval: 3 recordings tell one); {fewer}")
     said = headline(advised, comparison).next
     assert said.endswith(f" rms: with a probability of 62 % that tells {EFFECT} from sensor_offset.")
     # Where the effect acts in all that is likely, it is named.

@@ -80,7 +80,7 @@ def _share(answer: Diagnosis) -> tuple[str, str]:
     if not math.isfinite(value):
         return "No share", f"can be given: on {conditions} there is no gap above the noise"
     interval = closed_interval(low, high) or f"without an interval: {CONSTANTS.fewest_recordings} recordings tell one"
-    why = "" if held else f". With fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
+    why = "" if held else f"; with fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
     return closed(value), f"{what}, on {conditions} ({interval}){why}"
 
 
