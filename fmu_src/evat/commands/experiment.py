@@ -82,7 +82,7 @@ def check(
     rows = sum(trial.rows for trial in scan.trials)
     averages = [f"{len(means.conditions)} rows of averages"] if means is not None else []
     recordings = [f"{len(scan.trials)} trials of {rows} rows in all"] if scan.trials else []
-    out.print(f"{', '.join([*recordings, *averages])}; {len(conditions)} conditions")
+    out.print(f"{', '.join([*recordings, *averages])}; {len(conditions)} condition{'s' if len(conditions) != 1 else ''}")
     out.print(_nominal(document))
     recorded = {name for name, signal in document.signals.items() if signal.role == "input"}
     stated = {name for trial in document.trials for name in trial.values} | set(() if means is None else means.values)
