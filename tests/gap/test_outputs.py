@@ -15,6 +15,7 @@ from evat import parameter_sets
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Means
 from evat.experiment.write import write_experiment
+from evat.gap import _named
 from evat.gap.advise import Advice
 from evat.gap.answer import Diagnosis
 from evat.gap.report import OutputError, corrected, explain, fmu_run, output, sentence, write_diagnosis
@@ -381,6 +382,17 @@ def test_each_verdict_is_a_sentence(outcome: tuple[Diagnosis, Comparison]) -> No
     assert "closes nothing" in sentence(replace(answer, closure=nothing))
 
 
+def test_a_parameter_that_changes_nothing_measured_does_not_appear(outcome: tuple[Diagnosis, Comparison]) -> None:
+    """The gain of a channel that nobody recorded was told with its prior: 1 +- 1.2."""
+    answer, comparison = outcome
+    on = answer.judgement.chosen
+    best = comparison.models[on]
+    acts = np.array([p.name != f"{EFFECT}.a" for p in best.parameters])
+    idle = replace(comparison, models={**comparison.models, on: replace(best, slopes=best.slopes * acts)})
+    shown, hidden = (_named(each, answer.judgement)[0].parameters for each in (comparison, idle))
+    assert (set(shown) - set(hidden), set(hidden) - set(shown)) == ({"a"}, set())
+
+
 def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: tuple[Diagnosis, Comparison]) -> None:
     """It was called the named cause, in green, above the words that the data cannot tell it from another."""
     answer, comparison = outcome
@@ -408,6 +420,11 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
     assert less.share_of.endswith(f"(90 % interval 100 % to 100 %: what is left is no more than the noise); {fewer}")
     few = headline(replace(advised, closure=replace(seen, where_fitted=(0.93, (nan, nan)))), comparison)
     assert few.share_of.endswith(f"(without an interval: 3 recordings tell one); {fewer}")
+    # No green badge above the words that a nominal value is not credible.
+    far = replace(comparison.models[on], point=np.where(np.arange(comparison.models[on].point.size) == 0, 9.0, comparison.models[on].point))
+    doubted = headline(answer, replace(comparison, models={**comparison.models, on: far}))
+    assert (doubted.status, doubted.tone) == ("cause named", "attention")
+    assert "is not credible" in doubted.first[0]
     said = headline(advised, comparison).next
     assert said.endswith(f" rms: with a probability of 62 % that tells {EFFECT} from sensor_offset.")
     # Where the effect acts in all that is likely, it is named.

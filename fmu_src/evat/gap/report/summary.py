@@ -35,7 +35,7 @@ def headline(answer: Diagnosis, comparison: Comparison) -> Headline:
     share, share_of = _share(answer)
     return Headline(
         status,
-        "attention" if first and tone == "note" else tone,
+        "attention" if first and tone in ("note", "good") else tone,
         sentence(answer, meanings(comparison), share=False),
         first=first,
         reasons=comparison.audit.refused if not judged else _meanings(answer, comparison),
