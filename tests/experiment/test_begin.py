@@ -513,6 +513,20 @@ def test_headers_of_one_file_are_taken_over_where_the_next_have_none(tmp_path: P
     assert "2 trials of 400 rows in all; 1 condition\n" in typed("experiment", "check", str(tmp_path))[1]
 
 
+def test_a_table_that_is_no_recording_does_not_become_one(tmp_path: Path) -> None:
+    """As many columns as the recordings, no headers, and no clock: what somebody noted beside them."""
+    table(tmp_path / "a.csv", "t;v [mm/s];F [N]", [TIMES, 1e3 * SPEED, FORCE], ";")
+    bare(tmp_path / "b.csv")
+    (tmp_path / "loads.csv").write_text("50;1;2\n80;3;4\n50;5;6\n", encoding="utf-8")
+    (tmp_path / "weights.csv").write_text("100;1;2\n200;3;4\n300;5;6\n", encoding="utf-8")
+    begun = understood(tmp_path)
+    assert begun.recorded.files == ("a.csv", "b.csv")
+    for name in ("loads.csv", "weights.csv"):
+        assert f"{name}: it has no headers, and by those of a.csv its 't' is no such clock" in begun.left
+    (tmp_path / "b.csv").unlink()
+    assert understood(tmp_path).recorded.sniffed.form.columns == ()
+
+
 def test_headers_that_could_be_of_either_file_are_asked_for(tmp_path: Path) -> None:
     table(tmp_path / "a.csv", "t;v [mm/s];F [N]", [TIMES, SPEED, FORCE], ";")
     table(tmp_path / "b.csv", "F;v;t", [FORCE, SPEED, TIMES], ";")
