@@ -429,6 +429,18 @@ def test_in_a_terminal_it_asks_until_it_knows(tmp_path: Path, monkeypatch: pytes
     assert "mm/s</td>" in (tmp_path / "experiment.html").read_text(encoding="utf-8")
 
 
+def test_headers_that_no_file_has_are_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bare(tmp_path / "a.csv")
+    told = iter(["t", "t [s], v [mm/s], F [N]"])  # the first names one column
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(command.typer, "prompt", lambda *_, **__: next(told))
+    status, _, complaint = typed("experiment", "init", str(tmp_path))
+    assert status in (0, None), complaint
+    assert "two headers or more are needed" in complaint
+    assert next(told, None) is None
+    np.testing.assert_allclose(read_experiment(tmp_path, MODEL).trials[0].inputs["slip_velocity"], SPEED, atol=1e-8)
+
+
 def test_a_document_that_is_there_is_not_replaced(tmp_path: Path) -> None:
     table(tmp_path / "a.csv", "t [s],v [m/s],F [N]", [TIMES, SPEED, FORCE])
     (tmp_path / "experiment.toml").write_text("mine", encoding="utf-8")

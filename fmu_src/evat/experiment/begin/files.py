@@ -21,6 +21,10 @@ MOST_FILES = 1000
 DEEPEST = 4  # folders inside one another
 
 
+class NoHeaders(ExperimentError):
+    """No file that could be read says what its columns are."""
+
+
 @dataclass(frozen=True, slots=True)
 class Recordings:
     """Files of one kind, their headers and units below them, their form, and why each other file was left aside. `headed` is the file whose
@@ -35,7 +39,7 @@ class Recordings:
 
 
 def recordings(folder: Path, known: TextForm, stated: Sequence[str]) -> Recordings:
-    """What lies in a folder; ExperimentError where nothing does that could be read."""
+    """What lies in a folder; ExperimentError where nothing does that could be read, NoHeaders where headers alone are missing."""
     if not folder.is_dir():
         raise ExperimentError(f"{folder}: there is no such folder; name the one that holds the data files.")
     groups: dict[tuple[str, ...], list[tuple[str, Sniffed]]] = defaultdict(list)
@@ -48,9 +52,10 @@ def recordings(folder: Path, known: TextForm, stated: Sequence[str]) -> Recordin
             groups[sniffed.headers].append((name, sniffed))
         except (RecordError, OSError) as error:
             aside.append(str(error) if str(error).startswith(path.name) else f"{name}: {error}")
-    aside += _take_over(groups)
+    unnamed = _take_over(groups)
+    aside += unnamed
     if not groups:
-        raise ExperimentError(_nothing(folder, aside))
+        raise (NoHeaders if unnamed else ExperimentError)(_nothing(folder, aside))
     chosen = max(groups.values(), key=len)
     for other in groups.values():
         aside += [f"{name}: its headers are others than those of {chosen[0][0]}" for name, _ in other if other is not chosen]
