@@ -549,6 +549,18 @@ def test_headers_that_could_be_of_either_file_are_asked_for(tmp_path: Path) -> N
     assert "d.csv: line 1 is the first of 3 numbers, without headers; no file like it has headers. Add a line of headers, or" in aside
 
 
+@pytest.mark.parametrize("head", ["t;v [mm/s];F [N]", "bench 3\nt;v;F\ns;mm/s;N"])
+def test_rows_may_end_with_a_delimiter_that_the_headers_lack(tmp_path: Path, head: str) -> None:
+    rows = (f"{t:.4f};{1e3 * v:.5f};{f:.5f};" for t, v, f in zip(TIMES, SPEED, FORCE, strict=True))
+    (tmp_path / "a.csv").write_text("\n".join([head, *rows, ""]), encoding="utf-8")
+    begun = understood(tmp_path)
+    assert begun.recorded.bare == ()
+    assert "guessed: the headers of" not in write_begun(begun, Believed(), force=False).read_text(encoding="utf-8")
+    trial = read_experiment(tmp_path, MODEL).trials[0]
+    np.testing.assert_allclose(trial.inputs["slip_velocity"], SPEED, atol=1e-8)
+    assert trial.times.size == TIMES.size
+
+
 def test_columns_are_named_where_no_file_has_headers(tmp_path: Path) -> None:
     for name in ("a_1.csv", "a_2.csv"):
         bare(tmp_path / name)

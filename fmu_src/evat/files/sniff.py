@@ -91,6 +91,9 @@ def _headed(path: Path, lines: list[str], first: int, form: TextForm, known: Tex
     above = [place for place in range(first) if len(split(lines[place], form.delimiter, width)) == width]
     if "skip_rows" in stated:
         above = [place for place in above if place >= known.skip_rows]
+    if not above and "columns" not in stated and (shorter := _of_rows_that_end_with_a_delimiter(lines, first, form.delimiter)):
+        names, below = shorter
+        return Sniffed(replace(form, skip_rows=first, columns=names), names, _bare(below), _stamped(names, first_row))
     if not above:
         if known.columns and len(known.columns) != width:
             raise RecordError(
@@ -106,7 +109,22 @@ def _headed(path: Path, lines: list[str], first: int, form: TextForm, known: Tex
         units = rows[above[-1]]
     form = replace(form, skip_rows=header, rows_after_header=first - header - 1)
     names = tuple(rows[header])
-    return Sniffed(form, names, tuple(unit.strip().strip("[]()") for unit in units), _stamped(names, first_row))
+    return Sniffed(form, names, _bare(units), _stamped(names, first_row))
+
+
+def _of_rows_that_end_with_a_delimiter(lines: list[str], first: int, delimiter: str) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
+    """Headers and units above rows that have one cell more than these, an empty one; None where that is not so."""
+    width = len(split(lines[first], delimiter))
+    above = [cells for line in lines[:first] if len(cells := split(line, delimiter)) == width - 1]
+    if not above or any(split(line, delimiter)[-1].strip() for line in lines[first:] if line.strip()):
+        return None
+    if len(above) > 1 and _is_units(above[-1], above[-2]):
+        return (*above[-2], ""), (*above[-1], "")
+    return (*above[-1], ""), ("",) * width
+
+
+def _bare(units: Sequence[str]) -> tuple[str, ...]:
+    return tuple(unit.strip().strip("[]()") for unit in units)
 
 
 def _stamped(names: Sequence[str], first_row: Sequence[str]) -> tuple[str, ...]:

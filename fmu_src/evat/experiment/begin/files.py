@@ -52,6 +52,7 @@ def recordings(folder: Path, known: TextForm, stated: Sequence[str]) -> Recordin
             groups[sniffed.headers].append((name, sniffed))
         except (RecordError, OSError) as error:
             aside.append(str(error) if str(error).startswith(path.name) else f"{name}: {error}")
+    without_any = {name for name, _ in groups.get((), ())}
     unnamed = _take_over(groups)
     aside += unnamed
     if not groups:
@@ -70,7 +71,7 @@ def recordings(folder: Path, known: TextForm, stated: Sequence[str]) -> Recordin
                 "One [reader] holds for all files of a folder; save one of them anew, or move it away."
             )
     form = replace(first.form, encoding=encodings.pop() if len(encodings) == 1 else first.form.encoding)
-    bare = tuple(name for name in without if not known.columns)
+    bare = tuple(name for name in without if name in without_any)
     headed = next(name for name, _ in chosen if name not in without) if bare else ""
     return Recordings(folder, tuple(name for name, _ in chosen), replace(first, form=form), tuple(aside), headed, bare)
 
