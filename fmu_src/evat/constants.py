@@ -292,6 +292,7 @@ class _Constants(ConstantTable):
     noise_floor_error = Constant(0.02, "of the noise floor", "no structural square is known better")
     noise_floor_rounding = Constant(0.03, "of the noise floor", "a gap on held-out conditions that is less is none")
     fewest_conditions = Constant(3, "conditions", "below which none can be held out", low=2)
+    fewest_recordings = Constant(3, "recordings", "below which a share of what was fitted has no interval", low=2)
     bootstrap_draws = Constant(1000, "1", "of the interval of the closed share")
     bootstrap_seed = Constant(20240229, "1", "of these draws")
     worse_condition = Constant(1.1, "of the rms without the effect", "from which a held-out condition is made worse", low=1.0)

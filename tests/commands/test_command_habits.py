@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import command_line
 import evat
 import numpy as np
 import pytest
@@ -106,6 +107,26 @@ def test_a_table_of_a_kind_that_is_not_written_is_refused_before_work(tmp_path: 
     (tmp_path / "a.csv").mkdir()
     with pytest.raises(OutputError, match="this is a folder"):
         picture_beside(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize(
+    ("command", "work"),
+    [
+        (("experiment", "compress", "RIG", "-o"), "evat.experiment.compression.compress_experiment"),
+        (("experiment", "example", "rig", "-o"), "evat.studies.examples.write_example"),
+        (("experiment", "orthogonal", "-v", "F_C=8", "-o"), "evat.studies.orthogonal.orthogonal"),
+        (("effects", "run_out", "-o"), "evat.signature.signature"),
+        (("calibrate", "-o"), "evat.studies.calibration.campaign.campaign"),
+    ],
+)
+def test_a_place_that_cannot_be_written_is_told_before_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...], work: str
+) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    monkeypatch.setattr(work, lambda *_, **__: pytest.fail("it worked first"))
+    status, _, complaints = command_line.typed(*command, str(tmp_path / "file" / "out.png"))
+    assert status == 2
+    assert "cannot be written" in complaints
 
 
 @pytest.mark.parametrize("command", [("info", "F_C"), ("info",), ("sets",), ("sets", "published/copper"), ("experiment", "advise")])

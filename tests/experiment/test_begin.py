@@ -17,7 +17,7 @@ from evat.experiment.begin.guess import begin
 from evat.experiment.begin.names import named
 from evat.experiment.begin.understood import Answers, Begun
 from evat.experiment.begin.words import meant
-from evat.experiment.begin.write import Believed, write_begun
+from evat.experiment.begin.write import Believed, to_look_at, write_begun
 from evat.experiment.read import read_experiment
 from evat.files.sniff import encoding_of, sniff
 from evat.files.table import write_columns
@@ -429,6 +429,18 @@ def test_in_a_terminal_it_asks_until_it_knows(tmp_path: Path, monkeypatch: pytes
     assert "mm/s</td>" in (tmp_path / "experiment.html").read_text(encoding="utf-8")
 
 
+def test_headers_that_no_file_has_are_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bare(tmp_path / "a.csv")
+    told = iter(["t", "t [s], v [mm/s], F [N]"])  # the first names one column
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(command.typer, "prompt", lambda *_, **__: next(told))
+    status, _, complaint = typed("experiment", "init", str(tmp_path))
+    assert status in (0, None), complaint
+    assert "two headers or more are needed" in complaint
+    assert next(told, None) is None
+    np.testing.assert_allclose(read_experiment(tmp_path, MODEL).trials[0].inputs["slip_velocity"], SPEED, atol=1e-8)
+
+
 def test_a_document_that_is_there_is_not_replaced(tmp_path: Path) -> None:
     table(tmp_path / "a.csv", "t [s],v [m/s],F [N]", [TIMES, SPEED, FORCE])
     (tmp_path / "experiment.toml").write_text("mine", encoding="utf-8")
@@ -489,6 +501,81 @@ def test_files_written_differently_are_told_apart(tmp_path: Path) -> None:
     assert "a.csv" in str(error.value)
     with pytest.raises(RecordError, match="no rows of numbers"):
         sniff(tmp_path / "a.csv", TextForm(delimiter="|"), ["delimiter"])
+
+
+def bare(path: Path, delimiter: str = ";") -> Path:
+    """A recording that begins with numbers."""
+    table(path, "", [TIMES, 1e3 * SPEED, FORCE], delimiter)
+    path.write_text(path.read_text(encoding="utf-8").lstrip("\n"), encoding="utf-8")
+    return path
+
+
+def test_headers_of_one_file_are_taken_over_where_the_next_have_none(tmp_path: Path) -> None:
+    """And said to be a guess; the reader goes by them."""
+    table(tmp_path / "a.csv", "t;v [mm/s];F [N]", [TIMES, 1e3 * SPEED, FORCE], ";", "Rate;100\nbench 3")
+    bare(tmp_path / "b.csv")
+    begun = understood(tmp_path)
+    text = write_begun(begun, Believed(), force=False).read_text(encoding="utf-8")
+    assert 'columns = ["t", "v [mm/s]", "F [N]"]  # guessed: the headers of a.csv, for b.csv, which has none\n' in text
+    assert to_look_at(begun, Believed())[0].startswith("columns go by the headers of a.csv, for b.csv")
+    trials = read_experiment(tmp_path, MODEL).trials
+    assert [trial.file for trial in trials] == ["a.csv", "b.csv"]
+    for trial in trials:
+        np.testing.assert_allclose(trial.inputs["slip_velocity"], SPEED, atol=1e-8)
+    assert "2 trials of 400 rows in all; 1 condition\n" in typed("experiment", "check", str(tmp_path))[1]
+
+
+def test_a_table_that_is_no_recording_does_not_become_one(tmp_path: Path) -> None:
+    """As many columns as the recordings, no headers, and no clock: what somebody noted beside them."""
+    table(tmp_path / "a.csv", "t;v [mm/s];F [N]", [TIMES, 1e3 * SPEED, FORCE], ";")
+    bare(tmp_path / "b.csv")
+    (tmp_path / "loads.csv").write_text("50;1;2\n80;3;4\n50;5;6\n", encoding="utf-8")
+    (tmp_path / "weights.csv").write_text("100;1;2\n200;3;4\n300;5;6\n", encoding="utf-8")
+    begun = understood(tmp_path)
+    assert begun.recorded.files == ("a.csv", "b.csv")
+    for name in ("loads.csv", "weights.csv"):
+        assert f"{name}: it has no headers, and by those of a.csv its 't' is no such clock" in begun.left
+    (tmp_path / "b.csv").unlink()
+    assert understood(tmp_path).recorded.sniffed.form.columns == ()
+
+
+def test_headers_that_could_be_of_either_file_are_asked_for(tmp_path: Path) -> None:
+    table(tmp_path / "a.csv", "t;v [mm/s];F [N]", [TIMES, SPEED, FORCE], ";")
+    table(tmp_path / "b.csv", "F;v;t", [FORCE, SPEED, TIMES], ";")
+    bare(tmp_path / "c.csv")
+    bare(tmp_path / "d.csv", ",")
+    aside = " ".join(understood(tmp_path).left)
+    assert "c.csv: line 1 is the first of 3 numbers, without headers; the headers of a.csv and b.csv are as many, and others. Add" in aside
+    assert "d.csv: line 1 is the first of 3 numbers, without headers; no file like it has headers. Add a line of headers, or" in aside
+
+
+@pytest.mark.parametrize("head", ["t;v [mm/s];F [N]", "bench 3\nt;v;F\ns;mm/s;N"])
+def test_rows_may_end_with_a_delimiter_that_the_headers_lack(tmp_path: Path, head: str) -> None:
+    rows = (f"{t:.4f};{1e3 * v:.5f};{f:.5f};" for t, v, f in zip(TIMES, SPEED, FORCE, strict=True))
+    (tmp_path / "a.csv").write_text("\n".join([head, *rows, ""]), encoding="utf-8")
+    begun = understood(tmp_path)
+    assert begun.recorded.bare == ()
+    assert "guessed: the headers of" not in write_begun(begun, Believed(), force=False).read_text(encoding="utf-8")
+    trial = read_experiment(tmp_path, MODEL).trials[0]
+    np.testing.assert_allclose(trial.inputs["slip_velocity"], SPEED, atol=1e-8)
+    assert trial.times.size == TIMES.size
+
+
+def test_columns_are_named_where_no_file_has_headers(tmp_path: Path) -> None:
+    for name in ("a_1.csv", "a_2.csv"):
+        bare(tmp_path / name)
+    status, _, complaints = typed("experiment", "init", str(tmp_path))
+    assert status == 2
+    assert "a_1.csv, a_2.csv: line 1 is the first of 3 numbers, without headers" in complaints
+    assert "--columns" in complaints
+    status, _, complaints = typed("experiment", "init", str(tmp_path), "--columns", "t [s], v [mm/s]")
+    assert "2 columns are named; name all" in complaints
+    status, _, complaints = typed("experiment", "init", str(tmp_path), "--columns", "t, t")
+    assert "each once" in complaints
+    status, printed, complaints = typed("experiment", "init", str(tmp_path), "--columns", "t [s], v [mm/s], F [N]")
+    assert status == 0, complaints
+    assert "columns go by" not in printed
+    np.testing.assert_allclose(read_experiment(tmp_path, MODEL).trials[1].inputs["slip_velocity"], SPEED, atol=1e-8)
 
 
 HEADERS = st.text(st.characters(codec="utf-8", exclude_characters="\r\n"), max_size=12) | st.sampled_from(

@@ -88,6 +88,8 @@ def test_averages_go_by_the_same_options_and_leave_out_what_is_named(tmp_path: P
         ("skip_rows = -1", "whole number of lines"),
         ("skip_rows = true", "whole number of lines"),
         ("rows_after_header = 1000000000", "whole number of lines"),
+        ('columns = "t, v"', "a list of headers"),
+        ('columns = ["t", "v", "t"]', "'t' stands there twice"),
         ("skiprows = 1", "did you mean skip_rows"),
     ],
 )
@@ -95,6 +97,46 @@ def test_an_option_that_is_none_is_named(tmp_path: Path, reader: str, said: str)
     with pytest.raises(ExperimentError, match=said) as error:
         read_experiment(folder(tmp_path, reader, MESSY.encode("cp1252")), MODEL)
     assert "reader" in str(error.value)
+
+
+COLUMNS = 'columns = ["Zeit", "Geschw. Schlitten \u00fc", "Kraft", ""]'
+BARE = "0,5;1000;3,25;kalt\r\n0,75;2e3;-4,5;\r\n"
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "utf-8", "utf-8-sig", "utf-16"])
+@pytest.mark.parametrize(
+    ("more", "data"),
+    [
+        ('delimiter = ";"', BARE),
+        ("", BARE),
+        ("skip_rows = 1", "Pr\u00fcfstand 3;;;\n" + BARE),
+        ("skip_rows = 2\nrows_after_header = 1", BARE),  # as its neighbours would have
+        ('delimiter = " "', BARE.replace("kalt", "0").replace(";", "  ").replace("-4,5  ", " -4,5 0")),
+        ("skip_rows = 1\nrows_after_header = 1", MESSY.replace("Bemerkung", "")),  # its own headers count
+        ("skip_rows = 1\nrows_after_header = 1", MESSY.replace("Bemerkung", "").replace("Pr\u00fcfstand 3;;;", "7;8;9;")),
+    ],
+)
+def test_a_file_without_headers_goes_by_columns(tmp_path: Path, more: str, data: str, encoding: str) -> None:
+    reader = f'{COLUMNS}\nencoding = "{encoding}"\ndecimal = ","\n{more}'
+    trial = read_experiment(folder(tmp_path, reader, data.encode(encoding)), MODEL).trials[0]
+    np.testing.assert_array_equal(trial.times, [0.5, 0.75])
+    np.testing.assert_array_equal(trial.inputs["slip_velocity"], [1.0, 2.0])
+    np.testing.assert_array_equal(trial.outputs["friction_force"], [3.25, -4.5])
+
+
+@pytest.mark.parametrize(
+    ("columns", "data", "said"),
+    [
+        (COLUMNS, BARE.replace(";kalt", "").replace("-4,5;", "-4,5"), "line 1: 3 numbers where reader.columns names 4 columns"),
+        (COLUMNS, BARE.replace("2e3", "n.A."), "line 2, column 'Geschw. Schlitten \u00fc': 'n.A.' is no number"),
+        (COLUMNS, BARE + "1;2\n", "line 3: 2 cells where the headers are 4"),
+        (COLUMNS.replace("Kraft", "F"), BARE, "there is no column 'Kraft' for friction_force; it has 'Zeit'"),
+    ],
+)
+def test_a_file_that_does_not_fit_columns_is_refused(tmp_path: Path, columns: str, data: str, said: str) -> None:
+    with pytest.raises(ExperimentError) as error:
+        read_experiment(folder(tmp_path, f'{columns}\ndecimal = ","\ndelimiter = ";"', data.encode()), MODEL)
+    assert said in str(error.value)
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from evat import fmu
 from evat.commands.main import app
 from evat.experiment.read import scan_experiment
 from evat.files.writing import put
+from evat.fmu import archive, part_model
 from evat.fmu.documentation import beside, contact, partner
 from evat.native import kernel
 from evat.plots.experiment_page import pages_on, reports_beside
@@ -45,6 +46,7 @@ def test_every_link_leads_somewhere(documentation: dict[str, dict[str, bytes]], 
     for target in targets:
         assert target[1:] in places if target.startswith("#") else f"documentation/{target}" in files, target
     assert any(target.endswith("license.txt") for target in targets)
+    assert f"Version {evat.__version__} of {archive.RELEASED}" in page.find_class("about")[0].text_content()
     assert page.find(".//meta[@name='viewport']") is not None
     assert "http" not in page.find(".//meta[@http-equiv='Content-Security-Policy']").get("content")
 
@@ -71,7 +73,22 @@ def test_the_documentation_of_a_slim_fmu_tells_of_nothing_that_it_lacks(document
         assert words not in guideway.text_content()
     assert "The motion comes in as slip_velocity" in " ".join(guideway.text_content().split())
     assert "lugre-1995" in guideway.text_content()
-    assert (len(whole.findall(".//figure")), len(guideway.findall(".//figure"))) == (1, 0)
+    assert "The slide moves at v" in guideway.find(".//figcaption").text_content()
+
+
+def test_the_picture_of_a_slim_fmu_is_of_what_it_is() -> None:
+    """That of a guideway was a chip on a tool, and that of a contact whose slip is given had an ellipse."""
+    drawn = {
+        part: {**part_model.model_of(part).documentation(fmu.fmu_facts_of(part)), "icon.png": part_model.model_of(part).icon().png}
+        for part in ("evat_contact", "evat_turning", "evat_slip", "evat_guideway")
+    }
+    for name in ("model.png", "documentation/diagram.png", "documentation/diagram.svg", "icon.png"):
+        contact, turning, slip, guideway = (files[name] for files in drawn.values())
+        assert contact == turning
+        assert len({contact, slip, guideway}) == 3
+    captions = [html.fromstring(files["documentation/index.html"]).find(".//figcaption").text_content() for files in drawn.values()]
+    assert ["ellipse" in each for each in captions] == [True, True, False, False]
+    assert ["chip" in each for each in captions] == [True, True, True, False]
 
 
 def test_the_documentation_of_an_fmu_lies_beside_what_it_gave(fmi3_fmu: Path, tmp_path: Path) -> None:
@@ -105,6 +122,7 @@ def test_the_page_of_a_system_says_what_was_run(of_a_system: Path) -> None:
     """Whether the coupling kept the power, each signal in numbers, the values with their units; its links lead to files that are there."""
     page = html.fromstring(of_a_system.with_suffix(".html").read_bytes())
     assert page.find_class("badge")[0].text_content() == "power kept"
+    assert f"System of {archive.RELEASED}." in page.find_class("about")[0].text_content()
     assert "F_C = 1.5 N" in page.text_content()
     rows = {row[0].text_content(): row for row in next(page.iter("table")).iter("tr")}
     table = pd.read_csv(of_a_system)

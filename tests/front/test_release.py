@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from evat.files.read_toml import read_toml
+from evat.fmu.archive import RELEASED
 from evat.paper_tables import table_1_source
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -23,7 +24,8 @@ def test_the_version_is_one_everywhere() -> None:
     version = project()["version"]
     releases = re.findall(r"^## (\S+)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
     assert next(each for each in releases if each != "Unreleased") == version
-    assert yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))["version"] == version
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert (cited["version"], cited["date-released"]) == (version, RELEASED)
     package = (ROOT / "ssp" / "modelica" / "EvatSystems" / "package.mo").read_text(encoding="utf-8")
     assert re.findall(r'^\s*version = "(.*)",$', package, flags=re.MULTILINE) == [version]
 

@@ -15,11 +15,11 @@ from evat import parameter_sets
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Means
 from evat.experiment.write import write_experiment
+from evat.gap import _named
 from evat.gap.advise import Advice
 from evat.gap.answer import Diagnosis
 from evat.gap.report import OutputError, corrected, explain, fmu_run, output, sentence, write_diagnosis
 from evat.gap.report.summary import headline
-from evat.gap.report.words import percent
 from evat.gap.search.compare import Comparison
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.noise.estimate import estimate_noise
@@ -33,7 +33,7 @@ from evat.native import kernel
 from typer.testing import CliRunner
 
 FILES = {"diagnosis.json", "report.html", "corrected.ssv"}
-NUMBER, TEXT, FLAG = (int, float), (str,), (bool,)
+NUMBER, TEXT, FLAG, NONE = (int, float), (str,), (bool,), (type(None),)
 # The format of diagnosis.json as other programs read it; a name in <> stands for any.
 CONTRACT: dict[str, Any] = {
     "format": (int,),
@@ -57,6 +57,7 @@ CONTRACT: dict[str, Any] = {
         "channels": {"<>": {"nominal": NUMBER, "recalibrated": NUMBER, "corrected": NUMBER, "noise_floor": NUMBER}},
         "closed_share": {"value": NUMBER, "ci90": [NUMBER]},
         "held_out_conditions": [TEXT],
+        "closed_share_where_fitted": {"value": NONE, "ci90": [NONE]},  # there are conditions that no fit has seen
     },
     "cannot_tell": [TEXT],
     "next_experiment": {"values": {"<>": NUMBER}, "separates": [[TEXT]], "expected_probability": NUMBER},
@@ -381,6 +382,17 @@ def test_each_verdict_is_a_sentence(outcome: tuple[Diagnosis, Comparison]) -> No
     assert "closes nothing" in sentence(replace(answer, closure=nothing))
 
 
+def test_a_parameter_that_changes_nothing_measured_does_not_appear(outcome: tuple[Diagnosis, Comparison]) -> None:
+    """The gain of a channel that nobody recorded was told with its prior: 1 +- 1.2."""
+    answer, comparison = outcome
+    on = answer.judgement.chosen
+    best = comparison.models[on]
+    acts = np.array([p.name != f"{EFFECT}.a" for p in best.parameters])
+    idle = replace(comparison, models={**comparison.models, on: replace(best, slopes=best.slopes * acts)})
+    shown, hidden = (_named(each, answer.judgement)[0].parameters for each in (comparison, idle))
+    assert (set(shown) - set(hidden), set(hidden) - set(shown)) == ({"a"}, set())
+
+
 def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: tuple[Diagnosis, Comparison]) -> None:
     """It was called the named cause, in green, above the words that the data cannot tell it from another."""
     answer, comparison = outcome
@@ -393,10 +405,26 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
     assert sentence(open_, share=False) == (
         f"The gap is most likely caused by {EFFECT} (probability 56 %), if not by sensor_offset (34 %)."
     )
-    advised = replace(open_, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.62), closure=replace(answer.closure, held_out=()))
-    share = headline(advised, comparison).share_of
-    left = percent(answer.judgement.features.left[on])
-    assert share.endswith(f"none can be held out of the fits. Of these, which it was fitted to, it leaves {left} of the structural gap")
+    nan = float("nan")
+    seen = replace(answer.closure, share=nan, interval=(nan, nan), held_out=(), where_fitted=(0.93, (0.9, 0.96)))
+    advised = replace(open_, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.62), closure=seen)
+    fewer = "with fewer than 3 conditions none can be held out of the fits"
+    said = headline(advised, comparison)
+    assert said.share == "93 %"
+    assert said.share_of == (
+        "of what recalibration leaves above the noise is closed, on the conditions that it was fitted to "
+        f"(90 % interval 90 % to 96 %); {fewer}"
+    )
+    less = headline(replace(advised, closure=replace(seen, where_fitted=(1.06, (1.04, 1.07)))), comparison)
+    assert less.share == "100 %"
+    assert less.share_of.endswith(f"(90 % interval 100 % to 100 %: what is left is no more than the noise); {fewer}")
+    few = headline(replace(advised, closure=replace(seen, where_fitted=(0.93, (nan, nan)))), comparison)
+    assert few.share_of.endswith(f"(without an interval: 3 recordings tell one); {fewer}")
+    # No green badge above the words that a nominal value is not credible.
+    far = replace(comparison.models[on], point=np.where(np.arange(comparison.models[on].point.size) == 0, 9.0, comparison.models[on].point))
+    doubted = headline(answer, replace(comparison, models={**comparison.models, on: far}))
+    assert (doubted.status, doubted.tone) == ("cause named", "attention")
+    assert "is not credible" in doubted.first[0]
     said = headline(advised, comparison).next
     assert said.endswith(f" rms: with a probability of 62 % that tells {EFFECT} from sensor_offset.")
     # Where the effect acts in all that is likely, it is named.

@@ -118,11 +118,11 @@ def test_the_top_says_all_that_matters() -> None:
     (effect,) = (each for each in comparison.prediction.model.effects if each.name == EFFECT)
     assert f"{EFFECT}: {effect.physics} (" in said.sentence
     assert "switch" not in said.sentence
-    low, high = (percent(end) for end in answer.closure.interval)
-    assert said.share == percent(answer.closure.share)
+    low, high = (percent(min(end, 1.0)) for end in answer.closure.interval)
+    assert said.share == percent(min(answer.closure.share, 1.0))
     assert f"90 % interval {low} to {high}" in said.share_of
     assert "corrected.ssv" in said.next
-    assert said.first == ()
+    assert (said.first, said.tone) == ((), "good")
     turned = replace(comparison, audit=replace(comparison.audit, refused=("force: measured runs against the model",)))
     refused = headline(replace(answer, verdict="cannot_tell", effects=()), turned)
     assert (refused.status, refused.tone) == ("cannot tell", "bad")

@@ -29,6 +29,22 @@ def test_the_effect_that_is_there_is_named(on: str, parameter: str, value: float
     assert sd < 0.2 * abs(value)
     assert answer.closure.share == pytest.approx(1.0, abs=0.05)
     assert answer.closure.held_out == ("c1",)
+    assert np.isnan(answer.closure.where_fitted[0])
+
+
+@pytest.mark.parametrize(("conditions", "repeats", "has_interval"), [(2, 2, True), (1, 2, False)])
+def test_too_few_conditions_tell_a_share_of_what_was_fitted(conditions: int, repeats: int, has_interval: bool) -> None:
+    """Over recordings, and kept apart from the share that no fit has seen, which is not known. The interval holds the truth, all of it."""
+    made = measured(["bend"], {"bend.c": 0.2}, conditions=conditions, repeats=repeats)
+    answer = diagnose(made, Toy())
+    closure = answer.closure
+    assert (closure.held_out, np.isfinite(closure.share)) == ((), False)
+    share, (low, high) = closure.where_fitted
+    assert share == pytest.approx(1.0, abs=0.1)
+    assert (np.isfinite(low) and low < high) == np.isfinite(low) == has_interval
+    if has_interval:
+        assert 0.8 < low < 1 < high < 1.2
+        assert f"closes {100 * share:.0f} % of the gap of conditions that it was fitted to" in repr(answer)
 
 
 def test_no_gap_is_no_gap() -> None:

@@ -14,6 +14,7 @@ import pytest
 from browser import check_layout
 from evat import paper_tables, parameter_sets, simulate
 from evat.commands.main import app
+from evat.fmu.archive import RELEASED
 from evat.identification.searching.journal import JournalError
 from evat.model import FloatArray, ParameterError
 from evat.native import kernel
@@ -187,6 +188,7 @@ def test_the_main_job_says_which_conditions_are_guessed(cases: list[main_job.Mai
     written = main_job_report.write_report(cases, [], shares, inference().family, inference().speed_unit, tmp_path, fmi3_fmu)
     page = written.read_text(encoding="utf-8")
     text = " ".join(re.sub(r"<[^>]*>", " ", page).split())
+    assert f"{fmi3_fmu.name} of {RELEASED}, model" in text
     for column, number, which in ((3, "25.2", main_job.GUESSED), (5, "10.5", main_job.INFERRED)):
         copper = main_job_report.means_table(cases, which)[0]
         assert copper[column].endswith(number)

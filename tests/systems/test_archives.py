@@ -108,6 +108,31 @@ def test_the_same_declaration_gives_the_same_bytes(systems: dict[str, Path], fmu
     assert again.read_bytes() == systems["evat_turning"].read_bytes()
 
 
+@pytest.mark.parametrize(
+    ("stated", "packed", "day"),
+    [
+        ("2024-05-03T10:00:00Z", (2025, 1, 2), "2024-05-03"),
+        (None, (2025, 1, 2), "2025-01-02"),
+        (None, (1980, 1, 1), ""),
+    ],
+)
+def test_a_system_is_as_old_as_it_says_or_its_newest_file(
+    systems: dict[str, Path], tmp_path: Path, stated: str | None, packed: tuple[int, int, int], day: str
+) -> None:
+    """Of another's making: not all say when."""
+    with zipfile.ZipFile(systems["stick_slip"]) as ours, zipfile.ZipFile(tmp_path / "other.ssp", "w") as other:
+        for name in ours.namelist():
+            data = ours.read(name)
+            if name == "SystemStructure.ssd":
+                top = etree.fromstring(data)
+                top.attrib.pop("generationDateAndTime")
+                top.attrib.update({} if stated is None else {"generationDateAndTime": stated})
+                data = etree.tostring(top)
+            other.writestr(zipfile.ZipInfo(name, (*packed, 0, 0, 0)), data)
+    (tmp_path / "unpacked").mkdir()
+    assert read(tmp_path / "other.ssp", tmp_path / "unpacked").day == day
+
+
 def test_a_system_of_ours_runs_by_its_name_with_the_fmus_of_a_wheel(
     systems: dict[str, Path], fmus: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

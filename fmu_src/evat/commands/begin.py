@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -50,6 +51,9 @@ def init(
     decimal: Annotated[str | None, typer.Option(help="Decimal mark, . or ,")] = None,
     encoding: Annotated[str | None, typer.Option(help="Of the headers, such as cp1252.")] = None,
     skip_rows: Annotated[int | None, typer.Option(help="Lines above the line of headers.", min=0)] = None,
+    columns: Annotated[
+        str | None, typer.Option(help="Headers of files that have none, in their order, such as 't [s], v [m/s], F [N]'.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an experiment.toml that is there.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -57,14 +61,28 @@ def init(
 
     Example: evat experiment init measurements --radius '20 mm' --motor-constant '0.5 N.m/A'
     """
+    from evat.experiment.begin.files import NoHeaders
     from evat.experiment.begin.guess import begin
     from evat.experiment.begin.write import Believed, check_free, to_look_at, write_begun
 
     check_free(folder, force=force)
     answers = _answers(signal, unit, radius, motor_constant)
-    _known_form(answers, delimiter=delimiter and delimiter.replace("\\t", "\t"), decimal=decimal, encoding=encoding, skip_rows=skip_rows)
+    _known_form(
+        answers,
+        delimiter=delimiter and delimiter.replace("\\t", "\t"),
+        decimal=decimal,
+        encoding=encoding,
+        skip_rows=skip_rows,
+        columns=None if columns is None else _headers(columns),
+    )
     believed = Believed(title, parameters, friction, typed_values(value), None if mass is None else to_si(mass, "kg", name="mass"))
-    begun, questions = begin(folder, answers)
+    try:
+        begun, questions = begin(folder, answers)
+    except NoHeaders as error:
+        if not sys.stdin.isatty():
+            raise
+        _ask_headers(answers, str(error))
+        begun, questions = begin(folder, answers)
     while begun is None:
         if not sys.stdin.isatty():
             raise ParameterError(_missing(folder, questions))
@@ -113,6 +131,13 @@ def _known_form(answers: Answers, **stated: Any) -> None:
     answers.form, answers.stated = TextForm(**told), tuple(told)
 
 
+def _headers(text: str) -> tuple[str, ...]:
+    headers = tuple(header.strip() for header in text.split(","))
+    if len(named := [header for header in headers if header]) < 2 or len(set(named)) < len(named):
+        raise ParameterError(f"--columns {text!r}: two headers or more are needed, each once, with commas between them.")
+    return headers
+
+
 def _pair(option: str, text: str, *, last: bool = False) -> tuple[str, str]:
     name, equals, entry = text.rpartition("=") if last else text.partition("=")
     if not equals or not name.strip() or not entry.strip():
@@ -158,6 +183,19 @@ def _missing(folder: Path, questions: Sequence[Question]) -> str:
         among = f" ({', '.join(map(repr, question.choices[:12]))})" if question.choices else ""
         asked.append(f"{question.asked}{among} Say {question.option}.")
     return f"{folder}: {' '.join(asked)} (In a terminal these are asked.)"
+
+
+def _ask_headers(answers: Answers, why: str) -> None:
+    """Of files that have none."""
+    err.print(why, highlight=False, soft_wrap=True)
+    while True:
+        try:
+            headers = _headers(str(typer.prompt("what are the columns, in their order, such as t [s], v [mm/s], F [N]", err=True)))
+        except ParameterError as error:
+            err.print(marked("no:", "bold red", str(error)), soft_wrap=True)
+            continue
+        answers.form, answers.stated = replace(answers.form, columns=headers), (*answers.stated, "columns")
+        return
 
 
 def _ask(question: Question, answers: Answers) -> None:

@@ -71,6 +71,8 @@ def calibrate(
         )
     if constants:
         raise ParameterError(f"--constants {constants[0]}: it goes with --sensitivity; the calibration fits all its constants at once.")
+    if to is not None:
+        usable(to.parent)
     cases = 200 if cases is None else cases
     from evat.gap.verdict.calibrate import fit_constants, with_unknown
     from evat.gap.verdict.constants import STORED

@@ -20,6 +20,7 @@ from evat.commands.shared import SpeedUnit, Values, typed_values
 from evat.commands.tables import WholeTable
 from evat.console import err, out
 from evat.files.json_values import json_value
+from evat.files.writing import usable
 from evat.model import Effect, Variable
 from evat.native import kernel
 from evat.units import display
@@ -61,6 +62,7 @@ def _plot(name: str, to: Path, parameters: str | None, value: list[str] | None, 
     from evat.signature import signature
 
     check_picture(to)  # before the work
+    usable(to.parent)
     parameter_set = parameter_sets.load(parameters, speed_unit=speed_unit) if parameters is not None else None
     values: dict[str, float | str] = {**(parameter_set.values if parameter_set else {}), **typed_values(value)}
     result = signature(name, values, parameter_set.effects if parameter_set else ())

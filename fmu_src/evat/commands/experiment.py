@@ -82,7 +82,7 @@ def check(
     rows = sum(trial.rows for trial in scan.trials)
     averages = [f"{len(means.conditions)} rows of averages"] if means is not None else []
     recordings = [f"{len(scan.trials)} trials of {rows} rows in all"] if scan.trials else []
-    out.print(f"{', '.join([*recordings, *averages])}; {len(conditions)} conditions")
+    out.print(f"{', '.join([*recordings, *averages])}; {len(conditions)} condition{'s' if len(conditions) != 1 else ''}")
     out.print(_nominal(document))
     recorded = {name for name, signal in document.signals.items() if signal.role == "input"}
     stated = {name for trial in document.trials for name in trial.values} | set(() if means is None else means.values)
@@ -114,9 +114,10 @@ def compress(
     Example: evat experiment compress ten-minutes -o ten-minutes-short
     """
     from evat.experiment.compression import compress_experiment
-    from evat.experiment.write import write_experiment
+    from evat.experiment.write import check_new, write_experiment
     from evat.models.contact import ContactModel
 
+    check_new(to)
     with share_done(f"compressing {folder.name}") as progress:
         compressed = compress_experiment(folder, ContactModel(), samples=samples, progress=progress)
     made = write_experiment(compressed.experiment, to, suffix=suffix)
@@ -171,12 +172,13 @@ def orthogonal(
 
     Example: evat experiment orthogonal -s published/copper --noise '1 %' --seed 1 --out copper --truth copper.ssv
     """
-    from evat.experiment.write import write_experiment
+    from evat.experiment.write import check_new, write_experiment
     from evat.plots.experiment import plot_experiment
     from evat.studies import orthogonal as tests
 
     if truth is not None and (truth.suffix != ".ssv" or Path(os.path.abspath(truth)).is_relative_to(os.path.abspath(to))):
         raise ParameterError(f"--truth {truth}: an .ssv file outside {to} is needed, so that the experiment does not tell.")
+    check_new(to)
     parameter_set = (
         parameter_sets.load(parameters, speed_unit=speed_unit)
         if parameters is not None
@@ -222,10 +224,12 @@ def example(
     Example: evat experiment example axis -o my-axis
     """
     from evat.experiment.read import read_experiment
+    from evat.experiment.write import check_new
     from evat.models.contact import ContactModel
     from evat.plots.experiment import plot_experiment
     from evat.studies.examples import write_example
 
+    check_new(to)
     out.print(f"wrote {write_example(name, to, seed)}")
     made = read_experiment(to, ContactModel())
     if made.trials:

@@ -171,7 +171,12 @@ class _Reader(Checks):
             raise self.error("reader.decimal", "',' stands between the columns, too; one of them must be something else.")
         if encoding and not known_encoding(encoding):
             raise self.error("reader.encoding", f"{encoding[:40]!r}; no such encoding of text, write it like utf-8, cp1252 or utf-16.")
-        return TextForm(**{key: table[key] for key in keys("[reader]") if key in table})
+        columns = table.get("columns", [])
+        if not isinstance(columns, list) or not all(isinstance(name, str) for name in columns):
+            raise self.error("reader.columns", f'{columns!r}; a list of headers is needed, such as ["t", "v", "F"].')
+        if twice := [name for name in columns if name and columns.count(name) > 1]:
+            raise self.error("reader.columns", f"{twice[0]!r} stands there twice; give each column a header of its own.")
+        return TextForm(**{key: table[key] for key in keys("[reader]") if key in table} | {"columns": tuple(columns)})
 
     def ignored(self, names: Any) -> tuple[str, ...]:
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):

@@ -41,6 +41,13 @@ TABLES: dict[str, tuple[Key, ...]] = {
         Key("encoding", "text", '"utf-8"', 'of the headers, such as "cp1252"'),
         Key("skip_rows", "whole number", "0", "lines above the line of headers"),
         Key("rows_after_header", "whole number", "0", "lines between the headers and the first numbers, such as one of units"),
+        Key(
+            "columns",
+            "list of headers",
+            "",
+            "of files without a line of them, in the order of their columns: files that begin with numbers in their first line or after "
+            "skip_rows; any other goes by its own",
+        ),
         Key("timestamp", "header", "", "column of the clock where it is written as times of day, hh:mm:ss; it counts from its first row"),
     ),
     "[nominal]": (

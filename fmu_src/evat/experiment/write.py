@@ -19,7 +19,7 @@ from evat.experiment.document import CLOCK, FILE, FORMAT, TRIGGER
 from evat.experiment.means import CONDITION, SD
 from evat.experiment.nominal import CHOICES, INITIAL_BRISTLE
 from evat.files.table import write_columns
-from evat.files.writing import as_output_error, scratch
+from evat.files.writing import as_output_error, scratch, usable
 from evat.model import FloatArray
 from evat.native import kernel
 from evat.required_inputs import MOTION
@@ -75,19 +75,29 @@ def write_experiment(experiment: Experiment, folder: str | PathLike[str], *, suf
     return folder
 
 
-@contextmanager
-def new_folder(folder: Path) -> Iterator[Path]:
-    """A place to write a folder in, which becomes `folder` where the block ends well; ExperimentError where there is something already."""
+def check_new(folder: Path) -> None:
+    """ExperimentError where there is something already, OutputError where nothing can be written: asked before the work."""
+    _check_free(folder)
+    usable(folder.parent)
+
+
+def _check_free(folder: Path) -> None:
     with as_output_error(folder):
         if folder.is_symlink() or (folder.exists() and (not folder.is_dir() or any(folder.iterdir()))):
             raise ExperimentError(f"{folder}: there is something already, and measurements are not overwritten; name a new folder.")
-        with scratch(folder.parent) as beside:
-            made = beside / "experiment"
-            made.mkdir()
-            yield made
-            if folder.exists():
-                folder.rmdir()
-            os.replace(made, folder)
+
+
+@contextmanager
+def new_folder(folder: Path) -> Iterator[Path]:
+    """A place to write a folder in, which becomes `folder` where the block ends well; ExperimentError where there is something already."""
+    _check_free(folder)
+    with as_output_error(folder), scratch(folder.parent) as beside:
+        made = beside / "experiment"
+        made.mkdir()
+        yield made
+        if folder.exists():
+            folder.rmdir()
+        os.replace(made, folder)
 
 
 def _write(experiment: Experiment, folder: Path, suffix: str) -> None:

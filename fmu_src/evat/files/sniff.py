@@ -4,17 +4,16 @@ lines."""
 from __future__ import annotations
 
 import codecs
-import csv
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import charset_normalizer
 
+from evat.files.cells import is_numeric, is_timestamp, numbers_of, split
 from evat.files.spelling import unit_meant
-from evat.files.text import LONGEST_LINE, MISSING, NUMBER, RecordError, TextForm, cells_of
-from evat.files.timestamps import is_timestamp
+from evat.files.text import LONGEST_LINE, RecordError, TextForm
 
 HEAD = 256 << 10  # bytes that are looked at
 MOST_LINES = 500  # of them: more take time and tell nothing new
@@ -38,8 +37,8 @@ _WITHIN = re.compile(r"[¹²³£¥¿¼¾][^\W\d_]")  # no sign of these stands b
 
 @dataclass(frozen=True, slots=True)
 class Sniffed:
-    """What a file looks like: its form, its headers, what a line of units below them says of each, "" where it says nothing, and the
-    headers of columns that hold times of day."""
+    """What a file looks like: its form, its headers, () where it has none, what a line of units below them says of each, "" where it says
+    nothing, and the headers of columns that hold times of day."""
 
     form: TextForm
     headers: tuple[str, ...]
@@ -65,11 +64,11 @@ def sniff(path: Path, known: TextForm | None = None, stated: Sequence[str] = ())
         for decimal in (".", ",") if "decimal" not in stated else (known.decimal,):
             if decimal == delimiter:
                 continue
-            rows = [_cells(line, delimiter) for line in lines]
+            rows = [split(line, delimiter) for line in lines]
             width = max((len(row) for row in rows), key=[len(row) for row in rows if len(row) > 1].count, default=0)
-            numeric = [len(row) == width > 1 and _numeric(row, decimal) for row in rows]
-            count = _numbers_of(decimal)
-            score = (sum(numeric), sum(count(row) for row, is_numeric in zip(rows, numeric, strict=True) if is_numeric))
+            numeric = [len(row) == width > 1 and is_numeric(row, decimal) for row in rows]
+            count = numbers_of(decimal)
+            score = (sum(numeric), sum(count(row) for row, counts in zip(rows, numeric, strict=True) if counts))
             # Blanks stand inside cells, too: they set columns apart only where nothing else tells about as many numbers.
             if best is None or (score > best[0] and (delimiter != " " or score[1] > CLEARLY * best[0][1])):
                 best = (score, delimiter, decimal, numeric)
@@ -87,24 +86,49 @@ def sniff(path: Path, known: TextForm | None = None, stated: Sequence[str] = ())
 
 def _headed(path: Path, lines: list[str], first: int, form: TextForm, known: TextForm, stated: Sequence[str]) -> Sniffed:
     """Which of the lines above the numbers are headers, which are units."""
-    width = len(_cells(lines[first], form.delimiter))
-    above = [place for place in range(first) if len(_cells(lines[place], form.delimiter, width)) == width]
+    first_row = split(lines[first], form.delimiter)
+    width = len(first_row)
+    above = [place for place in range(first) if len(split(lines[place], form.delimiter, width)) == width]
     if "skip_rows" in stated:
         above = [place for place in above if place >= known.skip_rows]
+    if not above and "columns" not in stated and (shorter := _of_rows_that_end_with_a_delimiter(lines, first, form.delimiter)):
+        names, below = shorter
+        return Sniffed(replace(form, skip_rows=first, columns=names), names, _bare(below), _stamped(names, first_row))
     if not above:
-        raise RecordError(
-            f"{path.name}: line {first + 1} is the first of {width} numbers, and no line of {width} headers stands above it; add one."
-        )
+        if known.columns and len(known.columns) != width:
+            raise RecordError(
+                f"{path.name}: line {first + 1} is the first of {width} numbers, and {len(known.columns)} columns are named; name all."
+            )
+        form = replace(form, skip_rows=first, columns=known.columns)
+        return Sniffed(form, form.columns, ("",) * width, _stamped(form.columns, first_row))
     header, units = above[0] if "skip_rows" in stated else above[-1], [""] * width
-    rows = {place: _cells(lines[place], form.delimiter, width) for place in above}
+    rows = {place: split(lines[place], form.delimiter, width) for place in above}
     if "skip_rows" not in stated and len(above) > 1 and _is_units(rows[header], rows[above[-2]]):
         header = above[-2]
     if header != above[-1]:
         units = rows[above[-1]]
     form = replace(form, skip_rows=header, rows_after_header=first - header - 1)
-    names, first_row = rows[header], _cells(lines[first], form.delimiter, width)
-    stamped = tuple(name for name, cell in zip(names, first_row, strict=True) if is_timestamp(cell))
-    return Sniffed(form, tuple(names), tuple(unit.strip().strip("[]()") for unit in units), stamped)
+    names = tuple(rows[header])
+    return Sniffed(form, names, _bare(units), _stamped(names, first_row))
+
+
+def _of_rows_that_end_with_a_delimiter(lines: list[str], first: int, delimiter: str) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
+    """Headers and units above rows that have one cell more than these, an empty one; None where that is not so."""
+    width = len(split(lines[first], delimiter))
+    above = [cells for line in lines[:first] if len(cells := split(line, delimiter)) == width - 1]
+    if not above or any(split(line, delimiter)[-1].strip() for line in lines[first:] if line.strip()):
+        return None
+    if len(above) > 1 and _is_units(above[-1], above[-2]):
+        return (*above[-2], ""), (*above[-1], "")
+    return (*above[-1], ""), ("",) * width
+
+
+def _bare(units: Sequence[str]) -> tuple[str, ...]:
+    return tuple(unit.strip().strip("[]()") for unit in units)
+
+
+def _stamped(names: Sequence[str], first_row: Sequence[str]) -> tuple[str, ...]:
+    return tuple(name for name, cell in zip(names, first_row, strict=False) if is_timestamp(cell))
 
 
 def encoding_of(head: bytes, name: str) -> str:
@@ -138,26 +162,6 @@ def _of_one_language(text: bytes, encoding: str, languages: Sequence[str]) -> bo
         return False
     letters = {sign.lower() for sign in read if sign.isalpha() and not sign.isascii() and sign not in _SIGNS}
     return bool(letters) and not _WITHIN.search(read) and any(letters <= set(language) for language in languages)
-
-
-def _cells(line: str, delimiter: str, width: int = 0) -> list[str]:
-    if delimiter == " ":
-        return cells_of(line, width)
-    try:
-        return next(csv.reader([line], delimiter=delimiter), [])
-    except csv.Error:
-        return [line]
-
-
-def _numbers_of(decimal: str) -> Callable[[Sequence[str]], int]:
-    other = "," if decimal == "." else "."
-    return lambda row: sum(NUMBER.fullmatch(cell) is not None and other not in cell for cell in row)
-
-
-def _numeric(row: Sequence[str], decimal: str) -> bool:
-    """Whether most of what is filled in is numbers."""
-    filled = [cell for cell in row if cell.strip().lower() not in MISSING]
-    return bool(filled) and 2 * _numbers_of(decimal)(filled) >= len(filled)
 
 
 def _is_units(cells: Sequence[str], above: Sequence[str]) -> bool:

@@ -9,21 +9,20 @@ from __future__ import annotations
 import codecs
 import csv
 import itertools
-import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TextIO
 
 import pyarrow as pa
 import pyarrow.csv
 
+from evat.files.cells import MISSING, NUMBER, cells_of, is_timestamp, numbers_of, split
 from evat.model import EvatError
 
+DELIMITERS = "\t;,"  # that are told apart where none is stated
 LONGEST_LINE = 1 << 20  # characters
 MOST_DECODED = 256 << 20  # bytes of a file whose encoding does not hold ASCII
-NUMBER = re.compile(r"\s*[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?\s*")
-MISSING = ("", "nan", "na", "n/a", "null", "inf", "-inf", "+inf")  # what Arrow takes for a number that is none
 
 
 class RecordError(EvatError):
@@ -34,13 +33,15 @@ class RecordError(EvatError):
 class TextForm:
     """How the text files of an experiment are written. Without a `delimiter` it is the commonest of three in the header line; a blank
     stands for any number of blanks and tabs, also in front. `rows_after_header` stand between the headers and the numbers, such as one of
-    units. `timestamp` is the header of a clock that is written as times of day, "" where it is a number."""
+    units. `columns` are the headers of files that begin with numbers. `timestamp` is the header of a clock that is written as times of day,
+    "" where it is a number."""
 
     delimiter: str = ""
     decimal: str = "."
     encoding: str = "utf-8"
     skip_rows: int = 0
     rows_after_header: int = 0
+    columns: tuple[str, ...] = ()
     timestamp: str = ""
 
     @property
@@ -70,31 +71,48 @@ def lines_of(path: Path, form: TextForm, most: int) -> list[str]:
         return list(itertools.takewhile(bool, (file.readline(LONGEST_LINE) for _ in range(most))))
 
 
+def in_file(path: Path, form: TextForm) -> TextForm:
+    """The form of one file of several: its own headers count where it has some, so `columns` are then left out. Where it has none,
+    `skip_rows` of them stand above its numbers, or no line. RecordError where these are more or fewer than `columns`."""
+    if not form.columns:
+        return form
+    lines = [line.rstrip("\r\n") for line in lines_of(path, form, form.skip_rows + 1)]
+    delimiters, width = form.delimiter or DELIMITERS, len(form.columns)
+    if any(tuple(split(line, delimiter, width)) == form.columns for line in lines[form.skip_rows :] for delimiter in delimiters):
+        return replace(form, columns=())
+    for place in sorted({0, form.skip_rows} & set(range(len(lines)))):
+        rows = {delimiter: split(lines[place], delimiter) for delimiter in delimiters}
+        for delimiter, row in rows.items():
+            if len(row) == width and _holds_numbers(row, form.decimal):
+                return replace(form, skip_rows=place, rows_after_header=0, delimiter=delimiter)
+    if lines and len(row := max(rows.values(), key=len)) > 1 and numbers_of(form.decimal)(row) == len(row):
+        raise RecordError(
+            f"{path.name}, line {place + 1}: {len(row)} numbers where reader.columns names {width} columns; name all of them."
+        )
+    return replace(form, columns=())
+
+
+def _holds_numbers(row: Sequence[str], decimal: str) -> bool:
+    """Whether more than half of what is filled in is numbers or times of day; a remark above them may hold one of each."""
+    filled = [cell for cell in row if cell.strip().lower() not in MISSING]
+    return 2 * (numbers_of(decimal)(filled) + sum(map(is_timestamp, filled))) > len(filled)
+
+
 def delimiter_of(path: Path, form: TextForm = PLAIN) -> str:
     """What stands between the columns of a text file: a tab, semicolon or comma, where the form does not say."""
     if form.delimiter:
         return form.delimiter
     lines = lines_of(path, form, form.skip_rows + 1)
-    return max("\t;,", key=lines[-1].count if len(lines) > form.skip_rows else "".count)
-
-
-def cells_of(line: str, width: int) -> list[str]:
-    """The cells of a line whose columns are set apart by blanks. Where it does not have `width` words, it is one of headers: a unit in
-    brackets belongs to the name before it, and names of several words are set apart by two blanks or more; a sign of a remark in front
-    does not count."""
-    words = line.split()
-    if len(words) == width or not words:
-        return words
-    text = re.sub(r"^(?:#|%|//|;)+\s*", "", line.strip())
-    ways = (text.split(), re.split(r"\s+(?![\[(])", text), re.split(r"\s{2,}|\t", text))
-    return next((way for way in ways if len(way) == width), words)
+    return max(DELIMITERS, key=lines[-1].count if len(lines) > form.skip_rows else "".count)
 
 
 def _set_apart_by_tabs(path: Path, form: TextForm) -> tuple[bytes, list[str]]:
     """The rows of a file whose columns are set apart by blanks, with one tab in place of each run of them, and its headers."""
     lines = _decoded(path, form).splitlines()
-    first = form.skip_rows + 1 + form.rows_after_header
+    first = form.skip_rows + 1 + form.rows_after_header if not form.columns else form.skip_rows
     rows = [row for line in lines[first:] if (row := line.split())]
+    if form.columns:
+        return "\n".join(map("\t".join, rows)).encode(), list(form.columns)
     header = lines[form.skip_rows] if len(lines) > form.skip_rows else ""
     return "\n".join(map("\t".join, rows)).encode(), cells_of(header, len(rows[0]) if rows else 0)
 
@@ -113,15 +131,18 @@ def _decoded(path: Path, form: TextForm) -> str:
 
 def text_options(path: Path, form: TextForm, **read: Any) -> tuple[Any, dict[str, Any]]:
     """What Arrow's readers are given: the source, and the options to read and to parse it."""
+    form = in_file(path, form)
     delimiter = delimiter_of(path, form)
     source: Any = path
     options: dict[str, Any] = {"skip_rows": form.skip_rows, "skip_rows_after_names": form.rows_after_header}
+    if form.columns:
+        options["column_names"] = list(form.columns)
     if delimiter == " ":
         body, names = _set_apart_by_tabs(path, form)
         source, delimiter, options = pa.BufferReader(body), "\t", {"column_names": names}
     elif not form.holds_ascii:
         source = pa.BufferReader(_decoded(path, form).encode())
-    elif not form.is_utf8:
+    elif not form.is_utf8 and not form.columns:
         lines = lines_of(path, form, form.skip_rows + 1)
         names = next(csv.reader(lines[form.skip_rows :], delimiter=delimiter), [])
         options = {"skip_rows": form.skip_rows + 1 + form.rows_after_header, "column_names": names}
@@ -136,6 +157,7 @@ def text_options(path: Path, form: TextForm, **read: Any) -> tuple[Any, dict[str
 def bad_line(path: Path, form: TextForm, wanted: Sequence[str] = ()) -> str:
     """The first line after the headers that has too many or too few cells, or no number where one is wanted, in words; "" where all are
     right."""
+    form = in_file(path, form)
     encoding, delimiter = "utf-8-sig" if form.is_utf8 else form.encoding, delimiter_of(path, form)
     numbers = tuple(MISSING)
     try:
@@ -162,6 +184,11 @@ def _numbered(file: TextIO, form: TextForm, delimiter: str) -> Iterator[tuple[in
     """The number of each line (that of its last, where a cell goes over several) and its cells; the headers first, then the numbers."""
     for _ in range(form.skip_rows):
         file.readline(LONGEST_LINE)
+    if form.columns:
+        yield form.skip_rows, list(form.columns)
+        rows = map(str.split, file) if delimiter == " " else csv.reader(file, delimiter=delimiter)
+        yield from enumerate(rows, form.skip_rows + 1)
+        return
     if delimiter == " ":
         header = file.readline(LONGEST_LINE)
         for _ in range(form.rows_after_header):

@@ -6,25 +6,15 @@ nowhere else.
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute
 
+from evat.files.cells import TIME_OF_DAY
 from evat.files.text import RecordError
 from evat.model import FloatArray
 
-_PATTERN = (
-    r"^\s*(?P<date>(?:.*[^0-9:])?)(?P<hour>\d{1,2}):(?P<minute>[0-5]\d):(?P<second>[0-5]\d(?:[.,]\d+)?)"
-    r"\s*(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?:Z|[+-]\d{2}:?\d{2})?\s*$"
-)
 _DAY = 86_400.0
-
-
-def is_timestamp(text: str) -> bool:
-    """Whether a cell holds a time of day, with a date in front or without: 2024-05-03T10:15:00.250, 03.05.2024 10:15:00,25, 10:15:00 PM."""
-    return re.match(_PATTERN, text) is not None
 
 
 class Timestamps:
@@ -36,7 +26,7 @@ class Timestamps:
 
     def __call__(self, texts: pa.Array) -> FloatArray:
         """Seconds, of shape (rows,); RecordError where a text is no time of day, or a date jumps."""
-        parts = pa.compute.extract_regex(texts, _PATTERN)
+        parts = pa.compute.extract_regex(texts, TIME_OF_DAY)
         if parts.null_count:
             row = int(np.argmax(parts.is_null().to_numpy(zero_copy_only=False)))
             raise RecordError(

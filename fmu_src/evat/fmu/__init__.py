@@ -20,7 +20,7 @@ from evat.fmu.part_model import fmu_facts_of, model_of, parts, token_of
 from evat.fmu.reference_results import reference_files
 from evat.fmu.sources import binary_name, compile_binary, source_files, source_names
 from evat.model import BuildError
-from evat.native.compile import CONTACT, TARGETS, host_target, stop_compilers
+from evat.native.compile import CONTACT, TARGETS, compiler, host_target, stop_compilers
 
 __all__ = ["BuildError", "Version", "build_all", "build_fmu", "facts", "file_name", "fmu_facts_of", "parts"]
 
@@ -119,6 +119,7 @@ def build_sharing(
     if not names:
         raise BuildError(f"an FMU without any binary was asked for; name a target, for example {host_target().fmi3_folder}.")
     usable(output.parent)
+    compiler()  # before any of the work that comes first
     fmu_facts, model = fmu_facts_of(part), model_of(part)
     title = f"{fmu_facts.model_name}, FMI {version}"
     progress(f"{title}: variables, dependencies, documentation")

@@ -128,7 +128,7 @@ def _contact(facts: FmuFacts) -> PartModel:
         kernel.laws(),
         lambda: restricted(model_structure(), variables),
         lambda fmu_facts: documentation.documentation_files(fmu_facts, variables),
-        picture.icon,
+        lambda: picture.icon({v.name for v in variables}),
         lambda times, names, inputs: _follow(kernel.Contact(facts.start), times, names, inputs),
     )
 

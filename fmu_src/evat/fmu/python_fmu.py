@@ -26,6 +26,7 @@ from evat.files.writing import put, temporary
 from evat.fmu import archive
 from evat.fmu.description import fmi2
 from evat.fmu.description.model_description import FIRST_REFERENCE
+from evat.fmu.documentation import picture
 from evat.fmu.documentation.contact import license_text
 from evat.fmu.fmu_facts import FmuFacts
 from evat.fmu.part_model import shown_variables
@@ -94,6 +95,7 @@ def _page(token: str) -> bytes:
         "python_fmu.html.j2",
         fmu_facts=fmu_facts,
         version=__version__,
+        day=archive.generated().date().isoformat(),
         token=token,
         laws=laws,
         variables=shown_variables(fmu.fmu_facts_of()),
@@ -155,5 +157,6 @@ def build_python_fmu(output: Path, reference: Path | None = None) -> Path:
         "documentation/externalDependencies.txt": _DEPENDENCIES.encode(),
         "documentation/licenses/license.txt": license_text().encode(),
         "documentation/licenses/pythonfmu.txt": _license_of_pythonfmu(),
+        "model.png": picture.diagram({variable.name for variable in shown_variables(fmu.fmu_facts_of())})[0].png,
     }
     return archive.write(files, output)

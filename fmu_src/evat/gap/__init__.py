@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from evat.constants import CONSTANTS
@@ -145,11 +146,13 @@ def _families(model: Model, judgement: Judgement) -> dict[str, float]:
 
 
 def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:
-    """The effects of the chosen set; where several sets are likely, what else each could be."""
+    """The effects of the chosen set; where several sets are likely, what else each could be. Of their parameters those that change nothing
+    that was measured are left out, such as the gain of a channel that was not recorded."""
     if not judgement.chosen or judgement.verdict in (NO_GAP, MISTUNED, UNKNOWN):
         return ()
     best, sd = comparison.models[judgement.chosen], comparison.models[judgement.chosen].sd
-    values = best.values
+    idle = {p.name for p, slope in zip(best.parameters, best.slopes.T, strict=True) if not np.any(slope)}
+    values = {name: value for name, value in best.values.items() if name not in idle}
     own = {effect.name: {variable.name for variable in effect.variables} for effect in comparison.prediction.model.effects}
     units = {variable.name: variable.unit for variable in comparison.prediction.model.variables}
     fitted_by_law = {p.name for p in best.parameters} - {p.name for p in comparison.recalibrated.parameters} - set().union(*own.values())

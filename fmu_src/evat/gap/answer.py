@@ -130,6 +130,7 @@ class Diagnosis(ShownAsTable):
                 "channels": {channel: {name: _number(value) for name, value in row.items()} for channel, row in self.closure.rms.items()},
                 "closed_share": _share((self.closure.share, self.closure.interval)),
                 "held_out_conditions": list(self.closure.held_out),
+                "closed_share_where_fitted": _share(self.closure.where_fitted),
             },
             "cannot_tell": list(self.cannot_tell),
             "next_experiment": None
@@ -146,10 +147,11 @@ class Diagnosis(ShownAsTable):
         from evat.notebook.tables import ResultTable
 
         rows = [(" + ".join(on) or "none", "" if p is None else f"{100 * p:.1f} %") for on, p in self.candidates]
-        share, (low, high) = self.closure.share, self.closure.interval
-        closed = (
-            f"closes {100 * share:.0f} % of the gap, 90 % interval {100 * low:.0f} to {100 * high:.0f} %" if math.isfinite(share) else ""
-        )
+        (share, (low, high)), where = (self.closure.share, self.closure.interval), ""
+        if not self.closure.held_out:
+            (share, (low, high)), where = self.closure.where_fitted, " of conditions that it was fitted to"
+        interval = f", 90 % interval {100 * low:.0f} to {100 * high:.0f} %" if math.isfinite(low) else ""
+        closed = f"closes {100 * share:.0f} % of the gap{where}{interval}" if math.isfinite(share) else ""
         return ResultTable(f"Diagnosis: {self.verdict}", ("effects", "probability"), rows, (closed, *self.cannot_tell))
 
     def json(self) -> str:

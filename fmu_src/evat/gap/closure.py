@@ -20,7 +20,8 @@ class Closure:
     """`share` of the structural gap that the effects close on `held_out` conditions, nan where none could be held out, with its 90 %
     interval; `rms[channel]`: nominal, recalibrated, corrected and noise floor [unit of the channel], there or, where there are none,
     everywhere; `unit`: what these are in, "N rms" or, where channels differ, each with its own;
-    `by_recalibration`: share of the nominal model's gap that recalibration alone closes there, with its interval."""
+    `by_recalibration`: share of the nominal model's gap that recalibration alone closes there, with its interval. `where_fitted` is, of all
+    conditions, which the fits have seen, what the effects close, or recalibration where there are none; nan where some are held out."""
 
     share: float
     interval: tuple[float, float]
@@ -28,6 +29,7 @@ class Closure:
     rms: dict[str, dict[str, float]]
     unit: str
     by_recalibration: tuple[float, tuple[float, float]] = (math.nan, (math.nan, math.nan))
+    where_fitted: tuple[float, tuple[float, float]] = (math.nan, (math.nan, math.nan))
 
 
 def held_out_conditions(conditions: Sequence[str]) -> tuple[str, ...]:
@@ -63,10 +65,21 @@ class HeldOut:
         """The same of the nominal model's gap, by recalibration."""
         return self._shrinks(self.comparison.nominal.predicted, self.fitted(self.comparison.recalibrated).predicted)
 
-    def _shrinks(self, before: FloatArray, after: FloatArray) -> tuple[float, tuple[float, float]]:
-        if not self.conditions:
+    def where_fitted(self, chosen: Fit) -> tuple[float, tuple[float, float]]:
+        """What the model closes of all conditions, which its fit has seen: of the recalibrated model's gap, or by it of the nominal one's.
+        Its interval over recordings is nan where these are too few to tell one."""
+        comparison = self.comparison
+        before = comparison.nominal if chosen is comparison.recalibrated else comparison.recalibrated
+        conditions = comparison.prediction.experiment.conditions
+        share, interval = self._shrinks(before.predicted, chosen.predicted, conditions)
+        recordings = {member for group in comparison.whitening.groups for member in group.members}
+        return share, interval if len(recordings) >= CONSTANTS.fewest_recordings else (math.nan, math.nan)
+
+    def _shrinks(self, before: FloatArray, after: FloatArray, conditions: Sequence[str] = ()) -> tuple[float, tuple[float, float]]:
+        """On these conditions, or those held out."""
+        if not (where := conditions or self.conditions):
             return math.nan, (math.nan, math.nan)
-        rows = _rows(self.comparison, before, after, self.conditions)
+        rows = _rows(self.comparison, before, after, where)
         if not len(rows):  # a sensor that is too slow for what was held out
             return math.nan, (math.nan, math.nan)
         share = _share(rows.sum(axis=0))
@@ -122,7 +135,10 @@ def close(comparison: Comparison, chosen: Fit, held: HeldOut) -> Closure:
         }
         for channel in tables["nominal"]
     }
-    return Closure(*held.closed(chosen), held.conditions, rms, _unit(comparison, rms), held.recalibrated())
+    closed, unit = held.closed(chosen), _unit(comparison, rms)
+    if held.conditions:
+        return Closure(*closed, held.conditions, rms, unit, held.recalibrated())
+    return Closure(*closed, held.conditions, rms, unit, where_fitted=held.where_fitted(chosen))
 
 
 def _unit(comparison: Comparison, channels: Iterable[str]) -> str:

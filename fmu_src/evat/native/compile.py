@@ -233,7 +233,7 @@ def compile_library(
     if sanitize:
         command = [*_sanitizing_compiler(), *FLAGS, *SANITIZE]
     else:
-        command = [*_zig(), "-target", target.zig, *FLAGS, *RELEASE, *processor.flags]
+        command = [*compiler(), "-target", target.zig, *FLAGS, *RELEASE, *processor.flags]
     command += [f"-I{Path(folder).resolve()}" for folder in include] + [f"-D{define}" for define in defines]
     if target.system != "windows":
         command.append("-fPIC")
@@ -381,7 +381,8 @@ def _compiled(name: str, part: str, build: Callable[[Path], Path]) -> Path:
         raise CompileError(f"{path}: the compiled library {flaw} and cannot be compiled anew: {error} Install evat again.") from error
 
 
-def _zig() -> list[str]:
+def compiler() -> list[str]:
+    """The command that compiles C; CompileError where there is none."""
     if importlib.util.find_spec("ziglang") is None:
         raise CompileError(f"no C compiler: the package ziglang is not installed for {sys.executable}: pip install 'evat[build]'.")
     return [sys.executable, "-m", "ziglang", "cc"]

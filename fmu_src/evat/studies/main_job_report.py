@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from fmpy import read_model_description
 
 from evat import paper_tables
 from evat.files.writing import put
@@ -111,6 +112,8 @@ def write_report(
         speed_unit=speed_unit,
         materials=paper_tables.materials(),
         token=kernel.token(),
+        fmu=fmu.name,
+        day=(read_model_description(str(fmu), validate=False).generationDateAndTime or "")[:10],
         files={path.name: "a picture of this page" for path in figures}
         | {"means.csv": "all cycle means, a line for each run"}
         | beside(fmu, out)

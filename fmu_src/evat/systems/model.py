@@ -92,3 +92,4 @@ class System:
     step: float | None
     every: int = 1
     notes: tuple[str, ...] = ()  # what was taken for granted
+    day: str = ""  # when it was made, as its archive says

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +19,7 @@ from evat.systems.relays import through
 from evat.units import affine, base_unit
 
 FMU_TYPES = (None, "application/x-fmu-sharedlibrary")
+NO_DAY = (1980, 1, 1)  # in a ZIP: the first that it can write
 IMPLEMENTATIONS = ("any", "CoSimulation")
 
 
@@ -76,7 +78,17 @@ def _read(path: Path, folder: Path) -> System:
         None if about is None else number(about, "step", what),
         1 if about is None else int(number(about, "every", what, 1, whole=True)),
         notes,
+        _day(top.get("generationDateAndTime", ""), path),
     )
+
+
+def _day(stated: str, archive: Path) -> str:
+    """The day that the system says it was made on, else that of its newest file; "" where an archive knows of none."""
+    if day := re.match(r"\d{4}-\d\d-\d\d(?=T)", stated):
+        return day[0]
+    with opened(archive) as packed:
+        newest = max(entry.date_time[:3] for entry in packed.infolist())
+    return "" if newest <= NO_DAY else "-".join(f"{part:02}" for part in newest)
 
 
 def _component(element: Any, folder: Path, archive: str, allowance: Allowance) -> tuple[Component, dict[str, str | None]]:

@@ -53,6 +53,7 @@ def add_connector(parent: Element, variable: Variable, kind: str | None = None, 
 def root(declared: Declared, version: str) -> Element:
     """The root element."""
     head = {"version": version, "name": declared.name, "description": declared.title, "generationTool": f"evat {__version__}"}
+    head |= {"generationDateAndTime": archive.stamp()}
     return top(f"{{{SSD}}}SystemStructureDescription", head, {"ssd": SSD, "ssc": SSC, "oms": OMS, "evat": ABOUT})
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
@@ -24,6 +25,7 @@ from evat.units import affine, base_unit
 
 CUTTING = {"principal_force": "principal_force", "feed_force": "feed_force"}
 UNKNOWN = 1.0  # relative sd of a value that no data tell: it may be several times as large, or as small
+ALIKE = 10.0  # times as long at most is a step of the clock of files that were recorded alike
 SET = ("cutting_speed", "feed", "width")  # what a cut is made at
 
 
@@ -57,6 +59,7 @@ class _Guess(Signals):
                 self.ask_column(FRICTION, "which column is the friction force, a torque or the motor's current")
         if self.questions:
             return None, self.questions
+        self.leave_aside_what_runs_otherwise(clock)
         load = self.chosen("normal_load", ("normal_load",)) if force is not None and force.kind == "coefficient" else None
         read = [each for each in (clock, motion, force, load, *cut) if each is not None]
         wanted = [each.header for each in read]
@@ -82,6 +85,36 @@ class _Guess(Signals):
         trials, repeats = self.trials(motion)
         values = self.nominal(motion, force)
         return self.result(trials, "", (), "external" if motion is not None else "internal", values, repeats), []
+
+    def leave_aside_what_runs_otherwise(self, clock: Meant) -> None:
+        """Of the files that have no headers those whose clock, by another's, is none, or takes steps of another size."""
+        recorded = self.recorded
+        if not recorded.bare:
+            return
+        usual = self.usual_step(recorded.headed, clock.header)
+        strange = [file for file in recorded.bare if not usual / ALIKE < self.usual_step(file, clock.header) < usual * ALIKE]
+        bare, form = tuple(file for file in recorded.bare if file not in strange), recorded.sniffed.form
+        self.recorded = replace(
+            recorded,
+            files=tuple(file for file in recorded.files if file not in strange),
+            sniffed=replace(recorded.sniffed, form=form if bare else replace(form, columns=())),
+            bare=bare,
+            aside=(
+                *recorded.aside,
+                *(
+                    f"{file}: it has no headers, and by those of {recorded.headed} its {clock.header!r} is no such clock"
+                    for file in strange
+                ),
+            ),
+        )
+
+    def usual_step(self, file: str, header: str) -> float:
+        """Of a column, in its first rows; nan where it does not hold two numbers."""
+        try:
+            steps = np.diff(first_rows(self.recorded, file, [header])[header])
+        except ExperimentError:
+            return math.nan
+        return float(np.median(steps)) if steps.size else math.nan
 
     def trials(self, motion: Meant | None) -> tuple[tuple[TrialGuess, ...], str]:
         told, repeats = named([each.name for each in self.runs])

@@ -11,6 +11,7 @@ import tomlkit
 
 from evat.console import printable
 from evat.experiment import ExperimentError
+from evat.experiment.begin.files import some
 from evat.experiment.begin.understood import Begun
 from evat.experiment.document import FILE, FORMAT
 from evat.experiment.keys import keys, meaning
@@ -82,9 +83,10 @@ def _reader(begun: Begun) -> list[str]:
     stated = [(key, getattr(form, key)) for key in keys("[reader]") if getattr(form, key) != getattr(plain, key)]
     if not stated or stated == [("delimiter", ",")]:
         return []
+    notes = {"columns": f"guessed: {_one_line(taken_over(begun))}"} if begun.recorded.bare else {}
     return [
         "[reader]  # guessed from the files' first lines",
-        *(f"{_line(key, value)}  # {meaning('[reader]', key)}" for key, value in stated),
+        *(f"{_line(key, value)}  # {notes.get(key) or meaning('[reader]', key)}" for key, value in stated),
         "",
     ]
 
@@ -115,8 +117,14 @@ def _nominal(begun: Begun, believed: Believed) -> list[str]:
     return [*lines, ""]
 
 
+def taken_over(begun: Begun) -> str:
+    """Whose headers are taken for those of which files."""
+    bare = begun.recorded.bare
+    return f"the headers of {begun.recorded.headed}, for {some(bare)}, which {'has' if len(bare) == 1 else 'have'} none"
+
+
 def _line(key: str, value: Any, guessed: str = "") -> str:
-    return f"{key} = {tomlkit.item(value).as_string()}{_mark(guessed)}"
+    return f"{key} = {tomlkit.item(list(value) if isinstance(value, tuple) else value).as_string()}{_mark(guessed)}"
 
 
 def _mark(why: str) -> str:
@@ -133,4 +141,5 @@ def to_look_at(begun: Begun, believed: Believed) -> Sequence[str]:
     first = (
         () if believed.values or believed.parameters else ("the nominal model is a guess: put in what you believe, or begin with --set",)
     )
-    return (*begun.look, *first)
+    doubt = (f"columns go by {taken_over(begun)}: are they in the same order there?",) if begun.recorded.bare else ()
+    return (*doubt, *begun.look, *first)

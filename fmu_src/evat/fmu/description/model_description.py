@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime, timezone
 from functools import cached_property
 
 from evat import __version__
-from evat.fmu.archive import generation_time
+from evat.fmu.archive import stamp
 from evat.fmu.description.simple_types import Enumeration, RealType, SimpleTypes, simple_types
 from evat.fmu.description.unit_definitions import definitions
 from evat.fmu.fmu_facts import TOLERANCE, FmuFacts
@@ -105,7 +104,6 @@ def described(variable: Variable) -> str:
 
 def root(version: str, token_name: str, facts: Facts) -> Element:
     """The root element with what both versions say of the model."""
-    moment = datetime.fromtimestamp(generation_time(), timezone.utc)
     head: dict[str, Scalar | None] = {
         "fmiVersion": version,
         "modelName": facts.fmu.model_name,
@@ -115,7 +113,7 @@ def root(version: str, token_name: str, facts: Facts) -> Element:
         "copyright": facts.copyright,
         "license": facts.fmu.license,
         "generationTool": f"evat {__version__}",
-        "generationDateAndTime": moment.strftime("%Y-%m-%dT%H:%M:%SZ"),
+        "generationDateAndTime": stamp(),
         "variableNamingConvention": "structured",
     }
     return top("fmiModelDescription", head)

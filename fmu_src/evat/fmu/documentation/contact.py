@@ -11,6 +11,7 @@ from importlib import metadata
 from markupsafe import Markup
 
 from evat import __version__, parameter_sets
+from evat.fmu import archive
 from evat.fmu.documentation import picture
 from evat.fmu.fmu_facts import FmuFacts
 from evat.html import render
@@ -111,7 +112,7 @@ def inline(svg: bytes) -> Markup:
     return Markup(drawing[drawing.index("<svg") :])  # our own drawing: nothing in it comes from outside
 
 
-def page(fmu_facts: FmuFacts, drawing: picture.Picture, variables: tuple[Variable, ...]) -> bytes:
+def page(fmu_facts: FmuFacts, drawing: picture.Picture, caption: str, variables: tuple[Variable, ...]) -> bytes:
     """documentation/index.html."""
     own = _own(variables)
     owned = {v.name for each in own for v in each.variables} | {each.switch.name for each in own if each.switch}
@@ -121,8 +122,10 @@ def page(fmu_facts: FmuFacts, drawing: picture.Picture, variables: tuple[Variabl
         "documentation.html.j2",
         fmu_facts=fmu_facts,
         version=__version__,
+        day=archive.generated().date().isoformat(),
         token=kernel.token(),
         diagram=inline(drawing.svg),
+        caption=caption,
         v=lambda name: _link(name, shown),
         has=lambda name: kernel.variable(name).name in shown,
         code=_code,
@@ -147,9 +150,9 @@ def page(fmu_facts: FmuFacts, drawing: picture.Picture, variables: tuple[Variabl
 
 def documentation_files(fmu_facts: FmuFacts, variables: tuple[Variable, ...]) -> dict[str, bytes]:
     """The folder documentation and the picture of the model."""
-    drawing = picture.diagram()
+    drawing, caption = picture.diagram({variable.name for variable in variables})
     return {
-        "documentation/index.html": page(fmu_facts, drawing, variables),
+        "documentation/index.html": page(fmu_facts, drawing, caption, variables),
         "documentation/diagram.png": drawing.png,
         "documentation/diagram.svg": drawing.svg,
         "documentation/externalDependencies.txt": b"none\n",

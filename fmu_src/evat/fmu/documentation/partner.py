@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from evat import __version__
+from evat.fmu import archive
 from evat.fmu.documentation import picture
 from evat.fmu.documentation.contact import inline, license_text
 from evat.fmu.fmu_facts import FmuFacts
@@ -34,6 +35,7 @@ def documentation_files(fmu_facts: FmuFacts, part: str) -> dict[str, bytes]:
         "machine.html.j2",
         fmu_facts=fmu_facts,
         version=__version__,
+        day=archive.generated().date().isoformat(),
         token=machine.token(part),
         equations=machine.equations(part),
         diagram=inline(drawing.svg),

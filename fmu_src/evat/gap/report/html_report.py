@@ -19,7 +19,7 @@ from evat.gap.report.parts import TITLES, parts
 from evat.gap.report.pictures import charts
 from evat.gap.report.series import Series, unlike
 from evat.gap.report.summary import headline
-from evat.gap.report.words import number, percent, shown_unit, typed
+from evat.gap.report.words import WITHIN_NOISE, closed, number, percent, shown_unit, typed
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.judgement import CANNOT_TELL, UNKNOWN, fitted
 from evat.inference.fit import Fit
@@ -82,6 +82,8 @@ def page(
         size=lambda name, x: None if x is None else units[name][1] * x,
         number=number,
         percent=percent,
+        closed=closed,
+        within_noise=WITHIN_NOISE,
         script=interactive.script(),
     )
 

@@ -8,7 +8,7 @@ from typing import Literal
 
 from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
-from evat.gap.report.words import number, percent, rivals_of, sentence, sure, typed
+from evat.gap.report.words import closed, closed_interval, number, rivals_of, sentence, sure, typed
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.credibility import shifted
 from evat.gap.verdict.judgement import fitted
@@ -35,7 +35,7 @@ def headline(answer: Diagnosis, comparison: Comparison) -> Headline:
     share, share_of = _share(answer)
     return Headline(
         status,
-        "attention" if first and tone == "note" else tone,
+        "attention" if first and tone in ("note", "good") else tone,
         sentence(answer, meanings(comparison), share=False),
         first=first,
         reasons=comparison.audit.refused if not judged else _meanings(answer, comparison),
@@ -65,7 +65,7 @@ def _meanings(answer: Diagnosis, comparison: Comparison) -> tuple[str, ...]:
 
 
 def _share(answer: Diagnosis) -> tuple[str, str]:
-    """How much of the gap closes, on conditions that no fit has seen, with its interval."""
+    """How much of the gap closes, with its interval: on conditions that no fit has seen, or with too few of them on all."""
     closure, held = answer.closure, len(answer.closure.held_out)
     conditions = f"{held} condition{'s' if held > 1 else ''} that no fit has seen"
     if answer.judgement.chosen and answer.verdict in ("effect", "ambiguous"):
@@ -75,18 +75,13 @@ def _share(answer: Diagnosis) -> tuple[str, str]:
     else:
         return "", ""
     if not held:
-        why = f"with fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
-        chosen = answer.judgement.chosen
-        if not chosen:
-            return "No share", f"can be given: {why}"
-        left = answer.judgement.features.left[chosen]
-        return (
-            "No share",
-            f"can be given for other conditions: {why}. Of these, which it was fitted to, it leaves {percent(left)} of the structural gap",
-        )
+        value, (low, high) = closure.where_fitted
+        conditions = "the conditions that it was fitted to"
     if not math.isfinite(value):
         return "No share", f"can be given: on {conditions} there is no gap above the noise"
-    return f"{percent(value)}", f"{what}, on {conditions} (90 % interval {percent(low)} to {percent(high)})"
+    interval = closed_interval(low, high) or f"without an interval: {CONSTANTS.fewest_recordings} recordings tell one"
+    why = "" if held else f"; with fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
+    return closed(value), f"{what}, on {conditions} ({interval}){why}"
 
 
 def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:

@@ -133,6 +133,22 @@ def shown_unit(prediction: Prediction, name: str) -> tuple[str, float, float]:
     return unit, *affine(variable.unit, unit)
 
 
+WITHIN_NOISE = ": what is left is no more than the noise"
+
+
+def closed(share: float | None) -> str:
+    """Of a share of the gap: what is left may be less than the noise is thought to be, and yet no more than all of the gap closes."""
+    return percent(share if share is None else min(share, 1.0))
+
+
+def closed_interval(low: float | None, high: float | None) -> str:
+    """Its 90 % interval; "" where there is none."""
+    if low is None or high is None or not math.isfinite(low):
+        return ""
+    ends = f"90 % interval {closed(low)} to {closed(high)}"
+    return f"{ends}{WITHIN_NOISE if low >= 1 else ''}"
+
+
 def percent(share: float | None) -> str:
     """Of a share."""
     if share is None or not math.isfinite(share):
