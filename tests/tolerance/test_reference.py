@@ -221,15 +221,16 @@ def largest(case: Case, rows: FloatArray, right: Reference, tolerance: float) ->
     return float(np.max(errors(replace(case, relative_tolerance=tolerance), rows, right, names)[:, judged]))
 
 
-def test_twice_the_steps_and_a_tenth_of_the_tolerance_change_nothing() -> None:
+@pytest.mark.parametrize("count", [15, pytest.param(40, marks=pytest.mark.campaign)])
+def test_twice_the_steps_and_a_tenth_of_the_tolerance_change_nothing(count: int) -> None:
     """Of any output less than a twentieth of the tightest tolerance but one that is judged, 1e-5."""
     changes = []
-    for number in range(40):
+    for number in range(count):
         case = draw(11, number)
         plain, tight = reference(case), reference(case, Care(1e-10, 0.5))
         if (plain.verdict, tight.verdict) == ("done", "done"):
             changes.append(largest(case, plain.rows, tight, 1e-5))
-    assert len(changes) >= 38
+    assert len(changes) >= 0.95 * count - 1
     assert max(changes) < 0.05
 
 
