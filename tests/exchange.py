@@ -44,7 +44,7 @@ def exchange(contact: Contact, duration: float, rtol: float, on: Sequence[str] =
         if contact.time >= end - 1e-12 * duration:
             return
         y, stop = read(contact, *states) / scale, min(end, contact.next_event())
-        solution = solve_ivp(rates, (contact.time, stop), y, "Radau", rtol=rtol, atol=rtol * 1e-4, events=watched, max_step=step)
+        solution = solve_ivp(rates, (contact.time, stop), y, "LSODA", rtol=rtol, atol=rtol * 1e-4, events=watched, max_step=step)
         assert solution.success
         past = 1e-12 * PERIOD if solution.status == 1 else 0  # a host stops just past a crossing, never just before it
         t, y = solution.t[-1], solution.y[:, -1]

@@ -91,14 +91,14 @@ def servo_plant(stop: float = 125) -> Plant:
 
 
 def follow(plant: Plant, friction: Friction) -> Motion:
-    """The motion by Radau at 1e-8, the bristle one of its states: what a host of a Model Exchange FMU does."""
+    """The motion by LSODA at 1e-9, the bristle one of its states: what a host of a Model Exchange FMU does."""
 
     def rates(t: float, y: np.ndarray) -> list[float]:
         F, dz = friction(t, plant.velocity(t, y), y[-1])
         return [*plant.rates(t, y, F), dz]
 
     scales = [1e-4] * len(plant.start) + [1e-6]
-    solution = solve_ivp(rates, (0, plant.times[-1]), (*plant.start, 0), "Radau", plant.times, rtol=1e-8, atol=np.multiply(scales, 1e-8))
+    solution = solve_ivp(rates, (0, plant.times[-1]), (*plant.start, 0), "LSODA", plant.times, rtol=1e-9, atol=np.multiply(scales, 1e-9))
     assert solution.success, solution.message
     v = np.array([plant.velocity(t, y) for t, y in zip(solution.t, solution.y.T, strict=True)])
     F = np.array([friction(t, speed, z)[0] for t, speed, z in zip(solution.t, v, solution.y[-1], strict=True)])

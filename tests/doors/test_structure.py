@@ -7,6 +7,7 @@ import random
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from evat import fmu
 from evat.fmu.fmu_facts import Version
@@ -65,7 +66,7 @@ def test_the_kernel_is_asked_once(asked: Asked, kernel_structure: Structure, pla
     assert [path.name for path in place.parent.iterdir()] == [place.name]  # no scratch file stays
 
 
-@pytest.mark.campaign  # two minutes; that of a fresh checkout is asked for where its FMUs are built
+@pytest.mark.campaign  # a minute; that of a fresh checkout is asked for where its FMUs are built
 def test_asking_again_gives_what_was_kept(kernel_structure: Structure) -> None:
     assert structure.find_structure() == kernel_structure
 
@@ -159,3 +160,35 @@ def test_draws_lie_within_the_bounds_and_differ() -> None:
         if variable.causality in ("parameter", "input"):
             values = [draw.draw(variable, luck) for _ in range(300)]
             assert variable.min <= min(values) < max(values) <= variable.max, variable.name
+
+
+def test_a_neighbour_has_few_other_values_and_no_rivals() -> None:
+    one = probe.Probe()
+    one.fruitful = [one.choose()]
+    effects = {effect.name: effect for effect in kernel.effects()}
+    differ = []
+    for _ in range(300):
+        near = one.choose()
+        on = {name for name in effects if near[name]}
+        assert not any(on & set(effects[name].rivals) for name in on)
+        assert set(near) == {variable.name for variable in one.fixed}
+        differ.append(sum(near[name] != one.fruitful[0][name] for name in near))
+    assert sum(count <= 8 for count in differ) > 100  # half of them are neighbours
+    assert sum(count > 8 for count in differ) > 100
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_is_taken_to_be_told_at_rest_would_change_nothing(seed: int) -> None:
+    """Any part of the pairs that are not looked at any more may be seen after all, and each unknown follows the same at the start."""
+    one, luck = probe.Probe(), np.random.default_rng(seed)
+    one.initial |= luck.random(one.initial.shape) < 0.02 * (luck.random((len(one.unknowns), 1)) < 0.5)
+    told = one.told_at_rest
+    late = sorted({*one.outputs, *one.rates}, key=lambda variable: variable.index)
+    before = [one.initial_knowns(unknown) for unknown in late]
+    assert np.count_nonzero(told & ~one.initial) > 200
+    assert np.any(~told)
+    one.initial |= told & (luck.random(told.shape) < 0.5)
+    assert [one.initial_knowns(unknown) for unknown in late] == before
+    assert np.array_equal(one.told_at_rest, told)
+    one.initial |= ~told
+    assert [one.initial_knowns(unknown) for unknown in late] != before

@@ -30,7 +30,7 @@ from sanitized import kernel_objects
 
 HERE = Path(__file__).resolve().parent
 PARTS = (CONTACT, *machine_names(source_root()))
-SECONDS = {CONTACT: 6.0, **dict.fromkeys(PARTS[1:], 2.0)}  # of the clock, in every run of the tests
+SECONDS = {CONTACT: 3.0, **dict.fromkeys(PARTS[1:], 1.0)}  # of the clock, in every run of the tests
 CAMPAIGN = {CONTACT: 360.0, **dict.fromkeys(PARTS[1:], 48.0)}  # ten minutes
 SLOWEST = 1.0  # seconds of the processor, under sanitizers, that a call may take: it is left then, and counted
 SEED = int(os.environ.get("EVAT_FUZZ_SEED", "1"))

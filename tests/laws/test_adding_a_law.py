@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from added import copied, evat, page, python
+from added import LAW as PAGE
+from added import copied, evat, python
 from evat.native.compile import source_root
 
 CHECKS = Path(__file__).with_name("test_what_a_law_reads.py")
-PAGE = page("friction")
 NAME, OWN = PAGE.name, f"{PAGE.name}.v_t"
 F_C, V_T, NOISE = 10.0, 0.02, 0.05  # N, m/s, N: of the contact that is measured
 
@@ -66,7 +66,7 @@ print(*(effect.name for effect in diagnose(read_experiment("rig", model), model)
 
 @pytest.fixture(scope="module")
 def added(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    return copied(tmp_path_factory.mktemp("added"), PAGE, PAGE.code)
+    return copied(tmp_path_factory)
 
 
 @pytest.fixture(scope="module")

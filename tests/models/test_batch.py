@@ -213,7 +213,7 @@ def friction(values: dict[str, float], times: np.ndarray) -> np.ndarray:
     z = np.zeros(1)
     deflections = [0.0]
     for begin, end in pairwise(times):  # the slip has a kink at every sample
-        z = solve_ivp(rate, (begin, end), z, "Radau", rtol=1e-11, atol=1e-18).y[:, -1]
+        z = solve_ivp(rate, (begin, end), z, "LSODA", rtol=1e-12, atol=1e-18).y[:, -1]
         deflections.append(float(z[0]))
     zs = np.array(deflections)
     rates = np.array([rate(t, value) for t, value in zip(times, zs, strict=True)])

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat.model import EvatError, FmuError, ParameterError, Run, SimulationError
+from evat.models import drive as drive_module
 from evat.models.drive import Driver, drive
 from evat.models.simulate import simulate
 from evat.native import kernel
@@ -202,3 +203,26 @@ def test_a_driver_keeps_what_the_fmu_logs(fmu: Path) -> None:
     with Driver(fmu, values) as driver:
         driver.follow(sliding())
         assert any("stiffness" in line for line in driver.log)
+
+
+def test_of_an_fmu_that_runs_again_no_more_is_read_than_it_takes_to_run(
+    fmi2_fmu: Path, fmi3_fmu: Path, scratch: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its description once, and none of its sources; another file in its place is read anew."""
+    read, there = list[str](), set[str]()
+
+    def description(path: str, validate: bool) -> object:
+        read.append(path)
+        return read_model_description(path, validate=validate)
+
+    monkeypatch.setattr(drive_module.fmpy, "read_model_description", description)
+    copy = tmp_path / "one.fmu"
+    for original, reads in ((fmi2_fmu, 1), (fmi3_fmu, 2)):
+        copy.write_bytes(original.read_bytes())
+        for _ in range(2):
+            with Driver(copy, SLIDING) as driver:
+                there |= {path.name for path in scratch.glob("*/*")}
+                assert driver.description.fmiVersion[0] == str(1 + reads)
+            assert len(read) == reads
+    assert {"binaries", "modelDescription.xml"} <= there
+    assert not there & {"documentation", "sources"}

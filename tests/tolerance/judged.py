@@ -37,6 +37,7 @@ import numpy.typing as npt
 from evat.model import BoolArray, FloatArray
 from evat.native import kernel
 from evat.native.compile import compile_library, host_target, kernel_sources, source_root
+from filelock import FileLock
 
 HERE = Path(__file__).resolve().parent
 BUILT = HERE.parent.parent / "build" / "out" / "tolerance"
@@ -58,9 +59,11 @@ def library() -> tuple[Any, Any]:
     for path in [*sources, *sorted((root / "kernel").rglob("*.h")), *HEADERS]:
         digest.update(path.read_bytes())
     output = BUILT / f"reference-{digest.hexdigest()[:16]}{host_target().extension}"
-    if not output.is_file():
-        include = [root / "kernel", HERE]
-        compile_library(sources, output, host_target(), include=include, exports=EXPORTS, defines={"LANES": 1})
+    BUILT.mkdir(parents=True, exist_ok=True)
+    with FileLock(output.with_suffix(".lock")):  # tests run side by side
+        if not output.is_file():
+            include = [root / "kernel", HERE]
+            compile_library(sources, output, host_target(), include=include, exports=EXPORTS, defines={"LANES": 1})
     ffi = cffi.FFI()
     text = kernel.declarations([root / "kernel" / "tables.h", root / "kernel" / "kernel.h", HERE / "radau.h", HERE / "reference.h"])
     ffi.cdef(text.replace("[LANES]", "[1]"))

@@ -144,7 +144,7 @@ def test_a_step_is_of_order_nine() -> None:
 
 
 def by_scipy(case: Case) -> FloatArray:
-    """SHOWN at the samples, by scipy's Radau from corner to corner and from reversal to reversal of the given slip."""
+    """SHOWN at the samples, by scipy's LSODA from corner to corner and from reversal to reversal of the given slip."""
     contact = kernel.Contact({**case.values, "relative_tolerance": 1e-4}, case.on)
     motion, states = (
         case.motion,
@@ -179,7 +179,7 @@ def by_scipy(case: Case) -> FloatArray:
             pieces = np.linspace(begin, end, 1 + min(400, 1 + int(abs(b - a) * (end - begin) / (t_1 - t_0) / (0.2 * v_s))))
             scale = np.array([1e-6 if name == "bristle_deflection" else 1.0 for name in states])
             for low, high in pairwise(pieces):
-                y = solve_ivp(rate, (low, high), y, method="Radau", rtol=1e-11, atol=1e-12 * scale).y[:, -1]
+                y = solve_ivp(rate, (low, high), y, method="LSODA", rtol=1e-12, atol=1e-13 * scale).y[:, -1]
             contact.event()
         put(t_1, y)
         rows.append([contact.get(name) for name in SHOWN])
@@ -199,7 +199,7 @@ AGAIN = (ON[1], ON[4])  # in the campaign: their like, without a state and with 
     [*(pytest.param("lugre", on, marks=pytest.mark.campaign if on in AGAIN else ()) for on in ON), ("dahl", ())],
 )
 def test_scipy_finds_the_same(law: str, on: tuple[str, ...]) -> None:
-    """Radau at 1e-11, in Python and of order 5: 3e-7 of the friction level, where 1e-5 is judged."""
+    """LSODA at 1e-12: 3e-7 of the friction level, where 1e-5 is judged."""
     times = np.array([0, 0.002, 0.004, 0.01, 0.012, 0.015])
     slip = np.array([0.0, 0.03, 0.0, 0.0, -0.01, 0.005])
     values = {
@@ -221,15 +221,16 @@ def largest(case: Case, rows: FloatArray, right: Reference, tolerance: float) ->
     return float(np.max(errors(replace(case, relative_tolerance=tolerance), rows, right, names)[:, judged]))
 
 
-def test_twice_the_steps_and_a_tenth_of_the_tolerance_change_nothing() -> None:
+@pytest.mark.parametrize("count", [15, pytest.param(40, marks=pytest.mark.campaign)])
+def test_twice_the_steps_and_a_tenth_of_the_tolerance_change_nothing(count: int) -> None:
     """Of any output less than a twentieth of the tightest tolerance but one that is judged, 1e-5."""
     changes = []
-    for number in range(40):
+    for number in range(count):
         case = draw(11, number)
         plain, tight = reference(case), reference(case, Care(1e-10, 0.5))
         if (plain.verdict, tight.verdict) == ("done", "done"):
             changes.append(largest(case, plain.rows, tight, 1e-5))
-    assert len(changes) >= 38
+    assert len(changes) >= 0.95 * count - 1
     assert max(changes) < 0.05
 
 

@@ -54,10 +54,13 @@ def opened(archive: Path, where: str = "", allowance: Allowance | None = None) -
         yield packed
 
 
-def unpack(archive: Path, folder: Path, where: str = "", allowance: Allowance | None = None) -> None:
-    """Unpack a ZIP into `folder`. ArchiveError where it should not be or cannot be read, OutputError where `folder` cannot be written."""
+def unpack(archive: Path, folder: Path, where: str = "", allowance: Allowance | None = None, but: tuple[str, ...] = ()) -> None:
+    """Unpack a ZIP into `folder`, `but` for folders of these names ("sources/"). ArchiveError where it should not be or cannot be read,
+    OutputError where `folder` cannot be written."""
     with opened(archive, where, allowance) as packed:
         for entry in packed.infolist():
+            if entry.filename.startswith(but):
+                continue
             path = folder / entry.filename
             with as_output_error(path):
                 (path if entry.is_dir() else path.parent).mkdir(parents=True, exist_ok=True)

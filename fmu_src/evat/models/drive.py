@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from evat.model import FloatArray, FmuError, ParameterError, Run, SimulationErro
 from evat.native.coupling import FORMS, CallFailed, CoupledFmu, Coupling, NotFinite, Output
 
 Progress = Callable[[float], None]
+_NOT_RUN = ("documentation/", "sources/")  # most of an FMU's files, and none that it may ask for while it runs
 
 
 def _log(lines: list[str]) -> Callable[..., None]:
@@ -30,6 +32,12 @@ def _log(lines: list[str]) -> Callable[..., None]:
     return keep
 
 
+@lru_cache(maxsize=8)
+def _description(fmu: Path, *_: int) -> Any:
+    """Read once for the many runs of one FMU; by the path, and what tells the file from another that is put there."""
+    return fmpy.read_model_description(str(fmu), validate=False)
+
+
 class Driver:
     """An instance of a co-simulation FMU between `with` and its end: set parameters, follow a record."""
 
@@ -38,7 +46,8 @@ class Driver:
     ) -> None:
         try:
             with opened(fmu):
-                self.description = fmpy.read_model_description(str(fmu), validate=False)
+                state = fmu.stat()
+                self.description = _description(fmu, state.st_mtime_ns, state.st_size)
         except ArchiveError as error:
             raise FmuError(f"no FMU that can be read: {error}") from error
         except Exception as error:  # fmpy raises what its parsers raise
@@ -69,7 +78,7 @@ class Driver:
     def _instantiate(self) -> None:
         self._folder = self._kept.enter_context(temporary())
         try:
-            unpack(self._path, self._folder)
+            unpack(self._path, self._folder, but=_NOT_RUN)
             self._load()
         except OutputError:  # it is not the FMU that is at fault
             raise

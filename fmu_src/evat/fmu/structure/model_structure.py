@@ -92,7 +92,7 @@ def _in_order(knowns: Sequence[Variable], chosen: npt.NDArray[np.bool_]) -> list
 
 
 def find_structure() -> Structure:
-    """Ask the kernel; some seconds."""
+    """Ask the kernel; a minute."""
     probe = Probe()
     probe.search()
     late = sorted({*probe.outputs, *probe.rates}, key=lambda v: v.index)

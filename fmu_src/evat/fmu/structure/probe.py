@@ -3,6 +3,7 @@
 Knowns that have shown the same so far are changed together, and one after the other only where that shows something new. A parameter of a
 law or an effect is not changed before a start, what follows the switch is taken to follow it; nor is the periodic state looked for, what
 follows a state is taken to follow what the search for it follows. So the cost grows with the number of inputs, states and switches only.
+What takes several rare choices at once is found from neighbours: half of the settings are like one that has shown something new.
 """
 
 from __future__ import annotations
@@ -15,16 +16,20 @@ import numpy as np
 
 from evat.fmu.structure.dependency_kinds import Factors, Mask
 from evat.fmu.structure.random_values import draw, other, put, read
-from evat.model import BuildError, FloatArray, SimulationError, Variable
+from evat.model import BuildError, Effect, FloatArray, SimulationError, Variable
 from evat.native import kernel
 from evat.native.kernel import Contact
 
 _SEED = 20210517  # any fixed number: same kernel, same structure
-_QUIET = {"run": 500, "start": 600}  # so many settings in a row must bring nothing new before a search ends
+_QUIET = {"run": 500, "start": 300}  # so many settings in a row must bring nothing new before a search ends
 _MOST = 20000
 _FEW = 3  # effects on, so that none hides the others; in other settings half of them are, so that they meet
+_LATEST = 20  # settings that have shown something new, near which others are looked at
+_NEAR = 0.5  # share of the settings that are near one of them
+_CHANGED = 0.1  # share of the fixed parameters in which such a neighbour is drawn anew
 
 Answer = Callable[[Contact], FloatArray]
+Setting = dict[str, float]  # a choice of all fixed parameters, by name
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,10 +47,13 @@ def choose_effects(luck: random.Random, share: float) -> set[str]:
     luck.shuffle(effects)
     on: set[str] = set()
     for effect in effects:
-        rivals = set(effect.rivals) | {each.name for each in effects if effect.name in each.rivals}
-        if luck.random() < share and not on & (rivals - {effect.name}):
+        if luck.random() < share and not on & _rivals(effect):
             on.add(effect.name)
     return on
+
+
+def _rivals(effect: Effect) -> set[str]:
+    return {*effect.rivals, *(each.name for each in kernel.effects() if effect.name in each.rivals)} - {effect.name}
 
 
 class Probe:
@@ -70,10 +78,14 @@ class Probe:
         self.factors.same[:, [v.type != "real" for v in self.unknowns]] = False  # only real numbers have factors
         self.initial = np.zeros((len(self.unknowns), len(self.starts)), dtype=bool)
         self.initial[[v in self.indicators for v in self.unknowns]] = True  # FMI does not ask; so nothing there is news
+        steps = ("initial_state", "averaging", "relative_tolerance", "averaging_window")
+        self.of_cycles = {*steps, *(effect.name for effect in kernel.effects())}
+        self.moving = np.array([v.causality == "independent" or v in self.states for v in self.starts])
         self.reinit = np.zeros(len(self.states), dtype=bool)
         self.luck = random.Random(_SEED)
         self.state_places = np.array([v.index for v in self.states])
         self.places = np.array([v.index for v in self.unknowns])
+        self.fruitful: list[Setting] = []
         self.idle: set[str] = set()  # variables of laws and effects that the present setting does without
         self.period = 0.0  # of its vibration [s]
 
@@ -85,28 +97,33 @@ class Probe:
             if not wanted:
                 return
             before = self._found()
-            self.setting(wanted)
+            setting = self.choose()
+            self.look(setting, wanted)
             now = self._found()
+            if now != before:
+                self.fruitful = [*self.fruitful, setting][-_LATEST:]
             quiet |= {part: quiet[part] + 1 if now[part] == before[part] else 0 for part in wanted}
         raise BuildError(f"the model structure did not settle within {_MOST} random settings; raise _MOST.")
 
     def _found(self) -> dict[str, int]:
         run = self.reinit.sum() + self.factors.seen.sum() - self.factors.same.sum()
-        return {"run": int(run), "start": int(self.initial.sum())}
+        return {"run": int(run), "start": int(self.told_at_rest.sum())}
+
+    @property
+    def told_at_rest(self) -> Mask:
+        """Pairs of which a further start can tell nothing: what was seen, and what follows from that by the rule of initial_knowns."""
+        of_rates = self.initial[[v in self.rates for v in self.unknowns]].any(axis=0)
+        of_cycles = of_rates | np.array([v.name in self.of_cycles for v in self.starts])
+        moves = self.initial[:, self.moving].any(axis=1)
+        told: Mask = self.initial | np.outer(moves, of_cycles)
+        return told
 
     def initial_knowns(self, unknown: Variable) -> list[Variable]:
         """What the unknown follows after a start: seen at rest; and where it follows a state or the time also all that a cycle follows,
         which the search for the periodic states and the averaging run, in internal steps that every effect may shorten."""
         needed = self._seen_at_rest(unknown)
         if needed & {"time", *(state.name for state in self.states)}:
-            needed |= {name for rate in self.rates for name in self._seen_at_rest(rate)}
-            needed |= {
-                "initial_state",
-                "averaging",
-                "relative_tolerance",
-                "averaging_window",
-                *(effect.name for effect in kernel.effects()),
-            }
+            needed |= {name for rate in self.rates for name in self._seen_at_rest(rate)} | self.of_cycles
         switch = {name: "friction_law" if name in self.laws else owner for name, owner in self.owner.items()}
         needed |= {v.name for v in (*self.fixed, *self.tunable) if switch.get(v.name) in needed}
         return [v for v in (*self.fixed, *self.tunable, *self.driven) if v.name in needed]
@@ -115,14 +132,35 @@ class Probe:
         row = self.initial[self.unknowns.index(unknown)]
         return {known.name for known, follows in zip(self.starts, row, strict=True) if follows}
 
-    def setting(self, wanted: set[str]) -> None:
-        """One choice of all fixed parameters; three starts; two choices of the tunable ones, two operating points each."""
-        contact = Contact()
-        switches = {effect.name for effect in kernel.effects()}
-        on = choose_effects(self.luck, min(0.5, _FEW / max(len(switches), 1)) if self.luck.random() < 0.5 else 0.5)
+    def choose(self) -> Setting:
+        """Fixed parameters at random, or in half of the cases near those of a setting that has lately shown something new."""
+        effects = {effect.name: effect for effect in kernel.effects()}
+        near = self.luck.choice(self.fruitful) if self.fruitful and self.luck.random() < _NEAR else None
+        if near is None:
+            on = choose_effects(self.luck, min(0.5, _FEW / max(len(effects), 1)) if self.luck.random() < 0.5 else 0.5)
+        else:
+            on = {name for name in effects if near[name]}
+            for name in self.luck.choices(list(effects), k=2):
+                if name in on:
+                    on.remove(name)
+                elif not on & _rivals(effects[name]):
+                    on.add(name)
+        setting = {name: float(name in on) for name in effects}
         for variable in self.fixed:
-            if variable.name != "averaging":  # a mean over a cycle follows all that the cycle does
-                contact.set(variable.name, variable.name in on if variable.name in switches else draw(variable, self.luck, 0.5))
+            if variable.name not in setting:
+                if near is None or self.luck.random() < _CHANGED:
+                    setting[variable.name] = draw(variable, self.luck, 0.5)
+                else:
+                    setting[variable.name] = near[variable.name]
+        return setting
+
+    def look(self, setting: Setting, wanted: set[str]) -> None:
+        """At one setting: three starts; two choices of the tunable parameters, two operating points each."""
+        contact = Contact()
+        for name, value in setting.items():
+            if name != "averaging":  # a mean over a cycle follows all that the cycle does
+                contact.set(name, value)
+        on = {effect.name for effect in kernel.effects() if setting[effect.name]}
         contact.set("initial_state", "at_rest")  # to look for the periodic states takes long
         active = {*on, kernel.variable("friction_law").choices[int(contact.get("friction_law"))]}
         self.idle = {name for name, owner in self.owner.items() if owner not in active}
@@ -202,9 +240,9 @@ class Probe:
                 break
         started = contact.state()
         contact.restore(ready)
-        alone = np.zeros(len(self.starts), dtype=bool)
-        for group in self.groups(self.starts, self.initial, alone) if look else ():
-            for change in self.changes(contact, self.starts, group, base, self.start, self.initial):
+        alone, told = np.zeros(len(self.starts), dtype=bool), self.told_at_rest
+        for group in self.groups(self.starts, told, alone) if look else ():
+            for change in self.changes(contact, self.starts, group, base, self.start, told):
                 if len(change.places) == 1:
                     self.initial[:, change.places[0]] |= change.unknowns[0] != 0
         contact.restore(started)
