@@ -143,7 +143,8 @@ class Variable:
             if value in self.choices:
                 return float(self.choices.index(value))
             allowed = f"one of {', '.join(self.choices)}" if self.choices else f"a number in {self.unit}"
-            raise ParameterError(f"{self.name} = {value!r}: allowed is {allowed}.")
+            near = near_names(value, self.choices)
+            raise ParameterError(f"{self.name} = {value!r}: allowed is {allowed}{f'; did you mean {near[0]}?' if near else '.'}")
         try:
             number = float(value)
         except OverflowError:  # a whole number of hundreds of digits

@@ -351,7 +351,7 @@ def test_the_hash_knows_every_byte_of_every_file(tmp_path: Path) -> None:
         ("full_scale = 50.0", "fullscale = 50.0", r"signals.friction_force: key 'fullscale' is not known; did you mean full_scale"),
         ("full_scale = 50.0", "full_scale = -1", r"signals.friction_force.full_scale: -1; a number above 0 in N"),
         ("full_scale = 50.0", "full_scale = nan", r"full_scale: nan"),
-        ('friction = "lugre"', 'friction = "lugr"', r"nominal.friction: friction_law = 'lugr': allowed is one of .*lugre"),
+        ('friction = "lugre"', 'friction = "lugr"', r"nominal.friction: friction_law = 'lugr': allowed is one of .*; did you mean lugre\?"),
         ('friction = "lugre"\n', "", r"nominal: friction is missing; allowed are .*lugre"),
         ('kinematics = "external"\n', "", r"nominal: kinematics is missing; allowed are internal, external"),
         ('kinematics = "external"', "kinematics = 1", r"nominal.kinematics: 1; allowed is one of internal"),

@@ -465,6 +465,7 @@ def test_typed_values_are_checked(systems: dict[str, Path], tmp_path: Path) -> N
         ("drive.table_mass=3 s", "does not measure"),
         ("drive.motor_force=3", "is output and computed"),
         ("guideway.slip_velocity=1", "is fed by drive.table_velocity"),
+        ("guideway.friction_law=coulom", r"allowed are coulomb \(1\), .*; did you mean coulomb\?"),
         ("drive.rigid=2", "true and false"),
     ):
         with pytest.raises((SspError, ParameterError), match=match):

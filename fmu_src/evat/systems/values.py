@@ -13,7 +13,7 @@ import numpy as np
 from evat import parameter_sets
 from evat.files.table import read_table
 from evat.files.text import RecordError
-from evat.model import ParameterError, nearest
+from evat.model import ParameterError, near_names, nearest
 from evat.native import kernel
 from evat.systems.bindings import values_of
 from evat.systems.couple import Given
@@ -64,7 +64,8 @@ def value(system: System, at: Port, text: str) -> Value:
         if text in items.values():
             return next(name for name, number in items.items() if number == text)
         allowed = ", ".join(f"{name} ({number})" for name, number in items.items())
-        raise ParameterError(f"{'.'.join(at)} = {text!r}: allowed are {allowed}.")
+        near = near_names(text, items)
+        raise ParameterError(f"{'.'.join(at)} = {text!r}: allowed are {allowed}{f'; did you mean {near[0]}?' if near else '.'}")
     return to_si(text, unit(system, at), name=".".join(at))
 
 
