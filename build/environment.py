@@ -78,8 +78,12 @@ def test(scripts: Path, arguments: Sequence[str]) -> int:
         "imports": [str(scripts / "lint-imports")],
         "types": [python, "-m", "mypy"],
         "build the guide": [str(scripts / "evat"), "guide", "--build"],
+        # Of a new checkout all tests are compiled: once for those that run side by side, and while the FMUs are built.
+        "collect the tests": [python, "-m", "pytest", "--collect-only", "-p", "no:terminal"],
         "tests": [python, "-m", "pytest", *side_by_side, *arguments],
     }
+    if arguments:
+        del steps["collect the tests"]
     failed: dict[str, int] = {}
     with ThreadPoolExecutor(1) as pool:
         built = pool.submit(step, build, [str(scripts / "evat"), "build", "--host-only"])

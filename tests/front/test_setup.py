@@ -160,6 +160,16 @@ def test_the_status_is_that_of_the_first_failing_step(failing: tuple[str, ...], 
     assert steps[-1].endswith("-k law")
 
 
+def test_where_all_tests_run_they_are_compiled_beside_the_build() -> None:
+    before = (
+        "import environment; from pathlib import Path; environment.set_up = lambda root: Path('bin'); "
+        "say = lambda *words: sys.stdout.write(' '.join(words) + chr(10)); "
+        "environment.step = lambda title, command, more=None: say('step', *command) and 0"
+    )
+    steps = [line for line in run_script("test.py", before).stdout.splitlines() if line.startswith("step") and " pytest " in line]
+    assert ["--collect-only" in step for step in steps] == [True, False]
+
+
 def test_the_programs_of_a_step_keep_the_modules_that_they_compile() -> None:
     ask = "import sys; sys.exit(sys.dont_write_bytecode)"
     before = f"import environment; sys.exit(environment.step('ask', [sys.executable, '-c', {ask!r}]))"

@@ -22,6 +22,7 @@ def names(answer: Diagnosis) -> list[str]:
     return [effect.name for effect in answer.effects]
 
 
+@AGAIN  # with a hundredth of an effect: test_of_an_effect_that_is_too_small_is_said_how_large_it_would_have_to_be
 def test_the_same_thing_twice_is_no_gap() -> None:
     answer = diagnose(measured(), MODEL)
     assert (answer.verdict, names(answer)) == ("no_gap", [])
@@ -79,6 +80,13 @@ def test_heavy_tails_do_not_change_the_answer(noise: object) -> None:
     answer = diagnose(measured(["direction_asymmetry"], LEAN, noise=noise), STILL)  # type: ignore[arg-type]
     assert names(answer) == ["direction_asymmetry"]
     assert answer.effects[0].parameters["a"][0] == pytest.approx(0.06, abs=0.015)
+    # Friction alone is recorded: what acts on cutting forces cannot be told.
+    assert any(line.startswith(("edge_force:", "cross_talk:")) for line in answer.cannot_tell)
+
+
+@AGAIN  # that they name nothing beside what is there is seen above in each run
+@pytest.mark.parametrize("noise", [_t3, _outliers], ids=["t3", "outliers"])
+def test_heavy_tails_are_no_gap(noise: object) -> None:
     assert diagnose(measured(noise=noise), STILL).verdict == "no_gap"  # type: ignore[arg-type]
 
 
@@ -196,17 +204,10 @@ def test_what_drifts_is_no_heat() -> None:
 
 
 def test_of_an_effect_that_is_too_small_is_said_how_large_it_would_have_to_be() -> None:
-    """A hundredth of what is named elsewhere here: nothing, and the smallest that would show lies between."""
+    """A hundredth of what is named elsewhere here: nothing, among all effects, and the smallest that would show lies between."""
     tiny = {name: value / 100 for name, value in LEAN.items()}
-    answer, comparison = diagnose_with(measured(["direction_asymmetry"], tiny), STILL)
-    assert answer.verdict == "no_gap"
-    effect = next(each for each in STILL.effects if each.name == "direction_asymmetry")
+    answer, comparison = diagnose_with(measured(["direction_asymmetry"], tiny), MODEL)
+    assert (answer.verdict, names(answer)) == ("no_gap", [])
+    effect = next(each for each in MODEL.effects if each.name == "direction_asymmetry")
     smallest = smallest_amplitudes(comparison, comparison.recalibrated, effect)["direction_asymmetry.a"]
     assert tiny["direction_asymmetry.a"] < smallest < LEAN["direction_asymmetry.a"]
-
-
-def test_what_a_missing_channel_hides_is_listed() -> None:
-    """Friction alone is recorded: what acts on cutting forces cannot be told, what acts on friction can."""
-    answer = diagnose(measured(["direction_asymmetry"], LEAN), STILL)
-    assert names(answer) == ["direction_asymmetry"]
-    assert any(line.startswith(("edge_force:", "cross_talk:")) for line in answer.cannot_tell)

@@ -86,17 +86,24 @@ def outcome() -> tuple[Diagnosis, Comparison]:
     return replace(answer, made_by={**answer.made_by, "seconds": 1.5}), comparison
 
 
+@pytest.fixture(scope="module")
+def written(outcome: tuple[Diagnosis, Comparison], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of its files, which no test changes."""
+    folder = tmp_path_factory.mktemp("written") / "out"
+    paths = write_diagnosis(*outcome, folder)
+    assert {path.name for path in paths} == FILES == {path.name for path in folder.iterdir()}
+    return folder
+
+
 @pytest.fixture
 def plain_page(monkeypatch: pytest.MonkeyPatch) -> None:
     """The page without its pictures, where the folder is looked at and not what stands in it."""
     monkeypatch.setattr(output, "page", lambda answer, *_: f"<html>{answer.verdict}</html>")
 
 
-def test_the_json_is_as_the_format_says(outcome: tuple[Diagnosis, Comparison], tmp_path: Path) -> None:
+def test_the_json_is_as_the_format_says(written: Path) -> None:
     """And says what was simulated: the asymmetry within four of its standard deviations and a tenth, closing nearly all."""
-    paths = write_diagnosis(*outcome, tmp_path / "out")
-    assert {path.name for path in paths} == FILES == {path.name for path in (tmp_path / "out").iterdir()}
-    text = (tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8")
+    text = (written / "diagnosis.json").read_text(encoding="utf-8")
     read = json.loads(text, parse_constant=lambda word: pytest.fail(f"{word} is no JSON"))
     _agrees(read, CONTRACT)
     assert read["next_experiment"]["separates"][0][0] == EFFECT
@@ -199,12 +206,11 @@ def test_a_link_is_not_followed(outcome: tuple[Diagnosis, Comparison], tmp_path:
         write_diagnosis(*outcome, tmp_path / "link")
 
 
-def test_the_set_switches_the_effect_on_in_the_fmu(outcome: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path) -> None:
+def test_the_set_switches_the_effect_on_in_the_fmu(outcome: tuple[Diagnosis, Comparison], written: Path, fmi2_fmu: Path) -> None:
     """The FMU with corrected.ssv gives what the model has without set-up errors, to 1e-9 of the force: the same code, a millionth of what
     the effect changes. Without the switch it does not."""
-    answer, comparison = outcome
-    write_diagnosis(answer, comparison, tmp_path / "out")
-    read = parameter_sets.load(tmp_path / "out" / "corrected.ssv")
+    _, comparison = outcome
+    read = parameter_sets.load(written / "corrected.ssv")
     assert read.effects == (EFFECT,)
     chosen = comparison.models[Hypothesis((EFFECT,))]
     assert read.values[f"{EFFECT}.a"] == chosen.values[f"{EFFECT}.a"]
@@ -232,12 +238,11 @@ def test_without_an_effect_the_set_is_the_recalibrated_model(outcome: tuple[Diag
     assert read.values["F_C"] == comparison.recalibrated.values["F_C"] != NOMINAL["F_C"]
 
 
-def test_the_after_figures_are_the_fmus(outcome: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path) -> None:
+def test_the_after_figures_are_the_fmus(outcome: tuple[Diagnosis, Comparison], written: Path, fmi2_fmu: Path) -> None:
     """rms of measured less FMU, as this set-up shows it, taken here from the FMU's own run; and its lines are what the report draws."""
     answer, comparison = outcome
     gain, zero, clock = (errors[0] for errors in answer.recalibration.setup["friction_force"].values())
-    write_diagnosis(answer, comparison, tmp_path / "out")
-    ssv, chosen = tmp_path / "out" / "corrected.ssv", comparison.models[Hypothesis((EFFECT,))]
+    ssv, chosen = written / "corrected.ssv", comparison.models[Hypothesis((EFFECT,))]
     run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, answer.closure.held_out)
     assert run.conditions == answer.closure.held_out
     # rates of inputs that a host gives differ in their last digits, and with them may a step of the solver: a hundredth of its tolerance
@@ -256,10 +261,9 @@ def test_the_after_figures_are_the_fmus(outcome: tuple[Diagnosis, Comparison], t
 
 
 def test_an_fmu_that_differs_is_told_of(
-    outcome: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path, monkeypatch: pytest.MonkeyPatch
+    outcome: tuple[Diagnosis, Comparison], written: Path, fmi2_fmu: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     answer, comparison = outcome
-    write_diagnosis(answer, comparison, tmp_path / "out")
     simulate = FmuModel.simulate
 
     def wrong(self: FmuModel, run: Run, on: Any, values: Any) -> Any:
@@ -267,7 +271,7 @@ def test_an_fmu_that_differs_is_told_of(
         return replace(trace, columns={name: column + 1.0 for name, column in trace.columns.items()})
 
     monkeypatch.setattr(FmuModel, "simulate", wrong)
-    ssv, chosen = tmp_path / "out" / "corrected.ssv", comparison.models[Hypothesis((EFFECT,))]
+    ssv, chosen = written / "corrected.ssv", comparison.models[Hypothesis((EFFECT,))]
     run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, answer.closure.held_out)
     level = comparison.whitening.levels["friction_force"]
     shown = 1 + float(chosen.values["setup.friction_force.gain"])  # of 1 N
@@ -278,10 +282,9 @@ def test_an_fmu_that_differs_is_told_of(
 
 
 def test_long_records_are_cut_for_the_fmu(
-    outcome: tuple[Diagnosis, Comparison], tmp_path: Path, fmi2_fmu: Path, monkeypatch: pytest.MonkeyPatch
+    outcome: tuple[Diagnosis, Comparison], written: Path, fmi2_fmu: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    answer, comparison = outcome
-    write_diagnosis(answer, comparison, tmp_path / "out")
+    _, comparison = outcome
     followed, simulate = list[int](), FmuModel.simulate
 
     def counted(self: FmuModel, run: Run, on: Any, values: Any) -> Any:
@@ -289,7 +292,7 @@ def test_long_records_are_cut_for_the_fmu(
         return simulate(self, run, on, values)
 
     monkeypatch.setattr(FmuModel, "simulate", counted)
-    ssv, chosen = tmp_path / "out" / "corrected.ssv", comparison.models[Hypothesis((EFFECT,))]
+    ssv, chosen = written / "corrected.ssv", comparison.models[Hypothesis((EFFECT,))]
     with CONSTANTS.replaced(fmu_samples=100):
         run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, ())
     assert (run.samples, run.runs, run.conditions) == (100, 1, ("slow",))

@@ -83,7 +83,7 @@ def test_averages_without_errors_are_doubted() -> None:
     [
         pytest.param(30, 1.0, 0.8, marks=pytest.mark.campaign),
         pytest.param(30, None, 0.75, marks=pytest.mark.campaign),
-        (2, 1.0, 0.6),
+        (1, 1.0, 0.6),
         pytest.param(2, None, 0.5, marks=pytest.mark.campaign),
     ],
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -31,13 +32,20 @@ from typer.testing import CliRunner
 @pytest.fixture(scope="module")
 def identification() -> Identification:
     rig = experiment(trial(TO_AND_FRO), trial(TO_AND_FRO, seed=2), trial(0.6 * TO_AND_FRO, "c1", seed=3))
-    return identify(rig, MODEL, FREE, Settings(seed=1, generations=15, hold_out=("c1",)))
+    return identify(rig, MODEL, FREE, Settings(seed=1, generations=4, hold_out=("c1",)))
 
 
-def test_the_fmu_with_the_identified_set_gives_the_calculated_force(identification: Identification, tmp_path: Path, fmi2_fmu: Path) -> None:
+@pytest.fixture(scope="module")
+def written(identification: Identification, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of its files, which no test changes."""
+    folder = tmp_path_factory.mktemp("written") / "out"
+    output.write(identification, folder)
+    return folder
+
+
+def test_the_fmu_with_the_identified_set_gives_the_calculated_force(identification: Identification, written: Path, fmi2_fmu: Path) -> None:
     """Relative to the force, within the tolerance of either run."""
-    ssv, _, _ = output.write(identification, tmp_path / "out")
-    read = parameter_sets.load_ssv(ssv)
+    read = parameter_sets.load_ssv(written / "identified.ssv")
     run = Run(TIMES, {"slip_velocity": TO_AND_FRO}, ("friction_force",))
     force = drive(fmi2_fmu, run, kernel.by_choice(dict(read.values)), relative_tolerance=1e-6)["friction_force"]
     calculated = identification.predicted[: TIMES.size]
@@ -50,9 +58,10 @@ def test_the_fmu_with_the_identified_set_gives_the_calculated_force(identificati
         assert word in notes
 
 
-def test_the_json_is_what_was_found(identification: Identification, tmp_path: Path) -> None:
-    _, path, _ = output.write(identification, tmp_path)
-    read = json.loads(path.read_text(encoding="utf-8"), parse_constant=lambda text: pytest.fail(f"{text} is no JSON"))
+def test_the_json_is_what_was_found(identification: Identification, written: Path) -> None:
+    read = json.loads(
+        (written / "identification.json").read_text(encoding="utf-8"), parse_constant=lambda text: pytest.fail(f"{text} is no JSON")
+    )
     for estimate in identification.estimates:
         entry = read["parameters"][estimate.name]
         assert entry["value"] == estimate.value
@@ -81,8 +90,10 @@ def test_the_report_stands_alone_and_escapes(identification: Identification, tmp
     assert (tmp_path / "again" / "report.html").read_bytes() == path.read_bytes()
 
 
-def test_nothing_half_written_is_left(identification: Identification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    output.write(identification, tmp_path)
+def test_nothing_half_written_is_left(
+    identification: Identification, written: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(written, tmp_path, dirs_exist_ok=True)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     assert set(before) == {"identified.ssv", "identification.json", "report.html"}
 
@@ -102,7 +113,7 @@ def test_the_command(tmp_path: Path) -> None:
     folder = write_experiment(experiment(trial(TO_AND_FRO[:400]), nominal=GUESS), tmp_path / "rig")
     assert read_experiment(folder, MODEL).samples == 400
     arguments = ["identify", str(folder), "-f", "F_C", "-f", "sigma0", "-b", "F_C=1..30 N", "-b", "sigma0=1e4..1e6 N/m", "--search", "de"]
-    arguments += ["--generations", "15", "--population", "16", "--seed", "4", "-o", str(tmp_path / "out")]
+    arguments += ["--generations", "6", "--population", "16", "--seed", "4", "-o", str(tmp_path / "out")]
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 0, result.output
     assert "F_C" in result.output
