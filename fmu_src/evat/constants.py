@@ -251,6 +251,10 @@ class _Constants(ConstantTable):
     form_error = Constant(
         0.07, "of the gap", "that recalibration leaves: what no effect explains any closer, since its form in the world is another"
     )
+    disbelief = Constant(1.0, "of the value, or of its logarithm", "how far off a nominal value may be if its owner is not believed (sd)")
+    evidence_of_disbelief = Constant(
+        20.0, "log evidence", "by which other nominal values have to beat every effect before their owner is not believed"
+    )
 
     # Search
     searched_samples = Constant(5_000, "samples", "that a look at one value set simulates; repeats of a run cost nothing")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -17,8 +18,9 @@ from evat.gap.verdict.judgement import judge
 from evat.inference.fit import fit
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.prediction import Prediction
+from evat.model import FloatArray
 from test_calibration import _features as features
-from toy import Toy, measured
+from toy import Toy, _effect, measured
 
 BEND, LEAN = Hypothesis(("bend",)), Hypothesis(("lean",))
 
@@ -106,3 +108,35 @@ def test_an_effect_that_does_not_apply_is_no_candidate() -> None:
     _, comparison = diagnose_with(measured(["bend"], {"bend.c": 0.4}), Elsewhere())
     assert LEAN not in comparison.rough
     assert BEND in comparison.rough
+
+
+class Loud(Toy):
+    """A spring whose sensor may amplify."""
+
+    effects = (*Toy.effects, _effect("amplify", "gain", "1"))
+    variables = (*Toy.variables, *effects[-1].variables)
+
+    def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
+        force = super().formula(times, values, on)["F"]
+        return {"F": force * (1 + values["amplify.gain"]) if "amplify" in on else force}
+
+
+@pytest.mark.parametrize(("relative_sd", "away"), [(0.02, "60"), (0.1, "12")])
+def test_a_nominal_value_that_nobody_can_have_meant_is_no_effect(relative_sd: float, away: str) -> None:
+    """Ten of a stiffness that its owner believes to be three. Whatever could stand in for it is dearer than not to believe the owner."""
+    made = measured(noise=0.02)
+    made = replace(made, nominal=replace(made.nominal, values={"k": 3.0}, relative_sd={"k": relative_sd}))
+    answer, comparison = diagnose_with(made, Loud())
+    assert (answer.verdict, answer.effects) == ("mistuned", ())
+    assert comparison.recalibrated.values["k"] == pytest.approx(10.0, rel=0.02)
+    (reason,) = (reason for reason in answer.cannot_tell if "credible" in reason)
+    assert reason.startswith("the nominal k is not credible: 3 N/m has to become 9.99")
+    assert f"{away} of its standard deviations away" in reason
+
+
+def test_an_amplifier_that_is_wrong_is_named_where_the_nominal_value_is_right() -> None:
+    made = measured(noise=0.02)
+    louder = tuple(replace(trial, outputs={"F": 1.4 * trial.outputs["F"]}) for trial in made.trials)
+    known = replace(made, trials=louder, nominal=replace(made.nominal, relative_sd={"k": 0.005}))
+    answer = diagnose(known, Loud())
+    assert [effect.name for effect in answer.effects] == ["amplify"]

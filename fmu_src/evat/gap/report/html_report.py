@@ -21,6 +21,7 @@ from evat.gap.report.series import Series, unlike
 from evat.gap.report.summary import headline
 from evat.gap.report.words import WITHIN_NOISE, closed, number, percent, shown_unit, typed
 from evat.gap.search.compare import Comparison
+from evat.gap.verdict.credibility import shift
 from evat.gap.verdict.judgement import CANNOT_TELL, UNKNOWN, fitted
 from evat.inference.fit import Fit
 from evat.inference.noise.autoregression import impulse_response
@@ -69,7 +70,7 @@ def page(
         line_colours={"measured": GREY, "nominal": RED, "recalibrated": ORANGE, "corrected": BLUE},
         pictures={where: [_picture(chart) for chart in some] for where, some in drawn.items()},
         candidates=_candidates(answer, comparison),
-        recalibrated=_recalibrated(answer, comparison.recalibrated),
+        recalibrated=_recalibrated(answer, comparison),
         cannot_tell=_by_reason(document["cannot_tell"]),
         place=lambda name, x: _place(comparison, name, x),
         noise=_noise(comparison),
@@ -141,14 +142,15 @@ def _place(comparison: Comparison, name: str, x: float) -> str:
     return number(x) if name == "phase" else display(x, typed(comparison.prediction, name), digits=4)
 
 
-def _recalibrated(answer: Diagnosis, fit: Fit) -> list[dict[str, Any]]:
-    point = {p.name: u for p, u in zip(fit.parameters, fit.point, strict=True)}
+def _recalibrated(answer: Diagnosis, comparison: Comparison) -> list[dict[str, Any]]:
+    fit = comparison.recalibrated
+    away = {p.name: float(u) for p, u in zip(fit.parameters, fit.point, strict=True)} | shift(comparison, fit)
     rows: Mapping[str, Any] = answer.document()["recalibration"]["parameters"]
     return [
         {
             "name": name,
             **row,
-            "shift": float(point[name]),
+            "shift": away[name],
             "relative": row["value"] / row["nominal"] - 1 if row["nominal"] else None,
         }
         for name, row in rows.items()

@@ -13,7 +13,7 @@ from evat.gap.search.candidates import Candidates, Progress, allowed
 from evat.gap.search.form import with_form_of_law
 from evat.gap.search.pairs import polish, try_pairs
 from evat.gap.search.part import part_of
-from evat.gap.search.recalibration import NO_RUN, must, recalibrated_model
+from evat.gap.search.recalibration import NO_RUN, disbelieving, must, recalibrated_model
 from evat.gap.search.rival_laws import try_rival_laws
 from evat.gap.search.singles import try_singles
 from evat.inference.fit import Fit, fit
@@ -103,6 +103,10 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
         rough = {on: evidence - base.likelihood.evidence + recalibrated.likelihood.evidence for on, evidence in candidates.rough.items()}
     polish(prediction, whitening, models)
     recalibrated, models, forms = with_form_of_law(prediction, whitening, recalibrated, models)
+    free = disbelieving(prediction, whitening, recalibrated)
+    best = max(each.likelihood.evidence for each in (recalibrated, *models.values()))
+    if free is not None and free.likelihood.evidence > best + CONSTANTS.evidence_of_disbelief:
+        recalibrated = free
     return Comparison(
         prediction,
         noise,

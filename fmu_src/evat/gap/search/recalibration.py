@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -52,6 +53,18 @@ def recalibrated_model(
             break
     whitening.forgive(CONSTANTS.form_error * recalibrated.likelihood.size, recalibrated.likelihood.length)
     return prediction, noise, whitening, recalibrated.again(whitening)
+
+
+def disbelieving(prediction: Prediction, whitening: Whitening, recalibrated: Fit) -> Fit | None:
+    """The nominal model at its best if nobody were sure of its values; from those, since recalibration has other values stand in for one
+    that may not move as far as it must. None where the model does not run."""
+    nominal, least = prediction.experiment.nominal.values, CONSTANTS.disbelief
+    own = [
+        replace(p, sd=max(p.sd, least if p.logarithmic else least * abs(p.mean))) if p.name in nominal else p
+        for p in recalibrated.parameters
+    ]
+    start = [0.0 if p.name in nominal else float(u) for p, u in zip(own, recalibrated.point, strict=True)]
+    return fit(prediction, whitening, own, np.array(start), recalibrated.on, fixed=recalibrated.fixed)
 
 
 def _begun(prediction: Prediction, first: Fit) -> tuple[Prediction, FloatArray]:

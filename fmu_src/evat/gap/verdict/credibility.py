@@ -12,6 +12,7 @@ from evat.gap.closure import HeldOut
 from evat.gap.search.compare import Comparison
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
+from evat.inference.parameters import nominal_parameters
 from evat.units import display
 
 
@@ -52,10 +53,16 @@ def _of_effect(comparison: Comparison, on: Hypothesis, name: str) -> list[str]:
     return reasons
 
 
+def shift(comparison: Comparison, fit: Fit) -> dict[str, float]:
+    """How far it moves each nominal value, in the standard deviations in which its owner knows it."""
+    experiment = comparison.prediction.experiment
+    known = {p.name: p for p in nominal_parameters(comparison.prediction.model, experiment)}
+    return {name: known[name].place(float(value)) for name, value in fit.values.items() if name in known}
+
+
 def largest_shift(comparison: Comparison, fit: Fit) -> float:
     """How far it moves a nominal value at most, in that value's standard deviations."""
-    nominal = comparison.prediction.experiment.nominal.values
-    return max((abs(float(u)) for p, u in zip(fit.parameters, fit.point, strict=True) if p.name in nominal), default=0.0)
+    return max(map(abs, shift(comparison, fit).values()), default=0.0)
 
 
 def shifted(comparison: Comparison, fit: Fit) -> tuple[str, ...]:
@@ -70,8 +77,8 @@ def shifted(comparison: Comparison, fit: Fit) -> tuple[str, ...]:
         return display(value, as_typed(known[name], signals), digits=4)
 
     return tuple(
-        f"the nominal {p.name} is not credible: {said(p.name, p.mean)} has to become {said(p.name, float(fit.values[p.name]))}, "
-        f"{abs(float(u)):.2g} of its standard deviations away"
-        for p, u in zip(fit.parameters, fit.point, strict=True)
-        if p.name in nominal and abs(float(u)) > CONSTANTS.credible_shift
+        f"the nominal {name} is not credible: {said(name, float(nominal[name]))} has to become {said(name, float(fit.values[name]))}, "
+        f"{abs(away):.2g} of its standard deviations away"
+        for name, away in shift(comparison, fit).items()
+        if abs(away) > CONSTANTS.credible_shift
     )
