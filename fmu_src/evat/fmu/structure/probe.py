@@ -21,7 +21,7 @@ from evat.native import kernel
 from evat.native.kernel import Contact
 
 _SEED = 20210517  # any fixed number: same kernel, same structure
-_QUIET = {"run": 500, "start": 300}  # so many settings in a row must bring nothing new before a search ends
+_QUIET = {"run": 1000, "start": 300}  # so many settings in a row must bring nothing new before a search ends
 _MOST = 20000
 _FEW = 3  # effects on, so that none hides the others; in other settings half of them are, so that they meet
 _LATEST = 20  # settings that have shown something new, near which others are looked at
