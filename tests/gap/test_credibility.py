@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -18,9 +17,8 @@ from evat.gap.verdict.judgement import judge
 from evat.inference.fit import fit
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.prediction import Prediction
-from evat.model import FloatArray
 from test_calibration import _features as features
-from toy import Toy, _effect, measured
+from toy import Loud, Toy, measured
 
 BEND, LEAN = Hypothesis(("bend",)), Hypothesis(("lean",))
 
@@ -108,17 +106,6 @@ def test_an_effect_that_does_not_apply_is_no_candidate() -> None:
     _, comparison = diagnose_with(measured(["bend"], {"bend.c": 0.4}), Elsewhere())
     assert LEAN not in comparison.rough
     assert BEND in comparison.rough
-
-
-class Loud(Toy):
-    """A spring whose sensor may amplify."""
-
-    effects = (*Toy.effects, _effect("amplify", "gain", "1"))
-    variables = (*Toy.variables, *effects[-1].variables)
-
-    def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
-        force = super().formula(times, values, on)["F"]
-        return {"F": force * (1 + values["amplify.gain"]) if "amplify" in on else force}
 
 
 @pytest.mark.parametrize(("relative_sd", "away"), [(0.02, "60"), (0.1, "12")])

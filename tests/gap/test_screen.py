@@ -104,10 +104,10 @@ class Late(Toy):
     turn = 2 * np.pi * 0.4
 
     def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
-        x = values["x"]
+        x = values["x"] + np.zeros(times.shape)
         if "late" not in on:
             return {"F": values["k"] * x}
-        before = np.gradient(x, times, axis=-1) / self.turn
+        before = np.gradient(x, times, axis=-1) / self.turn if times.size > 1 else np.zeros_like(x)
         return {"F": values["k"] * (np.cos(self.turn * values["late.T"]) * x - np.sin(self.turn * values["late.T"]) * before)}
 
 

@@ -38,6 +38,17 @@ class Toy(PlainModel):
         return {"F": force}
 
 
+class Loud(Toy):
+    """A spring whose sensor may amplify."""
+
+    effects = (*Toy.effects, _effect("amplify", "gain", "1"))
+    variables = (*Toy.variables, *effects[-1].variables)
+
+    def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
+        force = super().formula(times, values, on)["F"]
+        return {"F": force * (1 + values["amplify.gain"]) if "amplify" in on else force}
+
+
 def measured(
     on: Sequence[str] = (),
     values: Mapping[str, float] | None = None,

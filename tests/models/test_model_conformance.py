@@ -22,9 +22,10 @@ from evat.models.contact import ContactModel
 from evat.models.fmu import FmuModel
 from evat.native import kernel
 from test_hypothesis import TwoLaws
+from test_screen import Late
 from test_valleys import TwoValleys, identified
 from test_where import Turning
-from toy import Toy, measured
+from toy import Loud, Toy, measured
 
 Values = Mapping[str, float | str]
 TIMES: FloatArray = np.arange(60, dtype=np.float64) * 2e-3
@@ -82,6 +83,10 @@ CASES = {
                              ("k", (1.0, 9.0, 11.0)), ("F", {"k": 9.0, "x": 0.5})),
     "toy of two laws": Case(lambda _: TwoLaws(), {"k": 9.0, "bend.c": 0.3}, Run(TIMES, {"x": SLIP}, ("F",)), ("bend",),
                             ("k", (1.0, 9.0, 11.0)), ("F", {"k": 9.0, "x": 0.5}), rivals=1),
+    "toy that amplifies": Case(lambda _: Loud(), {"k": 9.0, "amplify.gain": 0.2}, Run(TIMES, {"x": SLIP}, ("F",)), ("amplify",),
+                               ("k", (1.0, 9.0, 11.0)), ("F", {"k": 9.0, "x": 0.5})),
+    "toy with a lag": Case(lambda _: Late(), {"k": 9.0, "late.T": 0.01}, Run(TIMES, {"x": SLIP}, ("F",)), ("late",),
+                           ("k", (1.0, 9.0, 11.0)), ("F", {"k": 9.0, "x": 0.5})),
     "two valleys": Case(lambda _: TwoValleys(), {"p": 1.5}, Run(TIMES, {}, ("F",)), (), ("q", (1.0, 5.0, 9.0)), ("F", {"p": 1.0})),
 }  # fmt: skip
 
