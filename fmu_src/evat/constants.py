@@ -277,6 +277,7 @@ class _Constants(ConstantTable):
     periodogram_peaks = Constant(12, "1", "of what is left, at which a sine is tried whose frequency or period nobody knows")
     periodogram_periods = Constant(64, "1", "of a ripple over the position, within the longest way, at most")
     periodogram_lines = Constant(2000, "1", "periods of a line within the longest recording, at most")
+    fewest_line_periods = Constant(4, "periods", "of a line within the longest recording: what is slower is a drift, or the motion's own")
     phases = Constant(16, "1", "of a sine, that are tried by its quadrature components", low=4)
     refined_points = Constant(
         10, "1", "points of a design that are looked at with a discrepancy of their own: the best with that of the base"

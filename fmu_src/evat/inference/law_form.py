@@ -11,16 +11,22 @@ from __future__ import annotations
 import numpy as np
 
 from evat.constants import CONSTANTS
+from evat.inference.initial_state import steady_deflections
 from evat.inference.parameters import Parameter
 from evat.inference.prediction import Linearised, Prediction, with_lead_in
 from evat.model import FloatArray
 from evat.required_inputs import FRICTION, MOTION
 
 
-def with_form_of_law(prediction: Prediction, slopes: FloatArray) -> Prediction:
-    """The same with the forms that its law may have in the recorded motions, as linear parameters; slopes : (N, p), what the parameters do
-    already. As it is where no friction force beside a slip velocity was recorded."""
-    table, at = _table(prediction)
+def with_form_of_law(
+    prediction: Prediction, slopes: FloatArray, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()
+) -> Prediction:
+    """The same with the forms that its law may have in the recorded motions, as linear parameters. As it is where no friction force beside
+    a slip velocity was recorded.
+
+    slopes : (N, p), what the parameters do already; values, on : of the model, whose bristles bend over some way.
+    """
+    table, at = _table(prediction, values or {}, on)
     if not at.size:
         return prediction
     level = float(np.sqrt(np.mean(prediction.measured[at] ** 2)))
@@ -41,7 +47,7 @@ def with_form_of_law(prediction: Prediction, slopes: FloatArray) -> Prediction:
     return prediction.linearise((*prediction.linearised, *forms))
 
 
-def _table(prediction: Prediction) -> tuple[FloatArray, FloatArray]:
+def _table(prediction: Prediction, values: Mapping[str, float | str], on: Sequence[str]) -> tuple[FloatArray, FloatArray]:
     """How forces may differ, (n, k), and where these stand in the long vector, (n,)."""
     recorded = [
         s for s in prediction.segments if s.trial >= 0 and s.channel == FRICTION and MOTION in prediction.experiment.trials[s.trial].inputs
@@ -54,7 +60,7 @@ def _table(prediction: Prediction) -> tuple[FloatArray, FloatArray]:
     fastest = float(np.quantile(speeds, 0.99))
     slowest = max(float(np.quantile(speeds, 0.05)), 1e-3 * fastest)
     ways = [float(np.median(np.abs(inputs[MOTION])) * np.median(np.diff(times))) for times, inputs, _ in motions]
-    length = max([*prediction.steady.values(), 0.0]) or 3 * float(np.median(ways))
+    length = max(steady_deflections(prediction, values, on).values(), default=0.0) or 3 * float(np.median(ways))
     rows, of_run = list[FloatArray](), dict[bytes, FloatArray]()
     for segment, trial, (times, inputs, before) in zip(recorded, trials, motions, strict=True):
         key = prediction.alike[segment.trial]
@@ -71,7 +77,7 @@ def _columns(times: FloatArray, velocity: FloatArray, length: float, range_: tup
     steps = np.diff(times, prepend=times[0])
     middle = 0.5 * (velocity + np.concatenate([velocity[:1], velocity[:-1]]))
     moved = steps * middle
-    yielding = _stops(moved, length * np.geomspace(0.125, 16.0, 8), start)
+    yielding = _stops(moved, length * np.geomspace(0.125, 4.0, 6), start)
     way = yielding[:, 3]
     speed = np.log(np.maximum(np.abs(velocity), slowest))
     smooth = np.array([velocity / (np.abs(velocity) + size) for size in np.geomspace(slowest, fastest, 4)[:3]]).T

@@ -55,7 +55,10 @@ def peaks(prediction: Prediction, whitening: Whitening, predicted: FloatArray, u
         return []
     finest = max(float(np.ptp(c.place)) / max(float(np.median(np.abs(np.diff(c.place)))), 1e-9 * longest) for c in courses) / 2
     most = int(min(finest, CONSTANTS.periodogram_periods if unit == WAY else CONSTANTS.periodogram_lines))
-    numbers = np.arange(2, 4 * max(most, 1) + 1) / (4 * longest)  # four to a period of the longest
+    fewest = CONSTANTS.fewest_line_periods if unit == TIME else 0.5
+    numbers = np.arange(int(4 * fewest), 4 * max(most, 1) + 1) / (4 * longest)  # four to a period of the longest
+    if not numbers.size:
+        return []
     keys = list(dict.fromkeys(course.key for course in courses))
     ways = [{key: _components([c for c in courses if c.key == key and c.turned == way], numbers) for key in keys} for way in (False, True)]
     powers = np.array([np.sum([2 * np.abs(c) ** 2 / max(n, 1) for c, n in each.values()], axis=0) for each in ways])

@@ -52,7 +52,7 @@ def recalibrated_model(
         )
         if np.max(np.abs(at - before)) <= CONSTANTS.linearisation_range:
             break
-    formed = with_form_of_law(prediction, recalibrated.slopes)
+    formed = with_form_of_law(prediction, recalibrated.slopes, recalibrated.values, recalibrated.on)
     if formed is not prediction:
         prediction, free = formed, [each.parameter for each in formed.linearised if each.parameter.name in formed.form_names]
         recalibrated = _trusted(
