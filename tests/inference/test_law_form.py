@@ -54,7 +54,7 @@ def left(prediction: Prediction, forms: bool) -> float:
     [
         (("maxwell_slip",), {"maxwell_slip.share": 0.3}, 0.4),  # several elements that yield one after the other
         (("elasto_plastic",), {"elasto_plastic.share": 0.3}, 0.75),  # a sharp end of presliding
-        (("rate_and_state",), {"rate_and_state.a": 0.01, "rate_and_state.b": 0.02}, 0.75),  # a level that follows the speed late
+        ((), {"sigma1": 30.0, "lugre.presliding_exponent": 2.0}, 0.75),  # another approach to sliding, with less damping
     ],
 )
 def test_they_take_up_a_good_part_of_what_laws_differ_in(on: tuple[str, ...], truth: dict[str, float | str], most: float) -> None:

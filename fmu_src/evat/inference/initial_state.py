@@ -109,7 +109,7 @@ def beginnings(prediction: Prediction) -> tuple[str, ...]:
 
 
 def steady_deflections(prediction: Prediction, values: Mapping[str, float | str], on: Sequence[str]) -> dict[str, float]:
-    """By the trial's file: the largest deflection [m] of bristles in steady slip; 0 where it moves otherwise. Empty where there are none."""
+    """By the trial's file: the largest deflection [m] of bristles in steady slip; 0 where it moves otherwise. Empty without bristles."""
     if not any(variable.name == BRISTLE for variable in prediction.model.variables):
         return {}
     effects = tuple(dict.fromkeys((*prediction.experiment.nominal.effects, *on)))

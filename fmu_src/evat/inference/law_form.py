@@ -1,12 +1,14 @@
 """In which ways may the friction force of a contact differ from that of its law? In those in which published laws differ from each other.
 
 No law is exact. Beside its parameters each differs in how it goes from rest to sliding (Prandtl 1928 and Iwan 1966: elements that yield one
-after the other), in its curve over velocity, in how smoothly it passes zero, and in how late the level follows the velocity over a way
-(Dieterich 1979) or a time (Hess and Soom 1990). Each of these is a column that a recorded motion tells without any law; what the parameters
-of the law cannot do anyway is the form of it, known to be small, and free in every fit.
+after the other), in how smoothly it passes zero, and in how late the level follows the velocity (Hess and Soom 1990). Each of these is a
+column that a recorded motion tells without any law; what the parameters of the law cannot do anyway is the form of it, known to be small,
+and free in every fit. A level that follows over a way (Dieterich 1979) is none: that is an effect, which has a name.
 """
 
 from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -27,7 +29,8 @@ def with_form_of_law(
     slopes : (N, p), what the parameters do already; values, on : of the model, whose bristles bend over some way.
     """
     table, at = _table(prediction, values or {}, on)
-    if not at.size:
+    table = table[:, np.any(table, axis=0)]
+    if not table.size:
         return prediction
     level = float(np.sqrt(np.mean(prediction.measured[at] ** 2)))
     known, _ = np.linalg.qr(slopes[at][:, np.any(slopes[at], axis=0)])
@@ -81,10 +84,8 @@ def _columns(times: FloatArray, velocity: FloatArray, length: float, range_: tup
     way = yielding[:, 3]
     speed = np.log(np.maximum(np.abs(velocity), slowest))
     smooth = np.array([velocity / (np.abs(velocity) + size) for size in np.geomspace(slowest, fastest, 4)[:3]]).T
-    rates = [np.abs(moved) / (length * far) for far in (1.0, 5.0, 25.0)]
     usual = float(np.median(steps[1:])) if steps.size > 1 else 1.0
-    rates += [steps / (usual * late) for late in (3.0, 12.0, 48.0)]
-    late = np.array([_lagged(speed, rate) - speed for rate in rates]).T
+    late = np.array([_lagged(speed, steps / (usual * by)) - speed for by in (3.0, 12.0, 48.0)]).T
     return np.column_stack([yielding, smooth, way[:, None] * late])
 
 
