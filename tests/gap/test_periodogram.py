@@ -94,3 +94,5 @@ def test_a_ripple_is_named_where_each_condition_begins_elsewhere() -> None:
     answer = diagnose(with_ripple(measured()), MODEL)
     assert (answer.verdict, [effect.name for effect in answer.effects]) == ("effect", ["position_ripple"])
     assert answer.effects[0].parameters["period"][0] == pytest.approx(PERIOD, rel=0.01)
+    (note,) = (note for note in answer.cannot_tell if note.startswith("position_ripple.phase"))
+    assert all(f"in c{place}" in note for place in range(4))

@@ -79,6 +79,7 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
     missing = (
         *judgement.features.doubts.get(judgement.chosen, ()),
         *shifted(comparison, fitted(comparison, judgement.chosen)),
+        *_own_values(comparison, judgement),
         *said,
         *_missing(comparison),
     )
@@ -199,6 +200,16 @@ def _where(comparison: Comparison, judgement: Judgement) -> Location:
     if judgement.verdict == UNKNOWN:
         return locate(comparison.prediction, comparison.prediction.measured - base)
     return locate(comparison.prediction, comparison.whitening.residuals(comparison.nominal.predicted))
+
+
+def _own_values(comparison: Comparison, judgement: Judgement) -> list[str]:
+    """What conditions or recordings have by themselves in the chosen model, which one set of parameters cannot hold."""
+    units = {variable.name: variable.unit for variable in comparison.prediction.model.variables}
+    return [
+        f"{name} is each recording's own, as nobody knows where a motion begins and when a record does: "
+        f"{', '.join(f'{value:+.2f} {units[name]} in {where}' for where, value in own.items())} beside the value of the set"
+        for name, own in fitted(comparison, judgement.chosen).own_values.items()
+    ]
 
 
 def _missing(comparison: Comparison) -> tuple[str, ...]:

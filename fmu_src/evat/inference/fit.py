@@ -54,6 +54,16 @@ class Fit(Look):
         spread = np.sqrt(np.diag(self.likelihood.covariance))
         return {p.name: p.slope(float(u)) * float(s) for p, u, s in zip(self.parameters, self.point, spread, strict=True)}
 
+    @property
+    def own_values(self) -> dict[str, dict[str, float]]:
+        """By variable: by how much its value is more in which conditions or trials; fixed before the fit."""
+        own: dict[str, dict[str, float]] = {}
+        for name, value in self.fixed.items():
+            variable, _, where = name.partition(OWN)
+            if where and variable.partition(".")[0] in self.on:
+                own.setdefault(variable, {})[where] = float(value)
+        return own
+
     def again(self, whitening: Whitening) -> Fit:
         """The same point, judged by what is forgiven now."""
         return replace(self, likelihood=charged(likelihood(whitening, self.sums, self.point), self.fixed, self.on))
