@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from causes import GIVEN, slides, vibrates, worst
+from evat.model import FloatArray
 from judged import MEANS, Case, Motion
 
 # ---- levels ----
@@ -24,6 +25,27 @@ def test_a_bristle_may_outrun_a_level_that_rises_from_next_to_nothing(exponent: 
     }  # fmt: skip
     case = vibrates(values, ("load_dependence",), 1e-4, cycles=2, points=20, speed=0.46)
     assert worst(case, "friction_force", "bristle_deflection") < 3
+
+
+LOADED: dict[str, Any] = {**GIVEN, "friction_law": "dahl"}
+
+
+def loads(times: FloatArray, slip: FloatArray, load: FloatArray, own: Mapping[str, Any], tolerance: float) -> float:
+    """Error under a slip and a normal load that are given."""
+    motion = Motion.record(times, {"slip_velocity": slip, "normal_load": load})
+    return worst(Case("test", {**LOADED, **own}, ("load_dependence",), motion, tolerance), "friction_force", "bristle_deflection")
+
+
+def test_a_level_that_a_load_moves_is_looked_at_closer() -> None:
+    """A bristle far below its level goes by a rate of one over it, which no parabola shows: 12 tolerances. One that follows it is behind by
+    what level and slip say together, and they change by little: 4."""
+    times = np.linspace(0, 0.03, 17)
+    load = np.interp(times, [0, 0.015, 0.0169, 0.0188, 0.03], [15, 1.3, 12.4, 23.6, 24])
+    own = {"sigma0": 3.5e5, "F_C": 9.97, "load_dependence.n": 1.925, "load_dependence.N_ref": 1.81}
+    assert loads(times, 1e-4 + 6e-5 * np.arange(17), load, own, 1e-6) < 3
+    own = {"sigma0": 4.85e5, "F_C": 9.0, "load_dependence.n": 0.6, "load_dependence.N_ref": 38.0}
+    corners = np.array([0, 0.08255, 0.0923]), np.array([-0.0782, -0.01226, -0.0471]), np.array([9.73, 20.58, 11.03])
+    assert loads(*corners, own, 1e-5) < 3
 
 
 # ---- what lies between the three points of a step ----
