@@ -105,6 +105,20 @@ def test_the_end_of_the_surface_of_the_cycle_before_is_in_the_means() -> None:
     assert worst(vibrates(values, (), 1e-4, cycles=4.39, points=48.76, speed=0.001942), *MEANS) < 3
 
 
+@pytest.mark.parametrize("tolerance", [1e-4, 3e-5])
+def test_a_surface_that_ends_just_before_the_tool_turns_ends(tolerance: float) -> None:
+    """Where it has ended the tool is in the air; past the turn no earlier surface counts, and neither said that one had been there: contact
+    ended with the turn, and the means were missed by 83 tolerances."""
+    values = {
+        "kinematics": "combined", "friction_law": "dahl", "sigma0": 4.822e5, "F_C": 0.7379, "vibration_frequency": 392.94274119036623,
+        "amplitude_x": 1.3408977848540461e-6, "amplitude_y": 1.743308032698128e-6, "feed": 1.5465e-5,
+        "chip_flow_shear_angle": 0.8584, "rake_angle": 0.19270506785325098,
+    }  # fmt: skip
+    times = np.arange(0, 2.2, 1 / 57) / values["vibration_frequency"]
+    columns = {"cutting_speed": np.full(times.shape, 0.0032288), "tool_velocity_y": np.full(times.shape, 5e-4)}
+    assert worst(Case("test", values, (), Motion.record(times, columns, stepped=True), tolerance), *MEANS) < 3
+
+
 def test_a_force_that_is_more_than_sticking_bears_is_in_the_means() -> None:
     """What is applied to a karnopp contact at rest passes what it bears between two samples: a kink."""
     times = np.array([0, 0.1, 0.2, 0.3])
