@@ -119,6 +119,19 @@ def test_a_surface_that_ends_just_before_the_tool_turns_ends(tolerance: float) -
     assert worst(Case("test", values, (), Motion.record(times, columns, stepped=True), tolerance), *MEANS) < 3
 
 
+def test_a_tool_that_leaves_what_stands_leaves_a_kink_there() -> None:
+    """The surface is the lower of both, and was kept as one parabola over the step: 106 tolerances of the force, a turn later."""
+    times = np.linspace(0, 0.014, 135)
+    y = -3e-6 * np.cos(2 * np.pi * times / 0.0107)
+    values = {
+        "kinematics": "combined", "vibration_frequency": 369.3, "amplitude_x": 3.566e-6, "amplitude_y": 5.34e-6, "feed": 3.22e-6,
+        "chip_flow_shear_angle": 0.685, "regenerative.share": 0.67, "regenerative.revolution_time": 0.0048,
+    }  # fmt: skip
+    moves = {"tool_displacement_y": y, "tool_velocity_y": np.gradient(y, times)}
+    columns = {"cutting_speed": np.full(times.shape, 0.00479), **moves}
+    assert worst(Case("test", values, ("regenerative",), Motion.record(times, columns, stepped=True), 1e-6), "principal_force") < 3
+
+
 def test_a_force_that_is_more_than_sticking_bears_is_in_the_means() -> None:
     """What is applied to a karnopp contact at rest passes what it bears between two samples: a kink."""
     times = np.array([0, 0.1, 0.2, 0.3])
