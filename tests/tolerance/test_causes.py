@@ -292,6 +292,20 @@ def test_what_is_stiff_between_near_samples_is_refused_soon() -> None:
     assert contact.get("step_count") < 20_000
 
 
+def test_bonds_that_break_without_end_are_refused_no_later_at_a_tight_tolerance() -> None:
+    """A chip that bears nothing, and a slip that is solved for: bonds break at each step, however small it is. They multiplied with the
+    steps that the tolerance asks for: 57 000 steps here, 2.3 million and 83 s at 1e-12."""
+    values = {
+        "friction_law": "bristle", "chip_flow_angle": "current_shear_angle", "shear_angle_principle": "minimum_energy", "width": 1e-12,
+        "relative_tolerance": 1e-6,
+    }  # fmt: skip
+    contact = Contact(values, ("load_dependence",))
+    contact.start(0.0)
+    with pytest.raises(SimulationError, match=r"bristle.*load_dependence"):
+        contact.advance(1e-4)
+    assert contact.get("step_count") < 25_000
+
+
 def test_forces_that_settle_on_no_side_of_a_jump_are_passed() -> None:
     """At the shortest step it was tried over a thousand times more, each time with the same result, and later refused."""
     values = {
