@@ -95,6 +95,19 @@ def test_a_kink_of_an_effect_is_looked_at_closer() -> None:
     assert worst(vibrates(values, ("process_damping",), 1e-6, cycles=3.14, points=15.27, speed=1.581), *MEANS) < 3
 
 
+def test_a_stiffness_that_comes_off_its_floor_is_in_the_means() -> None:
+    """Soft at all speeds but the least, friction is a spike about a reversal, in a part of the step that ends there: 10
+    tolerances of a mean, 84 in a draw of the campaign."""
+    values = {
+        "kinematics": "internal", "sigma0": 3.484e6, "sigma1": 20.87, "sigma2": 0.0, "F_C": 1.184, "F_S": 1.165, "v_s": 0.008088,
+        "vibration_frequency": 28570.0, "amplitude_x": 1.341e-6, "amplitude_y": 5.324e-6, "feed": 2.071e-5,
+        "chip_flow_shear_angle": 0.4973, "thermal_softening.k_Q": 1.231, "thermal_softening.Q": 10.0, "thermal_damping.alpha2": 0.03099,
+    }  # fmt: skip
+    on = ("thermal_softening", "thermal_damping")
+    cases = [vibrates(values, on, 1e-5, cycles=2.2, points=21, speed=share * 0.26590102851993624) for share in (0.9, 0.95, 1, 1.05)]
+    assert max(worst(case, *MEANS) for case in cases) < 3
+
+
 def test_the_end_of_the_surface_of_the_cycle_before_is_in_the_means() -> None:
     """A kink of the thickness, which nothing but the principal force shows where friction is Coulomb's: 10 tolerances."""
     values = {

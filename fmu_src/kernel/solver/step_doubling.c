@@ -121,7 +121,8 @@ static inline int changes_side(const struct Configuration *w, int all, const str
 {
     const int of_surface = (w->kinematics != KINEMATICS_EXTERNAL) & (all | w->levelled[i]);
     const int effect = (a->piece[i] != m->piece[i]) | (m->piece[i] != b->piece[i]),
-              limit = (a->limited[i] != m->limited[i]) | (m->limited[i] != b->limited[i]),
+              limit = (a->limited[i] != m->limited[i]) | (m->limited[i] != b->limited[i]) |
+                      (a->clamped[i] != m->clamped[i]) | (m->clamped[i] != b->clamped[i]),
               surface = (a->surface_piece[i] != m->surface_piece[i]) | (m->surface_piece[i] != b->surface_piece[i]);
     return (a->cutting[i] != 0) & (effect | (all & limit) | (of_surface & surface));
 }
