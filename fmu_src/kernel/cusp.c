@@ -13,7 +13,7 @@
 #define UPRIGHT 1e-9 /* [rad] */
 #define GOLDEN_SECTION 0.61803398874989485 /* (sqrt(5) - 1)/2 */
 
-enum { PLACES = 64, NARROWER = 60 }; /* that are looked at, and golden sections beside each that is highest there */
+enum { PLACES = 64, NARROWER = 45 }; /* that are looked at, and golden sections beside each that is highest there */
 
 /* Newton's steps from 0 on a convex function that falls to its root. */
 static double of_upright(double r)
@@ -36,18 +36,27 @@ static double left_at(const struct Turn *turn, int lane, double place)
     return lowest_left(turn, lane, turn->last[lane], place, floor((top - place) / (2 * PI * turn->r[lane])) - 1);
 }
 
-/* The highest between two places, among which there is one that rises and then falls. */
+/* The highest between two places, among which there is one that rises and then falls. Each golden section looks at one
+ * new place. */
 static double highest_between(const struct Turn *turn, int lane, double low, double high)
 {
-    double best = -1;
+    double left = high - GOLDEN_SECTION * (high - low), right = low + GOLDEN_SECTION * (high - low),
+           at_left = left_at(turn, lane, left), at_right = left_at(turn, lane, right), best = larger(at_left, at_right);
     for (int n = 0; n < NARROWER; ++n) {
-        const double left = high - GOLDEN_SECTION * (high - low), right = low + GOLDEN_SECTION * (high - low),
-                     there[2] = {left_at(turn, lane, left), left_at(turn, lane, right)};
-        best = larger(best, larger(there[0], there[1]));
-        if (there[0] > there[1])
+        if (at_left > at_right) {
             high = right;
-        else
+            right = left;
+            at_right = at_left;
+            left = high - GOLDEN_SECTION * (high - low);
+            at_left = left_at(turn, lane, left);
+        } else {
             low = left;
+            left = right;
+            at_left = at_right;
+            right = low + GOLDEN_SECTION * (high - low);
+            at_right = left_at(turn, lane, right);
+        }
+        best = larger(best, larger(at_left, at_right));
     }
     return best;
 }

@@ -92,18 +92,18 @@ static int all_finite(const struct Point *x)
 
 /* Steps without end: contact that opens and closes at no speed, forces that chase one another. A stretch of time that
  * the steps pass in `few` where nothing happens may take so many times more. An ellipse takes up to 60 a cycle at the
- * usual tolerance, steps shrink with its fourth root, a law with events of its own may break bonds at each of them, and
- * a ripple of friction over a long way has thousands of periods. A record's samples may lie so near to one another that
- * none of them alone shows it: the stretch goes on over them.
+ * usual tolerance, steps shrink with its fourth root, a law with events of its own may break bonds at each of them,
+ * however small they are, and a ripple of friction over a long way has thousands of periods. A record's samples may lie
+ * so near to one another that none of them alone shows it: the stretch goes on over them.
  */
 static void take_patience(const struct Contact *contact, const struct Configuration *w, struct Patience *p)
 {
     const double few = 20, tolerance = w->p[VAR_RELATIVE_TOLERANCE][0],
                  tight = tolerance < USUAL_TOLERANCE ? sqrt(sqrt(USUAL_TOLERANCE / tolerance)) : 1,
-                 usual = w->current_angle ? 1000 : 4000, breaks = w->law->rest ? 25 : 1;
+                 usual = w->current_angle ? 1000 : 4000, breaks = w->law->rest ? 24000 : 0;
     const int goes_on = p->length > 0 && p->length < INFINITY;
     p->length = few * w->longest[0];
-    p->most = usual * tight * breaks * (w->comes_back ? 100 : 1);
+    p->most = (usual * tight + breaks) * (w->comes_back ? 100 : 1);
     p->most_events = w->law->rest ? INFINITY : 200;
     if (!goes_on) {
         p->begun = contact->value[VAR_TIME][0];

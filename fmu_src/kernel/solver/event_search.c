@@ -27,9 +27,10 @@ struct Search {
 };
 
 /* In each lane the first tau in (low, high] at which indicator k is on the other side, to a thousandth of the
- * tolerance; a step on the held sides leads there from s. All lanes take their steps at once. */
+ * tolerance, and one just before it; a step on the held sides leads there from s. All lanes take their steps at once.
+ */
 static void locate(const struct Contact *contact, const struct Configuration *w, int k, const lanes s,
-                   const struct Search *search, const struct Point *start, lanes crossing)
+                   const struct Search *search, const struct Point *start, lanes before, lanes crossing)
 {
     struct Bracket b[LANES];
     lanes tau, close, now[INDICATORS];
@@ -57,8 +58,10 @@ static void locate(const struct Contact *contact, const struct Configuration *w,
             open |= b[i].count < 100 && b[i].high - b[i].low > close[i];
         }
     }
-    for (int i = 0; i < LANES; ++i)
+    for (int i = 0; i < LANES; ++i) {
+        before[i] = b[i].low;
         crossing[i] = search->blind[i] && !(b[i].low > search->low[i]) ? INFINITY : b[i].high;
+    }
 }
 
 /* The sides of some events that are watched wherever a point is, and of those that are not where the slip is solved
@@ -162,16 +165,51 @@ static int look_into_dips(const struct Contact *contact, const struct Configurat
     return any;
 }
 
+/* Where contact ends because the tool turns, no earlier surface counts from there on, and its indicator says nothing of
+ * one that has ended just before. In the lanes that are cut there: has it? `before`: a time before the turn. */
+static int look_before_turn(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+                            const struct Point *start, const lanes at_start, const lanes at_middle, const lanes before,
+                            const int asked[LANES], const int known[LANES], const int cut[LANES], struct Search *search)
+{
+    lanes tau, now[INDICATORS];
+    int any = 0, sought[LANES];
+    for (int i = 0; i < LANES; ++i) {
+        sought[i] = asked[i] && cut[i] == AT_CONTACT && known[i] != AT_SURFACE && watched(contact, AT_SURFACE, i) &&
+                    !search->open[i];
+        tau[i] = sought[i] ? before[i] : s[i];
+        any |= sought[i];
+    }
+    if (!any || w->kinematics == KINEMATICS_EXTERNAL)
+        return 0;
+    struct Point x;
+    any = 0;
+    point_within(contact, w, 0, s, tau, start, &x);
+    indicators(w, &x, now);
+    for (int i = 0; i < LANES; ++i) {
+        const double half = s[i] + 0.5 * h[i];
+        if (!sought[i] || !(contact->sign[AT_SURFACE][i] * now[AT_SURFACE][i] < 0))
+            continue;
+        any = search->open[i] = 1;
+        search->low[i] = tau[i] > half ? half : s[i];
+        search->at_low[i] = (tau[i] > half ? at_middle : at_start)[i];
+        search->high[i] = tau[i];
+        search->at_high[i] = now[AT_SURFACE][i];
+    }
+    return any;
+}
+
 void cut_at_events(const struct Contact *contact, const struct Configuration *w, const int asked[LANES],
                    const int known[LANES], const int acted[LANES], const lanes s, lanes h, const struct Point *start,
                    const struct Point *middle, const struct Point *end, int cut[LANES])
 {
-    lanes at_start[INDICATORS], at_middle[INDICATORS], at_end[INDICATORS], step, crossing;
+    lanes at_start[INDICATORS], at_middle[INDICATORS], at_end[INDICATORS], step, before, crossing;
     indicators(w, middle, at_middle);
     indicators(w, end, at_end);
     indicators(w, start, at_start);
-    EACH_LANE
+    EACH_LANE {
         step[i] = h[i];
+        before[i] = s[i];
+    }
     for (int k = 0; k < INDICATORS; ++k) {
         struct Search search = {{0}, {0}, {0}, {0}, {0}, {0}};
         int any = 0;
@@ -195,8 +233,11 @@ void cut_at_events(const struct Contact *contact, const struct Configuration *w,
             const lanes *const at[3] = {&at_start[k], &at_middle[k], &at_end[k]};
             any |= look_into_dips(contact, w, k, s, h, start, at, asked, known, cut, &search);
         }
+        if (k == AT_SURFACE)
+            any |= look_before_turn(contact, w, s, h, start, at_start[k], at_middle[k], before, asked, known, cut,
+                                    &search);
         if (any)
-            locate(contact, w, k, s, &search, start, crossing);
+            locate(contact, w, k, s, &search, start, before, crossing);
         for (int i = 0; any && i < LANES; ++i) {
             const double at = crossing[i] - s[i];
             if (!search.open[i] || !(at < INFINITY) || !(cut[i] == NO_EVENT || at < step[i]))
@@ -216,13 +257,13 @@ void cut_at_touch(const struct Contact *contact, const struct Configuration *w, 
     if (!(h[i] > 0) || !touches_within(contact, w, i, s[i], h[i], start, middle, end, tau, indicator))
         return;
     struct Search search = {{0}, {0}, {0}, {0}, {0}, {0}};
-    lanes crossing;
+    lanes before, crossing;
     search.open[i] = 1;
     search.low[i] = tau[0];
     search.high[i] = tau[1];
     search.at_low[i] = indicator[0];
     search.at_high[i] = indicator[1];
-    locate(contact, w, AT_CONTACT, s, &search, start, crossing);
+    locate(contact, w, AT_CONTACT, s, &search, start, before, crossing);
     h[i] = crossing[i] - s[i];
     cut[i] = AT_CONTACT;
 }

@@ -6,6 +6,7 @@
  * no room even then is refused.
  */
 #include "ring.h"
+#include "root.h"
 
 #include <math.h>
 
@@ -153,23 +154,77 @@ double recall_jump(const struct Contact *contact, const struct Configuration *w,
 
 /* The tool cuts the surface down to its own height; where it is in the air the surface stays, one feed higher above the
  * tool that has meanwhile moved on. */
-static double height_left(const struct Configuration *w, int lane, const struct Point *x)
+static double height_of_tool(int lane, const struct Point *x)
 {
-    const double tool = x->centre_y[lane] - x->raised[lane] + x->left[lane];
-    return smaller(tool, x->left[lane] + w->p[VAR_FEED][lane]);
+    return x->centre_y[lane] - x->raised[lane] + x->left[lane];
 }
 
-static void leave(struct Contact *contact, const struct Configuration *w, int lane, double start, const struct Point *x,
-                  double height[1][3])
+static double height_that_stands(const struct Configuration *w, int lane, const struct Point *x)
 {
-    const double thickest = larger(contact->surface_thickest[lane], x->h[lane]), now = x->t[lane];
+    return x->left[lane] + w->p[VAR_FEED][lane];
+}
+
+static double height_left(const struct Configuration *w, int lane, const struct Point *x)
+{
+    return smaller(height_of_tool(lane, x), height_that_stands(w, lane, x));
+}
+
+static void leave(struct Contact *contact, const struct Configuration *w, int lane, double start, double end,
+                  const struct Point *x, double height[1][3])
+{
+    const double thickest = larger(contact->surface_thickest[lane], x->h[lane]);
     struct Reel reel = {surface_kept(contact, period_of_cycles(contact, w, lane), lane),
                         &contact->surface,
                         contact->surface_height[0],
-                        now - meeting_time(w, lane),
+                        x->t[lane] - meeting_time(w, lane),
                         {ALLOWED * w->p[VAR_RELATIVE_TOLERANCE][lane] * thickest}};
     contact->surface_thickest[lane] = thickest;
-    ring_append(&reel, start, now, height);
+    ring_append(&reel, start, end, height);
+}
+
+/* Over a step: height of the tool and of what stands, at its start, middle and end. */
+struct Heights {
+    double tool[3], stands[3];
+};
+
+static double at_share(const double u[3], double share) { return parabola(share, u[0], u[1], u[2]); }
+
+static double above(const struct Heights *u, double share)
+{
+    return at_share(u->tool, share) - at_share(u->stands, share);
+}
+
+/* Where between two shares of the step the tool leaves what stands, or comes down to it; `to` if nowhere. */
+static double kink_between(const struct Heights *u, double from, double to)
+{
+    const double low = above(u, from), high = above(u, to), side = low < 0 ? -1 : 1;
+    if (!(low * high < 0))
+        return to;
+    struct Bracket b = bracket(from, to, fabs(low), -fabs(high));
+    while (b.count < 60 && b.high - b.low > 1e-12) {
+        const double share = bracket_next(&b, 1e-12);
+        bracket_update(&b, share, side * above(u, share));
+    }
+    return b.high;
+}
+
+/* The lower of both. No polynomial has the kink between them: the step is kept in parts. */
+static void leave_in_parts(struct Contact *contact, const struct Configuration *w, int lane, const struct Point *start,
+                           const struct Point *end, const struct Heights *u)
+{
+    const double begin = start->t[lane], length = end->t[lane] - begin;
+    const double parts[4] = {0, kink_between(u, 0, 0.5), kink_between(u, 0.5, 1), 1};
+    for (int n = 0; n < 3; ++n) {
+        const double from = n == 1 && !(parts[1] < 0.5) ? 0 : parts[n], to = parts[n + 1];
+        if (n == 0 && !(to < 0.5))
+            continue; /* one part with the next */
+        const double *const lower = above(u, 0.5 * (from + to)) < 0 ? u->tool : u->stands;
+        double height[1][3];
+        for (int k = 0; k < 3; ++k)
+            height[0][k] = at_share(lower, from + 0.5 * k * (to - from));
+        if (to > from)
+            leave(contact, w, lane, begin + from * length, to < 1 ? begin + to * length : end->t[lane], end, height);
+    }
 }
 
 void leave_surface(struct Contact *contact, const struct Configuration *w, int lane, const struct Point *start,
@@ -182,8 +237,13 @@ void leave_surface(struct Contact *contact, const struct Configuration *w, int l
         leave_surface_here(contact, w, lane, end);
         return;
     }
-    double height[1][3] = {{height_left(w, lane, start), height_left(w, lane, middle), height_left(w, lane, end)}};
-    leave(contact, w, lane, start->t[lane], end, height);
+    const struct Point *const at[3] = {start, middle, end};
+    struct Heights u;
+    for (int n = 0; n < 3; ++n) {
+        u.tool[n] = height_of_tool(lane, at[n]);
+        u.stands[n] = height_that_stands(w, lane, at[n]);
+    }
+    leave_in_parts(contact, w, lane, start, end, &u);
 }
 
 void leave_surface_here(struct Contact *contact, const struct Configuration *w, int lane, const struct Point *x)
@@ -197,7 +257,7 @@ void leave_surface_here(struct Contact *contact, const struct Configuration *w, 
         return;
     const double before = count > 0 ? piece_nodes(&p, count - 1, 0)[NODES - 1][lane] : now;
     double height[1][3] = {{before, 0.5 * (before + now), now}};
-    leave(contact, w, lane, last, x, height);
+    leave(contact, w, lane, last, x->t[lane], x, height);
 }
 
 double surface_left(const struct Contact *contact, const struct Configuration *w, int lane, double t)

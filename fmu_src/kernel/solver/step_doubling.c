@@ -63,6 +63,17 @@ static int levels_bend(const struct Configuration *w, double h, const struct Poi
            bend > BENT_LEVELS * w->p[VAR_RELATIVE_TOLERANCE][i] * larger(b->F_C[i], b->F_S[i]);
 }
 
+/* Does a level move by so much that what the bristle does behind it counts? How far it is behind goes by its rate,
+ * that is by the slip and the level itself. */
+static int levels_move(const struct Configuration *w, const struct Point *a, const struct Point *m,
+                       const struct Point *b, int i)
+{
+    const double low = smaller(smaller(a->F_C[i], m->F_C[i]), b->F_C[i]),
+                 high = larger(larger(a->F_C[i], m->F_C[i]), b->F_C[i]);
+    return w->levelled[i] && high - low > BENT_LEVELS * w->p[VAR_RELATIVE_TOLERANCE][i] * high &&
+           (low * LITTLE < high || slows_down(LITTLE, a, m, b, i));
+}
+
 /* Forces so far from straight, in tolerances, that what they are beside a parabola counts behind a sensor, which takes
  * means, and where they are recalled as they were. An ellipse, cut where its steps are as long as the default tolerance
  * lets them, lies below the first. */
@@ -110,7 +121,8 @@ static inline int changes_side(const struct Configuration *w, int all, const str
 {
     const int of_surface = (w->kinematics != KINEMATICS_EXTERNAL) & (all | w->levelled[i]);
     const int effect = (a->piece[i] != m->piece[i]) | (m->piece[i] != b->piece[i]),
-              limit = (a->limited[i] != m->limited[i]) | (m->limited[i] != b->limited[i]),
+              limit = (a->limited[i] != m->limited[i]) | (m->limited[i] != b->limited[i]) |
+                      (a->clamped[i] != m->clamped[i]) | (m->clamped[i] != b->clamped[i]),
               surface = (a->surface_piece[i] != m->surface_piece[i]) | (m->surface_piece[i] != b->surface_piece[i]);
     return (a->cutting[i] != 0) & (effect | (all & limit) | (of_surface & surface));
 }
@@ -145,10 +157,10 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
     for (int i = 0; (of_slip || w->sensors || w->looks_back || given || kinks) && i < LANES; ++i) {
         const double tolerance = w->p[VAR_RELATIVE_TOLERANCE][i];
         const int of_state = w->acting[i] >> DRIVEN_BY_MOTION & 1;
-        const int hidden =
-            of_slip && a->cutting[i] != 0 &&
-            (of_angle || slows_down(of_state ? LITTLE : factor_of(tolerance), a, m, b, i) || dips(a, m, b, i) ||
-             (w->bent[i] && yields_within(tolerance, a, m, b, i)) || levels_bend(w, h[i], a, m, b, i));
+        const int hidden = of_slip && a->cutting[i] != 0 &&
+                           (of_angle || slows_down(of_state ? LITTLE : factor_of(tolerance), a, m, b, i) ||
+                            dips(a, m, b, i) || (w->bent[i] && yields_within(tolerance, a, m, b, i)) ||
+                            levels_bend(w, h[i], a, m, b, i) || levels_move(w, a, m, b, i));
         const int averaged = given && w->p[VAR_AVERAGING_WINDOW][i] > 0 && curved(w, CURVED_AT_A_KINK, a, m, b, i);
         doubtful[i] =
             h[i] > 0 && (hidden || averaged || heard(contact, w, a, m, b, i) || has_kink(a, m, b, i) ||

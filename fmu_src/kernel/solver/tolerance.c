@@ -70,16 +70,31 @@ static int all_well_within(const struct Contact *contact, int feed, const lanes 
  * it is of third order. */
 #define MOST_PERIODS 0.6
 
+/* A level may rise so many times within a step before an event that hangs on it: as the tool enters, friction that
+ * follows the load rises from next to nothing, and a bristle may outrun it between the points of a longer step. */
+#define MOST_RISE 2
+
+/* How far beyond that, as badness. */
+static double rise_of_level(const struct Point *a, const struct Point *m, const struct Point *b, int i)
+{
+    const double rise = larger(m->F_C[i], b->F_C[i]) / a->F_C[i];
+    if (!(a->cutting[i] != 0 && rise > MOST_RISE))
+        return 0;
+    const double doublings = log(rise) / log(MOST_RISE);
+    return doublings * doublings * doublings;
+}
+
 int accurate(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes h,
              const struct Point *start, const struct Point *middle, const struct Point *end, const lanes difference,
              lanes next, int fits[LANES])
 {
-    const int feed = loads_feed(w);
+    const int feed = loads_feed(w), eventful = w->law->event != NULL && w->stages >> STAGE_FRICTION & 1;
     int all = 1, coarse = 0;
     lanes share;
     EACH_LANE
         share[i] = force_share(w, h[i], i);
-    if (!w->looks_back && !w->comes_back && all_well_within(contact, feed, share, start, middle, end, difference)) {
+    if (!w->looks_back && !w->comes_back && !eventful &&
+        all_well_within(contact, feed, share, start, middle, end, difference)) {
         EACH_LANE
             next[i] = smaller(larger(4 * h[i], next[i]), w->longest[i]);
         return 1;
@@ -91,6 +106,8 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
         const double part = periods_between(w, i, start, end) / MOST_PERIODS;
         of_late[i] = larger(of_late[i], part * part * part / (10 * w->p[VAR_RELATIVE_TOLERANCE][i]));
     }
+    for (int i = 0; eventful && i < LANES; ++i)
+        of_late[i] = larger(of_late[i], rise_of_level(start, middle, end, i));
     EACH_LANE {
         bad[i] = badness(contact, i, feed, share[i], start, middle, end, difference[i], of_late[i]);
         factor[i] = 4;

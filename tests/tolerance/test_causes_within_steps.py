@@ -1,0 +1,231 @@
+"""Does a step show what lies between its points? Each cause that once led a run beyond its tolerance there, and one motion for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+from causes import GIVEN, slides, vibrates, worst
+from evat.model import FloatArray
+from judged import MEANS, Case, Motion
+
+# ---- levels ----
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.37, 2.0])
+def test_a_bristle_may_outrun_a_level_that_rises_from_next_to_nothing(exponent: float) -> None:
+    """As the tool enters the level is a share of what it is a hundredth of a cycle later. The bristle passes it there, and slides from then
+    on; where the points of a step lie it is behind again: 12 000 tolerances at an exponent of 1.37."""
+    values = {
+        "kinematics": "internal", "friction_law": "reset_integrator", "sigma0": 9.628e5, "sigma1": 50.0, "F_C": 8.97, "F_S": 9.5,
+        "vibration_frequency": 33000.0, "amplitude_x": 5.2e-6, "amplitude_y": 9.3e-6, "feed": 6.8e-6, "chip_flow_shear_angle": 0.3246,
+        "phase_x": -1.578, "phase_y": 3.255, "release_time": 1.76e-6, "load_dependence.n": exponent, "load_dependence.N_ref": 3.1,
+    }  # fmt: skip
+    case = vibrates(values, ("load_dependence",), 1e-4, cycles=2, points=20, speed=0.46)
+    assert worst(case, "friction_force", "bristle_deflection") < 3
+
+
+LOADED: dict[str, Any] = {**GIVEN, "friction_law": "dahl"}
+
+
+def loads(times: FloatArray, slip: FloatArray, load: FloatArray, own: Mapping[str, Any], tolerance: float) -> float:
+    """Error under a slip and a normal load that are given."""
+    motion = Motion.record(times, {"slip_velocity": slip, "normal_load": load})
+    return worst(Case("test", {**LOADED, **own}, ("load_dependence",), motion, tolerance), "friction_force", "bristle_deflection")
+
+
+def test_a_level_that_a_load_moves_is_looked_at_closer() -> None:
+    """A bristle far below its level goes by a rate of one over it, which no parabola shows: 12 tolerances. One that follows it is behind by
+    what level and slip say together, and they change by little: 4."""
+    times = np.linspace(0, 0.03, 17)
+    load = np.interp(times, [0, 0.015, 0.0169, 0.0188, 0.03], [15, 1.3, 12.4, 23.6, 24])
+    own = {"sigma0": 3.5e5, "F_C": 9.97, "load_dependence.n": 1.925, "load_dependence.N_ref": 1.81}
+    assert loads(times, 1e-4 + 6e-5 * np.arange(17), load, own, 1e-6) < 3
+    own = {"sigma0": 4.85e5, "F_C": 9.0, "load_dependence.n": 0.6, "load_dependence.N_ref": 38.0}
+    corners = np.array([0, 0.08255, 0.0923]), np.array([-0.0782, -0.01226, -0.0471]), np.array([9.73, 20.58, 11.03])
+    assert loads(*corners, own, 1e-5) < 3
+
+
+# ---- what lies between the three points of a step ----
+
+
+def held(times: list[float], slip: list[float], values: Mapping[str, Any], on: tuple[str, ...], tolerance: float) -> Case:
+    """A slip that jumps from value to value."""
+    columns = {"slip_velocity": np.array([*slip, slip[-1]])}
+    return Case("test", {**GIVEN, **values}, on, Motion.held(np.array(times), columns), tolerance)
+
+
+def test_a_bristle_that_begins_to_yield_within_a_step_is_looked_at_closer() -> None:
+    """The rate is linearised where the bristle stands at three points, and has kinks where it begins to yield and where it is steady: up
+    to 231 tolerances with elasto_plastic, 137 with a presliding exponent."""
+    stiff = {"sigma0": 3.5e5, "sigma1": 4.62e6, "sigma2": 24.3, "F_C": 9.97, "F_S": 0.1309, "v_s": 1.63e-4, "damping_mode": "as_published"}
+    course = [0, 0.004254, 0.008648, 0.01412], [-0.003688, 0.004123, -0.006921]
+    assert worst(held(*course, {**stiff, "lugre.presliding_exponent": 3.637}, (), 1e-4), "friction_force") < 3
+    own = {"elasto_plastic.share": 0.256, "elasto_plastic.break_away": 0.792}
+    times, slip = np.linspace(0, 0.03, 16), 1e-2 * np.sin(np.linspace(0, 20, 16))
+    assert worst(slides(times, slip, own, ("elasto_plastic",), 1e-3, stepped=True), "bristle_deflection") < 3
+
+
+def test_a_level_that_bends_within_a_step_is_looked_at_closer() -> None:
+    """At one and the same speed the contact forgets another one, and a stiff bristle follows: 15 tolerances."""
+    values = {
+        "sigma0": 4.842e6, "sigma1": 4.924, "F_C": 5.526, "F_S": 4.025, "v_s": 9.171e-4, "rate_and_state.a": 0.005211,
+        "rate_and_state.b": 0.02377, "rate_and_state.v_0": 1.139e-4, "rate_and_state.d_c": 3.972e-6,
+    }  # fmt: skip
+    case = held([0, 0.2139, 0.2164, 0.2175], [-0.00287, -0.004086, 0.004153], values, ("rate_and_state",), 1e-5)
+    assert worst(case, "friction_force", "bristle_deflection") < 3
+
+
+def test_a_jump_of_the_force_is_in_the_means_of_a_given_slip() -> None:
+    """A stiff bristle follows a slip that jumps within a part of the step behind it: 34 tolerances of the mean."""
+    values = {"sigma0": 9.202e6, "sigma1": 6.525, "sigma2": 0.0, "F_C": 5.349, "F_S": 8.448, "v_s": 0.03562, "averaging_window": 0.06107}
+    case = held([0, 0.02838, 0.07251, 0.1009, 0.103, 0.1094], [0.01772, 0.02242, 0.003748, -0.008389, -0.02386], values, (), 1e-4)
+    assert worst(case, *MEANS) < 3
+
+
+def test_a_kink_of_an_effect_is_looked_at_closer() -> None:
+    """The slope of the path at which process damping stops to grow: 35 tolerances of the mean feed force."""
+    values = {
+        "kinematics": "internal", "vibration_frequency": 16310.0, "amplitude_x": 1.49e-5, "amplitude_y": 5.256e-6, "feed": 7.03e-5,
+        "chip_flow_shear_angle": 0.2941, "phase_x": -1.663, "phase_y": 3.223, "process_damping.C": 5090.0,
+        "process_damping.steepest": 1.167,
+    }  # fmt: skip
+    assert worst(vibrates(values, ("process_damping",), 1e-6, cycles=3.14, points=15.27, speed=1.581), *MEANS) < 3
+
+
+def test_a_stiffness_that_comes_off_its_floor_is_in_the_means() -> None:
+    """Soft at all speeds but the least, friction is a spike about a reversal, in a part of the step that ends there: 10
+    tolerances of a mean, 84 in a draw of the campaign."""
+    values = {
+        "kinematics": "internal", "sigma0": 3.484e6, "sigma1": 20.87, "sigma2": 0.0, "F_C": 1.184, "F_S": 1.165, "v_s": 0.008088,
+        "vibration_frequency": 28570.0, "amplitude_x": 1.341e-6, "amplitude_y": 5.324e-6, "feed": 2.071e-5,
+        "chip_flow_shear_angle": 0.4973, "thermal_softening.k_Q": 1.231, "thermal_softening.Q": 10.0, "thermal_damping.alpha2": 0.03099,
+    }  # fmt: skip
+    on = ("thermal_softening", "thermal_damping")
+    cases = [vibrates(values, on, 1e-5, cycles=2.2, points=21, speed=share * 0.26590102851993624) for share in (0.9, 0.95, 1, 1.05)]
+    assert max(worst(case, *MEANS) for case in cases) < 3
+
+
+def test_the_end_of_the_surface_of_the_cycle_before_is_in_the_means() -> None:
+    """A kink of the thickness, which nothing but the principal force shows where friction is Coulomb's: 10 tolerances."""
+    values = {
+        "kinematics": "internal", "friction_law": "coulomb", "F_C": 0.1127, "F_S": 0.1135, "vibration_frequency": 241.1,
+        "amplitude_x": 7.694e-6, "amplitude_y": 1.195e-6, "feed": 1.114e-6, "chip_flow_shear_angle": 0.3393, "averaging_window": 0.002124,
+        "release_time": 1.004e-4,
+    }  # fmt: skip
+    assert worst(vibrates(values, (), 1e-4, cycles=4.39, points=48.76, speed=0.001942), *MEANS) < 3
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 3e-5])
+def test_a_surface_that_ends_just_before_the_tool_turns_ends(tolerance: float) -> None:
+    """Where it has ended the tool is in the air; past the turn no earlier surface counts, and neither said that one had been there: contact
+    ended with the turn, and the means were missed by 83 tolerances."""
+    values = {
+        "kinematics": "combined", "friction_law": "dahl", "sigma0": 4.822e5, "F_C": 0.7379, "vibration_frequency": 392.94274119036623,
+        "amplitude_x": 1.3408977848540461e-6, "amplitude_y": 1.743308032698128e-6, "feed": 1.5465e-5,
+        "chip_flow_shear_angle": 0.8584, "rake_angle": 0.19270506785325098,
+    }  # fmt: skip
+    times = np.arange(0, 2.2, 1 / 57) / values["vibration_frequency"]
+    columns = {"cutting_speed": np.full(times.shape, 0.0032288), "tool_velocity_y": np.full(times.shape, 5e-4)}
+    assert worst(Case("test", values, (), Motion.record(times, columns, stepped=True), tolerance), *MEANS) < 3
+
+
+def test_a_tool_that_leaves_what_stands_leaves_a_kink_there() -> None:
+    """The surface is the lower of both, and was kept as one parabola over the step: 106 tolerances of the force, a turn later."""
+    times = np.linspace(0, 0.014, 135)
+    y = -3e-6 * np.cos(2 * np.pi * times / 0.0107)
+    values = {
+        "kinematics": "combined", "vibration_frequency": 369.3, "amplitude_x": 3.566e-6, "amplitude_y": 5.34e-6, "feed": 3.22e-6,
+        "chip_flow_shear_angle": 0.685, "regenerative.share": 0.67, "regenerative.revolution_time": 0.0048,
+    }  # fmt: skip
+    moves = {"tool_displacement_y": y, "tool_velocity_y": np.gradient(y, times)}
+    columns = {"cutting_speed": np.full(times.shape, 0.00479), **moves}
+    assert worst(Case("test", values, ("regenerative",), Motion.record(times, columns, stepped=True), 1e-6), "principal_force") < 3
+
+
+def test_a_force_that_is_more_than_sticking_bears_is_in_the_means() -> None:
+    """What is applied to a karnopp contact at rest passes what it bears between two samples: a kink."""
+    times = np.array([0, 0.1, 0.2, 0.3])
+    columns = {"slip_velocity": np.zeros(4), "applied_force": np.array([0, 14.9, -3.1, 13.3])}
+    values = {"friction_law": "karnopp", "F_C": 9.0, "F_S": 12.0, "averaging_window": 0.0777}
+    assert worst(Case("test", {**GIVEN, **values}, (), Motion.record(times, columns), 1e-5), *MEANS) < 3
+
+
+def test_a_narrow_band_of_sticking_is_found_where_the_slip_turns_in_it() -> None:
+    """Neither start nor middle nor end of a step lies in it: 38 tolerances of the mean."""
+    values = {
+        "kinematics": "internal", "friction_law": "karnopp", "F_C": 1.0, "F_S": 2.0, "karnopp.zero_velocity_band": 1.8e-4,
+        "vibration_frequency": 200.0, "amplitude_x": 3e-6, "amplitude_y": 5.4e-6, "feed": 4.64e-6, "chip_flow_shear_angle": 0.459,
+        "phase_y": 2.987, "applied_force": 3.0,
+    }  # fmt: skip
+    assert worst(vibrates(values, (), 1e-4, cycles=2.3, points=5, speed=0.00138), *MEANS) < 3
+
+
+# ---- sensors ----
+
+RINGS = {"dynamometer_resonance.natural_period": 0.002, "dynamometer_resonance.damping_ratio": 0.05}
+
+
+def test_a_resonance_hears_what_a_parabola_leaves_out() -> None:
+    """20 tolerances where a slip that is given jumps, 34 where the limit of the damping bends the force of an ellipse."""
+    values = {"sigma0": 5.844e6, "sigma1": 2.365, "sigma2": 1.307, "F_C": 5.822, "F_S": 10.85, "v_s": 0.02544, **RINGS}
+    case = held([0, 0.005966, 0.008048], [0.006194, -0.0116], {**values, "dynamometer_resonance.natural_period": 3.519e-4},
+                ("dynamometer_resonance",), 1e-6)  # fmt: skip
+    assert worst(case, "measured_friction_force") < 3
+    values = {
+        "kinematics": "internal", "sigma0": 1.234e5, "sigma1": 325.3, "sigma2": 0.7458, "F_C": 2.018, "F_S": 1.413, "v_s": 6.896e-4,
+        "vibration_frequency": 155.6, "amplitude_x": 2.668e-6, "amplitude_y": 3.059e-6, "feed": 8.647e-6, "chip_flow_shear_angle": 0.8646,
+        "rake_angle": -0.0164, "dynamometer_resonance.natural_period": 2.802e-4, "dynamometer_resonance.damping_ratio": 0.05531,
+    }  # fmt: skip
+    case = vibrates(values, ("dynamometer_resonance",), 1e-4, cycles=1.5, points=17.98, speed=0.001586)
+    assert worst(case, "measured_friction_force", "measured_feed_force") < 3
+
+
+def test_a_resonance_that_hears_late_forces_is_in_the_step_control() -> None:
+    """By those, which bend, and not by the forces of the moment, which stand still: 188 tolerances."""
+    values = {"sigma0": 5.316e6, "sigma1": 279.2, "sigma2": 0.0, "F_C": 1.083, "F_S": 1.764, "v_s": 7.568e-4, **RINGS}
+    times, slip = np.linspace(0, 0.0354, 4), np.array([0.00323, 0.0031, 0.00297, 0.00284])
+    case = slides(times, slip, {**values, "damping_mode": "as_published", "sensor_delay.time": 0.005932},
+                  ("sensor_delay", "dynamometer_resonance"), 1e-4, stepped=True)  # fmt: skip
+    assert worst(case, "measured_friction_force") < 3
+
+
+# ---- a slip that is solved for, and what follows it ----
+
+
+def test_a_state_that_follows_a_solved_slip_is_solved_with_it() -> None:
+    """It followed the slip of the pass before, for a law without bristles that of the step before: 50 tolerances, of first order."""
+    values = {
+        "kinematics": "internal", "friction_law": "coulomb", "vibration_frequency": 3325.0, "amplitude_x": 1.641e-5,
+        "amplitude_y": 3.612e-6, "feed": 1.599e-6, "chip_flow_shear_angle": 0.3415, "chip_flow_angle": "current_shear_angle",
+        "shear_angle_principle": "minimum_energy", "rate_and_state.a": 0.0151, "rate_and_state.b": 0.1763, "rate_and_state.v_0": 2.518e-4,
+        "rate_and_state.d_c": 3.871e-5,
+    }  # fmt: skip
+    case = vibrates(values, ("rate_and_state",), 1e-5, cycles=1.2, points=58.63, speed=0.2266)
+    assert worst(case, "friction_force") < 3
+
+
+def test_backlash_turns_with_the_slip_that_is_solved_for() -> None:
+    """It went by the slip of a constant shear angle, which turns at another time, where no step ended: 2 000 tolerances."""
+    values = {
+        "kinematics": "internal", "sigma0": 255500.0, "sigma1": 36.84, "sigma2": 0.3535, "F_C": 16.02, "F_S": 9.527, "v_s": 0.00876,
+        "vibration_frequency": 32100.0, "amplitude_x": 9.73e-6, "amplitude_y": 1.422e-5, "feed": 2.784e-4, "phase_x": -1.414,
+        "phase_y": 3.318, "chip_flow_angle": "current_shear_angle", "shear_angle_principle": "minimum_energy", "backlash.gap": 1.629e-5,
+    }  # fmt: skip
+    case = vibrates(values, ("backlash",), 1e-6, cycles=1.3, points=26.41, speed=2.112)
+    assert worst(case, "friction_force", "bristle_deflection") < 3
+
+
+# ---- a periodic start ----
+
+
+def test_the_search_for_a_periodic_start_wears_nothing() -> None:
+    """Each cycle that it tried added to the distance slid, and friction_wear was further on the tighter the tolerance: 41 of them."""
+    values = {
+        "kinematics": "internal", "vibration_frequency": 952.4, "amplitude_x": 1.188e-5, "amplitude_y": 1.679e-5, "feed": 1.013e-5,
+        "chip_flow_shear_angle": 0.4677, "initial_state": "periodic", "shear_angle_principle": "minimum_energy",
+        "friction_wear.delta": 0.2737, "friction_wear.s_0": 0.02515,
+    }  # fmt: skip
+    assert worst(vibrates(values, ("friction_wear",), 1e-5, cycles=0.5, points=43, speed=0.017), "friction_force") < 3
