@@ -11,7 +11,7 @@ import pytest
 from evat.constants import CONSTANTS
 from evat.gap.search.pairs import _beside_the_best
 from evat.gap.search.plausible import plausible_amplitudes
-from evat.gap.search.screen import Screen, _expected, _spread, linear
+from evat.gap.search.screen import Screen, _design, _expected, _spread, linear
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import fit
 from evat.inference.hypothesis import NOMINAL
@@ -20,7 +20,7 @@ from evat.inference.parameters import Parameter, Scales
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Whitening
 from evat.model import Effect, FloatArray, Variable
-from scipy.stats import multivariate_normal
+from scipy.stats import multivariate_normal, qmc
 from toy import Toy, measured
 
 
@@ -71,6 +71,15 @@ def test_slopes_are_those_of_the_amplitude_that_was_tried_where_its_bound_is_nea
 def test_conditions_to_probe_are_spread_over_all(count: int, most: int, chosen: list[int]) -> None:
     names = [f"c{k}" for k in range(count) for _ in range(2)]
     assert _spread(names, most) == [f"c{k}" for k in chosen]
+
+
+def test_points_of_a_design_stand_in_the_order_of_the_first_shape() -> None:
+    """So that those that run side by side take about as many steps; all of the same design."""
+    unknown = [Parameter(name, "1", 1.0, 0.5, 0.1, 10.0, True) for name in ("frequency", "damping")]
+    points, shuffled = _design(unknown), qmc.Sobol(2, scramble=False).random(16) * 3.4 - 1.7
+    assert np.all(np.diff(points[:, 0]) > 0)
+    assert not np.all(np.diff(shuffled[:, 0]) > 0)
+    assert {tuple(point) for point in points} == {tuple(point) for point in shuffled}
 
 
 def test_what_never_shows_has_no_amplitude() -> None:

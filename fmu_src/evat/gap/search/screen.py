@@ -84,13 +84,14 @@ def _quadrature(tops: Sequence[Peak], unknown: Sequence[Parameter], sine: tuple[
 
 
 def _design(unknown: Sequence[Parameter]) -> FloatArray:
-    """Points (G, s) over the prior of the shapes, in its standard deviations."""
+    """Points (G, s) over the prior of the shapes, in its standard deviations. In the order of the first shape: neighbours run side by side,
+    and a block takes as long as its slowest."""
     if not unknown:
         return np.zeros((1, 0))
     if len(unknown) == 1:
         return np.linspace(-1.8, 1.8, 9)[:, None]
     points: FloatArray = qmc.Sobol(len(unknown), scramble=False).random(16) * 3.4 - 1.7
-    return points
+    return points[np.argsort(points[:, 0])]
 
 
 class Screen:
