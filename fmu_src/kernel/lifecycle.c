@@ -25,12 +25,19 @@ enum Status kernel_set(struct Contact *contact, int index, int lane, double valu
         return status;
     const double kept = within_bounds(kernel_variable(index), value);
     contact->value[index][lane] = kept;
+    follow_recent(contact, index, lane);
     if (index >= INPUT_FIRST && index < INPUT_END)
         note_bound(contact, index, lane, kept != value);
     if (index == VAR_SLIP_VELOCITY && value != 0 && contact->started &&
         chosen(contact->value, VAR_KINEMATICS, 0) == KINEMATICS_INTERNAL)
         contact->warnings |= WARN_UNUSED_SLIP;
     return STATUS_OK;
+}
+
+void kernel_lead(struct Contact *contact, int index, double value)
+{
+    contact->value[index][0] = value;
+    follow_recent(contact, index, 0);
 }
 
 void kernel_reset(struct Contact *contact)
@@ -119,8 +126,10 @@ enum Status kernel_derivative(const struct Contact *contact, int unknown, int kn
     for (int n = 0; n < 3; ++n) {
         if (weight[kind][n] == 0)
             continue;
-        EACH_LANE
+        EACH_LANE {
             probe.value[known][i] = contact->value[known][i] + place[kind][n] * h;
+            follow_recent(&probe, known, i);
+        }
         const enum Status status = averages ? average_here(&probe) : kernel_evaluate(&probe);
         if (status != STATUS_OK)
             return status;

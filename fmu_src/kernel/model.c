@@ -27,7 +27,7 @@ enum Status model_set(struct Model *model, int index, double value)
 {
     return kernel_set(&model->contact, index, 0, value);
 }
-void model_lead(struct Model *model, int index, double value) { model->contact.value[index][0] = value; }
+void model_lead(struct Model *model, int index, double value) { kernel_lead(&model->contact, index, value); }
 double model_slope(const struct Model *model, int input) { return model->contact.slope[input - INPUT_FIRST][0]; }
 void model_set_slope(struct Model *model, int input, double slope)
 {

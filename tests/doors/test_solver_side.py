@@ -64,6 +64,29 @@ def test_rates_are_the_equations(one: Instance) -> None:
     assert one.get("friction_force") == pytest.approx([9.5], rel=1e-12)
 
 
+def test_integrals_are_led_since_the_last_event(one: Instance) -> None:
+    """What a solver leads is counted anew at each event and does not grow; what is shown beside it goes on from the start."""
+    integrating(one, {"kinematics": 2, "slip_velocity": 0.5, "averaging_window": 1e-3})
+    names, sums = [*kernel.states()[2:12]], [name.removeprefix("recent_") for name in kernel.states()[2:12]]
+    assert all(name.startswith("recent_") for name in names)
+    first = [1e-6, 2e-4, *(n * 1e-5 for n in range(1, 11)), *[0.0] * (STATES - 12)]
+    assert set_states(one, first) == OK
+    assert one.get(*names) == one.get(*sums) == first[2:12]
+    assert one.call("SetTime", 1e-3) == OK
+    assert one.call("EnterEventMode") == OK
+    status, changed, next_event = one.update()
+    assert (status, changed, next_event) == (OK, True, pytest.approx(2e-3, rel=1e-12))
+    assert one.get(*names) == [0.0] * 10
+    assert one.get(*sums) == first[2:12]
+    assert vector(one, "GetContinuousStates") == [*first[:2], *[0.0] * (STATES - 2)]
+    assert one.get("mean_principal_force") == pytest.approx([first[5] / 1e-3], rel=1e-12)
+    assert one.call("EnterContinuousTimeMode") == OK
+    second = [*first[:2], *(n * 3e-7 for n in range(1, 11)), *first[12:]]
+    assert set_states(one, second) == OK
+    assert one.get(*sums) == [a + b for a, b in zip(first[2:12], second[2:12], strict=True)]
+    assert vector(one, "GetContinuousStates") == second  # to the last bit
+
+
 def test_nominals_are_above_0(one: Instance) -> None:
     assert all(nominal > 0 for nominal in vector(one, "GetNominalsOfContinuousStates"))
 

@@ -176,7 +176,7 @@ BROKEN = {  # in the description of the cut: what is put in the place of what, a
     "a start that is no item": (2, r'(name="friction_law".*?start=")2', r"\g<1>8", "values"),
     "a nominal of 0": (3, r'(name="width"[^>]*nominal=")[^"]*', r"\g<1>0", "values"),
     "a type in another unit": (3, r'(Float64Type name="Force"[^>]* unit=")N', r"\g<1>Pa", "types"),
-    "a rate of another quantity": (2, r'(name="contact_rate".*?derivative=")\d+', r"\g<1>{feed_impulse}", "derivatives"),
+    "a rate of another quantity": (2, r'(name="contact_rate".*?derivative=")\d+', r"\g<1>{recent_feed_impulse}", "derivatives"),
     "a rate of a parameter": (3, r'(name="bristle_rate"[^>]*derivative=")\d+', r"\g<1>{feed}", "derivatives"),
     "two rates of one state": (3, r'(name="contact_rate"[^>]*derivative=")\d+', r"\g<1>{bristle_deflection}", "order"),
     "outputs out of order": (3, r"(<Output [^>]*>)(\s*)(<Output [^>]*>)", r"\3\2\1", "order"),
