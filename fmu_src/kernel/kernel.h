@@ -364,8 +364,10 @@ enum Status kernel_advance_wired(struct Contact *contact, struct Configuration *
  * nonzero *stop (may be NULL) breaks off after the sample that is being followed. */
 enum Status kernel_run_record(struct Contact *contact, const struct Record *record, struct Yield *yield,
                               const volatile int *stop);
-/* d unknown / d known at the current point, by central differences on a copy. known: inputs and states. */
-enum Status kernel_derivative(const struct Contact *contact, int unknown, int known, double *derivative);
+/* d unknown / d known of `count` unknowns at the current point, by central differences on a copy. known: inputs and
+ * states. */
+enum Status kernel_derivatives(const struct Contact *contact, int known, int count, const int *unknown,
+                               double *derivatives);
 /* d output / dt of `count` outputs of lane 0, at most DERIVATIVES_AT_ONCE, at the present point, as the inputs go on by
  * their slopes. room: where to look around in. */
 enum Status kernel_time_derivatives(const struct Contact *contact, struct Contact *room, int count, const int *index,

@@ -68,9 +68,9 @@ enum Status model_step_wired(struct Model *model, struct Wiring *wiring, double 
 {
     return kernel_advance_wired(&model->contact, (struct Configuration *)wiring, step, stop_at_events, taken);
 }
-enum Status model_derivative(const struct Model *model, int unknown, int known, double *derivative)
+enum Status model_derivatives(const struct Model *model, int known, int count, const int *unknown, double *derivatives)
 {
-    return kernel_derivative(&model->contact, unknown, known, derivative);
+    return kernel_derivatives(&model->contact, known, count, unknown, derivatives);
 }
 enum Status model_time_derivatives(const struct Model *model, struct Model *room, int count, const int *index,
                                    double *derivatives)

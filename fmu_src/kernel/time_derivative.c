@@ -3,8 +3,8 @@
  *
  * On the straight line through the present point on which inputs go by their slopes and states by their rates, the
  * derivative is the true one: so differences of second order along it, on the sides of the events that are held. Their
- * step balances rounding and truncation, as in kernel_derivative. Where outputs are means over the last step: from them
- * to the means of another such step.
+ * step balances rounding and truncation, as in kernel_derivatives. Where outputs are means over the last step: from
+ * them to the means of another such step.
  */
 #include "shared.h"
 #include "stages.h"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes as ct
 import math
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -258,6 +259,23 @@ def test_directional_derivatives_are_those_of_the_law(one: Instance) -> None:
     assert force == pytest.approx(3.0 + 1.0, rel=0.11)
     assert rate == pytest.approx(1.0, rel=0.11)
     assert derivative(one, ["friction_force"], ["bristle_deflection", "slip_velocity"], [2e-6, 0.0])[1] == pytest.approx([2.0], rel=1e-6)
+
+
+def test_a_column_of_the_jacobian_costs_as_much_as_an_entry(one: Instance) -> None:
+    """All unknowns are seen at once. One by one a column took as long as all its entries, and a solver was slower by it than without."""
+    integrating(one, {})
+    rates = [v.name for v in kernel.variables() if v.derivative_of]
+    knowns = ["bristle_deflection"]
+
+    def seconds(unknowns: list[str]) -> float:
+        begun = time.process_time()
+        for _ in range(50):
+            assert derivative(one, unknowns, knowns, [1.0])[0] == OK
+        return time.process_time() - begun
+
+    assert min(seconds(rates) for _ in range(5)) < 4 * min(seconds(rates[:1]) for _ in range(5))
+    _, column = derivative(one, rates, knowns, [1.0])
+    assert column == [derivative(one, [rate], knowns, [1.0])[1][0] for rate in rates]
 
 
 def test_adjoint_and_directional_derivative_are_one_matrix(fmi3_fmu: Path, tmp_path: Path) -> None:
