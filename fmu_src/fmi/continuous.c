@@ -139,17 +139,24 @@ enum Answer get_derivative(struct Component *c, int adjoint, const uint32_t *unk
         return answer;
     for (size_t i = 0; i < result_count; ++i)
         result[i] = 0;
-    for (size_t u = 0; u < unknown_count; ++u)
-        for (size_t k = 0; k < known_count; ++k) {
-            const double weight = seed[adjoint ? u : k];
-            double entry = 0;
-            if (weight == 0)
+    for (size_t k = 0; k < known_count; ++k)
+        for (size_t first = 0; first < unknown_count; first += DERIVATIVES_AT_ONCE) {
+            int index[DERIVATIVES_AT_ONCE], asked[DERIVATIVES_AT_ONCE], count = 0;
+            double entry[DERIVATIVES_AT_ONCE];
+            for (size_t u = first; u < unknown_count && u < first + DERIVATIVES_AT_ONCE; ++u)
+                if (seed[adjoint ? u : k] != 0) {
+                    asked[count] = (int)(u - first);
+                    index[count++] = index_of(c, unknowns[u]);
+                }
+            if (count == 0)
                 continue;
-            const enum Status status =
-                model_derivative(visible_model(c), index_of(c, unknowns[u]), index_of(c, knowns[k]), &entry);
+            const enum Status status = model_derivatives(visible_model(c), index_of(c, knowns[k]), count, index, entry);
             if (status != STATUS_OK)
                 return report_status(c, ANSWER_ERROR, status);
-            result[adjoint ? k : u] += entry * weight;
+            for (int j = 0; j < count; ++j) {
+                const size_t u = first + (size_t)asked[j];
+                result[adjoint ? k : u] += entry[j] * seed[adjoint ? u : k];
+            }
         }
     for (size_t i = 0; i < result_count && answer <= ANSWER_WARNING; ++i)
         answer = give(c, "a derivative by or of ", model_variable(index_of(c, (adjoint ? knowns : unknowns)[i]))->name,

@@ -68,8 +68,8 @@ size_t model_wiring_size(void);
 void model_wire(const struct Model *model, struct Wiring *wiring);
 enum Status model_step_wired(struct Model *model, struct Wiring *wiring, double step, int stop_at_events,
                              double *taken);
-/* d unknown / d known at the present point. known: inputs and states. */
-enum Status model_derivative(const struct Model *model, int unknown, int known, double *derivative);
+/* d unknown / d known of `count` unknowns at the present point. known: inputs and states. */
+enum Status model_derivatives(const struct Model *model, int known, int count, const int *unknown, double *derivatives);
 /* d output / dt of `count` outputs, at most DERIVATIVES_AT_ONCE, at the present point, as inputs go on by their slopes
  * and states by their rates. room: bytes of another model, to look around in. */
 enum Status model_time_derivatives(const struct Model *model, struct Model *room, int count, const int *index,

@@ -120,6 +120,7 @@ void show_outputs(struct Contact *contact, const struct Configuration *w, const 
         value[VAR_SHEAR_ANGLE][i] = shear_angle(w, x, i);
     if (angles)
         show_cusps(contact, w, x);
+    show_recent(contact);
     if (w->drivers)
         show_rates(contact, w, x);
     warn(contact, x);
@@ -224,6 +225,7 @@ enum Status kernel_event(struct Contact *contact)
     EACH_LANE
         if (contact->value[VAR_TIME][i] >= window_end(contact, i) - 1e-9 * window_length(contact, i))
             close_window(contact, i);
+    begin_recent(contact);
     return kernel_evaluate(contact);
 }
 

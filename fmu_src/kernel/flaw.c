@@ -33,6 +33,9 @@ static const char *flaw_of_values(const struct Contact *contact)
     for (int place = 0; place < kernel_state_count(); ++place)
         if (!FINITE(contact->value[kernel_state(place)]))
             return "a continuous state is no finite number";
+    for (int n = 0; n < INTEGRALS; ++n)
+        if (!FINITE(contact->value[integral_of[n]]))
+            return "an integral is no finite number";
     return FINITE(contact->value[VAR_TIME]) ? NULL : "the time is no finite number";
 }
 
@@ -70,9 +73,9 @@ static const char *flaw_of_course(const struct Contact *contact)
                 return "an earlier time is no number";
     }
     return FINITE(contact->slope) && FINITE(contact->memory) && FINITE(contact->window_start) &&
-                   isfinite(contact->window_origin) && contact->flank_depth >= 0 && contact->flank_depth < 1 &&
-                   FINITE(contact->cusp) && FINITE(contact->steady_state) && FINITE(contact->earlier_force) &&
-                   FINITE(contact->outlives) && FINITE(contact->changes)
+                   FINITE(contact->event_start) && isfinite(contact->window_origin) && contact->flank_depth >= 0 &&
+                   contact->flank_depth < 1 && FINITE(contact->cusp) && FINITE(contact->steady_state) &&
+                   FINITE(contact->earlier_force) && FINITE(contact->outlives) && FINITE(contact->changes)
                ? NULL
                : "a memory is no finite number";
 }

@@ -144,6 +144,17 @@ enum Base {
     VAR_MEASURED_PRINCIPAL_IMPULSE,
     VAR_MEASURED_FEED_IMPULSE,
     VAR_CONTACT_RATE,
+    /* locals: the same integrals since the last event, in the same order: states, since they do not grow */
+    VAR_RECENT_DISSIPATED_ENERGY,
+    VAR_RECENT_SHEAR_ENERGY,
+    VAR_RECENT_FRICTION_IMPULSE,
+    VAR_RECENT_PRINCIPAL_IMPULSE,
+    VAR_RECENT_FEED_IMPULSE,
+    VAR_RECENT_NORMAL_IMPULSE,
+    VAR_RECENT_CONTACT_TIME,
+    VAR_RECENT_MEASURED_FRICTION_IMPULSE,
+    VAR_RECENT_MEASURED_PRINCIPAL_IMPULSE,
+    VAR_RECENT_MEASURED_FEED_IMPULSE,
     /* locals: the event indicators, in the order of enum Indicator */
     VAR_CONTACT_INDICATOR,
     VAR_SURFACE_INDICATOR,
@@ -171,6 +182,7 @@ enum Limits {
                       while an effect asks for it */
     NODES = 5, /* values of a piece: at its start, quarters and end */
     CHANNELS = 3, /* forces that are measured: friction, principal, feed */
+    INTEGRALS = 11, /* running integrals of the base table: the distance, and those behind the means */
     MEANS = 10, /* quantities with a mean over the averaging window: two powers, four forces, contact, three measured
                    forces */
     INDICATORS = 4, /* zero crossings that are events: see enum Indicator */
@@ -221,6 +233,7 @@ struct Contact {
     lanes next_step; /* internal step that the tolerance asks for [s] */
     lanes largest_difference; /* what relative_tolerance allows a lower order to change in one step */
     lanes window_start[MEANS]; /* the integrals behind the means when the averaging window opened */
+    lanes event_start[MEANS]; /* the same at the last event */
     lanes window; /* averaging windows closed so far */
     double window_origin; /* time at which the first window opened [s] */
     /* How deep the clearance face stood in the surface when WARN_CLEARANCE was set [m]; for which ellipse that was
@@ -239,7 +252,7 @@ struct Contact {
     lanes earlier_time[2], earlier_force[2][CHANNELS];
     /* and what a bristle does that is bent otherwise at the start of a cycle: share that outlives it, change of each
      * integral over the change of the bristle; for how many steps that has served */
-    lanes outlives, changes[BASE_STATES - 1], served;
+    lanes outlives, changes[INTEGRALS], served;
     /* The forces, one piece for each internal step or for some of them. Empty unless an effect looks back. */
     struct Ring past;
     lanes past_force[HISTORY][CHANNELS][NODES];
@@ -311,7 +324,9 @@ void kernel_reset(struct Contact *contact);
 /* One value of one lane, checked: the index exists, the number is finite and within the table's bounds. An input that
  * is a hair outside them is held on them: a warning, and clamped_count counts the steps. */
 enum Status kernel_set(struct Contact *contact, int index, int lane, double value);
-/* The same check without the setting; and the hair, in the unit of the variable. */
+/* Unchecked, of lane 0: the time, a continuous state that a solver outside leads, an input at the end of its ramp. */
+void kernel_lead(struct Contact *contact, int index, double value);
+/* The check of kernel_set without the setting; and the hair, in the unit of the variable. */
 enum Status kernel_check(int index, double value);
 double kernel_bound_slack(int index);
 /* What keeps a contact whose bytes come from outside from going on, in words; NULL: nothing. */
@@ -349,8 +364,10 @@ enum Status kernel_advance_wired(struct Contact *contact, struct Configuration *
  * nonzero *stop (may be NULL) breaks off after the sample that is being followed. */
 enum Status kernel_run_record(struct Contact *contact, const struct Record *record, struct Yield *yield,
                               const volatile int *stop);
-/* d unknown / d known at the current point, by central differences on a copy. known: inputs and states. */
-enum Status kernel_derivative(const struct Contact *contact, int unknown, int known, double *derivative);
+/* d unknown / d known of `count` unknowns at the current point, by central differences on a copy. known: inputs and
+ * states. */
+enum Status kernel_derivatives(const struct Contact *contact, int known, int count, const int *unknown,
+                               double *derivatives);
 /* d output / dt of `count` outputs of lane 0, at most DERIVATIVES_AT_ONCE, at the present point, as the inputs go on by
  * their slopes. room: where to look around in. */
 enum Status kernel_time_derivatives(const struct Contact *contact, struct Contact *room, int count, const int *index,

@@ -25,12 +25,19 @@ enum Status kernel_set(struct Contact *contact, int index, int lane, double valu
         return status;
     const double kept = within_bounds(kernel_variable(index), value);
     contact->value[index][lane] = kept;
+    follow_recent(contact, index, lane);
     if (index >= INPUT_FIRST && index < INPUT_END)
         note_bound(contact, index, lane, kept != value);
     if (index == VAR_SLIP_VELOCITY && value != 0 && contact->started &&
         chosen(contact->value, VAR_KINEMATICS, 0) == KINEMATICS_INTERNAL)
         contact->warnings |= WARN_UNUSED_SLIP;
     return STATUS_OK;
+}
+
+void kernel_lead(struct Contact *contact, int index, double value)
+{
+    contact->value[index][0] = value;
+    follow_recent(contact, index, 0);
 }
 
 void kernel_reset(struct Contact *contact)
@@ -101,12 +108,18 @@ enum Status kernel_start(struct Contact *contact, double time)
     return status;
 }
 
-enum Status kernel_derivative(const struct Contact *contact, int unknown, int known, double *derivative)
+enum Status kernel_derivatives(const struct Contact *contact, int known, int count, const int *unknown,
+                               double *derivatives)
 {
     struct Contact probe = *contact;
     const struct Variable *variable = kernel_variable(known);
-    if (!variable || !kernel_variable(unknown))
-        return STATUS_NO_SUCH_VARIABLE;
+    for (int j = 0; j < count; ++j) {
+        if (!variable || !kernel_variable(unknown[j]))
+            return STATUS_NO_SUCH_VARIABLE;
+        derivatives[j] = 0;
+    }
+    if (count == 0)
+        return STATUS_OK;
     /* Central differences, of second order from within where a bound is near (a magnitude at 0 has no other side). The
      * step balances rounding and truncation, both near 1e-10 of the nominal. */
     const double value = contact->value[known][0], scale = variable->nominal > 0 ? variable->nominal : 1;
@@ -115,17 +128,20 @@ enum Status kernel_derivative(const struct Contact *contact, int unknown, int kn
     static const double place[3][3] = {{-1, 0, 1}, {0, 1, 2}, {-2, -1, 0}},
                         weight[3][3] = {{-0.5, 0, 0.5}, {-1.5, 2, -0.5}, {0.5, -2, 1.5}};
     const int kind = value - h < variable->min ? 1 : value + h > variable->max ? 2 : 0;
-    double sum = 0;
     for (int n = 0; n < 3; ++n) {
         if (weight[kind][n] == 0)
             continue;
-        EACH_LANE
+        EACH_LANE {
             probe.value[known][i] = contact->value[known][i] + place[kind][n] * h;
+            follow_recent(&probe, known, i);
+        }
         const enum Status status = averages ? average_here(&probe) : kernel_evaluate(&probe);
         if (status != STATUS_OK)
             return status;
-        sum += weight[kind][n] * probe.value[unknown][0];
+        for (int j = 0; j < count; ++j)
+            derivatives[j] += weight[kind][n] * probe.value[unknown[j]][0];
     }
-    *derivative = sum / h;
+    for (int j = 0; j < count; ++j)
+        derivatives[j] /= h;
     return STATUS_OK;
 }

@@ -27,7 +27,7 @@ enum Status model_set(struct Model *model, int index, double value)
 {
     return kernel_set(&model->contact, index, 0, value);
 }
-void model_lead(struct Model *model, int index, double value) { model->contact.value[index][0] = value; }
+void model_lead(struct Model *model, int index, double value) { kernel_lead(&model->contact, index, value); }
 double model_slope(const struct Model *model, int input) { return model->contact.slope[input - INPUT_FIRST][0]; }
 void model_set_slope(struct Model *model, int input, double slope)
 {
@@ -68,9 +68,9 @@ enum Status model_step_wired(struct Model *model, struct Wiring *wiring, double 
 {
     return kernel_advance_wired(&model->contact, (struct Configuration *)wiring, step, stop_at_events, taken);
 }
-enum Status model_derivative(const struct Model *model, int unknown, int known, double *derivative)
+enum Status model_derivatives(const struct Model *model, int known, int count, const int *unknown, double *derivatives)
 {
-    return kernel_derivative(&model->contact, unknown, known, derivative);
+    return kernel_derivatives(&model->contact, known, count, unknown, derivatives);
 }
 enum Status model_time_derivatives(const struct Model *model, struct Model *room, int count, const int *index,
                                    double *derivatives)

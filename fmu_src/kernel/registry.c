@@ -55,18 +55,30 @@ const struct Variable *kernel_variable(int index)
     return NULL;
 }
 
+const int integral_of[INTEGRALS] = {VAR_SLIDING_DISTANCE,
+                                    VAR_DISSIPATED_ENERGY,
+                                    VAR_SHEAR_ENERGY,
+                                    VAR_FRICTION_IMPULSE,
+                                    VAR_PRINCIPAL_IMPULSE,
+                                    VAR_FEED_IMPULSE,
+                                    VAR_NORMAL_IMPULSE,
+                                    VAR_CONTACT_TIME,
+                                    VAR_MEASURED_FRICTION_IMPULSE,
+                                    VAR_MEASURED_PRINCIPAL_IMPULSE,
+                                    VAR_MEASURED_FEED_IMPULSE};
+
 static const int base_states[BASE_STATES] = {VAR_BRISTLE_DEFLECTION,
                                              VAR_SLIDING_DISTANCE,
-                                             VAR_DISSIPATED_ENERGY,
-                                             VAR_SHEAR_ENERGY,
-                                             VAR_FRICTION_IMPULSE,
-                                             VAR_PRINCIPAL_IMPULSE,
-                                             VAR_FEED_IMPULSE,
-                                             VAR_NORMAL_IMPULSE,
-                                             VAR_CONTACT_TIME,
-                                             VAR_MEASURED_FRICTION_IMPULSE,
-                                             VAR_MEASURED_PRINCIPAL_IMPULSE,
-                                             VAR_MEASURED_FEED_IMPULSE};
+                                             VAR_RECENT_DISSIPATED_ENERGY,
+                                             VAR_RECENT_SHEAR_ENERGY,
+                                             VAR_RECENT_FRICTION_IMPULSE,
+                                             VAR_RECENT_PRINCIPAL_IMPULSE,
+                                             VAR_RECENT_FEED_IMPULSE,
+                                             VAR_RECENT_NORMAL_IMPULSE,
+                                             VAR_RECENT_CONTACT_TIME,
+                                             VAR_RECENT_MEASURED_FRICTION_IMPULSE,
+                                             VAR_RECENT_MEASURED_PRINCIPAL_IMPULSE,
+                                             VAR_RECENT_MEASURED_FEED_IMPULSE};
 
 int kernel_state_count(void)
 {

@@ -25,7 +25,7 @@ enum Status check_value(const struct Variable *variable, double value);
 double within_bounds(const struct Variable *variable, double value);
 const char *status_text(enum Status status);
 
-enum { DERIVATIVES_AT_ONCE = 64 }; /* outputs whose time derivatives are asked for in one call */
+enum { DERIVATIVES_AT_ONCE = 64 }; /* outputs that are derived in one call */
 
 /* FNV-1a, 64 bits. A hash begins as HASH_BEGIN and goes on from what it was. */
 #define HASH_BEGIN 14695981039346656037u

@@ -337,6 +337,9 @@ enum Status show_here(struct Contact *contact, const struct Configuration *w, co
                       const int whole[LANES], int angles);
 
 /* mean_window.c: length and end [s] of the present averaging window, 0 and infinity where no means are formed. */
+/* registry.c: the running integrals, those behind the means last and in their order; mean_window.c: the means. */
+enum { FIRST_MEAN_INTEGRAL = INTEGRALS - MEANS };
+extern const int integral_of[INTEGRALS];
 extern const int mean_of[MEANS];
 double window_length(const struct Contact *contact, int i);
 /* mean_window.c: the windows that end while all means stand at the rates `mean` from `begin` to value[VAR_TIME]. */
@@ -345,6 +348,12 @@ double window_end(const struct Contact *contact, int i);
 void forms_means(const struct Contact *contact, int forms[LANES]); /* is there a window? */
 void open_window(struct Contact *contact, int i);
 void close_window(struct Contact *contact, int i);
+/* mean_window.c: the integrals since the last event, which a solver outside leads. They are shown as the integrals say;
+ * where one of them, the variable `index`, has been led, the integral follows it; at an event they begin anew. */
+void show_recent(struct Contact *contact);
+void follow_recent(struct Contact *contact, int index, int lane);
+void begin_recent(struct Contact *contact);
+int recent_of(int index); /* the state behind an integral; of another variable the variable itself */
 
 /* lifecycle.c: whether an input is given a hair outside its bounds, in one lane. */
 void note_bound(struct Contact *contact, int index, int lane, int outside);

@@ -3,8 +3,8 @@
  *
  * On the straight line through the present point on which inputs go by their slopes and states by their rates, the
  * derivative is the true one: so differences of second order along it, on the sides of the events that are held. Their
- * step balances rounding and truncation, as in kernel_derivative. Where outputs are means over the last step: from them
- * to the means of another such step.
+ * step balances rounding and truncation, as in kernel_derivatives. Where outputs are means over the last step: from
+ * them to the means of another such step.
  */
 #include "shared.h"
 #include "stages.h"
@@ -82,8 +82,10 @@ static int show_at(const struct Line *line, const struct Configuration *w, doubl
     EACH_LANE
         tau[i] = ahead;
     for (int n = 0; n < line->count; ++n)
-        EACH_LANE
+        EACH_LANE {
             room->value[line->moving[n].state][i] = line->moving[n].from[i] + ahead * line->moving[n].rate[i];
+            follow_recent(room, line->moving[n].state, i);
+        }
     point_at(room, w, tau, &x);
     show_outputs(room, w, &x, 1);
     indicators(w, &x, indicator);
@@ -144,7 +146,7 @@ static enum Status of_a_point(const struct Contact *contact, struct Contact *roo
     }
     for (int j = 0; j < count; ++j)
         for (int n = 0; n < line.count; ++n)
-            if (line.moving[n].state == index[j])
+            if (line.moving[n].state == recent_of(index[j]))
                 derivatives[j] = line.moving[n].rate[0];
     return STATUS_OK;
 }
@@ -159,7 +161,7 @@ static enum Status of_means(const struct Contact *contact, struct Contact *room,
     for (int j = 0; j < count && status == STATUS_OK; ++j) {
         derivatives[j] = (room->value[index[j]][0] - contact->value[index[j]][0]) / (half + 0.5 * step);
         for (int n = 0; n < BASE_COUNT; ++n)
-            if (base_variables[n].derivative_of == index[j] && index[j] != VAR_BRISTLE_DEFLECTION)
+            if (base_variables[n].derivative_of == recent_of(index[j]) && index[j] != VAR_BRISTLE_DEFLECTION)
                 derivatives[j] = contact->value[n][0];
     }
     return status;

@@ -32,6 +32,10 @@ static const char *const averagings[] = {"resolved", "cycle", NULL};
 #define USED_WITH(kinematics, what) .meaning = what "; used where kinematics = " kinematics, .required_with = kinematics
 #define MACHINE "the machine model that drives the contact"
 #define DEFINITION "definition"
+/* An integral since the last event. A solver weighs the whole of a state: one that is counted anew at each event stays
+ * as exact as a single cut; a thirtieth of what a cycle brings keeps means within 1e-5 at a tolerance of 1e-6. */
+#define RECENT 3e-7
+#define RECENTLY(what) what " since the last event that was acted upon from outside: the state behind it"
 
 /* clang-format off */
 const struct Variable base_variables[BASE_COUNT] = {
@@ -192,15 +196,15 @@ const struct Variable base_variables[BASE_COUNT] = {
         .meaning = "temperature at which the proxy is theta_ref; above ambient_temperature, by 0.001 K or more",
         .source = "guess"},
 
-    [VAR_FRICTION_FORCE] = {.name = "friction_force", FORCE, RESULT, .derivative_of = VAR_FRICTION_IMPULSE,
+    [VAR_FRICTION_FORCE] = {.name = "friction_force", FORCE, RESULT, .derivative_of = VAR_RECENT_FRICTION_IMPULSE,
         .meaning = "friction force of the chip on the tool along the rake face", .source = "the paper, eq. 8"},
-    [VAR_PRINCIPAL_FORCE] = {.name = "principal_force", FORCE, RESULT, .derivative_of = VAR_PRINCIPAL_IMPULSE,
+    [VAR_PRINCIPAL_FORCE] = {.name = "principal_force", FORCE, RESULT, .derivative_of = VAR_RECENT_PRINCIPAL_IMPULSE,
         .meaning = "force on the tool against the cutting direction, N cos(alpha) + F sin(alpha)",
         .source = "Merchant 1945 (not read)"},
-    [VAR_FEED_FORCE] = {.name = "feed_force", FORCE, RESULT, .derivative_of = VAR_FEED_IMPULSE,
+    [VAR_FEED_FORCE] = {.name = "feed_force", FORCE, RESULT, .derivative_of = VAR_RECENT_FEED_IMPULSE,
         .meaning = "force on the tool away from the machined surface (thrust), F cos(alpha) - N sin(alpha)",
         .source = "Merchant 1945 (not read)"},
-    [VAR_NORMAL_FORCE] = {.name = "normal_force", FORCE, RESULT, .derivative_of = VAR_NORMAL_IMPULSE,
+    [VAR_NORMAL_FORCE] = {.name = "normal_force", FORCE, RESULT, .derivative_of = VAR_RECENT_NORMAL_IMPULSE,
         .meaning = "force on the rake face normal to it", .source = "Merchant 1945 (not read)"},
     [VAR_TOOL_FORCE_X] = {.name = "tool_force_x", FORCE, RESULT,
         .meaning = "force on the tool along +x, the cutting direction: -principal_force", .source = DEFINITION},
@@ -221,14 +225,15 @@ const struct Variable base_variables[BASE_COUNT] = {
     [VAR_MEAN_SHEAR_POWER] = {.name = "mean_shear_power", .unit = "W", HELD_RESULT,
         .meaning = "shear_power, mean over the last full averaging window", .source = DEFINITION},
     [VAR_MEASURED_FRICTION_FORCE] = {.name = "measured_friction_force", FORCE, RESULT,
-        .derivative_of = VAR_MEASURED_FRICTION_IMPULSE,
+        .derivative_of = VAR_RECENT_MEASURED_FRICTION_IMPULSE,
         .meaning = "friction_force as the sensor shows it: with the effects of measurement that are on",
         .source = DEFINITION},
     [VAR_MEASURED_PRINCIPAL_FORCE] = {.name = "measured_principal_force", FORCE, RESULT,
-        .derivative_of = VAR_MEASURED_PRINCIPAL_IMPULSE,
+        .derivative_of = VAR_RECENT_MEASURED_PRINCIPAL_IMPULSE,
         .meaning = "principal_force as the sensor shows it: with the effects of measurement that are on",
         .source = DEFINITION},
-    [VAR_MEASURED_FEED_FORCE] = {.name = "measured_feed_force", FORCE, RESULT, .derivative_of = VAR_MEASURED_FEED_IMPULSE,
+    [VAR_MEASURED_FEED_FORCE] = {.name = "measured_feed_force", FORCE, RESULT,
+        .derivative_of = VAR_RECENT_MEASURED_FEED_IMPULSE,
         .meaning = "feed_force as the sensor shows it: with the effects of measurement that are on",
         .source = DEFINITION},
     [VAR_MEAN_MEASURED_FRICTION_FORCE] = {.name = "mean_measured_friction_force", FORCE, HELD_RESULT,
@@ -260,12 +265,13 @@ const struct Variable base_variables[BASE_COUNT] = {
         .causality = OUTPUT, .variability = CONTINUOUS, .min = -1, .max = 1,
         .meaning = "mean bristle deflection z; its start is the state that initial_state = at_rest begins from",
         .source = "Canudas de Wit et al. 1995, eq. 2"},
-    [VAR_DISSIPATED_POWER] = {.name = "dissipated_power", .unit = "W", RESULT, .derivative_of = VAR_DISSIPATED_ENERGY,
+    [VAR_DISSIPATED_POWER] = {.name = "dissipated_power", .unit = "W", RESULT,
+        .derivative_of = VAR_RECENT_DISSIPATED_ENERGY,
         .meaning = "friction_force times slip velocity: power that the friction takes up; below 0 while bristles "
             "spring back", .source = DEFINITION},
     [VAR_DISSIPATED_ENERGY] = {.name = "dissipated_energy", .unit = "J", .nominal = 1e-5, RESULT,
         .meaning = "dissipated_power, integrated from the start", .source = DEFINITION},
-    [VAR_SHEAR_POWER] = {.name = "shear_power", .unit = "W", RESULT, .derivative_of = VAR_SHEAR_ENERGY,
+    [VAR_SHEAR_POWER] = {.name = "shear_power", .unit = "W", RESULT, .derivative_of = VAR_RECENT_SHEAR_ENERGY,
         .meaning = "power that shears the chip, shear force times shear velocity on the plane that gives the slip: what "
             "chip and tool exchange less dissipated_power. kinematics = external: of the steady chip at that slip and "
             "chip_flow_shear_angle", .source = "Merchant 1945 (not read); balance of power"},
@@ -305,8 +311,28 @@ const struct Variable base_variables[BASE_COUNT] = {
         .meaning = "measured_principal_force, integrated from the start", .source = DEFINITION},
     [VAR_MEASURED_FEED_IMPULSE] = {.name = "measured_feed_impulse", .unit = "N.s", .nominal = 1e-5, INNER,
         .meaning = "measured_feed_force, integrated from the start", .source = DEFINITION},
-    [VAR_CONTACT_RATE] = {.name = "contact_rate", .unit = "1", INNER, .derivative_of = VAR_CONTACT_TIME,
+    [VAR_CONTACT_RATE] = {.name = "contact_rate", .unit = "1", INNER, .derivative_of = VAR_RECENT_CONTACT_TIME,
         .meaning = "1 in contact, 0 out of it", .source = DEFINITION},
+    [VAR_RECENT_DISSIPATED_ENERGY] = {.name = "recent_dissipated_energy", .unit = "J", .nominal = RECENT, INNER,
+        .meaning = RECENTLY("dissipated_energy"), .source = DEFINITION},
+    [VAR_RECENT_SHEAR_ENERGY] = {.name = "recent_shear_energy", .unit = "J", .nominal = RECENT, INNER,
+        .meaning = RECENTLY("shear_energy"), .source = DEFINITION},
+    [VAR_RECENT_FRICTION_IMPULSE] = {.name = "recent_friction_impulse", .unit = "N.s", .nominal = RECENT, INNER,
+        .meaning = RECENTLY("friction_impulse"), .source = DEFINITION},
+    [VAR_RECENT_PRINCIPAL_IMPULSE] = {.name = "recent_principal_impulse", .unit = "N.s", .nominal = RECENT, INNER,
+        .meaning = RECENTLY("principal_impulse"), .source = DEFINITION},
+    [VAR_RECENT_FEED_IMPULSE] = {.name = "recent_feed_impulse", .unit = "N.s", .nominal = RECENT, INNER,
+        .meaning = RECENTLY("feed_impulse"), .source = DEFINITION},
+    [VAR_RECENT_NORMAL_IMPULSE] = {.name = "recent_normal_impulse", .unit = "N.s", .nominal = RECENT, INNER,
+        .meaning = RECENTLY("normal_impulse"), .source = DEFINITION},
+    [VAR_RECENT_CONTACT_TIME] = {.name = "recent_contact_time", .unit = "s", .nominal = RECENT, INNER,
+        .meaning = RECENTLY("contact_time"), .source = DEFINITION},
+    [VAR_RECENT_MEASURED_FRICTION_IMPULSE] = {.name = "recent_measured_friction_impulse", .unit = "N.s", .nominal = RECENT, INNER,
+        .meaning = RECENTLY("measured_friction_impulse"), .source = DEFINITION},
+    [VAR_RECENT_MEASURED_PRINCIPAL_IMPULSE] = {.name = "recent_measured_principal_impulse", .unit = "N.s", .nominal = RECENT, INNER,
+        .meaning = RECENTLY("measured_principal_impulse"), .source = DEFINITION},
+    [VAR_RECENT_MEASURED_FEED_IMPULSE] = {.name = "recent_measured_feed_impulse", .unit = "N.s", .nominal = RECENT, INNER,
+        .meaning = RECENTLY("measured_feed_impulse"), .source = DEFINITION},
     [VAR_CONTACT_INDICATOR] = {.name = "contact_indicator", .unit = "1", INNER,
         .meaning = "event indicator: above 0 while the tool is in the material and moving into it; the smaller of the "
             "uncut thickness in um and the approach velocity in m/s. Like all event indicators it changes its sign 1e-9 "

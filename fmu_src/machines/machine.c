@@ -308,19 +308,22 @@ enum Status model_time_derivatives(const struct Model *model, struct Model *room
     return status;
 }
 
-enum Status model_derivative(const struct Model *model, int unknown, int known, double *derivative)
+enum Status model_derivatives(const struct Model *model, int known, int count, const int *unknown, double *derivatives)
 {
-    struct Model probe = *model;
-    if (!model_variable(unknown) || !model_variable(known))
-        return STATUS_NO_SUCH_VARIABLE;
+    struct Model above = *model, below = *model;
+    for (int j = 0; j < count; ++j)
+        if (!model_variable(unknown[j]) || !model_variable(known))
+            return STATUS_NO_SUCH_VARIABLE;
+    if (count == 0)
+        return STATUS_OK;
     /* Central differences: exact but for rounding where the unknown is linear or quadratic in the known, as all here
      * are. */
     const double value = model->value[known], h = fmax(1e-3 * fabs(value), 1e-2 * nominal(known));
-    probe.value[known] = value + h;
-    part.evaluate(probe.value);
-    const double above = probe.value[unknown];
-    probe.value[known] = value - h;
-    part.evaluate(probe.value);
-    *derivative = (above - probe.value[unknown]) / (2 * h);
+    above.value[known] = value + h;
+    part.evaluate(above.value);
+    below.value[known] = value - h;
+    part.evaluate(below.value);
+    for (int j = 0; j < count; ++j)
+        derivatives[j] = (above.value[unknown[j]] - below.value[unknown[j]]) / (2 * h);
     return STATUS_OK;
 }

@@ -13,6 +13,7 @@ from evat import fmu
 from evat.fmu import credibility
 from evat.fmu.credibility import credibility_files, evidence
 from evat.fmu.part_model import fmu_facts_of
+from evat.fmu.python_fmu import MODEL_NAME, PART
 from evat.systems.declared import names
 from lxml import etree
 
@@ -44,6 +45,12 @@ def test_it_lies_in_fmus_and_systems(fmus: dict[str, Path], systems: dict[str, P
     with zipfile.ZipFile(fmus["evat_guideway-fmi3"]) as archive:
         listed = classes(archive.read("extra/org.ssp-standard.srmd/EvatGuideway.srmd"))
     assert "Canudas de Wit" in listed[0][1]["against"]
+    with zipfile.ZipFile(fmus["python"]) as archive:
+        (name,) = (name for name in archive.namelist() if name.endswith(".srmd"))
+        assert name == f"extra/org.ssp-standard.srmd/{MODEL_NAME}.srmd"
+        assert [entries["claim"] for _, entries in classes(archive.read(name))] == [
+            *(each.claim for each in evidence() if PART in each.parts), "none that a test holds",
+        ]  # fmt: skip
     with zipfile.ZipFile(systems["stick_slip"]) as archive:
         assert classes(archive.read("extra/org.ssp-standard.srmd/stick_slip.srmd")) == classes(of("stick_slip"))
 
@@ -64,7 +71,7 @@ def test_each_figure_is_held_by_the_test_that_it_names(one: credibility.Evidence
     body = text[text.index(f"def {name}(") :].split("\n\n\n")[0]
     assert f'evidence.hold("{one.name}"' in body
     assert 0 < one.largest_deviation < 100
-    assert set(one.parts) <= {*fmu.parts(), *names()}
+    assert set(one.parts) <= {*fmu.parts(), *names(), PART}
 
 
 def test_what_is_worse_than_told_fails(monkeypatch: pytest.MonkeyPatch) -> None:

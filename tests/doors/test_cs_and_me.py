@@ -105,11 +105,11 @@ def test_events_come_when_the_ellipse_says(fmu: Path, case: str) -> None:
     assert time[closed] == pytest.approx([PERIOD, 2 * PERIOD], rel=1e-14)  # a time event: the end of an averaging window
 
 
-@pytest.mark.parametrize(("tolerance", "allowed"), [(1e-6, 3e-4), (1e-8, 1e-5)])
+@pytest.mark.parametrize(("tolerance", "allowed"), [(1e-6, 3e-5), (1e-8, 5e-7)])
 @pytest.mark.parametrize("case", ["lugre", "dahl", "coulomb"])
 def test_means_by_the_tolerance_of_the_solver(fmu: Path, case: str, tolerance: float, allowed: float) -> None:
-    """The nominal values of the integrals are what a cycle brings. The rest is the solver's relative tolerance: it weighs the whole
-    integral, of which a cycle is a smaller share the longer the run."""
+    """A solver weighs a state as a whole; the integrals that it leads begin anew at each event, and are no more than a piece of a cycle.
+    The rest is its own: some 60 steps in a cut, each within the tolerance."""
     values, means = {**CUT, **CASES[case]}, (*MEANS, "mean_dissipated_power", "mean_shear_power")
     turns = {"start_time": 0.0, "stop_time": 8.5 * PERIOD, "output_interval": PERIOD / 2, "output": means, "record_events": False}
     own = fmpy.simulate_fmu(str(fmu), fmi_type="CoSimulation", start_values=in_fmi(values), **turns)

@@ -233,7 +233,15 @@ def test_coulomb_chip_that_flows_along_the_current_angle_sticks_at_reversal() ->
 # ---- against the kernel ------------------------------------------------------------------------------------------------------------------
 
 # Alongside: the kernel chooses its steps for deflection and forces.
-INTEGRATED = ("dissipated_energy", "shear_energy", "sliding_distance", "mean_dissipated_power", "mean_shear_power")
+INTEGRATED = (
+    "dissipated_energy",
+    "shear_energy",
+    "recent_dissipated_energy",
+    "recent_shear_energy",
+    "sliding_distance",
+    "mean_dissipated_power",
+    "mean_shear_power",
+)
 SHOWN = [
     v.name
     for v in kernel.variables()

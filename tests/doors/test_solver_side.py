@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes as ct
 import math
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -62,6 +63,29 @@ def test_rates_are_the_equations(one: Instance) -> None:
     assert abs(vector(one, "GetContinuousStateDerivatives")[0]) <= 1e-12
     assert one.get("bristle_deflection") == [9e-6]
     assert one.get("friction_force") == pytest.approx([9.5], rel=1e-12)
+
+
+def test_integrals_are_led_since_the_last_event(one: Instance) -> None:
+    """What a solver leads is counted anew at each event and does not grow; what is shown beside it goes on from the start."""
+    integrating(one, {"kinematics": 2, "slip_velocity": 0.5, "averaging_window": 1e-3})
+    names, sums = [*kernel.states()[2:12]], [name.removeprefix("recent_") for name in kernel.states()[2:12]]
+    assert all(name.startswith("recent_") for name in names)
+    first = [1e-6, 2e-4, *(n * 1e-5 for n in range(1, 11)), *[0.0] * (STATES - 12)]
+    assert set_states(one, first) == OK
+    assert one.get(*names) == one.get(*sums) == first[2:12]
+    assert one.call("SetTime", 1e-3) == OK
+    assert one.call("EnterEventMode") == OK
+    status, changed, next_event = one.update()
+    assert (status, changed, next_event) == (OK, True, pytest.approx(2e-3, rel=1e-12))
+    assert one.get(*names) == [0.0] * 10
+    assert one.get(*sums) == first[2:12]
+    assert vector(one, "GetContinuousStates") == [*first[:2], *[0.0] * (STATES - 2)]
+    assert one.get("mean_principal_force") == pytest.approx([first[5] / 1e-3], rel=1e-12)
+    assert one.call("EnterContinuousTimeMode") == OK
+    second = [*first[:2], *(n * 3e-7 for n in range(1, 11)), *first[12:]]
+    assert set_states(one, second) == OK
+    assert one.get(*sums) == [a + b for a, b in zip(first[2:12], second[2:12], strict=True)]
+    assert vector(one, "GetContinuousStates") == second  # to the last bit
 
 
 def test_nominals_are_above_0(one: Instance) -> None:
@@ -235,6 +259,23 @@ def test_directional_derivatives_are_those_of_the_law(one: Instance) -> None:
     assert force == pytest.approx(3.0 + 1.0, rel=0.11)
     assert rate == pytest.approx(1.0, rel=0.11)
     assert derivative(one, ["friction_force"], ["bristle_deflection", "slip_velocity"], [2e-6, 0.0])[1] == pytest.approx([2.0], rel=1e-6)
+
+
+def test_a_column_of_the_jacobian_costs_as_much_as_an_entry(one: Instance) -> None:
+    """All unknowns are seen at once. One by one a column took as long as all its entries, and a solver was slower by it than without."""
+    integrating(one, {})
+    rates = [v.name for v in kernel.variables() if v.derivative_of]
+    knowns = ["bristle_deflection"]
+
+    def seconds(unknowns: list[str]) -> float:
+        begun = time.process_time()
+        for _ in range(50):
+            assert derivative(one, unknowns, knowns, [1.0])[0] == OK
+        return time.process_time() - begun
+
+    assert min(seconds(rates) for _ in range(5)) < 4 * min(seconds(rates[:1]) for _ in range(5))
+    _, column = derivative(one, rates, knowns, [1.0])
+    assert column == [derivative(one, [rate], knowns, [1.0])[1][0] for rate in rates]
 
 
 def test_adjoint_and_directional_derivative_are_one_matrix(fmi3_fmu: Path, tmp_path: Path) -> None:

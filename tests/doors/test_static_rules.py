@@ -1,9 +1,9 @@
-"""Do the descriptions keep what the standard asks for in words? The rules of VDMCheck that neither the schemas nor fmpy's validation hold.
+"""Do the descriptions keep what the standard asks for in words? The rules of VDMCheck, its model of FMI 2 and that of FMI 3 read side by
+side, for all that our FMUs have: no clocks, no arrays, no aliases.
 
-fmpy checks unique names and references, causality with variability and initial, which variables have a start, units that exist, and which
-unknowns the ModelStructure lists (test_description.py). Here: values within their bounds and types, what types and units say of each
-other, derivatives, the order of the ModelStructure, and what an unknown may depend on. FMI 2.0.4, sections 2.2.2 to 2.2.8 and 4.3.1;
-FMI 3.0.1, sections 2.4.1 to 2.4.8.
+Causality with variability, initial and start; values within their bounds and types; what types and units say of each other; derivatives;
+the ModelStructure's lists, their order, and what an unknown may depend on; the head. FMI 2.0.4, sections 2.2.1 to 2.2.9, 3.3.1 and 4.3.1;
+FMI 3.0.1, sections 2.4.1 to 2.4.8. What fmpy's own validation holds as well is in test_description.py, terminals in test_terminals.py.
 """
 
 from __future__ import annotations
@@ -39,6 +39,40 @@ def names(description: ModelDescription) -> Iterator[str]:
     yield from (f"{name}: a type called like another or a variable" for name in types if types.count(name) > 1 or name in variables)
 
 
+RUNNING = ("discrete", "continuous")
+ALLOWED = {  # by causality: the variabilities and what may be said of the start; the first is meant where nothing is said
+    "parameter": (("fixed", "tunable"), ("exact",)),
+    "structuralParameter": (("fixed", "tunable"), ("exact",)),
+    "calculatedParameter": (("fixed", "tunable"), ("calculated", "approx")),
+    "input": (RUNNING, ("exact", None)),  # the word is fmpy's: test_what_is_given_says_nothing_of_its_start
+    "independent": (("continuous",), ("exact", None)),
+    "output": (RUNNING, ("calculated", "exact", "approx")),
+    "local": (RUNNING, ("calculated", "exact", "approx")),
+}
+
+
+def roles(description: ModelDescription) -> Iterator[str]:
+    """Causality, variability, initial and start fit each other; what is continuous is real; one variable at most is independent; one
+    reference each, and one at most is settable more than once in an instant."""
+    if len([v for v in description.modelVariables if v.causality == "independent"]) > 1:
+        yield "two independent variables"
+    references = [v.valueReference for v in description.modelVariables]
+    if len(set(references)) < len(references):
+        yield "a value reference twice"
+    for v in description.modelVariables:
+        usual = "continuous" if v.type in REALS else "discrete"
+        causality, variability = v.causality or "local", v.variability or usual
+        variabilities, initials = ALLOWED[causality]
+        initial = v.initial or initials[0]
+        needs_start = causality == "input" or (causality != "independent" and initial in ("exact", "approx"))
+        if variability not in variabilities or initial not in initials or (v.start is not None) != needs_start:
+            yield f"{v.name}: {causality}, {variability}, {initial}, start {v.start}"
+        if variability == "continuous" and v.type not in REALS:
+            yield f"{v.name}: a continuous {v.type}"
+        if v.canHandleMultipleSetPerTimeInstant is False and not (causality == "input" and description.modelExchange):
+            yield f"{v.name}: set once in an instant"
+
+
 def values(description: ModelDescription) -> Iterator[str]:
     """min <= start <= max, 0 < nominal, all finite; a start is one of the items."""
     for v in description.modelVariables:
@@ -59,7 +93,17 @@ def values(description: ModelDescription) -> Iterator[str]:
 
 
 def types(description: ModelDescription) -> Iterator[str]:
-    """A declared type is of the variable's kind and unit."""
+    """A declared type is of the variable's kind and unit, and holds its bounds; units are there once, with the display units that are
+    used; items have names and values of their own."""
+    units = {unit.name: {shown.name for shown in unit.displayUnits or ()} for unit in description.unitDefinitions}
+    if len(units) < len(description.unitDefinitions):
+        yield "a unit twice"
+    for each in (*description.typeDefinitions, *description.modelVariables):
+        if (each.unit or "") not in {"", *units} or (each.displayUnit and each.displayUnit not in units.get(each.unit, ())):
+            yield f"{each.name}: unit {each.unit}, shown in {each.displayUnit}"
+    for each in description.typeDefinitions:
+        if len({item.name for item in each.items or ()}) < len(each.items or ()):
+            yield f"{each.name}: an item twice"
     for v in description.modelVariables:
         declared = v.declaredType
         if declared is None:
@@ -67,10 +111,14 @@ def types(description: ModelDescription) -> Iterator[str]:
         kind = declared.type.removesuffix("Type")
         if kind != v.type or (declared.unit, declared.displayUnit or v.displayUnit) != (v.unit, v.displayUnit):
             yield f"{v.name}: of type {declared.name} ({kind}, {declared.unit}), but {v.type}, {v.unit}"
+        if v.type in REALS and (
+            number(v.min, math.inf) < number(declared.min, -math.inf) or number(v.max, -math.inf) > number(declared.max, math.inf)
+        ):
+            yield f"{v.name}: beyond the bounds of {declared.name}"
 
 
 def exponents(description: ModelDescription, unit: str) -> tuple[dict[str, int], float]:
-    (definition,) = [each for each in description.unitDefinitions if each.name == unit]
+    definition = next(each for each in description.unitDefinitions if each.name == unit)
     base = definition.baseUnit
     return {name: int(getattr(base, name) or 0) for name in ("kg", "m", "s", "A", "K", "mol", "cd", "rad")}, float(base.factor or 1)
 
@@ -101,6 +149,18 @@ def order(description: ModelDescription) -> Iterator[str]:
     outputs = [v.name for v in description.modelVariables if v.causality == "output"]
     if [u.variable.name for u in description.outputs] != outputs:
         yield "outputs: not those of the variables"
+    known = {v for u in description.initialUnknowns for v in u.dependencies or ()}
+    for u in description.initialUnknowns:
+        asked = u.variable.causality in ("output", "calculatedParameter") or u.variable.derivative or u.variable in description.derivatives
+        if (
+            not asked
+            or u.variable.initial == "exact"
+            or u.variable in known
+            or u.variable in {e.variable for e in description.eventIndicators}
+        ):
+            yield f"initial unknowns: {u.variable.name} is none"
+    if {u.variable.name for u in description.derivatives} != {v.name for v in description.modelVariables if v.derivative}:
+        yield "derivatives: not those of the variables"
     states = [u.variable.derivative.name for u in description.derivatives if u.variable.derivative]
     if len(set(states)) != len(description.derivatives):
         yield "derivatives: one is none, or two are of one state"
@@ -131,7 +191,12 @@ def dependencies(description: ModelDescription) -> Iterator[str]:
 
 
 def head(description: ModelDescription) -> Iterator[str]:
-    """Identifiers are those of C, categories of the log the standard's, the experiment goes forward."""
+    """There is an interface, identifiers are those of C, categories of the log the standard's, the date is one of UTC, the experiment goes
+    forward."""
+    if not description.coSimulation and not description.modelExchange:
+        yield "no interface"
+    if not re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", description.generationDateAndTime or ""):
+        yield f"date {description.generationDateAndTime}"
     for interface in (description.coSimulation, description.modelExchange):
         if interface is not None and not re.fullmatch(r"[A-Za-z_]\w*", interface.modelIdentifier):
             yield f"modelIdentifier {interface.modelIdentifier}"
@@ -144,7 +209,7 @@ def head(description: ModelDescription) -> Iterator[str]:
         yield f"experiment {start} to {stop} by {step}"
 
 
-RULES: tuple[Rule, ...] = (names, values, types, derivatives, order, dependencies, head)
+RULES: tuple[Rule, ...] = (names, roles, values, types, derivatives, order, dependencies, head)
 
 
 def complaints(description: ModelDescription) -> list[str]:
@@ -157,6 +222,15 @@ FILES = ["python", *(f"{part}-fmi{version}" if at else f"fmi{version}" for at, p
 @pytest.mark.parametrize("name", FILES)
 def test_the_description_keeps_the_rules_in_words(name: str, fmus: dict[str, Path]) -> None:
     assert complaints(read_model_description(str(fmus[name]), validate=False)) == []
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_what_is_given_says_nothing_of_its_start(name: str, fmus: dict[str, Path]) -> None:
+    """fmpy puts a word of its own where there is none."""
+    with zipfile.ZipFile(fmus[name]) as archive:
+        root = etree.fromstring(archive.read("modelDescription.xml"))
+    assert root.xpath("//*[@causality='input' or @causality='independent']")
+    assert not root.xpath("//*[@causality='input' or @causality='independent'][@initial]")
 
 
 @pytest.mark.parametrize("version", [2, 3])
@@ -172,11 +246,23 @@ def test_an_event_sets_states_alone(version: int, fmus: dict[str, Path]) -> None
 BROKEN = {  # in the description of the cut: what is put in the place of what, and the rule that says so
     "a name with a blank": (3, 'name="feed"', 'name="feed "', "names"),
     "a variable called as a type": (3, 'name="feed"', 'name="Force"', "names"),
+    "a parameter that is an output's kind": (3, r'(name="feed"[^>]*variability=")tunable', r"\g<1>continuous", "roles"),
+    "an input without a start": (2, r'(name="cutting_speed".*?<Real[^>]*) start="[^"]*"', r"\1", "roles"),
+    "a result with a start": (3, r'(name="principal_force"[^>]*)/>', r'\1 start="1"/>', "roles"),
+    "a continuous whole number": (2, r'(name="in_contact"[^>]*variability=")discrete', r"\g<1>continuous", "roles"),
+    "a reference twice": (2, r'(name="feed" valueReference=")\d+', r"\g<1>{width}", "roles"),
+    "a unit that is none": (3, r'(name="width"[^>]* unit=")m', r"\g<1>ell", "types"),
+    "a display unit of another unit": (2, r'(<Real [^>]*displayUnit=")mm', r"\1deg", "types"),
+    "a unit twice": (2, r'(<Unit name="N">.*?</Unit>)', r"\1\1", "types"),
+    "an item twice": (3, r'(<Item name=")lugre', r"\1coulomb", "types"),
+    "a derivative left out": (2, r"<Derivatives>\s*<Unknown [^>]*>", "<Derivatives>", "order"),
+    "an initial unknown that is given": (3, r'(<InitialUnknown valueReference=")\d+', r"\g<1>{feed}", "order"),
+    "a date of another zone": (3, r'(generationDateAndTime="[^"]*)Z', r"\1+01:00", "head"),
     "a start above its maximum": (3, r'(name="width"[^>]*start=")[^"]*', r"\g<1>7", "values"),
     "a start that is no item": (2, r'(name="friction_law".*?start=")2', r"\g<1>8", "values"),
     "a nominal of 0": (3, r'(name="width"[^>]*nominal=")[^"]*', r"\g<1>0", "values"),
     "a type in another unit": (3, r'(Float64Type name="Force"[^>]* unit=")N', r"\g<1>Pa", "types"),
-    "a rate of another quantity": (2, r'(name="contact_rate".*?derivative=")\d+', r"\g<1>{feed_impulse}", "derivatives"),
+    "a rate of another quantity": (2, r'(name="contact_rate".*?derivative=")\d+', r"\g<1>{recent_feed_impulse}", "derivatives"),
     "a rate of a parameter": (3, r'(name="bristle_rate"[^>]*derivative=")\d+', r"\g<1>{feed}", "derivatives"),
     "two rates of one state": (3, r'(name="contact_rate"[^>]*derivative=")\d+', r"\g<1>{bristle_deflection}", "order"),
     "outputs out of order": (3, r"(<Output [^>]*>)(\s*)(<Output [^>]*>)", r"\3\2\1", "order"),

@@ -135,8 +135,9 @@ def test_a_solver_may_lead_the_states_one_by_one(door: Door) -> None:
     one.start({"kinematics": 2, "uncut_thickness": 1e-4})
     for enter, deflection in ((None, 3e-6), ("EnterContinuousTimeMode", 2e-6)):
         assert enter is None or one.call(enter) == OK
-        assert one.set({"bristle_deflection": deflection, "friction_impulse": 7.0}) == OK
-        assert one.get("friction_force", "bristle_deflection", "friction_impulse") == pytest.approx([1e6 * deflection, deflection, 7.0])
+        assert one.set({"bristle_deflection": deflection, "recent_friction_impulse": 7.0}) == OK
+        led = ("friction_force", "bristle_deflection", "recent_friction_impulse", "friction_impulse")
+        assert one.get(*led) == pytest.approx([1e6 * deflection, deflection, 7.0, 7.0])
     assert one.set({"friction_force": 1.0}) == ERROR
     one.free()
 

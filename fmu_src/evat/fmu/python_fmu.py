@@ -23,7 +23,7 @@ from lxml import etree
 
 from evat import __version__, fmu
 from evat.files.writing import put, temporary
-from evat.fmu import archive
+from evat.fmu import archive, credibility
 from evat.fmu.description import fmi2
 from evat.fmu.description.model_description import FIRST_REFERENCE
 from evat.fmu.documentation import picture
@@ -36,6 +36,7 @@ from evat.models import reference as reference_model
 from evat.native import kernel
 
 MODEL_NAME = "EvatContactPython"
+PART = "evat_contact_python"  # by which evidence.toml calls it
 HERE = Path(__file__).resolve().parent
 SCRIPT, REFERENCE, TABLES = "evat_contact_python.py", "reference.py", "evat_contact_python.json"
 
@@ -158,5 +159,6 @@ def build_python_fmu(output: Path, reference: Path | None = None) -> Path:
         "documentation/licenses/license.txt": license_text().encode(),
         "documentation/licenses/pythonfmu.txt": _license_of_pythonfmu(),
         "model.png": picture.diagram({variable.name for variable in shown_variables(fmu.fmu_facts_of())})[0].png,
+        **credibility.credibility_files(MODEL_NAME, PART, token),
     }
     return archive.write(files, output)

@@ -405,6 +405,7 @@ class ReferenceContact:
         self.z, self.direction, self.side = 0.0, 1.0, 1.0
         self.integral, self.means = dict.fromkeys(INTEGRALS, 0.0), dict.fromkeys(MEANS, 0.0)
         self.window_start, self.windows, self.steps, self.clamped = dict(self.integral), 0, 0, 0
+        self.begun = dict(self.integral)  # what `recent_` integrals are counted from: nobody acts on its events from outside
         self.h = math.inf  # internal step that the last one suggests [s]
         self.cusps = {"r": 0.0, "lead": 0.0, "height": 0.0}  # of the ellipse looked at last
 
@@ -447,8 +448,8 @@ class ReferenceContact:
         if p["proxy_source"] == "contact_temperature" and p["reference_temperature"] <= p["ambient_temperature"]:
             raise ContactError("reference_temperature must lie above ambient_temperature; raise it.")
         self.time, self.window_origin, self.z = time, time, p["bristle_deflection"]
-        self.integral = {name: p[name] for name in INTEGRALS}
-        self.window_start = dict(self.integral)
+        self.integral = {name: p[name if name == "sliding_distance" else f"recent_{name}"] for name in INTEGRALS}
+        self.window_start, self.begun = dict(self.integral), dict(self.integral)
         if p["initial_state"] == "periodic" and p["kinematics"] != "external":
             self.z = self._periodic()
         self.evaluate()
@@ -675,6 +676,7 @@ class ReferenceContact:
             "clamped_count": self.clamped,
             **self._indicators(m, point.x),
             **self.integral,
+            **{f"recent_{of}": self.integral[of] - self.begun[of] for of in MEANS.values()},
         }
         if self._window() == 0:
             rates = {name: what(point) for name, what in INTEGRALS.items()}

@@ -412,8 +412,8 @@ class Contact:
 
     def derivative(self, unknown: str, known: str) -> float:
         """d unknown / d known (an input or a state) at the present point, SI."""
-        quotient = self._ffi.new("double *")
-        status = self._library.kernel_derivative(self._contact, variable(unknown).index, variable(known).index, quotient)
+        quotient, asked = self._ffi.new("double *"), self._ffi.new("int *", variable(unknown).index)
+        status = self._library.kernel_derivatives(self._contact, variable(known).index, 1, asked, quotient)
         self._done(status, f"derivative of {unknown}")
         return float(quotient[0])
 

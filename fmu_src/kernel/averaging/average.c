@@ -130,8 +130,11 @@ static void keep_for_error(struct Contact *contact, lanes mean[INTEGRALS], doubl
     }
 }
 
-static int is_state(int index)
+static int adds_up(int index)
 {
+    for (int n = 0; n < INTEGRALS; ++n)
+        if (integral_of[n] == index)
+            return 1;
     for (int n = 0; n < kernel_state_count(); ++n)
         if (kernel_state(n) == index)
             return 1;
@@ -154,7 +157,7 @@ static enum Status look_here(struct Contact *contact, lanes mean[INTEGRALS])
         const enum Causality role = kernel_variable(index)->causality;
         const int shown = (role == OUTPUT || role == LOCAL) && index != VAR_STEP_COUNT &&
                           index != VAR_CLAMPED_COUNT; /* a look is no step */
-        for (int i = 0; i < LANES && shown && !is_state(index); ++i)
+        for (int i = 0; i < LANES && shown && !adds_up(index); ++i)
             contact->value[index][i] = probe.value[index][i];
     }
     memcpy(contact->steady_state, probe.steady_state, sizeof contact->steady_state);
@@ -253,7 +256,7 @@ enum Status average_step(struct Contact *contact, double step)
             contact->value[k][i] = value[k][i] + step * slope[k - INPUT_FIRST][i];
     for (int n = 0; n < INTEGRALS; ++n)
         EACH_LANE
-            contact->value[kernel_state(1 + n)][i] = value[kernel_state(1 + n)][i] + step * mean[n][i];
+            contact->value[integral_of[n]][i] = value[integral_of[n]][i] + step * mean[n][i];
     for (int i = 0; i < LANES; ++i) {
         double rates[MEANS];
         for (int n = 0; n < MEANS; ++n)
@@ -263,6 +266,7 @@ enum Status average_step(struct Contact *contact, double step)
         if (contact->value[VAR_AVERAGING_WINDOW][i] >= NO_WINDOW)
             pass_windows(contact, i, start, rates);
     }
+    show_recent(contact);
     keep_for_error(contact, mean, middle);
     return STATUS_OK;
 }

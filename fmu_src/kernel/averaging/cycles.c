@@ -18,9 +18,9 @@ static enum Status run_cycle(struct Contact *contact, struct Configuration *w, d
     struct Course course;
     lanes s = {0}, start[INTEGRALS], z;
     for (int n = 0; n < INTEGRALS; ++n) { /* from 0, so that no digits are lost; but effects ask for the distance */
-        lanes *const integral = &contact->value[kernel_state(1 + n)];
+        lanes *const integral = &contact->value[integral_of[n]];
         EACH_LANE
-            start[n][i] = (*integral)[i] = kernel_state(1 + n) == VAR_SLIDING_DISTANCE ? (*integral)[i] : 0;
+            start[n][i] = (*integral)[i] = integral_of[n] == VAR_SLIDING_DISTANCE ? (*integral)[i] : 0;
     }
     EACH_LANE {
         contact->value[VAR_TIME][i] = begin;
@@ -34,7 +34,7 @@ static enum Status run_cycle(struct Contact *contact, struct Configuration *w, d
     for (int i = 0; i < LANES; ++i) {
         for (int n = 0; n < INTEGRALS && !seen->done[i]; ++n) {
             seen->before[n][i] = seen->last[n][i];
-            seen->last[n][i] = contact->value[kernel_state(1 + n)][i] - start[n][i];
+            seen->last[n][i] = contact->value[integral_of[n]][i] - start[n][i];
             seen->gain[n][i] += seen->last[n][i];
         }
         if (seen->done[i])

@@ -4,13 +4,7 @@
 
 #include "../stages.h"
 
-enum {
-    INTEGRALS = BASE_STATES - 1, /* all states of the base table but the bristle, in their order */
-    FIRST_FORCE = 3,
-    DUTY = 7,
-    FIRST_MEASURED = 8,
-    FIRST_MEAN = INTEGRALS - MEANS
-};
+enum { FIRST_FORCE = 3, DUTY = 7, FIRST_MEASURED = 8, FIRST_MEAN = FIRST_MEAN_INTEGRAL };
 
 /* What the cycles that were run have shown: gains of the integrals, all together and of the last two; departures of the
  * bristle. */

@@ -3,8 +3,6 @@
 
 #include <math.h>
 
-#include <math.h>
-
 static int turning(const struct Contact *contact)
 {
     return chosen(contact->value, VAR_KINEMATICS, 0) != KINEMATICS_EXTERNAL;
@@ -40,19 +38,17 @@ const int mean_of[MEANS] = {VAR_MEAN_DISSIPATED_POWER,
                             VAR_MEAN_MEASURED_PRINCIPAL_FORCE,
                             VAR_MEAN_MEASURED_FEED_FORCE};
 
-enum { FIRST_INTEGRAL = BASE_STATES - MEANS }; /* the integrals are the last base states, in this order */
-
 void open_window(struct Contact *contact, int i)
 {
     for (int n = 0; n < MEANS; ++n)
-        contact->window_start[n][i] = contact->value[kernel_state(FIRST_INTEGRAL + n)][i];
+        contact->window_start[n][i] = contact->value[integral_of[FIRST_MEAN_INTEGRAL + n]][i];
 }
 
 void close_window(struct Contact *contact, int i)
 {
     const double length = window_length(contact, i);
     for (int n = 0; n < MEANS; ++n) {
-        const double integral = contact->value[kernel_state(FIRST_INTEGRAL + n)][i];
+        const double integral = contact->value[integral_of[FIRST_MEAN_INTEGRAL + n]][i];
         contact->value[mean_of[n]][i] = (integral - contact->window_start[n][i]) / length;
         contact->window_start[n][i] = integral;
     }
@@ -67,10 +63,48 @@ void pass_windows(struct Contact *contact, int i, double begin, const double mea
     if (!(ended > contact->window[i]))
         return;
     for (int n = 0; n < MEANS; ++n) {
-        const double integral = contact->value[kernel_state(FIRST_INTEGRAL + n)][i] - mean[n] * (now - last);
+        const double integral = contact->value[integral_of[FIRST_MEAN_INTEGRAL + n]][i] - mean[n] * (now - last);
         const int within = last - length >= begin;
         contact->value[mean_of[n]][i] = within ? mean[n] : (integral - contact->window_start[n][i]) / length;
         contact->window_start[n][i] = integral;
     }
     contact->window[i] = ended;
+}
+
+enum { FIRST_RECENT = VAR_RECENT_DISSIPATED_ENERGY };
+
+void show_recent(struct Contact *contact)
+{
+    for (int n = 0; n < MEANS; ++n) {
+        const double *const integral = contact->value[integral_of[FIRST_MEAN_INTEGRAL + n]];
+        double *const recent = contact->value[FIRST_RECENT + n];
+        EACH_LANE /* what a solver has led stays as it was given, to the last bit */
+            if (contact->event_start[n][i] + recent[i] != integral[i])
+                recent[i] = integral[i] - contact->event_start[n][i];
+    }
+}
+
+void follow_recent(struct Contact *contact, int index, int lane)
+{
+    const int n = index - FIRST_RECENT;
+    if (n >= 0 && n < MEANS)
+        contact->value[integral_of[FIRST_MEAN_INTEGRAL + n]][lane] =
+            contact->event_start[n][lane] + contact->value[index][lane];
+}
+
+int recent_of(int index)
+{
+    for (int n = 0; n < MEANS; ++n)
+        if (integral_of[FIRST_MEAN_INTEGRAL + n] == index)
+            return FIRST_RECENT + n;
+    return index;
+}
+
+void begin_recent(struct Contact *contact)
+{
+    for (int n = 0; n < MEANS; ++n)
+        EACH_LANE {
+            contact->event_start[n][i] = contact->value[integral_of[FIRST_MEAN_INTEGRAL + n]][i];
+            contact->value[FIRST_RECENT + n][i] = 0;
+        }
 }
