@@ -1,12 +1,12 @@
 """Which numbers does a diagnosis go by that no record tells? All of them: value, unit, meaning, and where each comes from.
 
 Smoothing of records, inference and diagnosis take their numbers from here by name, when they use them, so that a campaign replaces one at a
-time (`CONSTANTS.replaced`). What half and twice each does to a stored set of cases stands in evat/gap/sensitivity.json.
+time (`CONSTANTS.replaced`). What half and twice each does to a stored set of cases stands in evat/gap/verdict/sensitivity.json.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from types import MappingProxyType
 from typing import Generic, Literal, TypeVar, overload
@@ -70,7 +70,7 @@ class ConstantTable:
 
     def __init__(self) -> None:
         self.replacements: Mapping[str, Value] = MappingProxyType({})
-        self.readers: tuple[set[str], ...] = ()
+        self.readers: tuple[Callable[[str], object], ...] = ()
 
     def declared(self) -> dict[str, Constant[Value]]:
         """By name, as they are declared."""
@@ -78,8 +78,8 @@ class ConstantTable:
 
     def now(self, name: str, value: Held) -> Held:
         """What a constant of this value is now: what it was replaced by, else that."""
-        for names in self.readers:
-            names.add(name)
+        for reader in self.readers:
+            reader(name)
         return self.replacements.get(name, value)  # type: ignore[return-value]
 
     @contextmanager
@@ -101,9 +101,15 @@ class ConstantTable:
     def reading(self) -> Iterator[set[str]]:
         """The names of the constants that are read until the block ends: no other can have had a say in what was done there."""
         names = set[str]()
-        before, self.readers = self.readers, (*self.readers, names)
-        try:
+        with self.told_before_reading(names.add):
             yield names
+
+    @contextmanager
+    def told_before_reading(self, reader: Callable[[str], object]) -> Iterator[None]:
+        """`reader` is given the name of each constant just before it is read; what it replaces then counts already."""
+        before, self.readers = self.readers, (*self.readers, reader)
+        try:
+            yield
         finally:
             self.readers = before
 
