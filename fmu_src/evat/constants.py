@@ -134,6 +134,7 @@ class _Constants(ConstantTable):
         300.0, "1", "rms of measured over simulated, or its inverse, from which a unit is wrong", low=1.0,
         source="static friction alone can be off by 80 times",
     )  # fmt: skip
+    visible_solver_error = Constant(1e-3, "of the rms of a channel", "a numerical error that is less keeps nothing from being claimed")
     clock_gap = Constant(100.0, "median sample steps", "a record that goes on after such a gap is two records", low=1.0)
     diagnosed_samples = Constant(8_000, "samples", "that are simulated at most in one run of all trials; repeats of a run count once")
 
@@ -232,6 +233,8 @@ class _Constants(ConstantTable):
 
     # Whitening and the model discrepancy
     bands = Constant(20, "1", "of the harmonics, and again as many of all between them; those that no record has are left out")
+    cycles_of_a_periodic_motion = Constant(1.5, "cycles", "in a recording, from which on harmonics have bands of their own", low=1.0)
+    width_of_a_harmonic = Constant(0.75, "lines of the spectrum", "what is further from a harmonic lies between them")
     correlation_samples = Constant((0.3, 2.0, 8.0, 32.0, 128.0), "samples", "over which a discrepancy may be correlated")
     outlying_repeat = Constant(5.0, "robust sd", "of the repeats from each other, beyond which a sample is taken from the others")
     least_discrepancy = Constant(0.002, "of the rms", "from sample to sample: no model of a contact is better, whatever repeats say")
@@ -264,6 +267,7 @@ class _Constants(ConstantTable):
 
     # Search
     searched_samples = Constant(5_000, "samples", "that a look at one value set simulates; repeats of a run cost nothing")
+    worthwhile_part = Constant(0.7, "of all samples", "a part that simulates more saves too little: the whole is searched", high=1.0)
     plausible_effect = Constant(0.1, "of the rms", "what an effect does, a priori (sd)")
     first_probe = Constant(1e-4, "of the first guess of an amplitude", "where probing begins")
     probes = Constant(6, "1", "amplitudes that are tried until one does what is plausible")
@@ -274,6 +278,11 @@ class _Constants(ConstantTable):
     probed_means = Constant(8, "means", "that are probed")
     linear_amplitude = Constant(0.3, "prior sd", "of an amplitude, where its slope is taken")
     trial_amplitudes = Constant((0.3, 1.5, 6.0), "prior sd", "the same for an effect with one amplitude, which need not be linear")
+    shape_values = Constant(9, "1", "values of a shape that are tried, where an effect has one")
+    shape_points = Constant(16, "1", "points of a Sobol design that are tried, where it has several", source="a power of two")
+    shape_range = Constant((1.8, 1.7), "prior sd", "over which those are spread, of one shape and of several")
+    starts_of_an_effect = Constant(2, "1", "points of its shapes from which an effect is fitted")
+    starts_apart = Constant(0.8, "prior sd", "in some shape, from which on two such points are worth a fit each")
     trial_times = Constant(9, "1", "amplitudes that are tried where one is a time")
     straight_range = Constant(2.0, "1", "so many times that where its slope was taken an amplitude may be, and a time as much less")
     refined_points = Constant(
@@ -289,6 +298,7 @@ class _Constants(ConstantTable):
     full_fits = Constant(9, "1", "singles that are fitted with all parameters")
     laws_from = Constant(0.005, "of the rms", "where recalibration leaves less, other base laws are not tried")
     law_starts = Constant(32, "1", "points from which another base law may start")
+    law_start_range = Constant(1.5, "prior sd", "over which its own parameters are spread there")
     law_steps = Constant(40, "steps", "of the fit of another base law")
     paired_singles = Constant(4, "1", "singles beside which a second effect is tried")
     pair_fits = Constant(3, "1", "pairs that are fitted")
@@ -396,6 +406,8 @@ class _Constants(ConstantTable):
     )
     next_experiment_factors = Constant((0.25, 0.5, 2.0, 4.0), "of what has been measured", "inputs as a whole, or a value of the condition")
     next_experiment_samples = Constant(1500, "samples", "of a trial that an advised experiment is simulated for")
+    averaged_samples = Constant(10, "samples", "over which noise averages out where two models differ for long, in an advised experiment")
+    least_form_in_advice = Constant(0.01, "of the rms", "by which models of this kind are wrong at least, where an experiment is advised")
     detected_amplitude = Constant(3.0, "sd", "an amplitude that would show")
     fmu_samples = Constant(60_000, "samples", "that the corrected FMU is run for at most, some 2 s of them")
 

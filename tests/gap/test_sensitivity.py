@@ -61,7 +61,7 @@ held = []
 case.each_replaced(wanted, lambda key, outcome: held.append((key, vars(outcome))))
 print(json.dumps(held))
 """
-READ = ("smoothing_windows", "most_lags", "form_error", "plausible_effect", "unknown_offset", "likely_probability", "least_candidate")
+READ = ("most_lags", "form_error", "unknown_offset", "least_candidate")
 
 
 @pytest.mark.skipif(not can_fork(), reason="Windows does not fork")
@@ -77,7 +77,7 @@ def test_what_goes_on_from_a_fork_says_what_a_run_from_the_beginning_says(case: 
         for factor in study.FACTORS:
             assert held[name, factor] == case.with_replaced(name, factor), (name, factor)
     assert held["fmu_samples", 0.5] == replace(as_it_is, reads=())
-    assert sum(held[name, factor].answer != as_it_is.answer for name in READ for factor in study.FACTORS) > 5
+    assert sum(held[name, factor].answer != as_it_is.answer for name in READ for factor in study.FACTORS) > 3
 
 
 def test_no_constant_is_read_before_a_diagnosis_begins() -> None:
@@ -149,12 +149,18 @@ def test_the_column_is_kept_and_damage_is_told(ran: list[study.Key], tmp_path: P
     assert sensitivity.read(tmp_path / "none.json") == {}
 
 
-def test_fewer_cases_do_not_replace_more(ran: list[study.Key], tmp_path: Path) -> None:
+def test_fewer_cases_do_not_replace_more(ran: list[study.Key], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     held, path = study.campaign(tmp_path / "s.jsonl", TRIED, 1, NUMBERS), tmp_path / "sensitivity.json"
     study.store(held, TRIED[:2], NUMBERS, path)
     study.store(held, TRIED[1:], NUMBERS[:1], path)
     rows = sensitivity.read(path)["constants"]
+    assert all(set(row["made"]) == {"kernel", "table"} for row in rows.values())
     assert {name: row["cases"] for name, row in rows.items()} == dict(zip(TRIED, ([1, 2], [1, 2], [1]), strict=True))
+    monkeypatch.setattr(study, "table_digest", lambda: "other values")
+    study.store(held, TRIED[1:2], NUMBERS[:1], path)  # what belongs to other values of the constants is no better for its cases
+    rows = sensitivity.read(path)["constants"]
+    assert [rows[name]["cases"] for name in TRIED] == [[1, 2], [1], [1]]
+    assert [rows[name]["made"]["table"] == "other values" for name in TRIED] == [False, True, False]
 
 
 def test_some_constants_on_some_cases(ran: list[study.Key], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -66,8 +66,10 @@ def _design(unknown: Sequence[Parameter]) -> FloatArray:
     if not unknown:
         return np.zeros((1, 0))
     if len(unknown) == 1:
-        return np.linspace(-1.8, 1.8, 9)[:, None]
-    points: FloatArray = qmc.Sobol(len(unknown), scramble=False).random(16) * 3.4 - 1.7
+        reach = CONSTANTS.shape_range[0]
+        return np.linspace(-reach, reach, CONSTANTS.shape_values)[:, None]
+    reach = CONSTANTS.shape_range[1]
+    points: FloatArray = qmc.Sobol(len(unknown), scramble=False).random(CONSTANTS.shape_points) * (2 * reach) - reach
     return points
 
 

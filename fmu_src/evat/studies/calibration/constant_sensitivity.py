@@ -212,15 +212,15 @@ def column(held: Mapping[Key, Outcome | str], names: Iterable[str], cases: Seque
 
 
 def store(held: Mapping[Key, Outcome | str], names: Iterable[str], cases: Sequence[int] = CASES, path: Path = STORED) -> None:
-    """Keep the column in the package, beside what was kept before with the same kernel and values of all constants; of a constant that was
-    tried on more cases before, that stays."""
+    """Keep the column in the package, beside what was kept before. Each row says of which kernel and values of all constants it is; one of
+    the same that was tried on more cases before stays, one of a constant that is gone goes."""
     made = {"kernel": kernel_digest(), "table": table_digest()}
-    kept = read(path)
-    rows = dict(kept["constants"]) if kept.get("made") == made else {}
+    rows = {name: row for name, row in read(path).get("constants", {}).items() if name in CONSTANTS.declared()}
     for name, row in column(held, names, cases).items():
-        if len(row["cases"]) >= len(rows.get(name, {}).get("cases", ())):
-            rows[name] = row
-    put(path, json.dumps({"made": made, "constants": rows}, indent=1, sort_keys=True) + "\n", "the sensitivity")
+        before = rows.get(name, {})
+        if before.get("made") != made or len(row["cases"]) >= len(before["cases"]):
+            rows[name] = {**row, "made": made}
+    put(path, json.dumps({"constants": rows}, indent=1, sort_keys=True) + "\n", "the sensitivity")
 
 
 def _of(outcome: Outcome | str) -> Outcome:
