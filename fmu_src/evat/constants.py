@@ -177,6 +177,9 @@ class _Constants(ConstantTable):
         0.05, "of the rms of a channel", "so much of an effect in which friction laws differ anyway is the form of the base law"
     )
 
+    least_form = Constant(0.05, "of accuracy_of_laws", "a form of a law that does less shows nowhere", high=1.0)
+    widest_form = Constant(2.5, "sd", "by which a force differs more is no form of its law any more")
+
     least_rest = Constant(0.03, "of a recording", "in a row that is flat and near 0 is rest")
     fewest_rest_samples = Constant(5, "samples", "of rest, that tell of a zero")
     nearest_rest = Constant(2.0, "of the widest zero", "a velocity that is further from 0 is no rest")
@@ -199,6 +202,7 @@ class _Constants(ConstantTable):
     burst_samples = Constant(5, "samples", "a burst fills most of so many")
     burst_height = Constant(7.0, "robust sd of medians", "beyond which they are a burst; noise reaches 5")
     line_height = Constant(40.0, "of the spectrum around", "beyond which it is a line; noise reaches 15")
+    most_lines = Constant(4, "1", "lines that are taken out of what repeats do not share before its noise is estimated")
     wander_periods = Constant(8, "periods in a recording", "as slow as those, and what repeats do not share may be wander")
     wander_samples = Constant(256, "samples of a recording", "some so many tell the memory of its noise, as far as slow periods show it")
     wander_height = Constant(3.0, "of what noise would hold there", "beyond which it is; chance reaches 2", low=1.0)
@@ -285,6 +289,11 @@ class _Constants(ConstantTable):
     starts_apart = Constant(0.8, "prior sd", "in some shape, from which on two such points are worth a fit each")
     trial_times = Constant(9, "1", "amplitudes that are tried where one is a time")
     straight_range = Constant(2.0, "1", "so many times that where its slope was taken an amplitude may be, and a time as much less")
+    periodogram_peaks = Constant(12, "1", "of what is left, at which a sine is tried whose frequency or period nobody knows")
+    periodogram_periods = Constant(64, "1", "of a ripple over the position, within the longest way, at most")
+    periodogram_lines = Constant(2000, "1", "periods of a line within the longest recording, at most")
+    fewest_line_periods = Constant(4, "periods", "of a line within the longest recording: what is slower is a drift, or the motion's own")
+    phases = Constant(16, "1", "of a sine, that are tried by its quadrature components", low=4)
     refined_points = Constant(
         10, "1", "points of a design that are looked at with a discrepancy of their own: the best with that of the base"
     )
@@ -293,6 +302,10 @@ class _Constants(ConstantTable):
         0.2, "of the best gain", "an effect that gains less where it is taken as linear is not looked at closer", high=1.0
     )
     cost_of_no_effect = Constant(-1.0, "log evidence", "what an effect costs that is not there")
+    cost_of_own_value = Constant(
+        4.0, "log evidence", "of a phase that a condition or trial has by itself", origin="derived",
+        source="half the logarithm of 2 pi times the square that it explains, some hundred times that of the noise",
+    )  # fmt: skip
     hopeless_deficit = Constant(12.0, "log evidence", "a model that is this far behind is not looked at closer")
     error_of_linear_gain = Constant(0.85, "of what the best model gains", "as far may a gain by linear sums be off", high=1.0)
     full_fits = Constant(9, "1", "singles that are fitted with all parameters")

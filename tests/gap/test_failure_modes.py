@@ -46,16 +46,22 @@ def test_the_larger_of_two_effects_is_found_at_least() -> None:
 @pytest.mark.parametrize(
     ("extra", "swings"),
     [
-        (lambda times: 1.2 * np.sin(2 * np.pi * 87.3 * times), True),  # a chatter line
+        (lambda times: 1.8 * np.sin(2 * np.pi * 87.3 * times) * (np.mod(5 * times, 1.0) < 0.3), True),  # chatter in every stroke
         pytest.param(lambda times: 2.0 * (np.mod(11.3 * times, 1.0) - 0.5), False, marks=AGAIN),  # the sawtooth of a built-up edge
         pytest.param(lambda times: 4.0 * (np.mod(17.7 * times, 1.0) < 0.06), False, marks=AGAIN),  # adhesion
     ],
-    ids=["line", "sawtooth", "spikes"],
+    ids=["chatter", "sawtooth", "spikes"],
 )
 def test_what_is_outside_the_library_is_unknown(extra: object, swings: bool) -> None:
     answer = diagnose(measured(extra=extra), MODEL if swings else STILL)  # type: ignore[arg-type]
     assert (answer.verdict, names(answer)) == ("unknown", [])
     assert answer.judgement.unknown > 0.5
+
+
+def test_a_line_that_is_always_there_is_a_disturbance_of_the_signal() -> None:
+    answer = diagnose(measured(extra=lambda times: 1.2 * np.sin(2 * np.pi * 87.3 * times)), MODEL)
+    assert (answer.verdict, names(answer)) == ("effect", ["line_disturbance"])
+    assert answer.effects[0].parameters["frequency"][0] == pytest.approx(87.3, rel=1e-3)
 
 
 def test_a_nominal_model_that_is_far_off_is_recalibrated() -> None:

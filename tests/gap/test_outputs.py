@@ -220,8 +220,7 @@ def test_the_set_switches_the_effect_on_in_the_fmu(outcome: tuple[Diagnosis, Com
     trial = comparison.prediction.experiment.trials[0]
     run = Run(trial.times, trial.inputs, ("measured_friction_force",))
     plain = comparison.prediction.linearise(())
-    values = {name: value for name, value in chosen.values.items() if name not in plain.setup.names}
-    wanted = plain.one(values, chosen.on)[plain.segments[0].at]
+    wanted = plain.one(comparison.prediction.of_model_alone(chosen.values), chosen.on)[plain.segments[0].at]
     size = float(np.max(np.abs(wanted)))
     force = drive(fmi2_fmu, run, {**kernel.by_choice(dict(read.values)), EFFECT: True})["measured_friction_force"]
     assert np.max(np.abs(force - wanted)) < 1e-9 * size
@@ -277,7 +276,8 @@ def test_an_fmu_that_differs_is_told_of(
     shown = 1 + float(chosen.values["setup.friction_force.gain"])  # of 1 N
     assert run.difference == pytest.approx(shown / level, rel=1e-6)
     held = [s.at for s in comparison.prediction.segments if s.condition in answer.closure.held_out]
-    exact = comparison.prediction.linearise(()).one(chosen.values, chosen.on)
+    forms = comparison.prediction.form_names  # which no FMU has
+    exact = comparison.prediction.linearise(()).one({name: value for name, value in chosen.values.items() if name not in forms}, chosen.on)
     assert all(np.allclose(run.predicted[at] - exact[at], shown) for at in held)
 
 

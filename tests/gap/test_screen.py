@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from evat.constants import CONSTANTS
 from evat.gap.search.pairs import _beside_the_best
-from evat.gap.search.screen import Screen, _expected, _spread, _spreads_of, linear
+from evat.gap.search.plausible import plausible_amplitudes
+from evat.gap.search.screen import Screen, _expected, _spread, linear
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import fit
 from evat.inference.hypothesis import NOMINAL
@@ -26,7 +27,7 @@ from toy import Toy, measured
 @pytest.mark.parametrize("slope", [0.02, 0.727, 3.1, 40.0])
 @pytest.mark.parametrize("rounding", [-1e-12, 0.0, 1e-12])
 def test_a_linear_response_is_met_but_for_rounding(slope: float, rounding: float) -> None:
-    spreads = _spreads_of(lambda tried, rows: slope * tried * (1 + rounding * tried), 1e-4, 1e6, 1)
+    spreads = plausible_amplitudes(lambda tried, rows: slope * tried * (1 + rounding * tried), 1e-4, 1e6, 1)
     assert spreads == pytest.approx([CONSTANTS.plausible_effect / slope], rel=1e-6)
 
 
@@ -34,7 +35,7 @@ def test_a_linear_response_is_met_but_for_rounding(slope: float, rounding: float
 @pytest.mark.parametrize("error", [-1e-3, -1e-5, 0.0, 1e-5, 1e-3, 0.3])
 def test_a_response_that_is_a_little_larger_than_expected_is_met_as_well(slope: float, error: float) -> None:
     """The first guess is far below; what runs at the second may be off by the solver's error, or curved, to either side."""
-    spreads = _spreads_of(lambda tried, rows: slope * tried * (1 + error * (slope * tried > 1e-2)), 1e-4, 1e6, 1)
+    spreads = plausible_amplitudes(lambda tried, rows: slope * tried * (1 + error * (slope * tried > 1e-2)), 1e-4, 1e6, 1)
     assert spreads == pytest.approx([CONSTANTS.plausible_effect / slope], rel=1.01 * abs(error) + 1e-6)
 
 
@@ -73,7 +74,7 @@ def test_conditions_to_probe_are_spread_over_all(count: int, most: int, chosen: 
 
 
 def test_what_never_shows_has_no_amplitude() -> None:
-    assert np.isnan(_spreads_of(lambda tried, rows: 0 * tried, 1e-4, 1e6, 3)).all()
+    assert np.isnan(plausible_amplitudes(lambda tried, rows: 0 * tried, 1e-4, 1e6, 3)).all()
 
 
 def test_the_evidence_of_a_linear_model_is_that_of_the_normal_distribution_of_its_data() -> None:

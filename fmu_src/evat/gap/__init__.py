@@ -182,7 +182,11 @@ def _recalibrated(comparison: Comparison, chosen: Fit) -> Recalibrated:
         if p.name in set_up:
             channel, kind = by_channel(p.name)
             errors.setdefault(channel, {})[kind] = float(chosen.values[p.name]), chosen.sd[p.name], p.unit
-    parameters = {p.name: (p.mean, float(recalibrated.values[p.name]), sd[p.name]) for p in recalibrated.parameters if p.name not in set_up}
+    parameters = {
+        p.name: (p.mean, float(recalibrated.values[p.name]), sd[p.name])
+        for p in recalibrated.parameters
+        if p.name not in set_up | comparison.prediction.form_names
+    }
     return Recalibrated(parameters, share, errors)
 
 

@@ -16,7 +16,7 @@ from evat.constants import CONSTANTS
 from evat.inference.discrepancy import Likelihood, likelihood
 from evat.inference.least_squares import least_squares
 from evat.inference.parameters import Parameter
-from evat.inference.prediction import Prediction
+from evat.inference.prediction import OWN, Prediction
 from evat.inference.whitening import Sums, Whitening
 from evat.model import BoolArray, FloatArray
 
@@ -56,7 +56,7 @@ class Fit(Look):
 
     def again(self, whitening: Whitening) -> Fit:
         """The same point, judged by what is forgiven now."""
-        return replace(self, likelihood=likelihood(whitening, self.sums, self.point))
+        return replace(self, likelihood=charged(likelihood(whitening, self.sums, self.point), self.fixed, self.on))
 
 
 def fit(
@@ -85,13 +85,19 @@ def fit(
             return None
         slopes = np.nan_to_num(slopes)
         sums = whitening.sums(predicted, slopes)
-        here = likelihood(whitening, sums, point, held_out=held_out)
+        here = charged(likelihood(whitening, sums, point, held_out=held_out), fixed, on)
         return Fit(point, sums, here, tuple(on), tuple(parameters), predicted, slopes, fixed)
 
     def keep(point: FloatArray) -> FloatArray:
         return np.array([p.within(float(u)) for p, u in zip(parameters, point, strict=True)])
 
     return likeliest(look, keep, start, CONSTANTS.most_steps if most_steps is None else most_steps)
+
+
+def charged(likelihood: Likelihood, fixed: Mapping[str, float | str], on: Sequence[str]) -> Likelihood:
+    """With what the values cost that conditions or trials have by themselves: each was fitted, too, before."""
+    own = {value for name, value in fixed.items() if OWN in name and name.partition(".")[0] in on}
+    return replace(likelihood, evidence=likelihood.evidence - CONSTANTS.cost_of_own_value * len(own))
 
 
 def likeliest(

@@ -61,7 +61,7 @@ def with_initial_state(prediction: Prediction, values: Mapping[str, float | str]
     if believed == "relaxed" or not any(variable.name == BRISTLE for variable in prediction.model.variables):
         return prediction
     values = values or {}
-    steady = _steady(prediction, values, on)
+    steady = steady_deflections(prediction, values, on)
     if not any(steady.values()):
         return prediction
     if believed == "slid_in" and not prediction.starts:
@@ -108,8 +108,10 @@ def beginnings(prediction: Prediction) -> tuple[str, ...]:
     )
 
 
-def _steady(prediction: Prediction, values: Mapping[str, float | str], on: Sequence[str]) -> dict[str, float]:
-    """By the trial's file: the largest deflection [m] of bristles in steady slip; 0 where it moves otherwise."""
+def steady_deflections(prediction: Prediction, values: Mapping[str, float | str], on: Sequence[str]) -> dict[str, float]:
+    """By the trial's file: the largest deflection [m] of bristles in steady slip; 0 where it moves otherwise. Empty without bristles."""
+    if not any(variable.name == BRISTLE for variable in prediction.model.variables):
+        return {}
     effects = tuple(dict.fromkeys((*prediction.experiment.nominal.effects, *on)))
     own = prediction.of_model_alone(values)
     of_run, steady = dict[bytes, float](), dict[str, float]()

@@ -24,6 +24,7 @@ from evat.model import FloatArray, Model, Run
 Values = Mapping[str, float | str | FloatArray]
 TIGHTNESS = "relative_tolerance"
 BRISTLE = "bristle_deflection"  # a state of the model, whose start differs from trial to trial
+OWN = "@"  # "variable@condition" or "variable@file": by how much a value is more there
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +40,7 @@ class Segment:
 @dataclass(frozen=True, slots=True)
 class Linearised:
     """A parameter of the nominal law that is not simulated anew each time: the model runs with it at `at` (in its prior standard
-    deviations), and each of these adds `column` (N,)."""
+    deviations), and each of these adds `column` (N,). One that no law has is a form of any."""
 
     parameter: Parameter
     at: float
@@ -91,6 +92,8 @@ class Prediction:
         self.setup = SetupErrors(experiment, recordings, self.measured, units)
         self.input_zeros = zeros_of_inputs(experiment, units)
         self.setup_names = self.setup.names | {ZERO_OF_MOTION}
+        self.form_names = frozenset[str]()
+        self.apart = False
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -123,11 +126,23 @@ class Prediction:
 
     @cached_property
     def alike(self) -> dict[int, bytes]:
+        """Which trials repeat each other: those that run alike, unless each is a motion by itself."""
+        return {place: key + str(place).encode() for place, key in self._runs.items()} if self.apart else self._runs
+
+    def each_apart(self) -> Prediction:
+        """The same with every trial a motion by itself, as where something that no model has in step goes through repeats."""
+        other = copy.copy(self)
+        other.__dict__.pop("alike", None)
+        other.apart = True
+        return other
+
+    @cached_property
+    def _runs(self) -> dict[int, bytes]:
         """What each trial runs along: repeats that share inputs, clock and values are run once."""
         digests = {}
         for place, trial in enumerate(self.experiment.trials):
             digest = hashlib.sha256(repr((sorted(trial.values.items()), list(trial.inputs), list(trial.outputs))).encode())
-            times, inputs, _ = _with_lead_in(trial)
+            times, inputs, _ = with_lead_in(trial)
             for column in (times, *inputs.values()):
                 digest.update(np.ascontiguousarray(column).tobytes())
             digests[place] = digest.digest()
@@ -149,6 +164,7 @@ class Prediction:
         """The same, with these parameters entering linearly as long as the law is the nominal one."""
         other = copy.copy(self)
         other.linearised = tuple(parameters)
+        other.form_names = frozenset(each.parameter.name for each in parameters) - self._names - self.setup_names
         return other
 
     def starting(self, starts: Mapping[str, float], bent: FloatArray | None, steady: Mapping[str, float] | None = None) -> Prediction:
@@ -174,22 +190,22 @@ class Prediction:
         return own
 
     def of_model_alone(self, values: Values) -> Values:
-        """Values without those of the set-up errors."""
-        return {name: value for name, value in values.items() if name not in self.setup_names}
+        """Values without those of the set-up errors and of forms that no law has."""
+        return {name: value for name, value in values.items() if name not in self.setup_names and name not in self.form_names}
 
     def of(self, experiment: Experiment) -> Prediction:
         """Another experiment by the same model, its linearised parameters held; trials of the same files start alike."""
         other = Prediction(self.model, experiment, self.threads).starting(self.starts, None, self.steady)
-        other.linearised = tuple(replace(each, column=np.zeros(other.measured.size)) for each in self.linearised)
-        return other
+        other.apart = self.apart
+        return other.linearise([replace(each, column=np.zeros(other.measured.size)) for each in self.linearised])
 
     def _has_nominal_law(self, values: Values) -> bool:
         return all(self.nominal.get(name) == value for name, value in values.items() if isinstance(value, str))
 
     def _linear(self, values: Values) -> tuple[Linearised, ...]:
         """What enters linearly here: shapes of the law where it is the nominal one, the zero of an input where it is named."""
-        nominal = self._has_nominal_law(values)
-        return tuple(e for e in self.linearised if (e.parameter.name in values if e.parameter.name in self.setup_names else nominal))
+        nominal, anyway = self._has_nominal_law(values), self.setup_names | self.form_names
+        return tuple(e for e in self.linearised if (e.parameter.name in values if e.parameter.name in anyway else nominal))
 
     def _simulated(self, values: Values) -> Values:
         """What is simulated: set-up errors of inputs alone, and linearised parameters where they are held."""
@@ -206,23 +222,27 @@ class Prediction:
         """The same without set-up errors of what was measured."""
         effects = tuple(dict.fromkeys((*self.experiment.nominal.effects, *on)))
         count = max([np.size(value) for value in values.values() if np.ndim(value) == 1], default=1)
+        plain = self.of_model_alone({name: value for name, value in values.items() if OWN not in name})
+        moved = {place: _moved(trial, values, plain) for place, trial in enumerate(self.experiment.trials)}
 
-        def of_trial(trial: Trial) -> FloatArray:
-            times, inputs, before = _with_lead_in(trial)
+        def of_trial(place: int) -> FloatArray:
+            trial = self.experiment.trials[place]
+            times, inputs, before = with_lead_in(trial)
             run = Run(times, without_zero(inputs, values), tuple(self.variable_of(channel) for channel in trial.outputs))
             start = {BRISTLE: self.starts[trial.file]} if trial.file in self.starts else {}
-            rows = self.model.simulate_many(run, effects, {**start, **self._own(self.of_model_alone(values), trial.values)})
+            rows = self.model.simulate_many(run, effects, {**start, **self._own({**plain, **moved[place][1]}, trial.values)})
             return np.concatenate([np.broadcast_to(rows[name], (count, times.size))[:, before:] for name in run.outputs], axis=1)
 
-        once = dict[bytes, Trial]()
-        for key, trial in zip(self.alike.values(), self.experiment.trials, strict=True):
-            once.setdefault(key, trial)
+        keys = [(key, moved[place][0]) for place, key in self._runs.items()]
+        once = dict[tuple[bytes, tuple[str, ...]], int]()
+        for place, key in enumerate(keys):
+            once.setdefault(key, place)
         if self.threads == 1:
-            rows = {key: of_trial(trial) for key, trial in once.items()}
+            rows = {key: of_trial(place) for key, place in once.items()}
         else:
             with ThreadPoolExecutor(self.threads) as pool:
                 rows = dict(zip(once, pool.map(of_trial, once.values()), strict=True))
-        blocks = [rows[key] for key in self.alike.values()]
+        blocks = [rows[key] for key in keys]
         if self.experiment.means is not None:
             blocks.append(self._means(self.experiment.means, effects, values, count))
         return np.concatenate(blocks, axis=1) + self.own_start
@@ -285,7 +305,18 @@ class Prediction:
         return np.concatenate([settled[name].reshape(rows, count).T for name in names.values()], axis=1)
 
 
-def _with_lead_in(trial: Trial) -> tuple[FloatArray, Mapping[str, FloatArray], int]:
+def _moved(trial: Trial, values: Values, plain: Values) -> tuple[tuple[str, ...], dict[str, FloatArray]]:
+    """Names of the values that its condition or the trial has by itself, and what the variables then are; not of effects that are off."""
+    names = tuple(
+        name
+        for name in values
+        if OWN in name and name.partition(OWN)[2] in (trial.condition, trial.file) and name.partition(OWN)[0] in plain
+    )
+    own = {name.partition(OWN)[0]: np.asarray(values[name]) for name in names}
+    return names, {name: np.asarray(plain[name], dtype=np.float64) + shift for name, shift in own.items()}
+
+
+def with_lead_in(trial: Trial) -> tuple[FloatArray, Mapping[str, FloatArray], int]:
     """Times and inputs of all that is run, and how many samples of it come before the trial."""
     lead = trial.lead_in
     if lead is None:

@@ -50,7 +50,7 @@ def content(answer: Diagnosis, comparison: Comparison) -> ssv.Content:
             f"verdict: {sentence(answer)}",
             f"what the diagnosis added: {answer.judgement.chosen}",
             f"made by: {', '.join(f'{key} {value}' for key, value in answer.made_by.items())}",
-            *(f"{name} = {value}" for name, value in every.items() if name not in known),
+            *(f"{name} = {value}" for name, value in every.items() if name not in known and name not in prediction.form_names),
         ),
     )
 

@@ -13,7 +13,7 @@ from evat.experiment import Experiment
 from evat.gap.budget import squares
 from evat.gap.search.compare import Comparison
 from evat.inference.fit import Fit
-from evat.inference.prediction import Prediction
+from evat.inference.prediction import OWN, Prediction
 from evat.model import FloatArray
 from evat.models.fmu import FmuModel
 from evat.native import kernel
@@ -53,10 +53,11 @@ def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditio
     ]
     bent = np.concatenate([whole.bent[here] for here in parts])
     through = through.starting(whole.starts, bent, whole.steady)
-    set_up = {name: value for name, value in chosen.values.items() if name in whole.setup_names}
+    set_up = {name: value for name, value in chosen.values.items() if name in whole.setup_names or OWN in name}
     rows = through.one({**kernel.by_choice(stored.values), **set_up}, stored.effects)
-    # Shapes of the law are simulated, as the FMU has them.
-    exact = Prediction(whole.model, part).starting(whole.starts, bent, whole.steady).one(chosen.values, chosen.on)
+    # Shapes of the law are simulated, as the FMU has them; forms that no law has are left out.
+    values = {name: value for name, value in chosen.values.items() if name not in whole.form_names}
+    exact = Prediction(whole.model, part).starting(whole.starts, bent, whole.steady).one(values, chosen.on)
     predicted, by_library, wanted, worst = chosen.predicted.copy(), chosen.predicted.copy(), set(part.conditions), 0.0
     for here, own in zip(parts, through.segments, strict=True):
         predicted[here], by_library[here] = rows[own.at], exact[own.at]

@@ -67,6 +67,8 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
         predicted = prediction.one()
     numerical = prediction.numerical_error()
     noise = estimate_noise(prediction, predicted)
+    if any(comes.lines > CONSTANTS.notable_irregularity for comes in noise.irregular.values()):
+        prediction = prediction.each_apart()  # lines whose phase differs from repeat to repeat
     floors = {s.channel: float(noise.sizes[place]) for place, s in enumerate(prediction.segments)}
     audited = audit(prediction, predicted, floors, numerical)
     whitening = Whitening(prediction, noise, predicted, numerical, by_inputs)

@@ -60,7 +60,7 @@ def _fit_promising(candidates: Candidates, merit: Merit) -> None:
 
 def _fit_beside(candidates: Candidates, key: Hypothesis, base: Fit, start: Start, point: FloatArray) -> None:
     parameters = (*base.parameters, *start.parameters)
-    whole = fit(candidates.prediction, candidates.whitening, parameters, point, key.effects, fixed=base.fixed)
+    whole = fit(candidates.prediction, candidates.whitening, parameters, point, key.effects, fixed={**base.fixed, **start.fixed})
     if whole is not None:
         candidates.models[key] = whole
 

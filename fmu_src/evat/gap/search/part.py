@@ -43,7 +43,9 @@ class SearchedPart:
 
 
 def part_of(prediction: Prediction) -> SearchedPart | None:
-    """None where the whole is no more than a quick look."""
+    """None where the whole is no more than a quick look, or where each trial has something of its own."""
+    if prediction.apart:
+        return None
     experiment, kept = prediction.experiment, list[int]()
     run_of = dict[str, bytes]()
     for place, trial in enumerate(experiment.trials):

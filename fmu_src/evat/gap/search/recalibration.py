@@ -11,6 +11,7 @@ from evat.constants import CONSTANTS
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, fit
 from evat.inference.initial_state import begun, with_initial_state
+from evat.inference.law_form import with_form_of_law
 from evat.inference.noise.estimate import Noise, estimate_noise
 from evat.inference.parameters import Parameter, form_parameters, nominal_parameters
 from evat.inference.prediction import Linearised, Prediction
@@ -51,6 +52,12 @@ def recalibrated_model(
         )
         if np.max(np.abs(at - before)) <= CONSTANTS.linearisation_range:
             break
+    formed = with_form_of_law(prediction, recalibrated.slopes, recalibrated.values, recalibrated.on)
+    if formed is not prediction:
+        prediction, free = formed, [each.parameter for each in formed.linearised if each.parameter.name in formed.form_names]
+        recalibrated = _trusted(
+            prediction, whitening, (*recalibrated.parameters, *free), np.append(recalibrated.point, np.zeros(len(free)))
+        )
     whitening.forgive(CONSTANTS.form_error * recalibrated.likelihood.size, recalibrated.likelihood.length)
     return prediction, noise, whitening, recalibrated.again(whitening)
 

@@ -7,8 +7,8 @@ in those is one linear fit, in sums that are there already.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -16,11 +16,13 @@ from scipy.stats import qmc
 
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment
+from evat.gap.search.periodogram import TIME, WAY, Peak, peaks
+from evat.gap.search.plausible import plausible_amplitudes
 from evat.inference.discrepancy import known, likelihood
 from evat.inference.fit import Fit
 from evat.inference.initial_state import RANDOM
 from evat.inference.parameters import Parameter, Scales, amplitude_parameter, amplitudes, shape_parameter, shapes
-from evat.inference.prediction import Prediction
+from evat.inference.prediction import OWN, Prediction
 from evat.inference.whitening import Sums, Whitening
 from evat.model import Effect, FloatArray, Variable
 
@@ -28,7 +30,8 @@ from evat.model import Effect, FloatArray, Variable
 @dataclass(frozen=True)
 class Start:
     """A point to fit an effect from, what it adds to the evidence as far as linear sums can tell, and what it does there: `slopes` (N,
-    q) of its amplitudes, the first of its `parameters`, taken at `reach` (q,), in their prior standard deviations."""
+    q) of its amplitudes, the first of its `parameters`, taken at `reach` (q,), in their prior standard deviations. `fixed` are values that
+    conditions or trials have by themselves."""
 
     effect: Effect
     parameters: tuple[Parameter, ...]
@@ -36,6 +39,7 @@ class Start:
     evidence: float
     slopes: FloatArray
     reach: FloatArray
+    fixed: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def straight(self) -> tuple[Parameter, ...]:
@@ -61,6 +65,24 @@ def _spread(conditions: Sequence[str], most: int) -> list[str]:
     return [each[round(k)] for k in np.linspace(0, len(each) - 1, min(most, len(each)))]
 
 
+def _sine(unknown: Sequence[Parameter]) -> tuple[int, int] | None:
+    """Places of a frequency or period and of a phase, where these two are all that is unknown of a sine."""
+    units = [parameter.unit for parameter in unknown]
+    if len(units) != 2 or "rad" not in units:
+        return None
+    phase = units.index("rad")
+    return (1 - phase, phase) if units[1 - phase] in (TIME, WAY) else None
+
+
+def _quadrature(tops: Sequence[Peak], unknown: Sequence[Parameter], sine: tuple[int, int]) -> FloatArray:
+    """Points (2 k, 2) at peaks of a periodogram, each at phases of 0 and a quarter of a turn."""
+    frequency, phase = (unknown[place] for place in sine)
+    design = np.zeros((2 * len(tops), 2))
+    design[:, sine[0]] = np.repeat([frequency.within(frequency.place(top.value)) for top in tops], 2)
+    design[1::2, sine[1]] = phase.place(np.pi / 2)
+    return design
+
+
 def _design(unknown: Sequence[Parameter]) -> FloatArray:
     """Points (G, s) over the prior of the shapes, in its standard deviations."""
     if not unknown:
@@ -80,14 +102,21 @@ class Screen:
         self.prediction, self.whitening, self.scales = prediction, whitening, scales
         self.probe = prediction.of(small(prediction.experiment))
         self._level = np.concatenate([np.full(s.at.stop - s.at.start, whitening.levels[s.channel]) for s in self.probe.segments])
-        self._probed: dict[tuple[str, ...], dict[str, FloatArray]] = {}
+        self._probed: dict[tuple[tuple[str, ...], bytes], dict[str, FloatArray]] = {}
 
     def starts(self, base: Fit, effect: Effect) -> list[Start]:
         """Where to fit the effect from, the best first; none where it does nothing here."""
         unknown = [shape_parameter(variable, self.scales) for variable in shapes(effect)]
         strengths, idle = list(amplitudes(effect)), list[Variable]()
         neutral = {variable.name: variable.neutral for variable in strengths}
-        spreads = self._spreads(base, effect, unknown, strengths, neutral)
+        sine, fixed = _sine(unknown), list[dict[str, float]]()
+        if sine is None:
+            design = _design(unknown)
+        else:
+            tops = peaks(self.prediction, self.whitening, base.predicted, unknown[sine[0]].unit)
+            design = _quadrature(tops, unknown, sine)
+            fixed = [{f"{unknown[sine[1]].name}{OWN}{key}": phase for key, phase in top.phases.items()} for top in tops]
+        spreads = self._spreads(base, effect, unknown, design, strengths, neutral)
         for variable in list(strengths):
             if not np.any(np.isfinite(spreads[variable.name])):
                 strengths.remove(variable)
@@ -98,18 +127,25 @@ class Screen:
             if variable.neutral > 0 and variable.min >= 0:
                 low, high = max(variable.min, variable.neutral / 10), min(variable.max, variable.neutral * 10)
                 unknown.append(Parameter(variable.name, variable.unit, variable.neutral, math.log(high / low) / 4, low, high, True))
-                spreads = self._spreads(base, effect, unknown, strengths, neutral)
-        design, starts = _design(unknown), list[Start]()
-        reach = self._reach(strengths, spreads, design.shape[0])
+                sine, fixed, design = None, [], _design(unknown)
+                spreads = self._spreads(base, effect, unknown, design, strengths, neutral)
+        starts = list[Start]()
+        reach = self._reach(strengths, spreads, design.shape[0], sine is not None)
         design = np.repeat(design, reach.size // design.shape[0], axis=0)
         lanes, reached = self._lanes(base, effect, unknown, design, reach, strengths, neutral, spreads)
+        for name in {name for own in fixed for name in own}:
+            lanes[name] = np.repeat([own.get(name, 0.0) for own in fixed], 2 * len(strengths))
         predicted = self.prediction.many(lanes, (*base.on, effect.name))
         slopes = np.nan_to_num(predicted - base.predicted).T / reached  # (N, G q)
+        if sine is not None:
+            design, slopes = self._in_phase(base, design, slopes, [amplitude_parameter(v, 1.0) for v in strengths], sine)
+            reach, reached = reach[::2], reached[: slopes.shape[1]]
+            spreads = {name: spread[::2] for name, spread in spreads.items()}
         everything = self.whitening.sums(base.predicted, np.column_stack([base.slopes, slopes])).grams
         information = known(everything, base.likelihood.weights * self.whitening.trust)
         fitted, width = base.slopes.shape[1], len(strengths)
         start = np.concatenate([base.point, np.zeros(width)])
-        rows = list[tuple[float, FloatArray, tuple[Parameter, ...], list[int]]]()
+        rows = list[tuple[float, FloatArray, tuple[Parameter, ...], list[int], int, float]]()
         for row, shape in enumerate(design):
             own = [fitted + row * width + place for place in range(width)]
             if not np.any(slopes[:, [column - fitted for column in own]]):
@@ -121,19 +157,51 @@ class Screen:
             if not all(math.isfinite(parameter.sd) and parameter.sd > 0 for parameter in parameters):
                 continue
             kept = [*range(fitted), *own, -1]
-            rows.append((_expected(information[np.ix_(kept, kept)], start, parameters[:width]), shape, parameters, own))
-        for _, shape, parameters, own in sorted(rows, key=lambda each: -each[0])[: CONSTANTS.refined_points]:
+            expected = _expected(information[np.ix_(kept, kept)], start, parameters[:width])
+            costs = CONSTANTS.cost_of_own_value * len(set(fixed[row].values())) if fixed else 0.0
+            rows.append((expected - costs, shape, parameters, own, row, costs))
+        for _, shape, parameters, own, row, costs in sorted(rows, key=lambda each: -each[0])[: CONSTANTS.refined_points]:
             kept = [*range(fitted), *own, *range(everything.shape[-1] - 1 - RANDOM, everything.shape[-1])]
             evidence, point = linear(self.whitening, Sums(everything[:, :, kept][:, :, :, kept]), start, parameters[:width])
             columns = [column - fitted for column in own]
-            starts.append(
-                Start(effect, parameters, np.concatenate([point[fitted:], shape]), evidence, slopes[:, columns], reached[columns])
-            )
+            whole, held = np.concatenate([point[fitted:], shape]), fixed[row] if fixed else {}
+            starts.append(Start(effect, parameters, whole, evidence - costs, slopes[:, columns], reached[columns], held))
         return sorted(starts, key=lambda start: -start.evidence)
 
-    def _reach(self, strengths: Sequence[Variable], spreads: Mapping[str, FloatArray], rows: int) -> FloatArray:
+    def _in_phase(
+        self, base: Fit, design: FloatArray, slopes: FloatArray, amplitudes: Sequence[Parameter], sine: tuple[int, int]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Of quadrature points and their slopes (N, 2 k q): each frequency at its best phase, (k, 2), and the slopes there (N, k q)."""
+        first, width = base.slopes.shape[1], len(amplitudes)
+        everything = self.whitening.sums(base.predicted, np.column_stack([base.slopes, slopes])).grams
+        information = known(everything, base.likelihood.weights * self.whitening.trust)
+        start, best, turned = np.concatenate([base.point, np.zeros(width)]), design[::2].copy(), list[FloatArray]()
+        phases = np.arange(CONSTANTS.phases) * 2 * np.pi / CONSTANTS.phases
+        quarter = float(design[1, sine[1]]) if len(design) else 1.0
+        for row in range(len(best)):
+            own = first + 2 * row * width + np.arange(2 * width)
+            kept = np.concatenate([np.arange(first), own, [-1]])
+            block, gains = information[np.ix_(kept, kept)], list[float]()
+            for phase in phases:
+                mix = np.zeros((kept.size, first + width + 1))
+                mix[:first, :first], mix[-1, -1] = np.eye(first), 1.0
+                mix[first : first + width, first:-1], mix[first + width : -1, first:-1] = (
+                    np.cos(phase) * np.eye(width),
+                    np.sin(phase) * np.eye(width),
+                )
+                gains.append(_expected(mix.T @ block @ mix, start, amplitudes))
+            phase = float(phases[int(np.argmax(gains))])
+            phase = phase if phase <= np.pi else phase - 2 * np.pi
+            best[row, sine[1]] = phase / (np.pi / 2) * quarter
+            raw = slopes[:, 2 * row * width : 2 * (row + 1) * width]
+            turned.append(np.cos(phase) * raw[:, :width] + np.sin(phase) * raw[:, width:])
+        return best, np.column_stack(turned) if turned else np.empty((slopes.shape[0], 0))
+
+    def _reach(self, strengths: Sequence[Variable], spreads: Mapping[str, FloatArray], rows: int, straight: bool) -> FloatArray:
         """Where amplitudes are tried, in their prior standard deviations: (G,) or, for one that need not be linear, several for each
-        row."""
+        row. straight : whether one is linear anyway, as that of a sine is."""
+        if straight:
+            return np.full(rows, CONSTANTS.trial_amplitudes[1])
         if len(strengths) > 1:
             return np.full(rows, CONSTANTS.linear_amplitude)
         (own,) = strengths
@@ -145,14 +213,21 @@ class Screen:
         return np.concatenate([times / spread if np.isfinite(spread) else np.ones(CONSTANTS.trial_times) for spread in spreads[own.name]])
 
     def _spreads(
-        self, base: Fit, effect: Effect, unknown: Sequence[Parameter], strengths: Sequence[Variable], neutral: Mapping[str, float]
+        self,
+        base: Fit,
+        effect: Effect,
+        unknown: Sequence[Parameter],
+        design: FloatArray,
+        strengths: Sequence[Variable],
+        neutral: Mapping[str, float],
     ) -> dict[str, FloatArray]:
         """Of each amplitude at each point of the design: how large it is where it does what is plausible; nan where it does nothing. Asked
         beside one base only: beside another it is of the same order."""
-        key = (effect.name, *(variable.name for variable in strengths), *(parameter.name for parameter in unknown))
+        names = (effect.name, *(variable.name for variable in strengths), *(parameter.name for parameter in unknown))
+        key = (names, design.tobytes())
         if key in self._probed:
             return self._probed[key]
-        design, without = _design(unknown), self.probe.one(base.values, base.on)
+        without = self.probe.one(base.values, base.on)
         shape = {p.name: np.array([p.value(float(u)) for u in design[:, place]]) for place, p in enumerate(unknown)}
         channels = [self.probe.places(channel) for channel in self.probe.channels]
         spreads = dict[str, FloatArray]()
@@ -166,7 +241,9 @@ class Screen:
                 return rms
 
             least = self.scales.amplitude(variable) * CONSTANTS.first_probe
-            spreads[variable.name] = _spreads_of(sizes, least, variable.max - variable.neutral, design.shape[0])
+            spreads[variable.name] = plausible_amplitudes(sizes, least, variable.max - variable.neutral, design.shape[0])
+            if _sine(unknown) is not None:  # one amplitude for both components
+                spreads[variable.name] = np.repeat(np.fmin(spreads[variable.name][::2], spreads[variable.name][1::2]), 2)
         self._probed[key] = spreads
         return spreads
 
@@ -196,43 +273,6 @@ class Screen:
         for place, parameter in enumerate(unknown):
             lanes[parameter.name] = np.repeat([parameter.value(float(u)) for u in design[:, place]], width)
         return lanes, reached.ravel()
-
-
-def _spreads_of(sizes: Callable[[FloatArray, npt.NDArray[np.intp]], FloatArray], least: float, most: float, rows: int) -> FloatArray:
-    """The amplitudes (rows,) at which responses have the plausible size, from one that is near it or else from the largest that has less;
-    nan where nothing shows.
-
-    sizes : of responses to amplitudes in some of the rows; from small to large, since what is too large may be slow to simulate.
-    """
-    amplitude, spreads = np.full(rows, min(least, most)), np.full(rows, np.nan)
-    low, high = np.zeros(rows), np.full(rows, np.inf)  # amplitudes that are known to do less and more than what is plausible
-    enough, near_enough = CONSTANTS.plausible_effect, CONSTANTS.near_plausible
-    going = np.arange(rows)
-    for _ in range(CONSTANTS.probes):
-        tried = amplitude[going]
-        size = sizes(tried, going)
-        shows = np.isfinite(size) & (size > CONSTANTS.least_effect)
-        less = shows & (size <= enough)
-        first = shows & ~less & ~(low[going] > 0)  # too large, and nothing smaller is known to show
-        near = shows & (size > enough / near_enough) & (size < enough * near_enough)  # on either side: runs have errors of their own
-        with np.errstate(divide="ignore", invalid="ignore"):
-            wanted = tried * enough / size
-        spreads[going] = np.where(less | first | near, np.minimum(wanted, 10 * tried), spreads[going])
-        below = np.isfinite(size) & (size <= enough)
-        low[going] = np.where(below, tried, low[going])
-        high[going] = np.where(below, high[going], tried)
-        onward = np.where(
-            shows & below,
-            np.minimum(wanted, CONSTANTS.largest_probe_ratio * tried),
-            np.where(below, CONSTANTS.largest_probe_ratio * tried, tried / CONSTANTS.largest_probe_ratio),
-        )
-        between = np.sqrt(low[going] * high[going])
-        onward = np.where((low[going] > 0) & (onward >= high[going]) | ~below & (low[going] > 0), between, onward)
-        amplitude[going] = np.minimum(onward, most)
-        going = going[~near & (amplitude[going] != tried)]
-        if not going.size:
-            break
-    return spreads
 
 
 def _bounds(parameters: Sequence[Parameter]) -> FloatArray:

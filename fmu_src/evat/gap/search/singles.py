@@ -10,7 +10,7 @@ from evat.constants import CONSTANTS
 from evat.gap.search.candidates import Candidates
 from evat.gap.search.screen import Start
 from evat.inference.discrepancy import likelihood
-from evat.inference.fit import Fit, Look, fit, likeliest
+from evat.inference.fit import Fit, Look, charged, fit, likeliest
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Whitening
@@ -78,7 +78,8 @@ def _fit_promising(candidates: Candidates) -> None:
         if rough[Hypothesis((name,))] < hopeless and place > 1:
             break
         start, point = candidates.fronts[name]
-        whole = fit(candidates.prediction, candidates.whitening, (*recalibrated.parameters, *start.parameters), point, (name,))
+        parameters = (*recalibrated.parameters, *start.parameters)
+        whole = fit(candidates.prediction, candidates.whitening, parameters, point, (name,), fixed=start.fixed)
         if whole is not None:
             candidates.models[Hypothesis((name,))] = whole
 
@@ -102,7 +103,7 @@ def _fit_from_nominal_values(candidates: Candidates, effects: Sequence[Effect]) 
     for name in sorted(begins, key=lambda each: -begins[each].evidence)[: CONSTANTS.fits_from_nominal_values]:
         start, key = begins[name], Hypothesis((name,))
         point = np.concatenate([base.point, start.point])
-        whole = fit(prediction, whitening, (*recalibrated.parameters, *start.parameters), point, (name,))
+        whole = fit(prediction, whitening, (*recalibrated.parameters, *start.parameters), point, (name,), fixed=start.fixed)
         before = models[key].likelihood.evidence if key in models else rough[key]
         if whole is not None and whole.likelihood.evidence > before:
             models[key], rough[key], candidates.fronts[name] = whole, whole.likelihood.evidence, (start, whole.point)
@@ -119,14 +120,14 @@ def _frozen(prediction: Prediction, whitening: Whitening, base: Fit, start: Star
 
     def look(point: FloatArray) -> Look | None:
         own = point[fitted:]
-        values = {**base.values, **{p.name: p.value(float(u)) for p, u in zip(start.parameters, own, strict=True)}}
+        values = {**base.values, **start.fixed, **{p.name: p.value(float(u)) for p, u in zip(start.parameters, own, strict=True)}}
         scales = {p.name: p.slope(float(u)) for p, u in zip(start.parameters, own, strict=True)}
         predicted, slopes = prediction.jacobian(values, names, scales, (*base.on, start.effect.name))
         if not np.all(np.isfinite(predicted)):
             return None
         predicted = predicted + base.slopes @ (point[:fitted] - base.point)
         sums = whitening.sums(predicted, np.column_stack([base.slopes, np.nan_to_num(slopes)]))
-        return Look(point, sums, likelihood(whitening, sums, point))
+        return Look(point, sums, charged(likelihood(whitening, sums, point), start.fixed, (start.effect.name,)))
 
     return likeliest(look, keep, np.concatenate([base.point, start.point]), CONSTANTS.frozen_steps)
 

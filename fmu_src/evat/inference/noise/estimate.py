@@ -15,7 +15,7 @@ from evat.constants import CONSTANTS
 from evat.experiment import Means
 from evat.inference.noise.autoregression import WHITE, autoregression, impulse_response, innovation_sd, innovations, robust_sd
 from evat.inference.noise.discontinuities import bends
-from evat.inference.noise.irregularity import Irregularity, bursts, irregular
+from evat.inference.noise.irregularity import Irregularity, bursts, irregular, without_lines
 from evat.inference.noise.means import nugget, replicate_sd
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import in_step, same_motion
@@ -175,7 +175,7 @@ def random_effects(basis: FloatArray, row: FloatArray, predicted: FloatArray) ->
 
 def _of_repeats(left: Mapping[int, FloatArray], conditions: Iterable[Sequence[int]], sizes: FloatArray) -> FloatArray:
     """The filter of a channel, and into `sizes` the innovations' sd in each condition, from what repeats do not share."""
-    calm = {place: np.where(bursts(row), np.nan, row) for place, row in left.items()}
+    calm = {place: np.where(bursts(row), np.nan, without_lines(row)) for place, row in left.items()}
     filter_ = autoregression([np.nan_to_num(row) for row in calm.values()])
     for places in conditions:
         repeated = [place for place in places if place in left]

@@ -78,6 +78,19 @@ def lines(row: FloatArray) -> tuple[float, float, int]:
     return share, float(above[strongest]), strongest
 
 
+def without_lines(row: FloatArray) -> FloatArray:
+    """A row less the sines at the lines of its spectrum: they are no noise, and an autoregression would take them for it."""
+    places = np.arange(row.size)
+    for _ in range(int(CONSTANTS.most_lines)):
+        _, above, strongest = lines(row)
+        if above <= CONSTANTS.line_height:
+            break
+        numbers = (strongest + np.linspace(-1.0, 1.0, 33)) / (row.size - 1)  # a line lies between two places of a spectrum
+        best = numbers[int(np.argmax(np.abs(np.exp(-2j * np.pi * np.outer(numbers, places)) @ row)))]
+        row = _remainder(row, np.column_stack([np.cos(2 * np.pi * best * places), np.sin(2 * np.pi * best * places)]))
+    return row
+
+
 def _spectrum(row: FloatArray) -> FloatArray:
     squares: FloatArray = np.abs(np.fft.rfft((row - row.mean()) * np.hanning(row.size))) ** 2
     return squares

@@ -1,0 +1,96 @@
+"""Is a sine found whose frequency, period or phase nobody knows, also where each recording has a phase of its own?"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from evat.experiment import Experiment
+from evat.gap import diagnose
+from evat.gap.search.periodogram import TIME, WAY, Peak, peaks
+from evat.inference.noise.estimate import estimate_noise
+from evat.inference.prediction import OWN, Prediction
+from evat.inference.whitening import Whitening
+from evat.model import FloatArray
+from rig import MODEL, STEP, measured
+
+HUM, PERIOD = 37.3, 1.3e-4  # Hz, m
+LAG = np.random.default_rng(8).uniform(-np.pi, np.pi, 12)
+
+
+def with_hum(experiment: Experiment, own: bool) -> Experiment:
+    """A hum of 1 N, in step with every recording or with none."""
+    trials = []
+    for place, trial in enumerate(experiment.trials):
+        hum = np.sin(2 * np.pi * HUM * trial.times + (LAG[place] if own else 0.4))
+        trials.append(replace(trial, outputs={name: column + hum for name, column in trial.outputs.items()}))
+    return replace(experiment, trials=tuple(trials))
+
+
+def with_ripple(experiment: Experiment) -> Experiment:
+    """A cogging force of 1 N; each condition begins elsewhere."""
+    trials = []
+    for place, trial in enumerate(experiment.trials):
+        force = np.sin(2 * np.pi * position(trial.inputs["slip_velocity"]) / PERIOD + LAG[place // 3])
+        trials.append(replace(trial, outputs={name: column + force for name, column in trial.outputs.items()}))
+    return replace(experiment, trials=tuple(trials))
+
+
+def position(velocity: FloatArray) -> FloatArray:
+    return np.concatenate([[0.0], np.cumsum(STEP * (velocity[1:] + velocity[:-1]) / 2)])
+
+
+def seen(experiment: Experiment, unit: str, apart: bool = False) -> list[Peak]:
+    prediction = Prediction(MODEL, experiment)
+    prediction = prediction.each_apart() if apart else prediction
+    predicted = prediction.one()
+    return peaks(prediction, Whitening(prediction, estimate_noise(prediction, predicted), predicted), predicted, unit)
+
+
+def test_the_highest_peak_is_the_hum() -> None:
+    first, own, *_ = seen(with_hum(measured(repeats=2), own=False), TIME)
+    assert first.value == pytest.approx(HUM, abs=0.25 / 0.4)
+    assert not first.phases
+    assert np.ptp(list(own.phases.values())) < 0.3  # of all conditions
+
+
+def test_a_hum_out_of_step_has_a_phase_in_each_recording() -> None:
+    experiment = with_hum(measured(), own=True)
+    _, own, *_ = seen(experiment, TIME, apart=True)
+    phases = np.array([own.phases[trial.file] for trial in experiment.trials])
+    away = np.angle(np.exp(1j * (phases - (LAG - LAG[0]))))
+    assert np.max(np.abs(away)) < 0.3
+
+
+def test_a_ripple_over_the_position_has_a_phase_in_each_condition() -> None:
+    shared, own, *_ = seen(with_ripple(measured()), WAY)
+    assert shared.value == pytest.approx(PERIOD, rel=0.03)
+    phases = np.array([own.phases[f"c{place}"] for place in range(4)])
+    assert np.max(np.abs(np.angle(np.exp(1j * (phases - (LAG[:4] - LAG[0])))))) < 0.5
+
+
+def test_a_value_of_its_own_acts_where_it_belongs() -> None:
+    experiment = measured(repeats=2)
+    prediction, name = Prediction(MODEL, experiment), "line_disturbance.phase"
+    values = {"line_disturbance.friction_force": 1.0, "line_disturbance.frequency": HUM, name: 0.2}
+    on = ("line_disturbance",)
+    plain = prediction.one(values, on)
+    for key, places in (("c1", [2, 3]), ("30.csv", [6])):
+        moved = prediction.one({**values, f"{name}{OWN}{key}": 0.5}, on)
+        other = prediction.one({**values, name: 0.7}, on)
+        for place, segment in enumerate(prediction.segments):
+            assert np.array_equal(moved[segment.at], (other if place in places else plain)[segment.at])
+
+
+def test_a_hum_out_of_step_with_all_recordings_is_a_line() -> None:
+    answer = diagnose(with_hum(measured(), own=True), MODEL)
+    assert (answer.verdict, [effect.name for effect in answer.effects]) == ("effect", ["line_disturbance"])
+    assert answer.effects[0].parameters["frequency"][0] == pytest.approx(HUM, rel=1e-3)
+    assert answer.effects[0].parameters["friction_force"][0] == pytest.approx(1.0, rel=0.1)
+
+
+def test_a_ripple_is_named_where_each_condition_begins_elsewhere() -> None:
+    answer = diagnose(with_ripple(measured()), MODEL)
+    assert (answer.verdict, [effect.name for effect in answer.effects]) == ("effect", ["position_ripple"])
+    assert answer.effects[0].parameters["period"][0] == pytest.approx(PERIOD, rel=0.01)
