@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from evat.constants import CONSTANTS
 from evat.inference.cycles import cycle_samples
-from evat.inference.initial_state import RANDOM
+from evat.inference.law.initial_state import RANDOM
 from evat.inference.noise.autoregression import WHITE, lag_one_correlation
 from evat.inference.noise.discontinuities import Discontinuities
 from evat.inference.noise.estimate import Noise, differing

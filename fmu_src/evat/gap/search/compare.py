@@ -18,7 +18,7 @@ from evat.gap.search.rival_laws import try_rival_laws
 from evat.gap.search.singles import try_singles
 from evat.inference.fit import Fit, fit
 from evat.inference.hypothesis import Hypothesis
-from evat.inference.initial_state import begun, in_motion, with_initial_state
+from evat.inference.law.initial_state import begun, in_motion, with_initial_state
 from evat.inference.noise.estimate import Noise, estimate_noise
 from evat.inference.parameters import at_usual_references
 from evat.inference.prediction import Prediction, at_tolerance_of_records

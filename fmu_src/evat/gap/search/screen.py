@@ -20,7 +20,7 @@ from evat.gap.search.periodogram import TIME, WAY, Peak, peaks
 from evat.gap.search.plausible import plausible_amplitudes
 from evat.inference.discrepancy import known, likelihood
 from evat.inference.fit import Fit
-from evat.inference.initial_state import RANDOM
+from evat.inference.law.initial_state import RANDOM
 from evat.inference.parameters import Parameter, Scales, amplitude_parameter, amplitudes, shape_parameter, shapes
 from evat.inference.prediction import OWN, Prediction
 from evat.inference.whitening import Sums, Whitening
