@@ -120,7 +120,7 @@ class _Constants(ConstantTable):
     # Whether the records can be compared at all
     fewest_samples = Constant(30, "samples", "below which, and below fewest_means, nothing is claimed")
     fewest_means = Constant(4, "means", "below which, and below fewest_samples, nothing is claimed")
-    samples_per_cycle = Constant(6, "samples", "of a vibration cycle, below which its phase is not seen")
+    samples_per_cycle = Constant(6, "samples", "of a vibration cycle, below which its phase is not seen; asked of tools that vibrate")
     least_variation = Constant(0.02, "of its size", "an input that changes by less does not vary")
     visible_change = Constant(5.0, "sd", "of all samples together, below which a change by an effect cannot be seen")
     saturated_share = Constant(0.001, "of the samples", "at the end of a sensor's range, above which it is saturated", high=1.0)
@@ -145,15 +145,19 @@ class _Constants(ConstantTable):
     )  # fmt: skip
     fewest_input_samples = Constant(16, "samples", "of a recorded column whose noise or quantum is looked at")
     least_input_noise = Constant(1e-6, "of the largest value", "noise of a recorded column that is less is rounding")
-    quantised_share = Constant(0.99, "of the differences", "whole multiples of the smallest, where a column is quantised", high=1.0)
-    quantum_error = Constant(0.05, "quanta", "so far may a difference be from a whole multiple", high=0.5)
-    largest_quantised_difference = Constant(1e3, "quanta", "above which, for the median, the smallest difference is no quantum")
-    least_quantum = Constant(1e-9, "of the largest value", "a difference that is less is rounding")
+    quantised_share = Constant(
+        0.99, "of the differences", "whole multiples of the smallest, where a position was counted, as by an encoder", high=1.0
+    )
+    quantum_error = Constant(0.05, "quanta", "so far may a difference of a counted position be from a whole multiple", high=0.5)
+    largest_quantised_difference = Constant(
+        1e3, "quanta", "above which, for the median, the smallest difference of a position is no quantum"
+    )
+    least_quantum = Constant(1e-9, "of the largest value", "a difference of a position that is less is rounding")
     smoothing_windows = Constant((1, 2, 4, 8, 16, 32, 64, 128), "samples", "to each side of the middle one, of local parabolas")
     smoothing_confidence = Constant(2.5, "sd", "of the intervals that have to meet")
     alike_inputs = Constant(1.5, "of the noise of both", "how far apart two recordings of one motion may be, root mean square", low=1.0)
     clock_jitter = Constant(1e-3, "samples", "clocks that differ by less are one")
-    clock_together = Constant(0.05, "samples", "samples of repeats that move by themselves and differ by less were taken together")
+    clock_together = Constant(0.05, "samples", "samples of repeats of a vibrating tool that differ by less were taken together")
     largest_lag = Constant(0.25, "of a recording", "by which repeats may be out of step", high=0.5)
     in_step = Constant(0.02, "of the rms", "by which repeats that follow one motion differ at most once they are in step")
     perturbation_seed = Constant(20240301, "1", "of the noise by which inputs are perturbed")
@@ -311,12 +315,14 @@ class _Constants(ConstantTable):
     full_fits = Constant(9, "1", "singles that are fitted with all parameters")
     laws_from = Constant(0.005, "of the rms", "where recalibration leaves less, other base laws are not tried")
     law_starts = Constant(32, "1", "points from which another base law may start")
-    law_start_range = Constant(1.5, "prior sd", "over which its own parameters are spread there")
+    law_start_range = Constant(
+        1.5, "prior sd", "over which its own parameters are spread there, where it has some that the nominal law lacks"
+    )
     law_steps = Constant(40, "steps", "of the fit of another base law")
     paired_singles = Constant(4, "1", "singles beside which a second effect is tried")
     pair_fits = Constant(3, "1", "pairs that are fitted")
     gain_of_a_pair = Constant(2.0, "log evidence", "over the best single; less may be chance")
-    swaps = Constant(8, "1", "effects that are tried in place of one of the best pair")
+    swaps = Constant(8, "1", "effects that are tried in place of one of the best pair, where a pair leads")
     swap_fits = Constant(3, "1", "of those, how many are fitted")
     singles_fitted_to_all = Constant(5, "1", "of those that were fitted to a part")
     pairs_fitted_to_all = Constant(3, "1", "of those that were fitted to a part")
