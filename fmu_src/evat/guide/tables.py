@@ -176,7 +176,9 @@ def _constants() -> str:
     lines = [row(name, each) for name, each in CONSTANTS.declared().items()]
     missing = sum(NOT_MEASURED in line for line in lines)
     unread = sum(NOT_READ in line for line in lines)
-    told = f"Measured: {len(lines) - missing} of {len(lines)} constants, {unread} of which no case reads; {missing} not yet.\n\n"
+    told = (
+        f"Measured: {len(lines) - missing} of {len(lines)} constants, {unread} of which no case that was run reads; {missing} not yet.\n\n"
+    )
     return told + _table(headers, lines)
 
 
