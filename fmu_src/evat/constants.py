@@ -1,12 +1,12 @@
 """Which numbers does a diagnosis go by that no record tells? All of them: value, unit, meaning, and where each comes from.
 
 Smoothing of records, inference and diagnosis take their numbers from here by name, when they use them, so that a campaign replaces one at a
-time (`CONSTANTS.replaced`). What half and twice each does to a stored set of cases stands in evat/gap/sensitivity.json.
+time (`CONSTANTS.replaced`). What half and twice each does to a stored set of cases stands in evat/gap/verdict/sensitivity.json.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from types import MappingProxyType
 from typing import Generic, Literal, TypeVar, overload
@@ -70,7 +70,7 @@ class ConstantTable:
 
     def __init__(self) -> None:
         self.replacements: Mapping[str, Value] = MappingProxyType({})
-        self.readers: tuple[set[str], ...] = ()
+        self.readers: tuple[Callable[[str], object], ...] = ()
 
     def declared(self) -> dict[str, Constant[Value]]:
         """By name, as they are declared."""
@@ -78,8 +78,8 @@ class ConstantTable:
 
     def now(self, name: str, value: Held) -> Held:
         """What a constant of this value is now: what it was replaced by, else that."""
-        for names in self.readers:
-            names.add(name)
+        for reader in self.readers:
+            reader(name)
         return self.replacements.get(name, value)  # type: ignore[return-value]
 
     @contextmanager
@@ -101,9 +101,15 @@ class ConstantTable:
     def reading(self) -> Iterator[set[str]]:
         """The names of the constants that are read until the block ends: no other can have had a say in what was done there."""
         names = set[str]()
-        before, self.readers = self.readers, (*self.readers, names)
-        try:
+        with self.told_before_reading(names.add):
             yield names
+
+    @contextmanager
+    def told_before_reading(self, reader: Callable[[str], object]) -> Iterator[None]:
+        """`reader` is given the name of each constant just before it is read; what it replaces then counts already."""
+        before, self.readers = self.readers, (*self.readers, reader)
+        try:
+            yield
         finally:
             self.readers = before
 
@@ -114,7 +120,7 @@ class _Constants(ConstantTable):
     # Whether the records can be compared at all
     fewest_samples = Constant(30, "samples", "below which, and below fewest_means, nothing is claimed")
     fewest_means = Constant(4, "means", "below which, and below fewest_samples, nothing is claimed")
-    samples_per_cycle = Constant(6, "samples", "of a vibration cycle, below which its phase is not seen")
+    samples_per_cycle = Constant(6, "samples", "of a vibration cycle, below which its phase is not seen; asked of tools that vibrate")
     least_variation = Constant(0.02, "of its size", "an input that changes by less does not vary")
     visible_change = Constant(5.0, "sd", "of all samples together, below which a change by an effect cannot be seen")
     saturated_share = Constant(0.001, "of the samples", "at the end of a sensor's range, above which it is saturated", high=1.0)
@@ -128,6 +134,7 @@ class _Constants(ConstantTable):
         300.0, "1", "rms of measured over simulated, or its inverse, from which a unit is wrong", low=1.0,
         source="static friction alone can be off by 80 times",
     )  # fmt: skip
+    visible_solver_error = Constant(1e-3, "of the rms of a channel", "a numerical error that is less keeps nothing from being claimed")
     clock_gap = Constant(100.0, "median sample steps", "a record that goes on after such a gap is two records", low=1.0)
     diagnosed_samples = Constant(8_000, "samples", "that are simulated at most in one run of all trials; repeats of a run count once")
 
@@ -138,15 +145,19 @@ class _Constants(ConstantTable):
     )  # fmt: skip
     fewest_input_samples = Constant(16, "samples", "of a recorded column whose noise or quantum is looked at")
     least_input_noise = Constant(1e-6, "of the largest value", "noise of a recorded column that is less is rounding")
-    quantised_share = Constant(0.99, "of the differences", "whole multiples of the smallest, where a column is quantised", high=1.0)
-    quantum_error = Constant(0.05, "quanta", "so far may a difference be from a whole multiple", high=0.5)
-    largest_quantised_difference = Constant(1e3, "quanta", "above which, for the median, the smallest difference is no quantum")
-    least_quantum = Constant(1e-9, "of the largest value", "a difference that is less is rounding")
+    quantised_share = Constant(
+        0.99, "of the differences", "whole multiples of the smallest, where a position was counted, as by an encoder", high=1.0
+    )
+    quantum_error = Constant(0.05, "quanta", "so far may a difference of a counted position be from a whole multiple", high=0.5)
+    largest_quantised_difference = Constant(
+        1e3, "quanta", "above which, for the median, the smallest difference of a position is no quantum"
+    )
+    least_quantum = Constant(1e-9, "of the largest value", "a difference of a position that is less is rounding")
     smoothing_windows = Constant((1, 2, 4, 8, 16, 32, 64, 128), "samples", "to each side of the middle one, of local parabolas")
     smoothing_confidence = Constant(2.5, "sd", "of the intervals that have to meet")
     alike_inputs = Constant(1.5, "of the noise of both", "how far apart two recordings of one motion may be, root mean square", low=1.0)
     clock_jitter = Constant(1e-3, "samples", "clocks that differ by less are one")
-    clock_together = Constant(0.05, "samples", "samples of repeats that move by themselves and differ by less were taken together")
+    clock_together = Constant(0.05, "samples", "samples of repeats of a vibrating tool that differ by less were taken together")
     largest_lag = Constant(0.25, "of a recording", "by which repeats may be out of step", high=0.5)
     in_step = Constant(0.02, "of the rms", "by which repeats that follow one motion differ at most once they are in step")
     perturbation_seed = Constant(20240301, "1", "of the noise by which inputs are perturbed")
@@ -230,6 +241,8 @@ class _Constants(ConstantTable):
 
     # Whitening and the model discrepancy
     bands = Constant(20, "1", "of the harmonics, and again as many of all between them; those that no record has are left out")
+    cycles_of_a_periodic_motion = Constant(1.5, "cycles", "in a recording, from which on harmonics have bands of their own", low=1.0)
+    width_of_a_harmonic = Constant(0.75, "lines of the spectrum", "what is further from a harmonic lies between them")
     correlation_samples = Constant((0.3, 2.0, 8.0, 32.0, 128.0), "samples", "over which a discrepancy may be correlated")
     outlying_repeat = Constant(5.0, "robust sd", "of the repeats from each other, beyond which a sample is taken from the others")
     least_discrepancy = Constant(0.002, "of the rms", "from sample to sample: no model of a contact is better, whatever repeats say")
@@ -262,6 +275,7 @@ class _Constants(ConstantTable):
 
     # Search
     searched_samples = Constant(5_000, "samples", "that a look at one value set simulates; repeats of a run cost nothing")
+    worthwhile_part = Constant(0.7, "of all samples", "a part that simulates more saves too little: the whole is searched", high=1.0)
     plausible_effect = Constant(0.1, "of the rms", "what an effect does, a priori (sd)")
     first_probe = Constant(1e-4, "of the first guess of an amplitude", "where probing begins")
     probes = Constant(6, "1", "amplitudes that are tried until one does what is plausible")
@@ -272,6 +286,11 @@ class _Constants(ConstantTable):
     probed_means = Constant(8, "means", "that are probed")
     linear_amplitude = Constant(0.3, "prior sd", "of an amplitude, where its slope is taken")
     trial_amplitudes = Constant((0.3, 1.5, 6.0), "prior sd", "the same for an effect with one amplitude, which need not be linear")
+    shape_values = Constant(9, "1", "values of a shape that are tried, where an effect has one")
+    shape_points = Constant(16, "1", "points of a Sobol design that are tried, where it has several", source="a power of two")
+    shape_range = Constant((1.8, 1.7), "prior sd", "over which those are spread, of one shape and of several")
+    starts_of_an_effect = Constant(2, "1", "points of its shapes from which an effect is fitted")
+    starts_apart = Constant(0.8, "prior sd", "in some shape, from which on two such points are worth a fit each")
     trial_times = Constant(9, "1", "amplitudes that are tried where one is a time")
     straight_range = Constant(2.0, "1", "so many times that where its slope was taken an amplitude may be, and a time as much less")
     periodogram_peaks = Constant(12, "1", "of what is left, at which a sine is tried whose frequency or period nobody knows")
@@ -296,11 +315,14 @@ class _Constants(ConstantTable):
     full_fits = Constant(9, "1", "singles that are fitted with all parameters")
     laws_from = Constant(0.005, "of the rms", "where recalibration leaves less, other base laws are not tried")
     law_starts = Constant(32, "1", "points from which another base law may start")
+    law_start_range = Constant(
+        1.5, "prior sd", "over which its own parameters are spread there, where it has some that the nominal law lacks"
+    )
     law_steps = Constant(40, "steps", "of the fit of another base law")
     paired_singles = Constant(4, "1", "singles beside which a second effect is tried")
     pair_fits = Constant(3, "1", "pairs that are fitted")
     gain_of_a_pair = Constant(2.0, "log evidence", "over the best single; less may be chance")
-    swaps = Constant(8, "1", "effects that are tried in place of one of the best pair")
+    swaps = Constant(8, "1", "effects that are tried in place of one of the best pair, where a pair leads")
     swap_fits = Constant(3, "1", "of those, how many are fitted")
     singles_fitted_to_all = Constant(5, "1", "of those that were fitted to a part")
     pairs_fitted_to_all = Constant(3, "1", "of those that were fitted to a part")
@@ -403,6 +425,8 @@ class _Constants(ConstantTable):
     )
     next_experiment_factors = Constant((0.25, 0.5, 2.0, 4.0), "of what has been measured", "inputs as a whole, or a value of the condition")
     next_experiment_samples = Constant(1500, "samples", "of a trial that an advised experiment is simulated for")
+    averaged_samples = Constant(10, "samples", "over which noise averages out where two models differ for long, in an advised experiment")
+    least_form_in_advice = Constant(0.01, "of the rms", "by which models of this kind are wrong at least, where an experiment is advised")
     detected_amplitude = Constant(3.0, "sd", "an amplitude that would show")
     fmu_samples = Constant(60_000, "samples", "that the corrected FMU is run for at most, some 2 s of them")
 

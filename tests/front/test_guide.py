@@ -271,16 +271,19 @@ def test_the_table_of_constants_says_which_are_measured(monkeypatch: pytest.Monk
     """One that was measured at another value than it has now is not."""
     change = {"log_loss": 0.25, "right": -1, "changed": 2, "failed": 0}
     rows = {
-        "bands": {"value": CONSTANTS.bands, "cases": [0, 1, 2], "halved": change, "doubled": change},
-        "most_lags": {"value": CONSTANTS.most_lags + 1, "cases": [0, 1, 2], "halved": change, "doubled": change},
+        "bands": {"value": CONSTANTS.bands, "cases": [0, 1, 2], "read_in": 2, "halved": change, "doubled": change},
+        "fmu_samples": {"value": CONSTANTS.fmu_samples, "cases": [0, 1, 2], "read_in": 0, "halved": change, "doubled": change},
+        "most_lags": {"value": CONSTANTS.most_lags + 1, "cases": [0, 1, 2], "read_in": 2, "halved": change, "doubled": change},
     }
     monkeypatch.setattr(tables.sensitivity, "read", lambda: {"made": {}, "constants": rows})
     text = tables.TABLES["constants"]()
-    bands, lags = (next(line for line in text.splitlines() if f">{name}<" in line) for name in ("bands", "most&#95;lags"))
-    assert bands.endswith("| 3 | +0.250 (-1, 2) | +0.250 (-1, 2) |")
+    names = ("bands", "most&#95;lags", "fmu&#95;samples")
+    bands, lags, unread = (next(line for line in text.splitlines() if f">{name}<" in line) for name in names)
+    assert bands.endswith("| 2 | +0.250 (-1, 2) | +0.250 (-1, 2) |")
     assert lags.endswith("| 0 | not yet | not yet |")
+    assert unread.endswith("| 0 | not read | not read |")
     count = len(CONSTANTS.declared())
-    assert f"Measured: 1 of {count} constants; {count - 1} not yet." in text
+    assert f"Measured: 2 of {count} constants, 1 of which no case that was run reads; {count - 2} not yet." in text
 
 
 def test_the_tables_are_the_kernels(site: Path) -> None:

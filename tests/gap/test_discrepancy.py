@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from evat.gap.search.screen import _moved
 from evat.inference.discrepancy import known, likelihood
-from evat.inference.initial_state import RANDOM
+from evat.inference.law.initial_state import RANDOM
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Whitening

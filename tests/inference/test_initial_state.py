@@ -13,7 +13,7 @@ from evat.experiment.write import write_experiment
 from evat.gap import diagnose_with
 from evat.gap.report.corrected import content
 from evat.identification import Settings, identify
-from evat.inference.initial_state import begun, in_motion, with_initial_state
+from evat.inference.law.initial_state import begun, in_motion, with_initial_state
 from evat.inference.prediction import BRISTLE, Prediction
 from evat.model import Run
 from evat.models.contact import ContactModel

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Nominal, Signal, Trial
-from evat.inference.law_form import with_form_of_law
+from evat.inference.law.law_form import with_form_of_law
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Run
 from evat.models.contact import ContactModel

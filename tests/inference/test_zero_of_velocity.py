@@ -12,7 +12,7 @@ from evat.experiment.read import read_experiment
 from evat.experiment.write import write_experiment
 from evat.gap import diagnose_with
 from evat.inference.prediction import Prediction
-from evat.inference.setup_errors import ZERO_OF_MOTION as ZERO
+from evat.inference.setup.setup_errors import ZERO_OF_MOTION as ZERO
 from evat.models.contact import ContactModel
 from independent_lugre import NOISE, world
 

@@ -30,9 +30,9 @@ def calibrate(
     cases: Annotated[
         int | None,
         typer.Option(
-            help="Simulated cases; two cores do about 200 in an hour. With --sensitivity the first so many of its dozen.",
+            help="Simulated cases; two cores do about 200 in an hour. With --sensitivity the first so many of its five.",
             min=1,
-            show_default="200; with --sensitivity all 12",
+            show_default="200; with --sensitivity all 5",
         ),
     ] = None,
     state: Annotated[Path, typer.Option(help="Where cases are kept as they are done; a campaign goes on from there.")] = Path(
@@ -40,7 +40,7 @@ def calibrate(
     ),
     store: Annotated[bool, typer.Option("--store", help="Keep the constants in the package; without it they are only shown.")] = False,
     sensitivity: Annotated[
-        bool, typer.Option("--sensitivity", help="Instead: what half and twice each constant of the diagnosis do to a dozen cases.")
+        bool, typer.Option("--sensitivity", help="Instead: what half and twice each constant of the diagnosis do to five small cases.")
     ] = False,
     constants: Annotated[
         list[str] | None,
@@ -58,8 +58,9 @@ def calibrate(
     have: set-up errors, noisy inputs, repeats out of step. Each case of one effect counts once more as an unknown, with that effect taken
     out of the library. After a change of the diagnosis itself begin with a new --state: cases in it are as the diagnosis was that saw them.
 
-    With --sensitivity, constants are not fitted, but replaced one at a time, which takes ten to twenty hours of a core for all of them.
-    What is done is kept, some constants or cases may be asked for at a time, and the guide's page on constants shows what is stored.
+    With --sensitivity, constants are not fitted, but replaced one at a time, which takes half an hour of a core for all of them: a
+    diagnosis forks where it first reads a constant (on Windows it begins anew each time). What is done is kept, some constants or cases
+    may be asked for at a time, and the guide's page on constants shows what is stored.
 
     Example: evat calibrate --cases 200 --store
 

@@ -29,10 +29,10 @@ from evat.gap.verdict.raised import raised
 from evat.gap.verdict.small import small_effect
 from evat.inference.checks import check_clocks
 from evat.inference.fit import Fit
-from evat.inference.initial_state import beginnings
+from evat.inference.law.initial_state import beginnings
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import smoothed_inputs
-from evat.inference.setup_errors import by_channel
+from evat.inference.setup.setup_errors import by_channel
 from evat.inference.zeros_between_trials import more_at_rest, without_zeros_between_trials, zeroed, zeros_in_words
 from evat.model import Model
 from evat.required_inputs import unread_inputs

@@ -103,5 +103,6 @@ def _distance(comparison: Comparison, changed: Experiment, models: Sequence[Fit]
         floors = [float(whitening.noise.sizes[g.members[0]]) for g in whitening.groups if g.channel == segment.channel]
         level = whitening.levels[segment.channel]
         apart = float(np.mean((rows[0][segment.at] - rows[1][segment.at]) ** 2))
-        total += apart / (float(np.mean(floors)) ** 2 / 10 + (max(form, 0.01) * level) ** 2)
+        noise = float(np.mean(floors)) ** 2 / CONSTANTS.averaged_samples
+        total += apart / (noise + (max(form, CONSTANTS.least_form_in_advice) * level) ** 2)
     return total

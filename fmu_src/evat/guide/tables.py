@@ -23,6 +23,7 @@ from evat.units import display
 
 MARK = re.compile(r"^<!-- (table|include): (.+?) -->$", re.MULTILINE)
 NOT_MEASURED = "not yet"
+NOT_READ = "not read"
 OF_SETS = ("names", "load", "load_ssv", "save_ssv")
 
 
@@ -166,14 +167,19 @@ def _constants() -> str:
         measured = rows.get(name, {})
         measured = measured if _value(values[name]) == _value(measured.get("value", math.nan)) else {}
         origin = f"{each.origin}: {each.source}" if each.source else each.origin
-        changes = (_change(measured.get(word)) for word in ("halved", "doubled"))
-        cases = str(len(measured.get("cases", ())))
+        unread = measured.get("read_in") == 0
+        changes = (NOT_READ if unread else _change(measured.get(word)) for word in ("halved", "doubled"))
+        cases = str(measured.get("read_in", 0))
         return (_code(name), _value(values[name]), _text(each.unit), _text(each.meaning), _text(origin), cases, *changes)
 
-    headers = ("constant", "value", "unit", "meaning", "origin", "cases", "half", "twice")
+    headers = ("constant", "value", "unit", "meaning", "origin", "read in", "half", "twice")
     lines = [row(name, each) for name, each in CONSTANTS.declared().items()]
     missing = sum(NOT_MEASURED in line for line in lines)
-    return f"Measured: {len(lines) - missing} of {len(lines)} constants; {missing} not yet.\n\n" + _table(headers, lines)
+    unread = sum(NOT_READ in line for line in lines)
+    told = (
+        f"Measured: {len(lines) - missing} of {len(lines)} constants, {unread} of which no case that was run reads; {missing} not yet.\n\n"
+    )
+    return told + _table(headers, lines)
 
 
 def _keys() -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from evat.experiment import Experiment
 from evat.identification.objective import Objective, relative_error
 from evat.identification.result import ChannelFit
-from evat.inference.initial_state import in_motion
+from evat.inference.law.initial_state import in_motion
 from evat.inference.noise.autoregression import lag_one_correlation
 from evat.inference.noise.estimate import repeatability
 from evat.inference.noise.means import replicate_sd

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from evat.experiment import ExperimentError
 from evat.identification.space import Space
-from evat.inference.initial_state import with_initial_state
+from evat.inference.law.initial_state import with_initial_state
 from evat.inference.noise.estimate import repeatability, stated_sd
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, ParameterError

@@ -23,7 +23,7 @@ from evat.identification.settings import Execution, Settings
 from evat.identification.space import space
 from evat.identification.verdicts.verdict import correlation, estimates
 from evat.inference.checks import check_clocks
-from evat.inference.initial_state import beginnings, begun, in_motion, with_initial_state
+from evat.inference.law.initial_state import beginnings, begun, in_motion, with_initial_state
 from evat.inference.prediction import Prediction
 from evat.model import Model, ParameterError
 from evat.required_inputs import unread_inputs

@@ -12,7 +12,7 @@ from functools import cache
 import numpy as np
 
 from evat.constants import CONSTANTS
-from evat.inference.initial_state import RANDOM
+from evat.inference.law.initial_state import RANDOM
 from evat.inference.whitening import Sums, Whitening
 from evat.model import BoolArray, FloatArray
 

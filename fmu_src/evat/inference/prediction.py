@@ -18,7 +18,7 @@ import numpy.typing as npt
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, ExperimentError, Means, Trial
 from evat.inference.parameters import Parameter
-from evat.inference.setup_errors import ZERO_OF_MOTION, Recording, SetupErrors, without_zero, zeros_of_inputs
+from evat.inference.setup.setup_errors import ZERO_OF_MOTION, Recording, SetupErrors, without_zero, zeros_of_inputs
 from evat.model import FloatArray, Model, Run
 
 Values = Mapping[str, float | str | FloatArray]

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from evat.constants import CONSTANTS
 from evat.inference.cycles import cycle_samples
-from evat.inference.initial_state import RANDOM
+from evat.inference.law.initial_state import RANDOM
 from evat.inference.noise.autoregression import WHITE, lag_one_correlation
 from evat.inference.noise.discontinuities import Discontinuities
 from evat.inference.noise.estimate import Noise, differing
@@ -191,9 +191,9 @@ class Whitening:
             weight[-1] = 1.0
         edges = np.unique(np.concatenate([[0, 1], np.round(np.geomspace(1, max(last, 2), CONSTANTS.bands)).astype(int)]))
         band = np.searchsorted(edges, np.arange(last), side="right") - 1
-        if group.cycles > 1.5:
+        if group.cycles > CONSTANTS.cycles_of_a_periodic_motion:
             order = np.arange(last) / group.cycles
-            between = np.abs(order - np.round(order)) * group.cycles > 0.75
+            between = np.abs(order - np.round(order)) * group.cycles > CONSTANTS.width_of_a_harmonic
             between[0] = False
             band = band + CONSTANTS.bands * between
         return {int(b): (np.flatnonzero(band == b), weight[band == b]) for b in np.unique(band)}
@@ -246,7 +246,7 @@ class Whitening:
             length -= filter_.size - 1
             omega = 2 * np.pi * np.arange(length // 2 + 1) / length
             gain = np.abs(np.exp(-1j * np.outer(omega, np.arange(filter_.size))) @ filter_) ** 2
-            periodic = group.cycles > 1.5
+            periodic = group.cycles > CONSTANTS.cycles_of_a_periodic_motion
             share = self.counts[place, self._harmonic].sum() / self.counts[place].sum()
             for row, samples in enumerate(CONSTANTS.correlation_samples):
                 rho = np.exp(-1 / samples)

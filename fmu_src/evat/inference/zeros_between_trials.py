@@ -16,7 +16,7 @@ from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Trial
 from evat.inference.parameters import Parameter
 from evat.inference.prediction import Prediction
-from evat.inference.rest import rests
+from evat.inference.setup.rest import rests
 from evat.model import FloatArray, Model
 from evat.required_inputs import MOTION
 

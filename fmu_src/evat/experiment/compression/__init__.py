@@ -23,7 +23,7 @@ from evat.experiment.compression.allotment import pieces_of
 from evat.experiment.compression.overview import Overview
 from evat.experiment.compression.pieces import Piece
 from evat.experiment.compression.stretches import FEWEST_CYCLES, Stretch, stretches
-from evat.experiment.compression.told import Told
+from evat.experiment.compression.summary import CompressionSummary
 from evat.experiment.compression.vibration import Demodulation, frequency, steady
 from evat.experiment.derived import derived_batches
 from evat.experiment.document import TRIGGER, Document, TrialEntry, read_document
@@ -46,7 +46,7 @@ class Compressed:
     """An experiment whose long trials were compressed, and what was done with each of these."""
 
     experiment: Experiment
-    told: tuple[Told, ...]
+    told: tuple[CompressionSummary, ...]
 
 
 def read_or_compress(
@@ -130,7 +130,7 @@ def compress_experiment(
     done = ShareDone(document, progress, PASSES)
     data_hash = hash_of(document, done)
     share = max(samples // max(len(document.trials), 1), FEWEST_SAMPLES)
-    trials, told, steps = list[Trial](), list[Told](), list[float]()
+    trials, told, steps = list[Trial](), list[CompressionSummary](), list[float]()
     for entry in document.trials:
         record = _Record(document, entry, trial_columns(document, entry, model), model, done)
         if record.is_short(share):
@@ -181,7 +181,7 @@ class _Record:
         some = trial_batches(self.entry, self.columns, self.done, lambda rows: None, self.document.form)
         return derived_batches(self.entry.file, self.columns, some, self.document)
 
-    def compressed(self, share: int) -> tuple[list[Trial], Told]:
+    def compressed(self, share: int) -> tuple[list[Trial], CompressionSummary]:
         """Its trials, and what was done."""
         motion = self.names.index(MOTION) if MOTION in self.names else None
         vibrates = math.isfinite(self.cycle_time)
@@ -208,7 +208,7 @@ class _Record:
         self.noise = self._noise_of_a_cycle([piece for piece, _ in pieces if piece.stretch.kind == "repeating"])
         trials = [trial for number, (piece, lead) in enumerate(pieces, 1) for trial in self._trials(piece, lead, number)]
         begin, end = (float(time) for time in self.clock(np.array([0.0, rows - 1.0])))
-        return trials, Told.of(self.entry.file, rows, end - begin, course, pieces, self.names, self.outputs, self.clock)
+        return trials, CompressionSummary.of(self.entry.file, rows, end - begin, course, pieces, self.names, self.outputs, self.clock)
 
     def _told_by(self) -> int:
         """The column whose phase counts: an input's, where one is recorded, else the first output's."""

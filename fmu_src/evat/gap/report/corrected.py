@@ -10,7 +10,7 @@ from evat.gap.answer import Diagnosis
 from evat.gap.report.words import sentence, with_unit
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.judgement import fitted
-from evat.inference.initial_state import PERIODIC, START
+from evat.inference.law.initial_state import PERIODIC, START
 
 SSV = "corrected.ssv"
 

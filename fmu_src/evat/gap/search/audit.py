@@ -93,7 +93,8 @@ def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, flo
         ):
             notes.append(f"{channel}: the sensor is at the end of its range ({signal.full_scale:g}); what lies beyond is cut off")
         error = float(np.sqrt(np.mean(numerical[places] ** 2)))
-        if error > CONSTANTS.solver_error_limit * noise_sd.get(channel, math.inf) and error > 1e-3 * float(np.sqrt(np.mean(simulated**2))):
+        visible = CONSTANTS.visible_solver_error * float(np.sqrt(np.mean(simulated**2)))
+        if error > CONSTANTS.solver_error_limit * noise_sd.get(channel, math.inf) and error > visible:
             refused.append(f"{channel}: the solver's own error ({error:.3g}) dominates; lower the model's relative tolerance")
     notes += _stated(prediction, predicted, noise_sd)
     return Audit(tuple(refused), tuple(notes), idle_effects(prediction, prediction.model.effects))

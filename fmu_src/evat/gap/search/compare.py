@@ -18,12 +18,12 @@ from evat.gap.search.rival_laws import try_rival_laws
 from evat.gap.search.singles import try_singles
 from evat.inference.fit import Fit, fit
 from evat.inference.hypothesis import Hypothesis
-from evat.inference.initial_state import begun, in_motion, with_initial_state
+from evat.inference.law.initial_state import begun, in_motion, with_initial_state
 from evat.inference.noise.estimate import Noise, estimate_noise
 from evat.inference.parameters import at_usual_references
 from evat.inference.prediction import Prediction, at_tolerance_of_records
 from evat.inference.whitening import Whitening
-from evat.model import Effect, SimulationError
+from evat.model import Effect, FloatArray, SimulationError
 from evat.required_inputs import KINEMATICS
 
 
@@ -81,34 +81,11 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
     errors += [(each.parameter, each.at) for each in prediction.linearised if each.parameter.name in prediction.setup_names]
     set_up = must(fit(prediction, whitening, [parameter for parameter, _ in errors], np.array([at for _, at in errors])))
 
-    model, on = prediction.model, prediction.experiment.nominal.effects
-    given, kinematics = prediction.experiment.given, str(prediction.nominal.get(KINEMATICS, ""))
-    offered = [
-        effect
-        for effect in model.effects
-        if effect.name not in on and allowed(model, (*on, effect.name)) and effect.applies(kinematics, given)
-        if prediction.experiment.trials or not effect.unsteady
-    ]
-    acting = [effect for effect in offered if effect.name not in audited.idle]
-    part = part_of(prediction)
-    if part is None:
-        candidates = _search(Candidates(prediction, whitening, recalibrated, offered, tell), acting)
-        models, rough = candidates.models, candidates.rough
-    else:
-        some = part.whitening(whitening, recalibrated.predicted, numerical, by_inputs)
-        some.doubt(recalibrated.likelihood.size, recalibrated.likelihood.length)
-        base = part.fit(recalibrated, some)
-        some.forgive(CONSTANTS.form_error * base.likelihood.size, base.likelihood.length)
-        base = base.again(some)
-        candidates = _search(Candidates(part.prediction, some, base, offered, tell), acting)
-        models = _fitted_to_all(prediction, whitening, candidates.models, tell)
-        rough = {on: evidence - base.likelihood.evidence + recalibrated.likelihood.evidence for on, evidence in candidates.rough.items()}
+    searched = _searched(prediction, whitening, recalibrated, audited, numerical, by_inputs, tell)
+    models = searched.models
     polish(prediction, whitening, models)
     recalibrated, models, forms = with_form_of_law(prediction, whitening, recalibrated, models)
-    free = disbelieving(prediction, whitening, recalibrated)
-    best = max(each.likelihood.evidence for each in (recalibrated, *models.values()))
-    if free is not None and free.likelihood.evidence > best + CONSTANTS.evidence_of_disbelief:
-        recalibrated = free
+    recalibrated = _believed(prediction, whitening, recalibrated, models)
     return Comparison(
         prediction,
         noise,
@@ -117,12 +94,68 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
         set_up,
         recalibrated,
         models,
-        rough,
-        tuple(candidates.silent),
-        candidates.unfed,
+        searched.rough,
+        tuple(searched.silent),
+        searched.unfed,
         audited,
         forms,
     )
+
+
+@dataclass(frozen=True)
+class _Searched:
+    """As in Comparison."""
+
+    models: dict[Hypothesis, Fit]
+    rough: dict[Hypothesis, float]
+    silent: Sequence[str]
+    unfed: Mapping[str, Sequence[str]]
+
+
+def _searched(
+    prediction: Prediction,
+    whitening: Whitening,
+    recalibrated: Fit,
+    audited: Audit,
+    numerical: FloatArray,
+    by_inputs: FloatArray | None,
+    tell: Progress,
+) -> _Searched:
+    """What may explain something, looked for in a part where the whole is long, and fitted to all."""
+    offered = _offered(prediction)
+    acting = [effect for effect in offered if effect.name not in audited.idle]
+    part = part_of(prediction)
+    if part is None:
+        candidates = _search(Candidates(prediction, whitening, recalibrated, offered, tell), acting)
+        return _Searched(candidates.models, candidates.rough, candidates.silent, candidates.unfed)
+    some = part.whitening(whitening, recalibrated.predicted, numerical, by_inputs)
+    some.doubt(recalibrated.likelihood.size, recalibrated.likelihood.length)
+    base = part.fit(recalibrated, some)
+    some.forgive(CONSTANTS.form_error * base.likelihood.size, base.likelihood.length)
+    base = base.again(some)
+    candidates = _search(Candidates(part.prediction, some, base, offered, tell), acting)
+    models = _fitted_to_all(prediction, whitening, candidates.models, tell)
+    rough = {on: evidence - base.likelihood.evidence + recalibrated.likelihood.evidence for on, evidence in candidates.rough.items()}
+    return _Searched(models, rough, candidates.silent, candidates.unfed)
+
+
+def _offered(prediction: Prediction) -> list[Effect]:
+    """Effects that the nominal model does not have and that can happen beside those it has, in such a record."""
+    model, on = prediction.model, prediction.experiment.nominal.effects
+    given, kinematics = prediction.experiment.given, str(prediction.nominal.get(KINEMATICS, ""))
+    return [
+        effect
+        for effect in model.effects
+        if effect.name not in on and allowed(model, (*on, effect.name)) and effect.applies(kinematics, given)
+        if prediction.experiment.trials or not effect.unsteady
+    ]
+
+
+def _believed(prediction: Prediction, whitening: Whitening, recalibrated: Fit, models: Mapping[Hypothesis, Fit]) -> Fit:
+    """The recalibrated model, or that with other nominal values than their owner believes, where it beats every other clearly."""
+    free = disbelieving(prediction, whitening, recalibrated)
+    best = max(each.likelihood.evidence for each in (recalibrated, *models.values()))
+    return free if free is not None and free.likelihood.evidence > best + CONSTANTS.evidence_of_disbelief else recalibrated
 
 
 def _search(candidates: Candidates, acting: Sequence[Effect]) -> Candidates:

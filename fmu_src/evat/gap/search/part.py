@@ -53,7 +53,7 @@ def part_of(prediction: Prediction) -> SearchedPart | None:
             kept.append(place)
     some = replace(experiment, trials=tuple(experiment.trials[place] for place in kept))
     part, _ = portion(some, prediction.model, CONSTANTS.searched_samples)
-    if _simulated(part, prediction) > 0.7 * _simulated(experiment, prediction):
+    if _simulated(part, prediction) > CONSTANTS.worthwhile_part * _simulated(experiment, prediction):
         return None
     smaller = prediction.of(part)
     starts = {(segment.trial, segment.channel): segment.at.start for segment in prediction.segments if segment.trial >= 0}

@@ -10,8 +10,8 @@ import numpy as np
 from evat.constants import CONSTANTS
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, fit
-from evat.inference.initial_state import begun, with_initial_state
-from evat.inference.law_form import with_form_of_law
+from evat.inference.law.initial_state import begun, with_initial_state
+from evat.inference.law.law_form import with_form_of_law
 from evat.inference.noise.estimate import Noise, estimate_noise
 from evat.inference.parameters import Parameter, form_parameters, nominal_parameters
 from evat.inference.prediction import Linearised, Prediction

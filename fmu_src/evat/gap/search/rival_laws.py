@@ -26,7 +26,8 @@ def try_rival_laws(candidates: Candidates) -> None:
         starts = np.zeros((CONSTANTS.law_starts, len(parameters)))
         starts[:, :count] = recalibrated.point
         if len(parameters) > count:
-            starts[:, count:] = qmc.Sobol(len(parameters) - count, scramble=False).random(CONSTANTS.law_starts) * 3.0 - 1.5
+            places = qmc.Sobol(len(parameters) - count, scramble=False).random(CONSTANTS.law_starts)
+            starts[:, count:] = places * (2 * CONSTANTS.law_start_range) - CONSTANTS.law_start_range
         else:
             starts = starts[:1]
         lanes = {p.name: np.array([p.value(float(u)) for u in starts[:, k]]) for k, p in enumerate(parameters)}

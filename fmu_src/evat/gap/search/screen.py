@@ -20,7 +20,7 @@ from evat.gap.search.periodogram import TIME, WAY, Peak, peaks
 from evat.gap.search.plausible import plausible_amplitudes
 from evat.inference.discrepancy import known, likelihood
 from evat.inference.fit import Fit
-from evat.inference.initial_state import RANDOM
+from evat.inference.law.initial_state import RANDOM
 from evat.inference.parameters import Parameter, Scales, amplitude_parameter, amplitudes, shape_parameter, shapes
 from evat.inference.prediction import OWN, Prediction
 from evat.inference.whitening import Sums, Whitening
@@ -89,8 +89,10 @@ def _design(unknown: Sequence[Parameter]) -> FloatArray:
     if not unknown:
         return np.zeros((1, 0))
     if len(unknown) == 1:
-        return np.linspace(-1.8, 1.8, 9)[:, None]
-    points: FloatArray = qmc.Sobol(len(unknown), scramble=False).random(16) * 3.4 - 1.7
+        reach = CONSTANTS.shape_range[0]
+        return np.linspace(-reach, reach, CONSTANTS.shape_values)[:, None]
+    reach = CONSTANTS.shape_range[1]
+    points: FloatArray = qmc.Sobol(len(unknown), scramble=False).random(CONSTANTS.shape_points) * (2 * reach) - reach
     return points[np.argsort(points[:, 0])]
 
 

@@ -132,10 +132,11 @@ def _frozen(prediction: Prediction, whitening: Whitening, base: Fit, start: Star
     return likeliest(look, keep, np.concatenate([base.point, start.point]), CONSTANTS.frozen_steps)
 
 
-def _apart(starts: Sequence[Start], most: int = 2) -> list[Start]:
+def _apart(starts: Sequence[Start]) -> list[Start]:
     """The best start, and the best of those that are elsewhere."""
     chosen = [starts[0]]
     for start in starts[1:]:
-        if len(chosen) < most and all(np.max(np.abs(start.point - other.point)) > 0.8 for other in chosen):
+        elsewhere = all(np.max(np.abs(start.point - other.point)) > CONSTANTS.starts_apart for other in chosen)
+        if len(chosen) < CONSTANTS.starts_of_an_effect and elsewhere:
             chosen.append(start)
     return chosen

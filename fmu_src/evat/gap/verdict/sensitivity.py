@@ -12,12 +12,12 @@ STORED = Path(__file__).with_name("sensitivity.json")
 
 
 def read(path: Path = STORED) -> dict[str, Any]:
-    """`made` (digests of kernel and table) and `constants`, by name, each with its cases; empty where no campaign has been kept."""
+    """`constants`, by name, each with its cases and what it was `made` with (digests of kernel and table); empty where nothing is kept."""
     if not path.is_file():
         return {}
     try:
         held: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        if {"made", "constants"} <= set(held):
+        if "constants" in held:
             return held
     except (OSError, ValueError, RecursionError, TypeError):
         pass

@@ -1,8 +1,8 @@
 """What do half and twice each constant of the diagnosis do to what it says of a stored set of cases?
 
-The cases are a dozen of the calibration's, each given by its number alone. Every constant is replaced on its own. What was compared is kept
-while only constants are replaced that are read after that; one that a case never reads cannot have a say in it, and is not tried there.
-Case after case, constant after constant is appended to a file, so that a campaign goes on where it was stopped.
+The cases are small experiments whose truth is known, each given by its number alone. Every constant is replaced on its own. A diagnosis
+forks where it first reads a constant, so that only what comes after is computed again; one that a case never reads has no say in it.
+Answer after answer is appended to a file, so that a campaign goes on where it was stopped.
 """
 
 from __future__ import annotations
@@ -10,44 +10,42 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from evat.constants import CONSTANTS
+from evat.constants import CONSTANTS, Value
 from evat.experiment import Experiment
 from evat.files.writing import as_output_error, put, usable
-from evat.gap import conclude
-from evat.gap.answer import Diagnosis
-from evat.gap.search.compare import Comparison, compare
-from evat.gap.search.portion import portion
+from evat.gap import diagnose_with
+from evat.gap.report.explanation import explain
+from evat.gap.report.summary import headline
 from evat.gap.verdict.calibrate import CalibrationCase, probability
-from evat.gap.verdict.constants import in_use, stored
+from evat.gap.verdict.constants import in_use
 from evat.gap.verdict.judgement import MISTUNED, NO_GAP, UNKNOWN
 from evat.gap.verdict.sensitivity import STORED, read
 from evat.inference.hypothesis import Hypothesis
-from evat.inference.prediction import Prediction
-from evat.inference.recorded_inputs import smoothed_inputs
 from evat.model import EvatError, Model, ParameterError
-from evat.models.contact import ContactModel
 from evat.processes import process_pool
-from evat.studies.calibration.campaign import draw_case, kernel_digest
+from evat.studies.calibration import small_cases
+from evat.studies.calibration.campaign import kernel_digest
+from evat.studies.calibration.forks import can_fork, with_forks
 
-CASES = (0, 1, 2, 3, 5, 6, 9, 11, 13, 15, 16, 19)  # numbers of the calibration's cases: every kind and every size of gap
+CASES = tuple(small_cases.CASES)
 FACTORS = (0.5, 2.0)
 LEAST_PROBABILITY = 1e-3  # of the truth: a case counts no worse
-FORMAT = 1  # of a line of the campaign's file
+FORMAT = 2  # of a line of the campaign's file
 Key = tuple[int, str, float]  # number of a case, constant, factor; ("", 1.0) is the case as it is
 
 
 @dataclass(frozen=True)
 class Outcome:
     """Of one case: `log_loss`, minus the log of what the truth was given; `right`, whether the verdict says it; `answer`, a digest of all
-    that was said; `reads`, which constants were read, where nothing was replaced."""
+    that was said, in figures and words; `reads`, which constants were read, where nothing was replaced."""
 
     log_loss: float
     right: bool
@@ -63,76 +61,100 @@ def table_digest() -> str:
 class KnownCase:
     """An experiment whose truth is known, diagnosed with this and that constant replaced."""
 
-    def __init__(self, experiment: Experiment, truth: str, model: Callable[[], Model]) -> None:
+    def __init__(self, experiment: Experiment, truth: str, model: Model) -> None:
         self.experiment, self.truth, self.model = experiment, truth, model
-        with CONSTANTS.reading() as compared:
-            self._comparison = self._compared()
-        self.compared = frozenset(compared)
-        with CONSTANTS.reading() as concluded:
-            answer = conclude(self._comparison, stored()[0])
-        self.reads = self.compared | concluded
-        self.as_it_is = self._outcome(answer, tuple(sorted(self.reads)))
 
-    def with_replaced(self, name: str, factor: float) -> Outcome:
-        """EvatError where the diagnosis does not run."""
-        if name not in self.reads:
-            return self.as_it_is
-        value = CONSTANTS.declared()[name].times(factor, in_use()[name])
-        with CONSTANTS.replaced(**{name: value}), threadpool_limits(1):
-            comparison = self._compared() if name in self.compared else self._comparison
-            return self._outcome(conclude(comparison, stored()[0]))
-
-    def _compared(self) -> Comparison:
-        model, recorded = self.model(), smoothed_inputs(self.experiment)
-        perturbed = None if recorded.perturbed is None else Prediction(model, portion(recorded.perturbed, model)[0])
-        with threadpool_limits(1):
-            return compare(Prediction(model, portion(recorded.experiment, model)[0]), None, perturbed)
-
-    def _outcome(self, answer: Diagnosis, reads: tuple[str, ...] = ()) -> Outcome:
+    def outcome(self) -> Outcome:
+        """With all constants as they are now; EvatError where the diagnosis does not run."""
+        with CONSTANTS.reading() as reads, threadpool_limits(1):
+            answer, comparison = diagnose_with(self.experiment, self.model)
+            said = [answer.json(), str(headline(answer, comparison)), *(explain(comparison, answer, e.name) for e in self.model.effects)]
         judgement = answer.judgement
         given = probability(CalibrationCase(judgement.features, self.truth), judgement.constants)
         named = self.truth in (NO_GAP, MISTUNED, UNKNOWN)
         right = answer.verdict == self.truth if named else judgement.chosen == Hypothesis(tuple(self.truth.split("+")))
-        digest = hashlib.sha256(answer.json().encode()).hexdigest()[:16]
-        return Outcome(-math.log(max(given, LEAST_PROBABILITY)), right, digest, reads)
+        digest = hashlib.sha256("\n".join(said).encode()).hexdigest()[:16]
+        return Outcome(-math.log(max(given, LEAST_PROBABILITY)), right, digest, tuple(sorted(reads)))
 
+    def with_replaced(self, name: str, factor: float) -> Outcome:
+        """From the beginning on; `each_replaced` gives the same."""
+        with CONSTANTS.replaced(**{name: _times(name, factor)}):
+            return replace(self.outcome(), reads=())
 
-def _run(number: int, wanted: Sequence[tuple[str, float]]) -> Iterator[tuple[Key, Outcome | str]]:
-    """The outcome of each, or why there is none."""
-    drawn = draw_case(number)
-    if drawn is None:
-        raise ParameterError(f"case {number}: its effect does nothing there; choose another number.")
-    case = KnownCase(*drawn, lambda: ContactModel(1))
-    yield (number, "", 1.0), case.as_it_is
-    for name, factor in wanted:
+    def each_replaced(self, wanted: Sequence[tuple[str, float]], tell: Callable[[tuple[str, float], Outcome | str], None]) -> None:
+        """The outcome as it is, whose key is ("", 1.0), and of each that is wanted; or why there is none."""
+        factors: dict[str, list[float]] = {}
+        for name, factor in wanted:
+            factors.setdefault(name, []).append(factor)
+        values = {name: [_times(name, factor) for factor in own] for name, own in factors.items()} if can_fork() else {}
+        done = set[tuple[str, float]]()
+
+        def forked(name: str, place: int, answer: dict[str, Any]) -> None:
+            key = name, factors[name][place]
+            tell(key, _held({**answer, "reads": ()}))
+            done.add(key)
+
+        as_it_is = _held(with_forks(self._answer, values, forked))
+        tell(("", 1.0), as_it_is)
+        for name, factor in (key for key in wanted if key not in done):
+            if isinstance(as_it_is, str) or name not in as_it_is.reads:
+                tell((name, factor), as_it_is if isinstance(as_it_is, str) else replace(as_it_is, reads=()))
+            else:
+                with CONSTANTS.replaced(**{name: _times(name, factor)}):
+                    tell((name, factor), _held({**self._answer(), "reads": ()}))
+
+    def _answer(self) -> dict[str, Any]:
         try:
-            yield (number, name, factor), case.with_replaced(name, factor)
+            return dict(vars(self.outcome()))
         except EvatError as error:
-            yield (number, name, factor), str(error)[:200]
+            return {"error": str(error)[:200]}
+
+
+def _held(entry: Mapping[str, Any]) -> Outcome | str:
+    """What was written of an outcome, or why there is none."""
+    return str(entry["error"]) if "error" in entry else Outcome(**{**entry, "reads": tuple(entry["reads"])})
+
+
+def _times(name: str, factor: float) -> Value:
+    return CONSTANTS.declared()[name].times(factor, in_use()[name])
+
+
+def _run(number: int, wanted: Sequence[tuple[str, float]], tell: Callable[[Key, Outcome | str], None]) -> None:
+    """The outcome of each, as soon as it is there."""
+    if number not in small_cases.CASES:
+        raise ParameterError(f"case {number}: there are {', '.join(map(str, CASES))}.")
+    KnownCase(*small_cases.CASES[number]()).each_replaced(wanted, lambda key, outcome: tell((number, *key), outcome))
 
 
 def _lines(number: int, wanted: Sequence[tuple[str, float]], path: Path) -> int:
     """Run in a process of its own: each outcome is a line of the file as soon as it is there."""
-    count = 0
-    for key, outcome in _run(number, wanted):
+    count, made = 0, _made()
+
+    def tell(key: Key, outcome: Outcome | str) -> None:
+        nonlocal count
         said = {"error": outcome} if isinstance(outcome, str) else vars(outcome)
-        entry = {"key": key, "kernel": kernel_digest(), "table": table_digest(), "format": FORMAT, **said}
         with as_output_error(path, "the outcome"), path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(entry, sort_keys=True) + "\n")
+            file.write(json.dumps({"key": key, **made, **said}, sort_keys=True) + "\n")
         count += 1
+
+    _run(number, wanted, tell)
     return count
+
+
+def _made() -> dict[str, Any]:
+    return {"kernel": kernel_digest(), "table": table_digest(), "format": FORMAT}
 
 
 def outcomes(path: Path) -> dict[Key, Outcome | str]:
     """What a campaign's file has of this kernel and these constants; a line that is cut off or damaged is none."""
     held: dict[Key, Outcome | str] = {}
-    made = {"kernel": kernel_digest(), "table": table_digest(), "format": FORMAT}
+    made = _made()
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else ():
         try:
             entry = json.loads(line)
             if {name: entry.pop(name) for name in made} == made:
                 number, name, factor = entry.pop("key")
-                held[number, name, factor] = entry["error"] if "error" in entry else Outcome(**{**entry, "reads": tuple(entry["reads"])})
+                held[number, name, factor] = _held(entry)
         except (ValueError, KeyError, TypeError, AttributeError):
             continue
     return held
@@ -190,15 +212,15 @@ def column(held: Mapping[Key, Outcome | str], names: Iterable[str], cases: Seque
 
 
 def store(held: Mapping[Key, Outcome | str], names: Iterable[str], cases: Sequence[int] = CASES, path: Path = STORED) -> None:
-    """Keep the column in the package, beside what was kept before with the same kernel and values of all constants; of a constant that was
-    tried on more cases before, that stays."""
+    """Keep the column in the package, beside what was kept before. Each row says of which kernel and values of all constants it is; one of
+    the same that was tried on more cases before stays, one of a constant that is gone goes."""
     made = {"kernel": kernel_digest(), "table": table_digest()}
-    kept = read(path)
-    rows = dict(kept["constants"]) if kept.get("made") == made else {}
+    rows = {name: row for name, row in read(path).get("constants", {}).items() if name in CONSTANTS.declared()}
     for name, row in column(held, names, cases).items():
-        if len(row["cases"]) >= len(rows.get(name, {}).get("cases", ())):
-            rows[name] = row
-    put(path, json.dumps({"made": made, "constants": rows}, indent=1, sort_keys=True) + "\n", "the sensitivity")
+        before = rows.get(name, {})
+        if before.get("made") != made or len(row["cases"]) >= len(before["cases"]):
+            rows[name] = {**row, "made": made}
+    put(path, json.dumps({"constants": rows}, indent=1, sort_keys=True) + "\n", "the sensitivity")
 
 
 def _of(outcome: Outcome | str) -> Outcome:

@@ -14,7 +14,7 @@ import numpy as np
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, SetupSd
 from evat.inference.parameters import Parameter
-from evat.inference.rest import rests, sd_of_zero
+from evat.inference.setup.rest import rests, sd_of_zero
 from evat.model import FloatArray
 from evat.required_inputs import MOTION
 

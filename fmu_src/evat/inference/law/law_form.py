@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from evat.constants import CONSTANTS
-from evat.inference.initial_state import steady_deflections
+from evat.inference.law.initial_state import steady_deflections
 from evat.inference.parameters import Parameter
 from evat.inference.prediction import Linearised, Prediction, with_lead_in
 from evat.model import FloatArray

@@ -13,7 +13,7 @@ from evat.model import FloatArray
 
 
 @dataclass(frozen=True)
-class Told:
+class CompressionSummary:
     """Of one recording: `rows` over `seconds` became `samples`, repeats counted once. `left_out` are seconds of transients that did not
     fit; `averaged_out` (by output) is the root mean square of what averages left out of the rows, noise and all, and its share of all."""
 
@@ -43,7 +43,7 @@ class Told:
         names: Sequence[str],
         outputs: Sequence[str],
         clock: Callable[[FloatArray], FloatArray],
-    ) -> Told:
+    ) -> CompressionSummary:
         some = [piece for piece, _ in pieces]
         by_kind = {kind: [piece for piece in some if piece.stretch.kind == kind] for kind in ("repeating", "held", "transient")}
         lasting = {kind: sum(_seconds(piece, clock) for piece in own) for kind, own in by_kind.items()}
