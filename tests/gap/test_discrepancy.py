@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from evat.gap.search.screen import _moved
+from evat.gap.search.starts.linear import moved
 from evat.inference.discrepancy import known, likelihood
 from evat.inference.law.initial_state import RANDOM
 from evat.inference.noise.estimate import estimate_noise
@@ -84,6 +84,6 @@ def test_sums_after_a_step_are_those_taken_there() -> None:
     whitening, prediction = _whitened()
     slopes = np.random.default_rng(1).normal(size=(prediction.measured.size, 3))
     step = np.array([0.3, -0.1, 0.2])
-    moved = _moved(whitening.sums(prediction.one(), slopes).grams, step)
+    shifted = moved(whitening.sums(prediction.one(), slopes).grams, step)
     there = whitening.sums(prediction.one() + slopes @ step, slopes).grams
-    assert np.allclose(moved, there, rtol=1e-9, atol=1e-9 * np.max(np.abs(there)))
+    assert np.allclose(shifted, there, rtol=1e-9, atol=1e-9 * np.max(np.abs(there)))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from evat.experiment import Experiment
 from evat.gap import diagnose
-from evat.gap.search.periodogram import TIME, WAY, Peak, peaks
+from evat.gap.search.starts.periodogram import TIME, WAY, Peak, peaks
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.prediction import OWN, Prediction
 from evat.inference.whitening import Whitening

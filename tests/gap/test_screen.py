@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from evat.constants import CONSTANTS
 from evat.gap.search.pairs import _beside_the_best
-from evat.gap.search.plausible import plausible_amplitudes
-from evat.gap.search.screen import Screen, _design, _expected, _spread, linear
+from evat.gap.search.starts.linear import expected_evidence, linear_fit
+from evat.gap.search.starts.plausible import plausible_amplitudes
+from evat.gap.search.starts.screen import Screen, _design, _spread
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import fit
 from evat.inference.hypothesis import NOMINAL
@@ -93,7 +94,7 @@ def test_the_evidence_of_a_linear_model_is_that_of_the_normal_distribution_of_it
     for _ in range(2):
         slopes = draw.normal(size=(30, 3))
         columns = np.column_stack([slopes, data])
-        evidences.append(_expected(columns.T @ columns, np.zeros(3), ()))
+        evidences.append(expected_evidence(columns.T @ columns, np.zeros(3), ()))
         exact.append(multivariate_normal(cov=np.eye(30) + slopes @ slopes.T).logpdf(data))
     assert evidences[1] - evidences[0] == pytest.approx(exact[1] - exact[0], rel=1e-9)
 
@@ -102,7 +103,7 @@ def test_a_parameter_that_would_leave_its_bounds_stays_on_them() -> None:
     """Of one slope a and a bound of b: -((y - a b)^2 + b^2)/2, whatever lies beyond."""
     slope, data, bound = np.array([1.0, 2.0, -1.0]), np.array([5.0, 9.0, -4.0]), 0.5
     columns = np.column_stack([slope, data])
-    evidence = _expected(columns.T @ columns, np.zeros(1), (Parameter("a", "1", 0.0, 1.0, -bound, bound),))
+    evidence = expected_evidence(columns.T @ columns, np.zeros(1), (Parameter("a", "1", 0.0, 1.0, -bound, bound),))
     assert evidence == pytest.approx(-0.5 * (np.sum((data - slope * bound) ** 2) + bound**2), rel=1e-12)
 
 
@@ -148,7 +149,7 @@ def test_a_second_effect_promises_no_more_than_it_holds_where_its_slope_was_take
         for row in prediction.many({"late.T": np.array(lags)}, ["late"])
     )
     sums = whitening.sums(base.predicted, start.slopes)
-    taken_as_linear = linear(whitening, sums, np.zeros(1), start.parameters)[0]
+    taken_as_linear = linear_fit(whitening, sums, np.zeros(1), start.parameters)[0]
     gains = [value - base.likelihood.evidence for value in (merit, held, taken_as_linear)]
     assert gains[0] < 1.5 * gains[1] < 0.5 * gains[2]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from evat.gap.search.screen import Screen, Start
+from evat.gap.search.starts.screen import Screen, Start
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.parameters import Scales

@@ -7,7 +7,8 @@ import numpy as np
 from evat.constants import CONSTANTS
 from evat.gap.search.candidates import Candidates, allowed
 from evat.gap.search.form import without
-from evat.gap.search.screen import Start, linear
+from evat.gap.search.starts.linear import linear_fit
+from evat.gap.search.starts.screen import Start
 from evat.inference.fit import Fit, fit
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.inference.prediction import Prediction
@@ -39,7 +40,7 @@ def _beside_the_best(candidates: Candidates) -> Merit:
             sums = candidates.whitening.sums(base.predicted, np.column_stack([base.slopes, start.slopes]))
             width = start.slopes.shape[1]
             begin = np.concatenate([base.point, np.zeros(width)])
-            evidence, point = linear(candidates.whitening, sums, begin, start.straight)
+            evidence, point = linear_fit(candidates.whitening, sums, begin, start.straight)
             point = np.concatenate([point, start.point[width:]])
             if key not in merit or evidence > merit[key][0]:
                 merit[key] = (evidence, base, start, point)

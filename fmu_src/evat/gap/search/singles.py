@@ -8,7 +8,7 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.gap.search.candidates import Candidates
-from evat.gap.search.screen import Start
+from evat.gap.search.starts.screen import Start
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, Look, charged, fit, likeliest
 from evat.inference.hypothesis import Hypothesis

@@ -16,9 +16,11 @@ from scipy.stats import qmc
 
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment
-from evat.gap.search.periodogram import TIME, WAY, Peak, peaks
-from evat.gap.search.plausible import plausible_amplitudes
-from evat.inference.discrepancy import known, likelihood
+from evat.gap.search.starts.linear import expected_evidence, linear_fit
+from evat.gap.search.starts.periodogram import peaks
+from evat.gap.search.starts.plausible import plausible_amplitudes
+from evat.gap.search.starts.quadrature import in_phase, quadrature, sine_of
+from evat.inference.discrepancy import known
 from evat.inference.fit import Fit
 from evat.inference.law.initial_state import RANDOM
 from evat.inference.parameters import Parameter, Scales, amplitude_parameter, amplitudes, shape_parameter, shapes
@@ -65,24 +67,6 @@ def _spread(conditions: Sequence[str], most: int) -> list[str]:
     return [each[round(k)] for k in np.linspace(0, len(each) - 1, min(most, len(each)))]
 
 
-def _sine(unknown: Sequence[Parameter]) -> tuple[int, int] | None:
-    """Places of a frequency or period and of a phase, where these two are all that is unknown of a sine."""
-    units = [parameter.unit for parameter in unknown]
-    if len(units) != 2 or "rad" not in units:
-        return None
-    phase = units.index("rad")
-    return (1 - phase, phase) if units[1 - phase] in (TIME, WAY) else None
-
-
-def _quadrature(tops: Sequence[Peak], unknown: Sequence[Parameter], sine: tuple[int, int]) -> FloatArray:
-    """Points (2 k, 2) at peaks of a periodogram, each at phases of 0 and a quarter of a turn."""
-    frequency, phase = (unknown[place] for place in sine)
-    design = np.zeros((2 * len(tops), 2))
-    design[:, sine[0]] = np.repeat([frequency.within(frequency.place(top.value)) for top in tops], 2)
-    design[1::2, sine[1]] = phase.place(np.pi / 2)
-    return design
-
-
 def _design(unknown: Sequence[Parameter]) -> FloatArray:
     """Points (G, s) over the prior of the shapes, in its standard deviations. In the order of the first shape: neighbours run side by side,
     and a block takes as long as its slowest."""
@@ -110,12 +94,12 @@ class Screen:
         unknown = [shape_parameter(variable, self.scales) for variable in shapes(effect)]
         strengths, idle = list(amplitudes(effect)), list[Variable]()
         neutral = {variable.name: variable.neutral for variable in strengths}
-        sine, fixed = _sine(unknown), list[dict[str, float]]()
+        sine, fixed = sine_of(unknown), list[dict[str, float]]()
         if sine is None:
             design = _design(unknown)
         else:
             tops = peaks(self.prediction, self.whitening, base.predicted, unknown[sine[0]].unit)
-            design = _quadrature(tops, unknown, sine)
+            design = quadrature(tops, unknown, sine)
             fixed = [{f"{unknown[sine[1]].name}{OWN}{key}": phase for key, phase in top.phases.items()} for top in tops]
         spreads = self._spreads(base, effect, unknown, design, strengths, neutral)
         for variable in list(strengths):
@@ -139,7 +123,7 @@ class Screen:
         predicted = self.prediction.many(lanes, (*base.on, effect.name))
         slopes = np.nan_to_num(predicted - base.predicted).T / reached  # (N, G q)
         if sine is not None:
-            design, slopes = self._in_phase(base, design, slopes, [amplitude_parameter(v, 1.0) for v in strengths], sine)
+            design, slopes = in_phase(self.whitening, base, design, slopes, [amplitude_parameter(v, 1.0) for v in strengths], sine)
             reach, reached = reach[::2], reached[: slopes.shape[1]]
             spreads = {name: spread[::2] for name, spread in spreads.items()}
         everything = self.whitening.sums(base.predicted, np.column_stack([base.slopes, slopes])).grams
@@ -158,45 +142,16 @@ class Screen:
             if not all(math.isfinite(parameter.sd) and parameter.sd > 0 for parameter in parameters):
                 continue
             kept = [*range(fitted), *own, -1]
-            expected = _expected(information[np.ix_(kept, kept)], start, parameters[:width])
+            expected = expected_evidence(information[np.ix_(kept, kept)], start, parameters[:width])
             costs = CONSTANTS.cost_of_own_value * len(set(fixed[row].values())) if fixed else 0.0
             rows.append((expected - costs, shape, parameters, own, row, costs))
         for _, shape, parameters, own, row, costs in sorted(rows, key=lambda each: -each[0])[: CONSTANTS.refined_points]:
             kept = [*range(fitted), *own, *range(everything.shape[-1] - 1 - RANDOM, everything.shape[-1])]
-            evidence, point = linear(self.whitening, Sums(everything[:, :, kept][:, :, :, kept]), start, parameters[:width])
+            evidence, point = linear_fit(self.whitening, Sums(everything[:, :, kept][:, :, :, kept]), start, parameters[:width])
             columns = [column - fitted for column in own]
             whole, held = np.concatenate([point[fitted:], shape]), fixed[row] if fixed else {}
             starts.append(Start(effect, parameters, whole, evidence - costs, slopes[:, columns], reached[columns], held))
         return sorted(starts, key=lambda start: -start.evidence)
-
-    def _in_phase(
-        self, base: Fit, design: FloatArray, slopes: FloatArray, amplitudes: Sequence[Parameter], sine: tuple[int, int]
-    ) -> tuple[FloatArray, FloatArray]:
-        """Of quadrature points and their slopes (N, 2 k q): each frequency at its best phase, (k, 2), and the slopes there (N, k q)."""
-        first, width = base.slopes.shape[1], len(amplitudes)
-        everything = self.whitening.sums(base.predicted, np.column_stack([base.slopes, slopes])).grams
-        information = known(everything, base.likelihood.weights * self.whitening.trust)
-        start, best, turned = np.concatenate([base.point, np.zeros(width)]), design[::2].copy(), list[FloatArray]()
-        phases = np.arange(CONSTANTS.phases) * 2 * np.pi / CONSTANTS.phases
-        quarter = float(design[1, sine[1]]) if len(design) else 1.0
-        for row in range(len(best)):
-            own = first + 2 * row * width + np.arange(2 * width)
-            kept = np.concatenate([np.arange(first), own, [-1]])
-            block, gains = information[np.ix_(kept, kept)], list[float]()
-            for phase in phases:
-                mix = np.zeros((kept.size, first + width + 1))
-                mix[:first, :first], mix[-1, -1] = np.eye(first), 1.0
-                mix[first : first + width, first:-1], mix[first + width : -1, first:-1] = (
-                    np.cos(phase) * np.eye(width),
-                    np.sin(phase) * np.eye(width),
-                )
-                gains.append(_expected(mix.T @ block @ mix, start, amplitudes))
-            phase = float(phases[int(np.argmax(gains))])
-            phase = phase if phase <= np.pi else phase - 2 * np.pi
-            best[row, sine[1]] = phase / (np.pi / 2) * quarter
-            raw = slopes[:, 2 * row * width : 2 * (row + 1) * width]
-            turned.append(np.cos(phase) * raw[:, :width] + np.sin(phase) * raw[:, width:])
-        return best, np.column_stack(turned) if turned else np.empty((slopes.shape[0], 0))
 
     def _reach(self, strengths: Sequence[Variable], spreads: Mapping[str, FloatArray], rows: int, straight: bool) -> FloatArray:
         """Where amplitudes are tried, in their prior standard deviations: (G,) or, for one that need not be linear, several for each
@@ -243,7 +198,7 @@ class Screen:
 
             least = self.scales.amplitude(variable) * CONSTANTS.first_probe
             spreads[variable.name] = plausible_amplitudes(sizes, least, variable.max - variable.neutral, design.shape[0])
-            if _sine(unknown) is not None:  # one amplitude for both components
+            if sine_of(unknown) is not None:  # one amplitude for both components
                 spreads[variable.name] = np.repeat(np.fmin(spreads[variable.name][::2], spreads[variable.name][1::2]), 2)
         self._probed[key] = spreads
         return spreads
@@ -274,50 +229,3 @@ class Screen:
         for place, parameter in enumerate(unknown):
             lanes[parameter.name] = np.repeat([parameter.value(float(u)) for u in design[:, place]], width)
         return lanes, reached.ravel()
-
-
-def _bounds(parameters: Sequence[Parameter]) -> FloatArray:
-    """Least and greatest places, (2, q)."""
-    return np.array([[p.within(-math.inf), p.within(math.inf)] for p in parameters]).reshape(-1, 2).T
-
-
-def _expected(information: FloatArray, point: FloatArray, parameters: Sequence[Parameter]) -> float:
-    """Evidence, but for a constant, of a model that is linear in its parameters, with a discrepancy that is given.
-
-    information : (p + 1, p + 1), on [slopes, residual] at `point` (p,); the last of its parameters keep their bounds.
-    """
-    first, bounds = point.size - len(parameters), _bounds(parameters)
-    step = np.linalg.solve(information[:-1, :-1] + np.eye(point.size), information[:-1, -1] - point)
-    wanted = point[first:] + step[first:]
-    step[first:] = np.clip(wanted, *bounds) - point[first:]
-    free = np.append(np.ones(first), (wanted >= bounds[0]) & (wanted <= bounds[1]))
-    change, there = np.append(-step, 1.0), point + step
-    normal = information[:-1, :-1] * np.outer(free, free) + np.eye(point.size)
-    return -0.5 * float(change @ information @ change + there @ there + np.linalg.slogdet(normal)[1])
-
-
-def linear(
-    whitening: Whitening, sums: Sums, point: FloatArray, parameters: Sequence[Parameter], rounds: int = 3
-) -> tuple[float, FloatArray]:
-    """Evidence and best point (p,) of a model that is linear in its parameters; as `sums` stand at `point`. `parameters` are the last of
-    them, whose bounds are kept: one that would leave them stays there."""
-    first, bounds = point.size - len(parameters), _bounds(parameters)
-    free = np.ones(sums.grams.shape[-1])
-    for _ in range(rounds):
-        discrepancy = likelihood(whitening, sums, point)
-        step = np.where(free[: point.size] > 0, discrepancy.step, 0.0)
-        wanted = point[first:] + step[first:]
-        step[first:] = np.clip(wanted, *bounds) - point[first:]
-        point = point + step
-        sums = Sums(_moved(sums.grams, step) * np.outer(free, free))
-        free[first : point.size] *= (wanted >= bounds[0]) & (wanted <= bounds[1])
-    sums = Sums(sums.grams * np.outer(free, free))
-    return likelihood(whitening, sums, point).evidence, point
-
-
-def _moved(grams: FloatArray, step: FloatArray) -> FloatArray:
-    """Sums (..., w, w) where the residual is what is left after a step (p,) along the slopes: only its row and its column change."""
-    moved, residual = grams.copy(), step.size
-    moved[..., residual] -= moved[..., : step.size] @ step
-    moved[..., residual, :] -= np.einsum("...kj,k->...j", moved[..., : step.size, :], step)
-    return moved

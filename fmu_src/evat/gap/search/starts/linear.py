@@ -1,0 +1,60 @@
+"""How likely is a model that is linear in its parameters? In sums that are there already, bounds kept."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from evat.inference.discrepancy import likelihood
+from evat.inference.parameters import Parameter
+from evat.inference.whitening import Sums, Whitening
+from evat.model import FloatArray
+
+
+def _bounds(parameters: Sequence[Parameter]) -> FloatArray:
+    """Least and greatest places, (2, q)."""
+    return np.array([[p.within(-math.inf), p.within(math.inf)] for p in parameters]).reshape(-1, 2).T
+
+
+def expected_evidence(information: FloatArray, point: FloatArray, parameters: Sequence[Parameter]) -> float:
+    """Evidence, but for a constant, of a model that is linear in its parameters, with a discrepancy that is given.
+
+    information : (p + 1, p + 1), on [slopes, residual] at `point` (p,); the last of its parameters keep their bounds.
+    """
+    first, bounds = point.size - len(parameters), _bounds(parameters)
+    step = np.linalg.solve(information[:-1, :-1] + np.eye(point.size), information[:-1, -1] - point)
+    wanted = point[first:] + step[first:]
+    step[first:] = np.clip(wanted, *bounds) - point[first:]
+    free = np.append(np.ones(first), (wanted >= bounds[0]) & (wanted <= bounds[1]))
+    change, there = np.append(-step, 1.0), point + step
+    normal = information[:-1, :-1] * np.outer(free, free) + np.eye(point.size)
+    return -0.5 * float(change @ information @ change + there @ there + np.linalg.slogdet(normal)[1])
+
+
+def linear_fit(
+    whitening: Whitening, sums: Sums, point: FloatArray, parameters: Sequence[Parameter], rounds: int = 3
+) -> tuple[float, FloatArray]:
+    """Evidence and best point (p,) of a model that is linear in its parameters; as `sums` stand at `point`. `parameters` are the last of
+    them, whose bounds are kept: one that would leave them stays there."""
+    first, bounds = point.size - len(parameters), _bounds(parameters)
+    free = np.ones(sums.grams.shape[-1])
+    for _ in range(rounds):
+        discrepancy = likelihood(whitening, sums, point)
+        step = np.where(free[: point.size] > 0, discrepancy.step, 0.0)
+        wanted = point[first:] + step[first:]
+        step[first:] = np.clip(wanted, *bounds) - point[first:]
+        point = point + step
+        sums = Sums(moved(sums.grams, step) * np.outer(free, free))
+        free[first : point.size] *= (wanted >= bounds[0]) & (wanted <= bounds[1])
+    sums = Sums(sums.grams * np.outer(free, free))
+    return likelihood(whitening, sums, point).evidence, point
+
+
+def moved(grams: FloatArray, step: FloatArray) -> FloatArray:
+    """Sums (..., w, w) where the residual is what is left after a step (p,) along the slopes: only its row and its column change."""
+    moved, residual = grams.copy(), step.size
+    moved[..., residual] -= moved[..., : step.size] @ step
+    moved[..., residual, :] -= np.einsum("...kj,k->...j", moved[..., : step.size, :], step)
+    return moved
