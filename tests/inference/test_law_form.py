@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Nominal, Signal, Trial
-from evat.inference.law.law_form import with_form_of_law
+from evat.inference.law.law_form import with_law_forms
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Run
 from evat.models.contact import ContactModel
@@ -41,7 +41,7 @@ def slopes(prediction: Prediction) -> FloatArray:
 def left(prediction: Prediction, forms: bool) -> float:
     """Share of the rms that parameters, and forms, cannot take up."""
     known, residual = slopes(prediction), prediction.measured - prediction.one()
-    columns = [each.column for each in with_form_of_law(prediction, known, VALUES).linearised] if forms else []
+    columns = [each.column for each in with_law_forms(prediction, known, VALUES).linearised] if forms else []
     basis = np.column_stack([known, *columns])
     basis = basis[:, np.any(basis, axis=0)]
     basis = basis / np.linalg.norm(basis, axis=0)
@@ -94,7 +94,7 @@ def test_together_they_are_as_large_as_laws_are_wrong() -> None:
     """A priori, where all of them have one standard deviation: and nothing that parameters do."""
     prediction = recorded()
     known = slopes(prediction)
-    columns = np.array([each.column for each in with_form_of_law(prediction, known, VALUES).linearised])
+    columns = np.array([each.column for each in with_law_forms(prediction, known, VALUES).linearised])
     level = np.sqrt(np.mean(prediction.measured**2))
     together = np.sqrt(np.sum(columns**2, axis=0).mean()) / level
     assert together == pytest.approx(CONSTANTS.accuracy_of_laws, rel=0.02)
@@ -104,7 +104,7 @@ def test_together_they_are_as_large_as_laws_are_wrong() -> None:
 
 def test_no_form_is_known_to_the_model() -> None:
     prediction = recorded()
-    formed = with_form_of_law(prediction, slopes(prediction))
+    formed = with_law_forms(prediction, slopes(prediction))
     first = formed.linearised[0]
     moved = formed.one({first.parameter.name: 1.0})
     assert np.allclose(moved - formed.one(), first.column, rtol=0, atol=1e-12)
@@ -117,4 +117,4 @@ def test_where_no_slip_velocity_was_recorded_there_are_none() -> None:
     prediction = recorded()
     trials = tuple(replace(trial, inputs={}, values={"slip_velocity": 0.01}) for trial in prediction.experiment.trials)
     still = Prediction(MODEL, replace(prediction.experiment, trials=trials))
-    assert with_form_of_law(still, np.zeros((still.measured.size, 1))) is still
+    assert with_law_forms(still, np.zeros((still.measured.size, 1))) is still

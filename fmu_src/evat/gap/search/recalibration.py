@@ -11,7 +11,7 @@ from evat.constants import CONSTANTS
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, fit
 from evat.inference.law.initial_state import begun, with_initial_state
-from evat.inference.law.law_form import with_form_of_law
+from evat.inference.law.law_form import with_law_forms
 from evat.inference.noise.estimate import Noise, estimate_noise
 from evat.inference.parameters import Parameter, form_parameters, nominal_parameters
 from evat.inference.prediction import Linearised, Prediction
@@ -52,7 +52,7 @@ def recalibrated_model(
         )
         if np.max(np.abs(at - before)) <= CONSTANTS.linearisation_range:
             break
-    formed = with_form_of_law(prediction, recalibrated.slopes, recalibrated.values, recalibrated.on)
+    formed = with_law_forms(prediction, recalibrated.slopes, recalibrated.values, recalibrated.on)
     if formed is not prediction:
         prediction, free = formed, [each.parameter for each in formed.linearised if each.parameter.name in formed.form_names]
         recalibrated = _trusted(

@@ -20,7 +20,7 @@ from evat.model import FloatArray
 from evat.required_inputs import FRICTION, MOTION
 
 
-def with_form_of_law(
+def with_law_forms(
     prediction: Prediction, slopes: FloatArray, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()
 ) -> Prediction:
     """The same with the forms that its law may have in the recorded motions, as linear parameters. As it is where no friction force beside
@@ -38,7 +38,7 @@ def with_form_of_law(
     for _ in range(2):  # twice is enough
         own = own - known @ (known.T @ own)
     left, sizes, _ = np.linalg.svd(own, full_matrices=False)
-    sizes = CONSTANTS.accuracy_of_laws * sizes / np.linalg.norm(sizes)
+    sizes = CONSTANTS.accuracy_of_laws * sizes / max(float(np.linalg.norm(sizes)), 1e-12)
     forms = list[Linearised]()
     for place, size in enumerate(sizes):
         if size < CONSTANTS.least_form * CONSTANTS.accuracy_of_laws:
