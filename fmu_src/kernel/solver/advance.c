@@ -100,7 +100,7 @@ static void take_patience(const struct Contact *contact, const struct Configurat
 {
     const double few = 20, tolerance = w->p[VAR_RELATIVE_TOLERANCE][0],
                  tight = tolerance < USUAL_TOLERANCE ? sqrt(sqrt(USUAL_TOLERANCE / tolerance)) : 1,
-                 usual = w->current_angle ? 1000 : 4000, breaks = w->law->rest ? 24000 : 0;
+                 usual = w->current_angle ? 1000 : 4000, breaks = w->law->rest ? 24 * usual : 0;
     const int goes_on = p->length > 0 && p->length < INFINITY;
     p->length = few * w->longest[0];
     p->most = (usual * tight + breaks) * (w->comes_back ? 100 : 1);
