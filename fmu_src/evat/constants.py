@@ -175,6 +175,8 @@ class _Constants(ConstantTable):
         0.5, "of the logarithm", "prior standard deviation of a shape of the base law: Stribeck exponents of 0.5 to 4 were published"
     )
     clock_shift = Constant(0.5, "samples", "over which the derivative to a clock is taken: a jump has none")
+    tried_clocks = Constant(33, "1", "clocks that are tried of each channel where a model moves by itself", low=3)
+    least_gain_of_clock = Constant(0.05, "of the mean square", "that a clock has to take away to be held")
     widest_setup_error = Constant(2.0, "sd", "what is further off is no tolerance of a set-up any more")
 
     form_of_law = Constant(
@@ -182,6 +184,7 @@ class _Constants(ConstantTable):
     )
 
     least_form = Constant(0.05, "of accuracy_of_laws", "a form of a law that does less shows nowhere", high=1.0)
+    samples_of_a_cycle = Constant(241, "samples", "of a cycle whose means were taken, by which forms of a cut are told")
     widest_form = Constant(2.5, "sd", "by which a force differs more is no form of its law any more")
 
     least_rest = Constant(0.03, "of a recording", "in a row that is flat and near 0 is rest")
@@ -262,6 +265,9 @@ class _Constants(ConstantTable):
     linearisations = Constant(3, "1", "of the shapes of the base law, at most")
     linearisation_step = Constant(0.3, "prior sd", "of the difference by which shapes of the base law are linearised")
     linearisation_range = Constant(1.0, "prior sd", "how far such a linearisation counts")
+    least_gain_of_linearising = Constant(
+        3.0, "log evidence", "for which shapes of the law are held elsewhere, where a run may take ten times as long"
+    )
     fits_from_nominal_values = Constant(3, "1", "effects that are fitted from there, where recalibration went far from them")
     frozen_steps = Constant(5, "steps", "of a first fit of an effect alone, slopes of the nominal parameters held")
     finishing_steps = Constant(4, "steps", "of a fit that begins where that to a part ended")

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, ExperimentError, Means, Trial
 from evat.inference.parameters import Parameter
+from evat.inference.setup.clock import sample_times
 from evat.inference.setup.setup_errors import ZERO_OF_MOTION, Recording, SetupErrors, without_zero, zeros_of_inputs
 from evat.model import FloatArray, Model, Run
 
@@ -189,13 +190,19 @@ class Prediction:
                 own[segment.at] = further / self.steady[file] * self.bent[segment.at]
         return own
 
+    def sampled_at(self, clocks: Mapping[str, float]) -> Prediction:
+        """The same with runs in which the channels of a record are so late [s], by name: a jump is then where it is between two samples."""
+        other = copy.copy(self)
+        other.setup = self.setup.sampled_at(clocks)
+        return other
+
     def of_model_alone(self, values: Values) -> Values:
         """Values without those of the set-up errors and of forms that no law has."""
         return {name: value for name, value in values.items() if name not in self.setup_names and name not in self.form_names}
 
     def of(self, experiment: Experiment) -> Prediction:
         """Another experiment by the same model, its linearised parameters held; trials of the same files start alike."""
-        other = Prediction(self.model, experiment, self.threads).starting(self.starts, None, self.steady)
+        other = Prediction(self.model, experiment, self.threads).starting(self.starts, None, self.steady).sampled_at(self.setup.clocks)
         other.apart = self.apart
         return other.linearise([replace(each, column=np.zeros(other.measured.size)) for each in self.linearised])
 
@@ -228,10 +235,15 @@ class Prediction:
         def of_trial(place: int) -> FloatArray:
             trial = self.experiment.trials[place]
             times, inputs, before = with_lead_in(trial)
-            run = Run(times, without_zero(inputs, values), tuple(self.variable_of(channel) for channel in trial.outputs))
+            sampled, places = sample_times(times, [self.setup.clocks.get(channel, 0.0) for channel in trial.outputs])
+            inputs = without_zero(inputs, values)
+            if sampled is not times:
+                inputs = {name: np.interp(sampled, times, column) for name, column in inputs.items()}
+            run = Run(sampled, inputs, tuple(self.variable_of(channel) for channel in trial.outputs))
             start = {BRISTLE: self.starts[trial.file]} if trial.file in self.starts else {}
             rows = self.model.simulate_many(run, effects, {**start, **self._own({**plain, **moved[place][1]}, trial.values)})
-            return np.concatenate([np.broadcast_to(rows[name], (count, times.size))[:, before:] for name in run.outputs], axis=1)
+            shown = zip(run.outputs, places, strict=True)
+            return np.concatenate([np.broadcast_to(rows[name], (count, sampled.size))[:, at[before:]] for name, at in shown], axis=1)
 
         keys = [(key, moved[place][0]) for place, key in self._runs.items()]
         once = dict[tuple[bytes, tuple[str, ...]], int]()

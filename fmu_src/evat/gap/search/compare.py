@@ -16,6 +16,7 @@ from evat.gap.search.part import part_of
 from evat.gap.search.recalibration import NO_RUN, disbelieving, must, recalibrated_model
 from evat.gap.search.rival_laws import try_rival_laws
 from evat.gap.search.singles import try_singles
+from evat.inference.clocks import with_clocks
 from evat.inference.fit import Fit, fit
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.law.initial_state import begun, in_motion, with_initial_state
@@ -55,7 +56,7 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
     tell = report or (lambda _, __: None)
     tell("recalibrating the nominal model", 0.0)
     compared = at_tolerance_of_records(prediction.model, at_usual_references(prediction.model, prediction.experiment))
-    prediction = in_motion(prediction.of(compared))
+    prediction = with_clocks(in_motion(prediction.of(compared)))
     if perturbed is not None:
         perturbed = Prediction(prediction.model, replace(perturbed.experiment, nominal=prediction.experiment.nominal))
     predicted = prediction.one()
@@ -76,8 +77,8 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
         nominal = must(fit(prediction, whitening, (), np.empty(0)))
         return Comparison(prediction, noise, whitening, nominal, nominal, nominal, {}, {}, (), {}, audited)
     prediction, noise, whitening, recalibrated = recalibrated_model(prediction, whitening, numerical, by_inputs)
-    nominal = must(fit(prediction, whitening, (), np.empty(0)))
-    errors = [(parameter, 0.0) for parameter in prediction.setup.parameters]
+    nominal = must(fit(prediction.sampled_at({}), whitening, (), np.empty(0)))
+    errors = [(parameter, prediction.setup.start(parameter)) for parameter in prediction.setup.parameters]
     errors += [(each.parameter, each.at) for each in prediction.linearised if each.parameter.name in prediction.setup_names]
     set_up = must(fit(prediction, whitening, [parameter for parameter, _ in errors], np.array([at for _, at in errors])))
 

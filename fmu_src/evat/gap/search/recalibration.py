@@ -31,7 +31,8 @@ def recalibrated_model(
     at = _likeliest_zeros(prediction, whitening)
     prediction = _linearised(prediction, {}, (), zeros, at)
     law = (*nominal_parameters(model, experiment), *prediction.setup.parameters)
-    first = _trusted(prediction, whitening, (*law, *zeros), np.concatenate([np.zeros(len(law)), at]))
+    begin = [prediction.setup.start(p) if p.name in prediction.setup.names else 0.0 for p in law]
+    first = _trusted(prediction, whitening, (*law, *zeros), np.concatenate([begin, at]))
     acts = np.any(first.slopes[:, : len(law)], axis=0) | np.array([p.name in experiment.nominal.values for p in law])
     own = tuple(parameter for parameter, does in zip(law, acts, strict=True) if does)  # of the law that is there
     prediction, predicted = _begun(prediction, first)
@@ -39,19 +40,9 @@ def recalibrated_model(
     whitening = Whitening(prediction, noise, predicted, numerical, by_inputs)
     recalibrated = _trusted(prediction, whitening, (*own, *zeros), np.concatenate([first.point[: len(law)][acts], first.point[len(law) :]]))
     forms = (*form_parameters(model, experiment), *zeros)
-    at = np.concatenate([np.zeros(len(forms) - len(zeros)), recalibrated.point[len(own) :]])
-    for _ in range(CONSTANTS.linearisations if forms else 0):
-        prediction = _linearised(prediction, recalibrated.values, recalibrated.on, forms, at)
-        shapes = [each for each in prediction.linearised if np.any(each.column)]
-        start = np.concatenate([recalibrated.point[: len(own)], [each.at for each in shapes]])
-        recalibrated = _trusted(prediction, whitening, (*own, *(each.parameter for each in shapes)), start)
-        reached = dict(zip((each.parameter.name for each in shapes), recalibrated.point[len(own) :], strict=True))
-        before, at = (
-            at,
-            np.array([float(u) if abs(u := reached.get(form.name, 0.0)) > CONSTANTS.linearisation_range else 0.0 for form in forms]),
-        )
-        if np.max(np.abs(at - before)) <= CONSTANTS.linearisation_range:
-            break
+    if forms:
+        at = np.concatenate([np.zeros(len(forms) - len(zeros)), recalibrated.point[len(own) :]])
+        prediction, recalibrated = _shaped(prediction, whitening, recalibrated, own, forms, at)
     formed = with_law_forms(prediction, recalibrated.slopes, recalibrated.values, recalibrated.on)
     if formed is not prediction:
         prediction, free = formed, [each.parameter for each in formed.linearised if each.parameter.name in formed.form_names]
@@ -60,6 +51,30 @@ def recalibrated_model(
         )
     whitening.forgive(CONSTANTS.form_error * recalibrated.likelihood.size, recalibrated.likelihood.length)
     return prediction, noise, whitening, recalibrated.again(whitening)
+
+
+def _shaped(
+    prediction: Prediction, whitening: Whitening, recalibrated: Fit, own: Sequence[Parameter], forms: Sequence[Parameter], at: FloatArray
+) -> tuple[Prediction, Fit]:
+    """The prediction with shapes of the law about where they do best, and the fit with these. A shape is held elsewhere than where it began
+    only where that earns something: a law with such a shape may take ten times as long to run."""
+    best = prediction, recalibrated
+    for tried in range(CONSTANTS.linearisations):
+        prediction = _linearised(prediction, recalibrated.values, recalibrated.on, forms, at)
+        shapes = [each for each in prediction.linearised if np.any(each.column)]
+        start = np.concatenate([recalibrated.point[: len(own)], [each.at for each in shapes]])
+        recalibrated = _trusted(prediction, whitening, (*own, *(each.parameter for each in shapes)), start)
+        if tried and recalibrated.likelihood.evidence - best[1].likelihood.evidence < CONSTANTS.least_gain_of_linearising:
+            prediction, recalibrated = best
+            whitening.doubt(recalibrated.likelihood.size, recalibrated.likelihood.length)
+            return prediction, recalibrated.again(whitening)
+        best = prediction, recalibrated
+        reached = dict(zip((each.parameter.name for each in shapes), recalibrated.point[len(own) :], strict=True))
+        elsewhere = [float(u) if abs(u := reached.get(form.name, 0.0)) > CONSTANTS.linearisation_range else 0.0 for form in forms]
+        before, at = at, np.array(elsewhere)
+        if np.max(np.abs(at - before)) <= CONSTANTS.linearisation_range:
+            break
+    return best
 
 
 def disbelieving(prediction: Prediction, whitening: Whitening, recalibrated: Fit) -> Fit | None:

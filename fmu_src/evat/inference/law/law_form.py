@@ -1,9 +1,7 @@
-"""In which ways may the friction force of a contact differ from that of its law? In those in which published laws differ from each other.
+"""In which ways may measured forces differ from those of a law with all its parameters? In those in which published laws differ.
 
-No law is exact. Beside its parameters each differs in how it goes from rest to sliding (Prandtl 1928 and Iwan 1966: elements that yield one
-after the other), in how smoothly it passes zero, and in how late the level follows the velocity (Hess and Soom 1990). Each of these is a
-column that a recorded motion tells without any law; what the parameters of the law cannot do anyway is the form of it, known to be small,
-and free in every fit. A level that follows over a way (Dieterich 1979) is none: that is an effect, which has a name.
+No law of friction and no model of a cut is exact. What laws differ in are columns that a motion tells without any of them; what the
+parameters of the law that is there cannot do anyway is the form of it, known to be small, and free in every fit.
 """
 
 from __future__ import annotations
@@ -11,29 +9,45 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from evat.constants import CONSTANTS
-from evat.inference.law.initial_state import steady_deflections
+from evat.inference.law.cut_form import cut_forms
+from evat.inference.law.friction_form import friction_forms
 from evat.inference.parameters import Parameter
-from evat.inference.prediction import Linearised, Prediction, with_lead_in
+from evat.inference.prediction import Linearised, Prediction
 from evat.model import FloatArray
-from evat.required_inputs import FRICTION, MOTION
 
 
 def with_law_forms(
     prediction: Prediction, slopes: FloatArray, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()
 ) -> Prediction:
-    """The same with the forms that its law may have in the recorded motions, as linear parameters. As it is where no friction force beside
-    a slip velocity was recorded.
+    """The same with the forms that its law may have in the motions that were recorded or that the model makes, as linear parameters. As it
+    is where neither is there.
 
     slopes : (N, p), what the parameters do already; values, on : of the model, whose bristles bend over some way.
     """
-    table, at = _table(prediction, values or {}, on)
+    forms = list[Linearised]()
+    for table, at in (friction_forms(prediction, values or {}, on), cut_forms(prediction, values or {}, on)):
+        forms += _linear_parameters(prediction, table, at, slopes, len(forms))
+    return prediction.linearise((*prediction.linearised, *forms)) if forms else prediction
+
+
+def _linear_parameters(
+    prediction: Prediction, table: FloatArray, at: npt.NDArray[np.intp], slopes: FloatArray, before: int
+) -> list[Linearised]:
+    """Of columns (n, k) at some places (n,) of the long vector, what the slopes cannot do: those that do most first, each with the size
+    that it may have; so many parameters are there before."""
     table = table[:, np.any(table, axis=0)]
     if not table.size:
-        return prediction
-    level = float(np.sqrt(np.mean(prediction.measured[at] ** 2)))
-    known, _ = np.linalg.qr(slopes[at][:, np.any(slopes[at], axis=0)])
+        return []
+    levels = np.ones(prediction.measured.size)
+    for channel in prediction.channels:
+        places = np.intersect1d(prediction.places(channel), at)
+        levels[places] = np.sqrt(np.mean(prediction.measured[places] ** 2)) if places.size else 1.0
+    level = levels[at]
+    known = slopes[at] / level[:, None]
+    known, _ = np.linalg.qr(known[:, np.any(known, axis=0)])
     own = table / np.sqrt(np.mean(table**2, axis=0))
     for _ in range(2):  # twice is enough
         own = own - known @ (known.T @ own)
@@ -45,63 +59,6 @@ def with_law_forms(
             break
         column = np.zeros(prediction.measured.size)
         column[at] = left[:, place] * np.sqrt(at.size) * size * level
-        widest = CONSTANTS.widest_form
-        forms.append(Linearised(Parameter(f"form_of_law.{place + 1}", "1", 0.0, 1.0, -widest, widest), 0.0, column))
-    return prediction.linearise((*prediction.linearised, *forms))
-
-
-def _table(prediction: Prediction, values: Mapping[str, float | str], on: Sequence[str]) -> tuple[FloatArray, FloatArray]:
-    """How forces may differ, (n, k), and where these stand in the long vector, (n,)."""
-    recorded = [
-        s for s in prediction.segments if s.trial >= 0 and s.channel == FRICTION and MOTION in prediction.experiment.trials[s.trial].inputs
-    ]
-    if not recorded:
-        return np.empty((0, 0)), np.empty(0, dtype=np.intp)
-    trials = [prediction.experiment.trials[s.trial] for s in recorded]
-    motions = [with_lead_in(trial) for trial in trials]
-    speeds = np.concatenate([np.abs(inputs[MOTION]) for _, inputs, _ in motions])
-    fastest = float(np.quantile(speeds, 0.99))
-    slowest = max(float(np.quantile(speeds, 0.05)), 1e-3 * fastest)
-    ways = [float(np.median(np.abs(inputs[MOTION])) * np.median(np.diff(times))) for times, inputs, _ in motions]
-    length = max(steady_deflections(prediction, values, on).values(), default=0.0) or 3 * float(np.median(ways))
-    rows, of_run = list[FloatArray](), dict[bytes, FloatArray]()
-    for segment, trial, (times, inputs, before) in zip(recorded, trials, motions, strict=True):
-        key = prediction.alike[segment.trial]
-        if key not in of_run:
-            start = prediction.starts.get(trial.file, 0.0) / length
-            of_run[key] = _columns(times, inputs[MOTION], length, (slowest, fastest), start)[before:]
-        rows.append(of_run[key])
-    return np.concatenate(rows), np.concatenate([np.arange(s.at.start, s.at.stop) for s in recorded])
-
-
-def _columns(times: FloatArray, velocity: FloatArray, length: float, range_: tuple[float, float], start: float) -> FloatArray:
-    """Of one motion (n,), (n, k). length : over which bristles bend [m]; start : how far they were bent before, by that."""
-    slowest, fastest = range_
-    steps = np.diff(times, prepend=times[0])
-    middle = 0.5 * (velocity + np.concatenate([velocity[:1], velocity[:-1]]))
-    moved = steps * middle
-    yielding = _stops(moved, length * np.geomspace(0.125, 4.0, 6), start)
-    way = yielding[:, 3]
-    speed = np.log(np.maximum(np.abs(velocity), slowest))
-    smooth = np.array([velocity / (np.abs(velocity) + size) for size in np.geomspace(slowest, fastest, 4)[:3]]).T
-    usual = float(np.median(steps[1:])) if steps.size > 1 else 1.0
-    late = np.array([_lagged(speed, steps / (usual * by)) - speed for by in (3.0, 12.0, 48.0)]).T
-    return np.column_stack([yielding, smooth, way[:, None] * late])
-
-
-def _stops(moved: FloatArray, widths: FloatArray, start: float) -> FloatArray:
-    """Elements that yield after each of the widths (k,) along a way moved in steps (n,): (n, k), 1 where they yield."""
-    states, row = np.empty((moved.size, widths.size)), np.clip(np.full(widths.size, start), -1.0, 1.0)
-    for place, step in enumerate(moved[:, None] / widths):
-        row = np.clip(row + step, -1.0, 1.0)
-        states[place] = row
-    return states
-
-
-def _lagged(column: FloatArray, rates: FloatArray) -> FloatArray:
-    """A column (n,) that is followed late, by `rates` (n,) of the difference in each step."""
-    gains, followed, value = -np.expm1(-rates), np.empty_like(column), column[0]
-    for place, (gain, target) in enumerate(zip(gains, column, strict=True)):
-        value = value + gain * (target - value)
-        followed[place] = value
-    return followed
+        widest, number = CONSTANTS.widest_form, before + place + 1
+        forms.append(Linearised(Parameter(f"form_of_law.{number}", "1", 0.0, 1.0, -widest, widest), 0.0, column))
+    return forms

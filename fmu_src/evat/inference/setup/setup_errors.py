@@ -6,6 +6,7 @@ the motion by a sample. Model parameters run away where they have to stand in fo
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -36,6 +37,7 @@ class SetupErrors:
 
     def __init__(self, experiment: Experiment, recordings: tuple[Recording, ...], measured: FloatArray, units: Mapping[str, str]) -> None:
         self._recordings = recordings
+        self.clocks: Mapping[str, float] = {}
         parameters = list[Parameter]()
         for channel in dict.fromkeys(recording.channel for recording in recordings):
             own = [recording for recording in recordings if recording.channel == channel]
@@ -57,9 +59,19 @@ class SetupErrors:
         self.parameters = tuple(parameters)
         self.names = frozenset(parameter.name for parameter in parameters)
 
+    def sampled_at(self, clocks: Mapping[str, float]) -> SetupErrors:
+        """The same for runs in which each channel is as late as here [s]; values that are not named are these."""
+        other = copy.copy(self)
+        other.clocks = {channel: clock for channel, clock in clocks.items() if _name(channel, CLOCK) in self.names}
+        return other
+
+    def start(self, parameter: Parameter) -> float:
+        """Where one of `parameters` is in these runs, in its prior standard deviations."""
+        return parameter.place(self._usual(parameter.name))
+
     def applied(self, rows: FloatArray, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
-        """Predictions (K, N) as this set-up would show them; values that are not named are 0."""
-        if not any(np.any(np.asarray(values.get(name, 0.0)) != 0) for name in self.names):
+        """Predictions (K, N) as this set-up would show them; values that are not named are 0, or the clocks of the runs."""
+        if all(np.all(np.asarray(values.get(name, self._usual(name))) == self._usual(name)) for name in self.names):
             return rows
         count = max(rows.shape[0], *(np.size(values.get(name, 0.0)) for name in self.names)) if rows.shape[0] == 1 else rows.shape[0]
         recorded = np.repeat(rows, count // max(rows.shape[0], 1), axis=0) if rows.shape[0] != count else rows.copy()
@@ -88,14 +100,19 @@ class SetupErrors:
 
     def linear(self, slopes: FloatArray, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
         """Derivatives (p, N) of the model alone to its own parameters, as derivatives of what this set-up shows."""
-        without_zero = {name: 0.0 if name.endswith(f".{ZERO}") else values.get(name, 0.0) for name in self.names}
+        without_zero = {name: 0.0 if name.endswith(f".{ZERO}") else values.get(name, self._usual(name)) for name in self.names}
         return self.applied(slopes, without_zero)
 
     def _value(self, channel: str, kind: str, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
-        """(K, 1) or (1, 1)."""
-        value = values.get(_name(channel, kind), 0.0) if _name(channel, kind) in self.names else 0.0
-        column: FloatArray = np.asarray(value, dtype=np.float64).reshape(-1, 1)
+        """(K, 1) or (1, 1); of a clock, how far it is from that of the runs."""
+        name = _name(channel, kind)
+        value = values.get(name, self._usual(name)) if name in self.names else 0.0
+        column: FloatArray = np.asarray(value, dtype=np.float64).reshape(-1, 1) - self._usual(name)
         return column
+
+    def _usual(self, name: str) -> float:
+        channel, kind = by_channel(name)
+        return self.clocks.get(channel, 0.0) if kind == CLOCK else 0.0
 
 
 def zeros_of_inputs(experiment: Experiment, units: Mapping[str, str]) -> tuple[Parameter, ...]:

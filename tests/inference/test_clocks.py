@@ -1,0 +1,87 @@
+"""Is a record whose channels are late by part of a sample compared with a run that is, jumps and all?"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from evat.experiment import Experiment, Nominal, Signal, Trial
+from evat.gap import diagnose_with
+from evat.inference.clocks import with_clocks
+from evat.inference.prediction import Prediction
+from evat.inference.setup.clock import sample_times
+from evat.model import FloatArray, Run
+from evat.models.contact import ContactModel
+
+MODEL = ContactModel(threads=1)
+STEP = 8e-7  # s, between samples: 60 a cycle
+TIMES: FloatArray = 3e-5 + STEP * np.arange(240)
+VALUES: dict[str, float | str] = {
+    "kinematics": "internal", "friction_law": "lugre", "initial_state": "periodic", "F_C": 1.0, "F_S": 1.5, "sigma0": 8e6, "sigma1": 0.04,
+    "sigma2": 0.6, "v_s": 0.06, "width": 1.5e-3, "feed": 4e-6, "shear_stress": 4.5e8,
+}  # fmt: skip
+LATE = {"principal_force": 0.45 * STEP, "feed_force": -0.4 * STEP}
+FORCES = tuple(LATE)
+
+
+def recorded(late: dict[str, float], noise: float = 0.0) -> Experiment:
+    chance, trials = np.random.default_rng(5), []
+    for place, speed in enumerate((0.1, 0.2, 0.35, 0.6)):
+        outputs = {}
+        for force in FORCES:
+            run = MODEL.simulate(Run(TIMES - late.get(force, 0.0), {}, (force,)), (), {**VALUES, "cutting_speed": speed})
+            outputs[force] = run[force] + noise * chance.normal(size=TIMES.size)
+        trials.append(Trial(f"{place}.csv", f"c{place}", {"cutting_speed": speed}, TIMES, {}, outputs))
+    signals = {force: Signal(force, force, "N", "output") for force in FORCES}
+    sure = {name: 0.1 for name in ("F_C", "F_S", "sigma0", "sigma1", "sigma2", "v_s", "shear_stress")}
+    return Experiment(Path(), "cut", "", Nominal(dict(VALUES), (), sure), signals, tuple(trials), None, "")
+
+
+def test_one_run_is_sampled_where_each_channel_was() -> None:
+    times = np.array([1.0, 2.0, 3.0])
+    sampled, (late, early) = sample_times(times, [0.25, -0.25])
+    assert np.array_equal(sampled[late], [1.0, 1.75, 2.75])  # none before the run begins
+    assert np.array_equal(sampled[early], [1.25, 2.25, 3.25])
+    assert np.all(np.diff(sampled) > 0)
+    assert sample_times(times, [0.0, 0.0])[0] is times
+
+
+def test_a_run_so_sampled_is_the_record() -> None:
+    """And interpolation is not: half of the way between two samples friction has one sign or the other."""
+    prediction = Prediction(MODEL, recorded(LATE))
+    names = {f"setup.{force}.clock": late for force, late in LATE.items()}
+    held = prediction.sampled_at(LATE)
+    assert np.max(np.abs(held.one() - prediction.measured)[2:]) < 2e-3
+    assert np.array_equal(held.one(), held.one(names))
+    assert np.max(np.abs(prediction.one(names) - prediction.measured)) > 0.3
+    back = held.one(dict.fromkeys(names, 0.0)) - prediction.one()  # what is named counts, in whatever run
+    assert np.sqrt(np.mean(back**2)) < 0.5 * np.sqrt(np.mean((held.one() - prediction.one()) ** 2))
+    part = held.of(replace(held.experiment, trials=held.experiment.trials[:2]))
+    assert np.array_equal(part.one(), held.one()[: part.measured.size])
+
+
+def test_clocks_are_told_by_jumps() -> None:
+    held = with_clocks(Prediction(MODEL, recorded(LATE, noise=0.01)))
+    assert held.setup.clocks == pytest.approx(LATE, abs=0.13 * STEP)
+    assert with_clocks(Prediction(MODEL, recorded({}, noise=0.01))).setup.clocks == {}
+
+
+def test_no_clock_is_held_where_the_motion_is_an_input() -> None:
+    motion = {"slip_velocity": np.sin(1e5 * TIMES)}
+    trial = Trial("a.csv", "a", {}, TIMES, motion, {"friction_force": np.sign(np.sin(1e5 * (TIMES - 0.4 * STEP)))})
+    signals = {"friction_force": Signal("friction_force", "F", "N", "output")}
+    rig = Experiment(Path(), "rig", "", Nominal({"kinematics": "external"}, (), {}), signals, (trial,), None, "")
+    prediction = Prediction(MODEL, rig)
+    assert with_clocks(prediction) is prediction
+
+
+def test_no_parameter_stands_in_for_a_clock() -> None:
+    """sigma1 went sixteen of its standard deviations away, and the gap was unknown."""
+    answer, comparison = diagnose_with(recorded(LATE, noise=0.015), MODEL)
+    assert answer.verdict in ("no_gap", "mistuned")
+    away = dict(zip((p.name for p in comparison.recalibrated.parameters), comparison.recalibrated.point, strict=True))
+    assert abs(away["sigma1"]) < 2
+    for force, late in LATE.items():
+        assert comparison.recalibrated.values[f"setup.{force}.clock"] == pytest.approx(late, abs=0.15 * STEP)
