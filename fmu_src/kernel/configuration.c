@@ -150,6 +150,9 @@ struct Configuration wire(const struct Contact *contact)
     }
     w.iterates = everywhere || w.yields;
     wire_angles(contact, &w);
+    for (int n = 0; n < w.on_count; ++n)
+        if (w.on[n]->prepare)
+            w.on[n]->prepare(w.on_p[n], &w);
     EACH_LANE
         w.longest[i] = w.kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w.p[VAR_VIBRATION_FREQUENCY][i]);
     resolving_step(&w, w.longest);

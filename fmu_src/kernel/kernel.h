@@ -499,6 +499,8 @@ struct Effect {
     enum Driver driver;
     int bends; /* it makes the rate of the bristle depend on the deflection: solved by iteration */
     int forgets; /* states are 0 again after separation */
+    /* What follows from parameters alone: worked out once for a call, into the configuration; may be NULL. */
+    void (*prepare)(const lanes *p, struct Configuration *w);
     /* Add to or scale fields of its stage. */
     void (*act)(const lanes *p, const lanes *state, struct Point *x);
     /* States from the start of a step of h to its middle and end; and their rates at a point. For a given drive affine

@@ -77,6 +77,7 @@ struct Configuration {
     struct Turn turn; /* at the speed ratio that holds at value[VAR_TIME] */
     lanes tan_flow; /* of chip_flow_shear_angle - rake_angle */
     lanes cot_flow; /* of chip_flow_shear_angle, where the slip is given */
+    lanes bound_along, bound_against; /* of friction on the rake face over the shear load, where an effect has one; */
     lanes tan_flattest, tan_steepest; /* of the bounds of the current shear angle, less rake_angle */
 };
 

@@ -52,16 +52,24 @@ static double most(const lanes *p, const struct Configuration *w, int i, double 
     return X;
 }
 
+static void prepare(const lanes *p, struct Configuration *w)
+{
+    for (int i = 0; i < LANES; ++i) {
+        const double severity = p[SEVERITY][i];
+        w->bound_along[i] = severity > 0 ? most(p, w, i, 1) / severity : INFINITY;
+        w->bound_against[i] = severity > 0 ? most(p, w, i, -1) / severity : INFINITY;
+    }
+}
+
 static void bound(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
-    for (int i = 0; i < LANES; ++i) {
-        const double severity = p[SEVERITY][i];
-        if (severity == 0)
+    const struct Configuration *const w = x->configuration;
+    EACH_LANE {
+        if (p[SEVERITY][i] == 0)
             continue;
-        const double unit = x->k[i] / severity;
-        x->most_along[i] = smaller(x->most_along[i], unit * most(p, x->configuration, i, 1));
-        x->most_against[i] = smaller(x->most_against[i], unit * most(p, x->configuration, i, -1));
+        x->most_along[i] = smaller(x->most_along[i], x->k[i] * w->bound_along[i]);
+        x->most_against[i] = smaller(x->most_against[i], x->k[i] * w->bound_against[i]);
     }
 }
 
@@ -72,7 +80,7 @@ const struct Effect effect_sticking_limit = {
     .signature = "friction rises with the thickness from nothing at entry, and at thick chips is what it is without",
     .applies_to = "internal, combined, uncut_thickness",
     .family = "load",
-    .stage = STAGE_FRICTION, .act = bound,
+    .stage = STAGE_FRICTION, .prepare = prepare, .act = bound,
     .variables = variables, .count = COUNT,
 };
 /* clang-format on */
