@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from evat.experiment import Experiment, Nominal, Signal, Trial
 from evat.gap import diagnose_with
+from evat.identification import Settings, identify
 from evat.inference.clocks import with_clocks
 from evat.inference.prediction import Prediction
 from evat.inference.setup.clock import sample_times
@@ -75,6 +76,18 @@ def test_no_clock_is_held_where_the_motion_is_an_input() -> None:
     rig = Experiment(Path(), "rig", "", Nominal({"kinematics": "external"}, (), {}), signals, (trial,), None, "")
     prediction = Prediction(MODEL, rig)
     assert with_clocks(prediction) is prediction
+
+
+def test_an_identification_says_that_a_channel_is_late() -> None:
+    settings = Settings(population=24, generations=10, seed=1)
+    late = identify(recorded(LATE, noise=0.01), MODEL, ["F_C", "sigma1"], settings)
+    words = [doubt for doubt in late.doubts if "than it was recorded" in doubt]
+    assert [doubt.split(" better ")[0] for doubt in words] == ["the model meets principal force", "the model meets feed force"]
+    assert "later" in words[0]
+    assert "earlier" in words[1]
+    assert not any(
+        "than it was recorded" in doubt for doubt in identify(recorded({}, noise=0.01), MODEL, ["F_C", "sigma1"], settings).doubts
+    )
 
 
 def test_no_parameter_stands_in_for_a_clock() -> None:

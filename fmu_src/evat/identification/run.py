@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from threadpoolctl import threadpool_limits
@@ -23,6 +23,7 @@ from evat.identification.settings import Execution, Settings
 from evat.identification.space import space
 from evat.identification.verdicts.verdict import correlation, estimates
 from evat.inference.checks import check_clocks
+from evat.inference.clocks import with_clocks
 from evat.inference.law.initial_state import beginnings, begun, in_motion, with_initial_state
 from evat.inference.prediction import Prediction
 from evat.model import Model, ParameterError
@@ -88,6 +89,7 @@ def _identified(experiment: Experiment, model: Model, free: Sequence[str], setti
             *suspicious_scales(objective),
             *fit_doubts(objective, fits, settings.whiten),
             *_begun(objective, optimum),
+            *_late(objective, identified),
         ),
         made_by={
             "evat": importlib.metadata.version("evat"),
@@ -121,6 +123,18 @@ def _begun(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
     prediction = objective.at(optimum.point)
     predicted = prediction.measured + optimum.residual
     return beginnings(begun(prediction, predicted))
+
+
+def _late(objective: Objective, identified: Mapping[str, float]) -> tuple[str, ...]:
+    """Which channels do better by another clock, which no value of the model is to stand in for."""
+    prediction, values = objective.prediction, {**objective.values, **identified}
+    clocks = with_clocks(prediction, values, objective.on).setup.clocks
+    way = {channel: "later" if late > 0 else "earlier" for channel, late in clocks.items()}
+    return tuple(
+        f"the model meets {channel.replace('_', ' ')} better {1e6 * abs(late):.3g} us {way[channel]} than it was recorded: values may "
+        "stand in for a clock that is off; shift its times, and identify again"
+        for channel, late in clocks.items()
+    )
 
 
 def _split(experiment: Experiment, hold_out: Sequence[str]) -> tuple[Experiment, Experiment | None]:
