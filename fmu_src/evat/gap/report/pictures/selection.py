@@ -8,9 +8,9 @@ import numpy as np
 from scipy.signal import welch
 
 from evat.gap.location import Region
-from evat.gap.report.chart import DARK, GREEN, Chart, Line, Panel, axis
-from evat.gap.report.location_pictures import where_charts
-from evat.gap.report.series import CONDITIONS, LOOKS, POINTS, Record, Series, extremes, lines_of, stretch, telling
+from evat.gap.report.pictures.chart import DARK, GREEN, Chart, Line, Panel, axis
+from evat.gap.report.pictures.location import where_charts
+from evat.gap.report.pictures.series import CONDITIONS, LOOKS, POINTS, Record, Series, extremes, lines_of, stretch, telling
 from evat.gap.report.words import shown_unit
 from evat.inference.noise.autoregression import impulse_response
 from evat.model import FloatArray

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from evat.gap.location import Region
-from evat.gap.report.chart import DARK, Chart, Line, Panel, axis
-from evat.gap.report.series import LOOKS, Record, Series, extremes, folded, lines_of, stretch, telling
+from evat.gap.report.pictures.chart import DARK, Chart, Line, Panel, axis
+from evat.gap.report.pictures.series import LOOKS, Record, Series, extremes, folded, lines_of, stretch, telling
 from evat.gap.report.words import percent
 from evat.model import FloatArray
 
