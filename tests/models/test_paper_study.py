@@ -12,13 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import check_layout
-from evat import paper_tables, parameter_sets, simulate
+from evat import parameter_sets, simulate
 from evat.commands.main import app
 from evat.fmu.archive import RELEASED
 from evat.identification.searching.journal import JournalError
 from evat.model import FloatArray, ParameterError
 from evat.native import kernel
-from evat.paper_conditions import conditions, inference, inferred, shear_stresses
+from evat.paper import tables as paper_tables
+from evat.paper.conditions import conditions, inference, inferred, shear_stresses
 from evat.studies import main_job, main_job_report
 from evat.studies.main_job import FORCES, MODELS
 from evat.studies.paper import study

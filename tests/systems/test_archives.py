@@ -16,7 +16,7 @@ import pytest
 from evat import fmu
 from evat.fmu import host
 from evat.native.compile import seal
-from evat.paper_tables import materials as materials_of_work
+from evat.paper.tables import materials as materials_of_work
 from evat.systems import declared, write, write_full
 from evat.systems.declared import Declared, load, materials, names
 from evat.systems.model import SspError

@@ -13,7 +13,7 @@ from evat.commands.tables import WholeTable
 from evat.console import out
 from evat.files.writing import usable
 from evat.native import kernel
-from evat.paper_tables import materials
+from evat.paper.tables import materials
 
 if TYPE_CHECKING:
     from evat.studies.record import Columns

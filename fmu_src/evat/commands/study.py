@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import typer
 
-from evat import paper_tables
 from evat.commands.shared import Json, lines_done, print_json
 from evat.commands.tables import WholeTable
 from evat.console import out
 from evat.files.writing import usable
 from evat.native import kernel
+from evat.paper import tables as paper_tables
 from evat.units import display
 
 if TYPE_CHECKING:

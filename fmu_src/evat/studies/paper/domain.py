@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evat import paper_tables, parameter_sets
+from evat import parameter_sets
 from evat.model import Trace
 from evat.models.simulate import simulate
 from evat.native import kernel
-from evat.paper_conditions import conditions, inference, inferred
+from evat.paper import tables as paper_tables
+from evat.paper.conditions import conditions, inference, inferred
 from evat.parameter_sets import softening_limit
 from evat.studies.main_job import MODELS
 from evat.studies.paper.means import mean_error, measured

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from evat import paper_tables
 from evat.files.json_values import json_value
 from evat.files.writing import put
 from evat.native import kernel
-from evat.paper_conditions import SHEAR_STRESS, ProcessCondition, conditions, inference, shear_stresses
+from evat.paper import tables as paper_tables
+from evat.paper.conditions import SHEAR_STRESS, ProcessCondition, conditions, inference, shear_stresses
 from evat.studies.main_job import FORCES, MODELS
 from evat.studies.paper.domain import DomainShares
 from evat.studies.paper.friction import COEFFICIENTS, PLACES, BorneFriction

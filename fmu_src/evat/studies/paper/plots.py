@@ -9,8 +9,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 
-from evat import paper_tables
 from evat.native import kernel
+from evat.paper import tables as paper_tables
 from evat.plots.cycles import COLOURS, STYLE, in_display_unit, label, new_figure, save_figure
 from evat.studies.main_job import FORCES, MODELS
 from evat.studies.paper.domain import DomainShares

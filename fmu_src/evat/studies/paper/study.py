@@ -18,11 +18,11 @@ import numpy.typing as npt
 from scipy.optimize import differential_evolution, minimize
 from scipy.stats import qmc
 
-from evat import paper_tables
 from evat.identification.searching.journal import Journal
 from evat.model import FloatArray, ParameterError
 from evat.native import kernel
-from evat.paper_conditions import ProcessCondition, conditions, inference, shear_stresses
+from evat.paper import tables as paper_tables
+from evat.paper.conditions import ProcessCondition, conditions, inference, shear_stresses
 from evat.studies.main_job import FORCES, MODELS
 from evat.studies.paper.means import (
     FREQUENCY,
