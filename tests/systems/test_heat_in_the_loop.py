@@ -13,7 +13,7 @@ from evat.paper.tables import materials
 from evat.paper.work_materials import constants, material_of
 from evat.studies.heat import HEAT, cut, proxy, steady_temperatures
 from evat.systems.declared import load
-from evat.systems.read import read
+from evat.systems.ssp.read import read
 from evat.systems.values import of_work
 
 AMBIENT = kernel.variable("ambient_temperature").start

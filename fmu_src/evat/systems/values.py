@@ -16,9 +16,9 @@ from evat.files.text import RecordError
 from evat.model import ParameterError, near_names, nearest
 from evat.native import kernel
 from evat.paper.work_materials import constants, material_of
-from evat.systems.bindings import values_of
 from evat.systems.couple import Given
 from evat.systems.model import Port, SspError, System, port
+from evat.systems.ssp.bindings import values_of
 from evat.units import to_si
 
 Value = float | str | bool
