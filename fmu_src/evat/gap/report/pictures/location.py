@@ -16,7 +16,7 @@ BINS = 60
 FOLDED = 3  # cycles, from which on means over the phase are drawn
 
 
-def where_charts(series: Series, regions: Sequence[Region], unlike: FloatArray, number: int) -> list[Chart]:
+def location_charts(series: Series, regions: Sequence[Region], unlike: FloatArray, number: int) -> list[Chart]:
     """The force and the share of the squared gap over what bounds the regions of a channel, the phase, and the telling signal."""
     channel, names = regions[0].channel, dict.fromkeys(name for each in regions for name in each.box)
     prediction, whitening = series.comparison.prediction, series.comparison.whitening
