@@ -320,12 +320,11 @@ class _Constants(ConstantTable):
     )
     law_steps = Constant(40, "steps", "of the fit of another base law")
     paired_singles = Constant(4, "1", "singles beside which a second effect is tried")
-    pair_fits = Constant(3, "1", "pairs that are fitted")
+    pair_fits = Constant(3, "1", "pairs that are fitted, to a part of the samples and then to all")
     gain_of_a_pair = Constant(2.0, "log evidence", "over the best single; less may be chance")
     swaps = Constant(8, "1", "effects that are tried in place of one of the best pair, where a pair leads")
     swap_fits = Constant(3, "1", "of those, how many are fitted")
     singles_fitted_to_all = Constant(5, "1", "of those that were fitted to a part")
-    pairs_fitted_to_all = Constant(3, "1", "of those that were fitted to a part")
 
     # How large the gap is, and whether a fit is to be believed
     noise_floor_error = Constant(0.02, "of the noise floor", "no structural square is known better")
