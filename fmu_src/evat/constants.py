@@ -188,7 +188,6 @@ class _Constants(ConstantTable):
     fewest_rest_samples = Constant(5, "samples", "of rest, that tell of a zero")
     nearest_rest = Constant(2.0, "of the widest zero", "a velocity that is further from 0 is no rest")
     flat_rest = Constant(0.5, "of the widest zero", "the velocity may range over so much at rest")
-    rest_goes_on = Constant(1.0, "of the range of its flattest part", "a velocity that is further from its mean rests no more")
     zeros_tried = Constant(9, "values", "of the zero of a velocity, before it enters linearly")
 
     # How bristles were bent at the start
