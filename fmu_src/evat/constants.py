@@ -354,10 +354,7 @@ class _Constants(ConstantTable):
     singles_fitted_to_all = Constant(5, "1", "of those that were fitted to a part")
 
     # How large the gap is, and whether a fit is to be believed
-    noise_floor_error = Constant(0.02, "of the noise floor", "no structural square is known better")
-    noise_floor_rounding = Constant(
-        0.03, "of the noise floor", "a gap on held-out conditions that is less is none", source="numerical tolerance"
-    )
+    noise_floor_error = Constant(0.02, "of the noise floor", "no structural square is known better: on held-out conditions, less is none")
     fewest_conditions = Constant(3, "conditions", "below which none can be held out", low=2)
     fewest_recordings = Constant(3, "recordings", "below which a share of what was fitted has no interval", low=2)
     bootstrap_draws = Constant(1000, "1", "of the interval of the closed share")
