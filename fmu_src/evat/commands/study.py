@@ -17,7 +17,7 @@ from evat.paper import tables as paper_tables
 from evat.units import display
 
 if TYPE_CHECKING:
-    from evat.studies.paper.study import PaperStudy
+    from evat.studies.paper.result import PaperStudy
 
 study = typer.Typer(name="study", no_args_is_help=True, help="Studies of the paper that take a minute: each writes figures and JSON.")
 JOURNAL = "study.journal"

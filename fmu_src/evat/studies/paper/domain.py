@@ -16,7 +16,8 @@ from evat.paper.conditions import conditions, inference, inferred
 from evat.parameter_sets import softening_limit
 from evat.studies.main_job import MODELS
 from evat.studies.paper.means import mean_error, measured
-from evat.studies.paper.study import ACCEPTED, FEED, PaperStudy, chosen, inferred_forces, ranked
+from evat.studies.paper.result import ACCEPTED, PaperStudy, ranked
+from evat.studies.paper.study import FEED, chosen, inferred_forces
 from evat.units import SPEED_UNITS
 
 SAMPLES = 2000  # of the cycle: shares are then right to 0.001

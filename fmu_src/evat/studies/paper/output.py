@@ -17,7 +17,8 @@ from evat.studies.main_job import FORCES, MODELS
 from evat.studies.paper.domain import DomainShares
 from evat.studies.paper.friction import COEFFICIENTS, PLACES, BorneFriction
 from evat.studies.paper.means import mean_error, measured
-from evat.studies.paper.study import ACCEPTED, DETERMINED, Best, ConditionProfile, LeftOut, PaperStudy, paper_threshold
+from evat.studies.paper.result import ACCEPTED, DETERMINED, Best, ConditionProfile, LeftOut, PaperStudy
+from evat.studies.paper.study import paper_threshold
 from evat.units import SPEED_UNITS
 
 JSON = "study.json"
