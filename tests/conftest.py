@@ -19,7 +19,7 @@ from evat import fmu
 from evat.fmu.python_fmu import MODEL_NAME, build_python_fmu
 from evat.native import compile as compiling
 from evat.native.compile import PACKAGE, host_target, is_whole, kernel_library_path, seal, source_root
-from evat.systems.write import write_all
+from evat.systems.ssp.write import write_all
 
 # What a shell starts in the background ignores SIGINT, and so would every program that a test stops by it.
 signal.signal(signal.SIGINT, signal.default_int_handler)

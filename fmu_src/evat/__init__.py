@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # the same as _PLACES, for type checkers and editors; a test holds the two together
     from evat import parameter_sets
     from evat.answers import diagnose, identify
-    from evat.experiment import ExperimentError
+    from evat.experiment import Experiment, ExperimentError
     from evat.experiment.compression import compress_experiment
     from evat.experiment.read import read_experiment
     from evat.experiment.write import write_experiment
     from evat.files.writing import OutputError
     from evat.fmu import build_fmu
     from evat.fmu.host import host_fmu
+    from evat.gap.answer import Diagnosis
     from evat.identification import Execution, Identification, Settings
     from evat.model import BuildError, EvatError, FmuError, Model, ParameterError, Run, SimulationError, Trace
     from evat.models.contact import ContactModel
@@ -42,8 +43,10 @@ __all__ = [
     "CompileError",
     "Contact",
     "ContactModel",
+    "Diagnosis",
     "EvatError",
     "Execution",
+    "Experiment",
     "ExperimentError",
     "FmuError",
     "FmuModel",
@@ -80,12 +83,13 @@ __all__ = [
 
 _PLACES = {
     "evat.answers": ("diagnose", "identify"),
-    "evat.experiment": ("ExperimentError",),
+    "evat.experiment": ("Experiment", "ExperimentError"),
     "evat.experiment.compression": ("compress_experiment",),
     "evat.experiment.read": ("read_experiment",),
     "evat.experiment.write": ("write_experiment",),
     "evat.files.writing": ("OutputError",),
     "evat.fmu": ("build_fmu",),
+    "evat.gap.answer": ("Diagnosis",),
     "evat.identification": ("Execution", "Identification", "Settings"),
     "evat.fmu.host": ("host_fmu",),
     "evat.model": ("BuildError", "EvatError", "FmuError", "Model", "ParameterError", "Run", "SimulationError", "Trace"),

@@ -23,7 +23,8 @@ class Constant(Generic[Held]):
     """One number, or several that go together.
 
     origin : derived (it follows from something, which `source` names), calibrated (fitted to simulated cases: `value` is where the fit
-    began), or guess (reasoned, and tried on a few cases); low, high : the values between which it makes sense.
+    began), or guess (reasoned, and tried on a few cases); low, high : the values between which it makes sense. A guess to which answers
+    should not react says in `source` why it is there: a safety limit, a numerical tolerance, a budget of work.
     """
 
     def __init__(
@@ -118,14 +119,16 @@ class _Constants(ConstantTable):
     """In the order of a diagnosis: recorded inputs, predictions, noise, whitening, fits, search, judgement, what is told."""
 
     # Whether the records can be compared at all
-    fewest_samples = Constant(30, "samples", "below which, and below fewest_means, nothing is claimed")
-    fewest_means = Constant(4, "means", "below which, and below fewest_samples, nothing is claimed")
+    fewest_samples = Constant(30, "samples", "below which, and below fewest_means, nothing is claimed", source="safety limit")
+    fewest_means = Constant(4, "means", "below which, and below fewest_samples, nothing is claimed", source="safety limit")
     samples_per_cycle = Constant(6, "samples", "of a vibration cycle, below which its phase is not seen; asked of tools that vibrate")
     least_variation = Constant(0.02, "of its size", "an input that changes by less does not vary")
-    visible_change = Constant(5.0, "sd", "of all samples together, below which a change by an effect cannot be seen")
-    saturated_share = Constant(0.001, "of the samples", "at the end of a sensor's range, above which it is saturated", high=1.0)
+    visible_change = Constant(5.0, "sd", "of all samples together, below which a change by an effect cannot be seen", source="safety limit")
+    saturated_share = Constant(
+        0.001, "of the samples", "at the end of a sensor's range, above which it is saturated", high=1.0, source="safety limit"
+    )
     saturation_level = Constant(0.999, "of full scale", "from which on a sensor is at the end of its range", high=1.0)
-    solver_error_limit = Constant(0.5, "of the noise", "numerical error above which nothing is claimed")
+    solver_error_limit = Constant(0.5, "of the noise", "numerical error above which nothing is claimed", source="safety limit")
     opposed_correlation = Constant(
         -0.5, "1", "correlation of measured and simulated below which a sign is turned", origin="derived", low=-1.0,
         source="the right sign would take a lag of more than 120 degrees, the wrong one noise of three times the power of the force",
@@ -134,17 +137,25 @@ class _Constants(ConstantTable):
         300.0, "1", "rms of measured over simulated, or its inverse, from which a unit is wrong", low=1.0,
         source="static friction alone can be off by 80 times",
     )  # fmt: skip
-    visible_solver_error = Constant(1e-3, "of the rms of a channel", "a numerical error that is less keeps nothing from being claimed")
-    clock_gap = Constant(100.0, "median sample steps", "a record that goes on after such a gap is two records", low=1.0)
-    diagnosed_samples = Constant(8_000, "samples", "that are simulated at most in one run of all trials; repeats of a run count once")
+    visible_solver_error = Constant(
+        1e-3, "of the rms of a channel", "a numerical error that is less keeps nothing from being claimed", source="numerical tolerance"
+    )
+    clock_gap = Constant(
+        100.0, "median sample steps", "a record that goes on after such a gap is two records", low=1.0, source="safety limit"
+    )
+    diagnosed_samples = Constant(
+        8_000, "samples", "that are simulated at most in one run of all trials; repeats of a run count once", source="budget of work"
+    )
 
     # Recorded inputs
     white_third_differences = Constant(
         -0.5, "1", "correlation of neighbouring third differences below which they are noise", origin="derived", low=-1.0,
         source="white noise has -0.75, a motion about 1",
     )  # fmt: skip
-    fewest_input_samples = Constant(16, "samples", "of a recorded column whose noise or quantum is looked at")
-    least_input_noise = Constant(1e-6, "of the largest value", "noise of a recorded column that is less is rounding")
+    fewest_input_samples = Constant(16, "samples", "of a recorded column whose noise or quantum is looked at", source="safety limit")
+    least_input_noise = Constant(
+        1e-6, "of the largest value", "noise of a recorded column that is less is rounding", source="numerical tolerance"
+    )
     quantised_share = Constant(
         0.99, "of the differences", "whole multiples of the smallest, where a position was counted, as by an encoder", high=1.0
     )
@@ -156,18 +167,18 @@ class _Constants(ConstantTable):
     smoothing_windows = Constant((1, 2, 4, 8, 16, 32, 64, 128), "samples", "to each side of the middle one, of local parabolas")
     smoothing_confidence = Constant(2.5, "sd", "of the intervals that have to meet")
     alike_inputs = Constant(1.5, "of the noise of both", "how far apart two recordings of one motion may be, root mean square", low=1.0)
-    clock_jitter = Constant(1e-3, "samples", "clocks that differ by less are one")
+    clock_jitter = Constant(1e-3, "samples", "clocks that differ by less are one", source="numerical tolerance")
     clock_together = Constant(0.05, "samples", "samples of repeats of a vibrating tool that differ by less were taken together")
     largest_lag = Constant(0.25, "of a recording", "by which repeats may be out of step", high=0.5)
     in_step = Constant(0.02, "of the rms", "by which repeats that follow one motion differ at most once they are in step")
     perturbation_seed = Constant(20240301, "1", "of the noise by which inputs are perturbed")
-    alike_cycles = Constant(1e-3, "of an input's variance", "cycles that differ by less are the same cycle")
+    alike_cycles = Constant(1e-3, "of an input's variance", "cycles that differ by less are the same cycle", source="numerical tolerance")
 
     # Predictions and parameters
     derivative_step = Constant(
         1e-3, "of a parameter, in its scale", "small against its curvature, large against the noise of runs at solver_tolerance"
     )
-    solver_tolerance = Constant(1e-5, "1", "relative tolerance of runs whose differences are taken", low=1e-9)
+    solver_tolerance = Constant(1e-5, "1", "relative tolerance of runs whose differences are taken", low=1e-9, source="numerical tolerance")
     solver_tolerance_of_records = Constant(
         1e-4, "1", "the same in a diagnosis of records, whose many samples tell slopes within some per cent; means do not", low=1e-9
     )
@@ -175,7 +186,7 @@ class _Constants(ConstantTable):
         0.5, "of the logarithm", "prior standard deviation of a shape of the base law: Stribeck exponents of 0.5 to 4 were published"
     )
     clock_shift = Constant(0.5, "samples", "over which the derivative to a clock is taken: a jump has none")
-    tried_clocks = Constant(33, "1", "clocks that are tried of each channel where a model moves by itself", low=3)
+    tried_clocks = Constant(33, "1", "clocks that are tried of each channel where a model moves by itself", source="budget of work", low=3)
     least_gain_of_clock = Constant(0.05, "of the mean square", "that a clock has to take away to be held")
     widest_setup_error = Constant(2.0, "sd", "what is further off is no tolerance of a set-up any more")
 
@@ -184,14 +195,15 @@ class _Constants(ConstantTable):
     )
 
     least_form = Constant(0.05, "of accuracy_of_laws", "a form of a law that does less shows nowhere", high=1.0)
-    samples_of_a_cycle = Constant(241, "samples", "of a cycle whose means were taken, by which forms of a cut are told")
+    samples_of_a_cycle = Constant(
+        241, "samples", "of a cycle whose means were taken, by which forms of a cut are told", source="budget of work", low=3
+    )
     widest_form = Constant(2.5, "sd", "by which a force differs more is no form of its law any more")
 
     least_rest = Constant(0.03, "of a recording", "in a row that is flat and near 0 is rest")
     fewest_rest_samples = Constant(5, "samples", "of rest, that tell of a zero")
     nearest_rest = Constant(2.0, "of the widest zero", "a velocity that is further from 0 is no rest")
     flat_rest = Constant(0.5, "of the widest zero", "the velocity may range over so much at rest")
-    rest_goes_on = Constant(1.0, "of the range of its flattest part", "a velocity that is further from its mean rests no more")
     zeros_tried = Constant(9, "values", "of the zero of a velocity, before it enters linearly")
 
     # How bristles were bent at the start
@@ -200,7 +212,9 @@ class _Constants(ConstantTable):
     )
     sure_start = Constant(4.0, "sd", "from relaxed: less may be chance")
     least_start = Constant(0.02, "of the steady deflection", "less shows nowhere")
-    widest_start = Constant(1.5, "of the steady deflection", "no bristle is bent further, whatever a mis-tuned model asks for")
+    widest_start = Constant(
+        1.5, "of the steady deflection", "no bristle is bent further, whatever a mis-tuned model asks for", source="safety limit"
+    )
 
     # Noise
     most_lags = Constant(6, "samples", "of an autoregression")
@@ -209,20 +223,22 @@ class _Constants(ConstantTable):
     burst_samples = Constant(5, "samples", "a burst fills most of so many")
     burst_height = Constant(7.0, "robust sd of medians", "beyond which they are a burst; noise reaches 5")
     line_height = Constant(40.0, "of the spectrum around", "beyond which it is a line; noise reaches 15")
-    most_lines = Constant(4, "1", "lines that are taken out of what repeats do not share before its noise is estimated")
+    most_lines = Constant(
+        4, "1", "lines that are taken out of what repeats do not share before its noise is estimated", source="safety limit"
+    )
     wander_periods = Constant(8, "periods in a recording", "as slow as those, and what repeats do not share may be wander")
     wander_samples = Constant(256, "samples of a recording", "some so many tell the memory of its noise, as far as slow periods show it")
     wander_height = Constant(3.0, "of what noise would hold there", "beyond which it is; chance reaches 2", low=1.0)
     memory_deviations = Constant(1.64, "sd", "the memory of noise may be longer by, where slow periods are judged: one-sided 95 %")
     smooth_differences = Constant(0.3, "1", "lag-one correlation of differences that no noise with a memory has: it is 0 at most", high=1.0)
     least_wander = Constant(0.01, "of the rms", "less every rig has")
-    fewest_regular_samples = Constant(60, "samples", "of a recording that is searched for bursts and lines")
+    fewest_regular_samples = Constant(60, "samples", "of a recording that is searched for bursts and lines", source="safety limit")
     prior_trials = Constant(2.0, "repeats", "what the priors of the random effects between trials weigh")
     prior_trial_gain = Constant(0.003, "1", "gain between trials, a priori (sd)")
     prior_trial_zero = Constant(0.003, "of the rms", "zero between trials, a priori (sd)")
     prior_trial_clock = Constant(0.1, "samples", "clock between trials, a priori (sd)")
     no_signal = Constant(1e-100, "1", "a column that is smaller is none", origin="derived", source="its square is still a number")
-    shortest_repeat = Constant(8, "samples", "of fewer, three are gone with gain, zero and clock", low=4)
+    shortest_repeat = Constant(8, "samples", "of fewer, three are gone with gain, zero and clock", low=4, source="safety limit")
     usual_noise_of_means = Constant(
         0.01, "of the rms", "noise of a mean for which nobody stated it", source="dynamometer means repeat to 0.3 to 3 %"
     )
@@ -238,7 +254,9 @@ class _Constants(ConstantTable):
     # Jumps
     bend_error = Constant(0.5, "of a bend", "what may be wrong in the samples that make it", high=1.0)
     least_bend_error = Constant(0.2, "of the noise", "an error beside a jump that is less is none")
-    largest_bend_error = Constant(1e4, "of the noise", "an error beside a jump that is more is no larger; a dead sensor has no noise")
+    largest_bend_error = Constant(
+        1e4, "of the noise", "an error beside a jump that is more is no larger; a dead sensor has no noise", source="safety limit"
+    )
     curve_samples = Constant(5, "samples", "whose middle bend is that of a curve")
     widest_block = Constant(24, "innovations", "of a block whose errors go together")
 
@@ -258,17 +276,19 @@ class _Constants(ConstantTable):
     usual_discrepancy = Constant(0.02, "of the rms", "a discrepancy of this size is nothing special")
 
     # Fits
-    most_steps = Constant(12, "steps", "of a trust region")
+    most_steps = Constant(12, "steps", "of a trust region", source="budget of work")
     first_reach = Constant(3.0, "prior sd", "of each parameter, of the first trust region")
     least_step = Constant(1e-4, "prior sd", "a step that is less is the last one")
     enough_gain = Constant(0.05, "log likelihood", "a step that gains less is the last one")
-    linearisations = Constant(3, "1", "of the shapes of the base law, at most")
+    linearisations = Constant(3, "1", "of the shapes of the base law, at most", source="budget of work")
     linearisation_step = Constant(0.3, "prior sd", "of the difference by which shapes of the base law are linearised")
     linearisation_range = Constant(1.0, "prior sd", "how far such a linearisation counts")
     least_gain_of_linearising = Constant(
         3.0, "log evidence", "for which shapes of the law are held elsewhere, where a run may take ten times as long"
     )
-    fits_from_nominal_values = Constant(3, "1", "effects that are fitted from there, where recalibration went far from them")
+    fits_from_nominal_values = Constant(
+        3, "1", "effects that are fitted from there, where recalibration went far from them", source="budget of work"
+    )
     frozen_steps = Constant(5, "steps", "of a first fit of an effect alone, slopes of the nominal parameters held")
     finishing_steps = Constant(4, "steps", "of a fit that begins where that to a part ended")
     form_error = Constant(
@@ -280,34 +300,43 @@ class _Constants(ConstantTable):
     )
 
     # Search
-    searched_samples = Constant(5_000, "samples", "that a look at one value set simulates; repeats of a run cost nothing")
+    searched_samples = Constant(
+        5_000, "samples", "that a look at one value set simulates; repeats of a run cost nothing", source="budget of work"
+    )
     worthwhile_part = Constant(0.7, "of all samples", "a part that simulates more saves too little: the whole is searched", high=1.0)
     plausible_effect = Constant(0.1, "of the rms", "what an effect does, a priori (sd)")
     first_probe = Constant(1e-4, "of the first guess of an amplitude", "where probing begins")
-    probes = Constant(6, "1", "amplitudes that are tried until one does what is plausible")
+    probes = Constant(6, "1", "amplitudes that are tried until one does what is plausible", source="budget of work")
     largest_probe_ratio = Constant(100.0, "1", "of one amplitude that is tried to that before", low=1.01)
     near_plausible = Constant(3.0, "1", "so many times more or less than what is plausible is near enough to go by", low=1.01)
-    probed_samples = Constant(700, "samples", "of each trial that is probed")
+    probed_samples = Constant(700, "samples", "of each trial that is probed", source="budget of work")
     probed_conditions = Constant(3, "1", "conditions that are probed")
     probed_means = Constant(8, "means", "that are probed")
     linear_amplitude = Constant(0.3, "prior sd", "of an amplitude, where its slope is taken")
     trial_amplitudes = Constant((0.3, 1.5, 6.0), "prior sd", "the same for an effect with one amplitude, which need not be linear")
     shape_values = Constant(9, "1", "values of a shape that are tried, where an effect has one")
-    shape_points = Constant(16, "1", "points of a Sobol design that are tried, where it has several", source="a power of two")
+    shape_points = Constant(
+        16, "1", "points of a Sobol design that are tried, where it has several", source="budget of work; a power of two"
+    )
     shape_range = Constant((1.8, 1.7), "prior sd", "over which those are spread, of one shape and of several")
-    starts_of_an_effect = Constant(2, "1", "points of its shapes from which an effect is fitted")
+    starts_of_an_effect = Constant(2, "1", "points of its shapes from which an effect is fitted", source="budget of work")
     starts_apart = Constant(0.8, "prior sd", "in some shape, from which on two such points are worth a fit each")
-    trial_times = Constant(9, "1", "amplitudes that are tried where one is a time")
+    trial_times = Constant(9, "1", "amplitudes that are tried where one is a time", source="budget of work")
     straight_range = Constant(2.0, "1", "so many times that where its slope was taken an amplitude may be, and a time as much less")
-    periodogram_peaks = Constant(12, "1", "of what is left, at which a sine is tried whose frequency or period nobody knows")
+    periodogram_peaks = Constant(
+        12, "1", "of what is left, at which a sine is tried whose frequency or period nobody knows", source="budget of work"
+    )
     periodogram_periods = Constant(64, "1", "of a ripple over the position, within the longest way, at most")
     periodogram_lines = Constant(2000, "1", "periods of a line within the longest recording, at most")
     fewest_line_periods = Constant(4, "periods", "of a line within the longest recording: what is slower is a drift, or the motion's own")
     phases = Constant(16, "1", "of a sine, that are tried by its quadrature components", low=4)
     refined_points = Constant(
-        10, "1", "points of a design that are looked at with a discrepancy of their own: the best with that of the base"
+        10,
+        "1",
+        "points of a design that are looked at with a discrepancy of their own: the best with that of the base",
+        source="budget of work",
     )
-    least_effect = Constant(1e-5, "of the rms", "a response that is less is not looked for")
+    least_effect = Constant(1e-5, "of the rms", "a response that is less is not looked for", source="numerical tolerance")
     least_share_of_gain = Constant(
         0.2, "of the best gain", "an effect that gains less where it is taken as linear is not looked at closer", high=1.0
     )
@@ -318,41 +347,39 @@ class _Constants(ConstantTable):
     )  # fmt: skip
     hopeless_deficit = Constant(12.0, "log evidence", "a model that is this far behind is not looked at closer")
     error_of_linear_gain = Constant(0.85, "of what the best model gains", "as far may a gain by linear sums be off", high=1.0)
-    full_fits = Constant(9, "1", "singles that are fitted with all parameters")
+    full_fits = Constant(9, "1", "singles that are fitted with all parameters", source="budget of work")
     laws_from = Constant(0.005, "of the rms", "where recalibration leaves less, other base laws are not tried")
-    law_starts = Constant(32, "1", "points from which another base law may start")
+    law_starts = Constant(32, "1", "points from which another base law may start", source="budget of work")
     law_start_range = Constant(
         1.5, "prior sd", "over which its own parameters are spread there, where it has some that the nominal law lacks"
     )
-    law_steps = Constant(40, "steps", "of the fit of another base law")
-    paired_singles = Constant(4, "1", "singles beside which a second effect is tried")
-    pair_fits = Constant(3, "1", "pairs that are fitted")
+    law_steps = Constant(40, "steps", "of the fit of another base law", source="budget of work")
+    paired_singles = Constant(4, "1", "singles beside which a second effect is tried", source="budget of work")
+    pair_fits = Constant(3, "1", "pairs that are fitted, to a part of the samples and then to all", source="budget of work")
     gain_of_a_pair = Constant(2.0, "log evidence", "over the best single; less may be chance")
-    swaps = Constant(8, "1", "effects that are tried in place of one of the best pair, where a pair leads")
-    swap_fits = Constant(3, "1", "of those, how many are fitted")
+    swaps = Constant(8, "1", "effects that are tried in place of one of the best pair, where a pair leads", source="budget of work")
+    swap_fits = Constant(3, "1", "of those, how many are fitted", source="budget of work")
     singles_fitted_to_all = Constant(5, "1", "of those that were fitted to a part")
-    pairs_fitted_to_all = Constant(3, "1", "of those that were fitted to a part")
 
     # How large the gap is, and whether a fit is to be believed
-    noise_floor_error = Constant(0.02, "of the noise floor", "no structural square is known better")
-    noise_floor_rounding = Constant(0.03, "of the noise floor", "a gap on held-out conditions that is less is none")
+    noise_floor_error = Constant(0.02, "of the noise floor", "no structural square is known better: on held-out conditions, less is none")
     fewest_conditions = Constant(3, "conditions", "below which none can be held out", low=2)
     fewest_recordings = Constant(3, "recordings", "below which a share of what was fitted has no interval", low=2)
     bootstrap_draws = Constant(1000, "1", "of the interval of the closed share")
     bootstrap_seed = Constant(20240229, "1", "of these draws")
     worse_condition = Constant(1.1, "of the rms without the effect", "from which a held-out condition is made worse", low=1.0)
     held_out_models = Constant(2, "1", "of the likeliest, that are tried on held-out conditions")
-    held_out_rounds = Constant(8, "1", "how often others follow: none is named that was not tried")
+    held_out_rounds = Constant(8, "1", "how often others follow: none is named that was not tried", source="safety limit")
     visible_structure = Constant(3.0, "sd", "of a structural square by noise alone: a gap on held-out conditions that is less is none")
     clear_evidence = Constant(
         10.0, "log evidence", "an effect that gains more is there, however its amplitude and other parameters stand for each other"
     )
     significant_amplitude = Constant(2.0, "sd", "an amplitude that is less from nothing is no better known than its size")
-    distance_to_bound = Constant(1e-3, "prior sd", "a parameter that is nearer lies at its bound")
+    distance_to_bound = Constant(1e-3, "prior sd", "a parameter that is nearer lies at its bound", source="numerical tolerance")
     advised_share = Constant(
         0.5, "of the gap", "that an effect must close where no fit has looked, or the corrected model is not advised", high=1.0
     )
-    absurd_effect = Constant(3.0, "of the rms", "no effect does so much, unless something else takes it back")
+    absurd_effect = Constant(3.0, "of the rms", "no effect does so much, unless something else takes it back", source="safety limit")
     credible_shift = Constant(4.0, "prior sd", "a nominal value that moves further was not credible")
     credible_shift_slope = Constant(
         2.0, "log-odds per prior sd", "by which a shift beyond that is no mis-tuning, where an effect needs none"
@@ -430,11 +457,11 @@ class _Constants(ConstantTable):
         1e-9, "of the square", "a share that is as much less is as much", origin="derived", source="rounding of sums"
     )
     next_experiment_factors = Constant((0.25, 0.5, 2.0, 4.0), "of what has been measured", "inputs as a whole, or a value of the condition")
-    next_experiment_samples = Constant(1500, "samples", "of a trial that an advised experiment is simulated for")
+    next_experiment_samples = Constant(1500, "samples", "of a trial that an advised experiment is simulated for", source="budget of work")
     averaged_samples = Constant(10, "samples", "over which noise averages out where two models differ for long, in an advised experiment")
     least_form_in_advice = Constant(0.01, "of the rms", "by which models of this kind are wrong at least, where an experiment is advised")
     detected_amplitude = Constant(3.0, "sd", "an amplitude that would show")
-    fmu_samples = Constant(60_000, "samples", "that the corrected FMU is run for at most, some 2 s of them")
+    fmu_samples = Constant(60_000, "samples", "that the corrected FMU is run for at most, some 2 s of them", source="budget of work")
 
 
 CONSTANTS = _Constants()

@@ -24,7 +24,7 @@ from evat.files import ssv
 from evat.files.read_toml import TomlError, read_toml
 from evat.model import ParameterError, near_names
 from evat.native import kernel
-from evat.paper_tables import materials, table_1, table_1_source
+from evat.paper.tables import materials, table_1, table_1_source
 from evat.units import SPEED_UNITS, display, to_si
 
 FOLDER = Path(__file__).resolve().parent / "parameters"

@@ -94,7 +94,7 @@ def convert(value: Decimal, unit: BaseUnit, wanted: BaseUnit) -> float:
 
 
 def affine(unit: str, wanted: str) -> tuple[float, float]:
-    """factor and offset with value in `wanted` = factor * value in `found` + offset; ParameterError where they measure different things."""
+    """factor and offset with value in `wanted` = factor * value in `unit` + offset; ParameterError where they measure different things."""
     source, target = base_unit(unit), base_unit(wanted)
     if source.exponents != target.exponents:
         raise ParameterError(f"{unit!r} does not measure what {wanted!r} measures.")

@@ -1,4 +1,4 @@
-"""How are the figures of all benchmarks laid before the reader? One table: what, found, wanted, limit."""
+"""How are the figures of all benchmarks laid before the reader? One table: what, measured, wanted, limit."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Summary:
 
 
 def as_text(rows: Sequence[Row]) -> str:
-    table = Table("what", "found", "wanted", "limit", title="processor time: least of several rounds, taken in turns", title_justify="left")
+    table = Table("what", "measured", "wanted", "limit", title="processor time: least of several rounds in turn", title_justify="left")
     for row in rows:
         table.add_row(row.what, row.measured, row.wanted, row.limit)
     text = StringIO()

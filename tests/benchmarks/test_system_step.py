@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from evat.systems.couple import NO_INPUTS, Coupled, Plan, plan
 from evat.systems.model import System
-from evat.systems.read import read
+from evat.systems.ssp.read import read
 from python_master import PythonMaster
 from report import Summary
 

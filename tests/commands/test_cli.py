@@ -117,7 +117,8 @@ def test_a_diagnosis_loads_only_what_it_uses(tmp_path: Path) -> None:
     assert "evat.gap" in loaded
     assert not {"fmpy", "pythonfmu", "pymoo", "cma", "distributed", "xarray", "SALib", "tomlkit", "mkdocs"} & loaded
     rooms = {name.split(".")[1] for name in loaded if name.startswith("evat.")}
-    assert not rooms & {"fmu", "guide", "identification", "paper_conditions", "processes", "signature", "studies", "systems"}
+    assert not rooms & {"fmu", "guide", "identification", "processes", "signature", "studies", "systems"}
+    assert not {"evat.paper.conditions", "evat.paper.work_materials"} & loaded
     assert {name for name in loaded if name.startswith("evat.commands.")} == {
         "evat.commands.diagnose", "evat.commands.main", "evat.commands.shared", "evat.commands.statuses", "evat.commands.tables",
     }  # fmt: skip

@@ -28,7 +28,7 @@ from evat.native import kernel
 from evat.processes import process_pool
 from evat.systems.couple import Coupled, plan
 from evat.systems.model import SystemInterrupted
-from evat.systems.read import read
+from evat.systems.ssp.read import read
 from typer.testing import CliRunner
 
 

@@ -26,7 +26,7 @@ IDENTIFIES = """
 import sys, time
 from evat.commands.main import main
 from evat.identification.report import output
-def stop(found):
+def stop(identification):
     print("ready", flush=True)
     time.sleep(600)
 output.figures = stop

@@ -112,7 +112,7 @@ def test_the_examples_are_true(name: str, tmp_path: Path, fmus: dict[str, Path],
 
 def place_fmus(folder: Path, fmus: dict[str, Path], systems: bool) -> None:
     """What `evat build --host-only --out fmus` would leave in the folder."""
-    from evat.systems.write import write_all
+    from evat.systems.ssp.write import write_all
 
     made = folder / "fmus"
     made.mkdir()

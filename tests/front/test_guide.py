@@ -26,7 +26,7 @@ from evat.files.read_toml import read_toml
 from evat.guide import notebooks, seal, tables
 from evat.native import kernel
 from evat.native.compile import source_root
-from evat.systems.write import write_all
+from evat.systems.ssp.write import write_all
 
 README = Path(__file__).resolve().parents[2] / "README.md"
 PAGES = {path.name: path for path in (*sorted(guide.pages().glob("*.md")), README)}

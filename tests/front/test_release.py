@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from evat.files.read_toml import read_toml
 from evat.fmu.archive import RELEASED
-from evat.paper_tables import table_1_source
+from evat.paper.tables import table_1_source
 
 ROOT = Path(__file__).resolve().parents[2]
 yaml = pytest.importorskip("yaml")

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat import paper_tables, parameter_sets
+from evat import parameter_sets
 from evat.experiment import Experiment, Means, Nominal, Trial
 from evat.gap import Diagnosis, diagnose
 from evat.inference.hypothesis import Hypothesis
 from evat.model import FloatArray, Run
+from evat.paper import tables as paper_tables
 from evat.studies.record import Columns, read_record
 from rig import STILL
 from scipy.io import loadmat

@@ -19,7 +19,7 @@ from evat.experiment import Experiment
 from evat.gap.answer import Diagnosis
 from evat.gap.report import headline, write_diagnosis
 from evat.gap.report.parts import TITLES, parts
-from evat.gap.report.series import POINTS, Series, extremes, stretch
+from evat.gap.report.pictures.series import POINTS, Series, extremes, stretch
 from evat.gap.report.words import percent
 from evat.gap.search.compare import Comparison
 from evat.units import base_unit

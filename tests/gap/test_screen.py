@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from evat.constants import CONSTANTS
 from evat.gap.search.pairs import _beside_the_best
+from evat.gap.search.starts.design import points_over
 from evat.gap.search.starts.linear import expected_evidence, linear_fit
 from evat.gap.search.starts.plausible import plausible_amplitudes
-from evat.gap.search.starts.screen import Screen, _design, _spread
+from evat.gap.search.starts.screen import Screen, _spread
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import fit
 from evat.inference.hypothesis import NOMINAL
@@ -77,7 +78,7 @@ def test_conditions_to_probe_are_spread_over_all(count: int, most: int, chosen: 
 def test_points_of_a_design_stand_in_the_order_of_the_first_shape() -> None:
     """So that those that run side by side take about as many steps; all of the same design."""
     unknown = [Parameter(name, "1", 1.0, 0.5, 0.1, 10.0, True) for name in ("frequency", "damping")]
-    points, shuffled = _design(unknown), qmc.Sobol(2, scramble=False).random(16) * 3.4 - 1.7
+    points, shuffled = points_over(unknown), qmc.Sobol(2, scramble=False).random(16) * 3.4 - 1.7
     assert np.all(np.diff(points[:, 0]) > 0)
     assert not np.all(np.diff(shuffled[:, 0]) > 0)
     assert {tuple(point) for point in points} == {tuple(point) for point in shuffled}

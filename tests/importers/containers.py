@@ -11,7 +11,7 @@ from pathlib import Path
 
 import fmpy
 from evat.systems.model import Port, System
-from evat.systems.read import read
+from evat.systems.ssp.read import read
 
 
 def opened(ssp: Path, folder: Path) -> System:

@@ -32,12 +32,12 @@ static void told(fmi2ComponentEnvironment environment, fmi2String instance, fmi2
 
 static void *function(void *library, const char *name)
 {
-    void *const found = symbol(library, name);
-    if (!found) {
+    void *const address = symbol(library, name);
+    if (!address) {
         fprintf(stderr, "%s is not in the library\n", name);
         exit(2);
     }
-    return found;
+    return address;
 }
 
 static void must(fmi2Status status, const char *what)

@@ -25,7 +25,7 @@ import numpy as np
 import pytest
 from coupled import run
 from evat.systems.model import Port
-from evat.systems.read import read
+from evat.systems.ssp.read import read
 from fmpy.ssp.simulation import simulate_ssp
 
 HERE = Path(__file__).resolve().parent

@@ -22,14 +22,14 @@ from test_gates import features
 
 ROOMS = [Path(evat.inference.__file__).parent, Path(evat.gap.__file__).parent]
 # What draws the report has measures of pictures; they move no answer.
-PICTURES = {"chart.py", "html_report.py", "interactive.py", "location_pictures.py", "pictures.py", "printed.py", "series.py"}
+PICTURES = (ROOMS[1] / "report" / "html_report.py", *(ROOMS[1] / "report" / "pictures").glob("*.py"))
 NO_CHOICE = {  # the version of a file, the filter that changes nothing, and how many things differ between trials
     ("answer.py", "FORMAT"),
     ("autoregression.py", "WHITE"),
     ("initial_state.py", "RANDOM"),
 }
 BESIDE = [Path(module.__file__) for module in (periods, smoothing)]
-MODULES = sorted([*BESIDE, *(path for room in ROOMS for path in room.rglob("*.py") if path.name not in PICTURES)])
+MODULES = sorted([*BESIDE, *(path for room in ROOMS for path in room.rglob("*.py") if path not in PICTURES)])
 
 
 def numbers(path: Path) -> list[str]:

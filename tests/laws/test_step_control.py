@@ -10,7 +10,7 @@ import pytest
 from evat import parameter_sets
 from evat.model import ParameterError, SimulationError
 from evat.native.kernel import Contact
-from evat.paper_conditions import inferred
+from evat.paper.conditions import inferred
 
 EXTERNAL = {"kinematics": "external"}
 

@@ -22,9 +22,9 @@ from evat.models.contact import ContactModel
 from evat.models.fmu import FmuModel
 from evat.native import kernel
 from test_hypothesis import TwoLaws
+from test_location import Turning
 from test_screen import Late
 from test_valleys import TwoValleys, identified
-from test_where import Turning
 from toy import Loud, Toy, measured
 
 Values = Mapping[str, float | str]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from evat import paper_tables, parameter_sets, simulate
+from evat import parameter_sets, simulate
 from evat.native import kernel
-from evat.paper_conditions import inferred
+from evat.paper import tables as paper_tables
+from evat.paper.conditions import inferred
 from evat.studies.main_job import FORCES, MODELS
 from evat.studies.paper import friction
 from evat.studies.paper.friction import PLACES, BorneFriction, borne_friction, friction_caveats

@@ -12,16 +12,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import check_layout
-from evat import paper_tables, parameter_sets, simulate
+from evat import parameter_sets, simulate
 from evat.commands.main import app
 from evat.fmu.archive import RELEASED
 from evat.identification.searching.journal import JournalError
 from evat.model import FloatArray, ParameterError
 from evat.native import kernel
-from evat.paper_conditions import conditions, inference, inferred, shear_stresses
+from evat.paper import tables as paper_tables
+from evat.paper.conditions import conditions, inference, inferred, shear_stresses
 from evat.studies import main_job, main_job_report
 from evat.studies.main_job import FORCES, MODELS
-from evat.studies.paper import study
+from evat.studies.paper import result, study
 from evat.studies.paper.domain import domain_shares
 from evat.studies.paper.means import (
     FINE,
@@ -235,14 +236,14 @@ def test_a_tool_that_does_not_leave_the_chip_has_no_deviations() -> None:
     ],
 )
 def test_a_profile_says_what_is_determined(errors: list[float], ends: tuple[float, float], verdict: str) -> None:
-    one = study.ConditionProfile(conditions()[0], np.array([1.0, 10.0, 100.0]), np.array(errors), 0.2)
+    one = result.ConditionProfile(conditions()[0], np.array([1.0, 10.0, 100.0]), np.array(errors), 0.2)
     assert one.interval == pytest.approx(ends)
     assert one.verdict == verdict
 
 
 def test_the_ranking_is_kept_only_where_each_law_is_better_than_the_one_before() -> None:
     errors = np.array([[0.3, 0.3, 0.1, np.inf], [0.2, 0.1, 0.2, 0.2], [0.1, 0.1, 0.3, 0.1]])
-    assert study.ranked(errors).tolist() == [True, False, False, True]
+    assert result.ranked(errors).tolist() == [True, False, False, True]
 
 
 @pytest.fixture

@@ -8,10 +8,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from evat import paper_tables, parameter_sets
+from evat import parameter_sets
 from evat.files.writing import OutputError
 from evat.model import ParameterError
 from evat.native import kernel
+from evat.paper import tables as paper_tables
 from evat.parameter_sets import ParameterSet, load, names, save_ssv, softening_limit
 from lxml import etree
 

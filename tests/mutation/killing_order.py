@@ -19,7 +19,7 @@ LONGEST = float(os.environ.get("MUTATION_LONGEST", "inf"))  # [s] on the code wi
 KNOWN: dict[str, list[float]] = json.loads(ORDER.read_text(encoding="utf-8")) if ORDER.is_file() else {}
 MEASURES = not KNOWN  # the first run, on the code without a mistake, measures
 SETUP: dict[str, float] = {}  # of a module: its fixtures are made again where its tests do not follow each other
-FOUND: dict[str, list[float]] = {}
+MEASURED: dict[str, list[float]] = {}
 
 
 UNKNOWN = [0.1, 0.0]  # a test that came later
@@ -54,10 +54,10 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
     if report.when == "setup":
         SETUP[module] = max(SETUP.get(module, 0.0), report.duration)
     elif report.when == "call" and report.passed:
-        FOUND[report.nodeid] = [report.duration, 0]
+        MEASURED[report.nodeid] = [report.duration, 0]
 
 
 def pytest_sessionfinish() -> None:
     if MEASURES:
-        told = {test: [seconds + SETUP[test.partition("::")[0]], kills] for test, (seconds, kills) in FOUND.items()}
+        told = {test: [seconds + SETUP[test.partition("::")[0]], kills] for test, (seconds, kills) in MEASURED.items()}
         ORDER.write_text(json.dumps(told, indent=0), encoding="utf-8")

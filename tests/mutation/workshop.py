@@ -79,7 +79,7 @@ PARTS = {
             "tests/gap/test_toy_model.py",
             "tests/gap/test_jumps.py",
             "tests/gap/test_irregular.py",
-            "tests/gap/test_where.py",
+            "tests/gap/test_location.py",
             "tests/gap/test_discrepancy.py",
             "tests/gap/test_outliers.py",
             "tests/identify/test_bad_input.py",

@@ -16,12 +16,13 @@ import pytest
 from evat import fmu
 from evat.fmu import host
 from evat.native.compile import seal
-from evat.paper_tables import materials as materials_of_work
-from evat.systems import declared, write, write_full
+from evat.paper.tables import materials as materials_of_work
+from evat.systems import declared
 from evat.systems.declared import Declared, load, materials, names
 from evat.systems.model import SspError
-from evat.systems.read import read
 from evat.systems.run import run_system
+from evat.systems.ssp import write, write_full
+from evat.systems.ssp.read import read
 from lxml import etree
 
 SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from evat.systems.couple import NO_INPUTS, Coupled, Given, Inputs, Order, plan
 from evat.systems.model import System
-from evat.systems.read import read
+from evat.systems.ssp.read import read
 from python_master import PythonMaster
 
 STEPS, EVERY = 300, 7

@@ -9,12 +9,12 @@ import pytest
 from coupled import run
 from evat.model import ParameterError
 from evat.native import kernel
-from evat.paper_tables import materials
+from evat.paper.tables import materials
+from evat.paper.work_materials import constants, material_of
 from evat.studies.heat import HEAT, cut, proxy, steady_temperatures
 from evat.systems.declared import load
-from evat.systems.read import read
+from evat.systems.ssp.read import read
 from evat.systems.values import of_work
-from evat.work_materials import constants, material_of
 
 AMBIENT = kernel.variable("ambient_temperature").start
 PER_MINUTE = 1 / 60  # m/min in m/s

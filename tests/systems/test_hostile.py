@@ -17,10 +17,10 @@ from evat.files import unpack
 from evat.files.table import read_table
 from evat.model import FmuError, ParameterError
 from evat.models.drive import Driver
-from evat.systems import write_full
 from evat.systems.couple import Coupled, Given, plan
 from evat.systems.model import SspError, SystemStopped
-from evat.systems.read import read
+from evat.systems.ssp import write_full
+from evat.systems.ssp.read import read
 from evat.systems.sweep import axis
 from evat.systems.values import from_set, typed
 from typer.testing import CliRunner
@@ -172,7 +172,7 @@ def test_a_temporary_disk_that_is_full_is_not_the_archives_fault(
 import resource
 from pathlib import Path
 from evat.models.drive import Driver
-from evat.systems.read import read
+from evat.systems.ssp.read import read
 resource.setrlimit(resource.RLIMIT_FSIZE, ({largest // 2},) * 2)
 path = Path({str(path)!r})
 read(path, Path({str(tmp_path / "unpacked")!r})) if {what == "a system"} else Driver(path, {{}}).__enter__()

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import evat
 import numpy as np
-from evat.systems.read import read
+from evat.systems.ssp.read import read
 
 
 def without_units(path: Path, component: str, to: Path) -> Path:

@@ -11,7 +11,7 @@ from evat.commands.main import app
 from evat.files.table import read_table, read_texts
 from evat.model import ParameterError
 from evat.systems.model import SspError
-from evat.systems.read import read
+from evat.systems.ssp.read import read
 from evat.systems.sweep import Row, axis, sweep, worth
 from typer.testing import CliRunner
 

@@ -12,7 +12,7 @@ from evat.files.table import read_table
 from evat.model import ParameterError
 from evat.studies.two_scales.system import SystemScales, compare
 from evat.systems.model import SspError, System
-from evat.systems.read import read
+from evat.systems.ssp.read import read
 from typer.testing import CliRunner
 
 FASTER = {"spindle": {"speed_set": 25.0}}  # from 10 towards 30 m/min

@@ -66,7 +66,7 @@ def diagnose(
     _known(why, model)
     check_place(to)
     _there(fmu)
-    with _told() as tell:
+    with _progress() as tell:
         most = CONSTANTS.diagnosed_samples + 1
         recorded, compressed = read_or_compress(
             experiment, model, whole=whole, most=most, progress=lambda share: tell("reading", READING * share)
@@ -149,7 +149,7 @@ def _fmu(given: Path | None) -> tuple[Path | None, str]:
 
 
 @contextmanager
-def _told() -> Iterator[Callable[[str, float], None]]:
+def _progress() -> Iterator[Callable[[str, float], None]]:
     """A bar with time left, whose description follows what is done."""
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=err, transient=True, disable=not shows_bars()) as bar:

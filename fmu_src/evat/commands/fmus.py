@@ -13,7 +13,7 @@ from evat.commands.tables import WholeTable
 from evat.console import out
 from evat.files.writing import usable
 from evat.native import kernel
-from evat.paper_tables import materials
+from evat.paper.tables import materials
 
 if TYPE_CHECKING:
     from evat.studies.record import Columns
@@ -28,8 +28,8 @@ def build(
     from evat import fmu
     from evat.fmu import host, python_fmu
     from evat.native.compile import TARGETS, host_target
-    from evat.systems import write, write_full
     from evat.systems.declared import names
+    from evat.systems.ssp import write, write_full
 
     usable(to)
     count = 2 * len(fmu.parts()) * (3 if host_only else 2 + len(TARGETS))

@@ -85,18 +85,18 @@ def identify(
     )
     check_size(population, generations, seed)
     with share_done(f"reading {experiment}") as progress:
-        read, told = read_or_compress(experiment, model, whole=whole, progress=progress)
-    for each in told:
+        read, doubts = read_or_compress(experiment, model, whole=whole, progress=progress)
+    for each in doubts:
         note(each)
     with (
         usable_while(to),
         nullcontext() if dask is None else Cluster(dask) as cluster,
-        _told() as tell,
-        stoppable(lambda: _kept(to)) as cancelled,
+        _progress() as tell,
+        stoppable(lambda: _way_on(to)) as cancelled,
     ):
         execution = Execution(to / JOURNAL, resume, None if cluster is None else cluster.costs, tell, cancelled)
         answer = run(read, model, free, settings, execution=execution)
-        answer = replace(answer, doubts=(*answer.doubts, *told))
+        answer = replace(answer, doubts=(*answer.doubts, *doubts))
     if as_json:
         print_json(output.as_json(answer))
     _show(answer)
@@ -107,7 +107,7 @@ def identify(
         raise typer.Exit(STOPPED)
 
 
-def _kept(to: Path) -> str:
+def _way_on(to: Path) -> str:
     if not (to / JOURNAL).is_file():
         return "the search had not begun."
     return f"the search so far is kept in {to / JOURNAL}; go on with --resume --out {to}"
@@ -145,7 +145,7 @@ def _bound(text: str) -> tuple[str, tuple[float, float]]:
 
 
 @contextmanager
-def _told() -> Iterator[Callable[[str, float], None]]:
+def _progress() -> Iterator[Callable[[str, float], None]]:
     """A bar with time left, whose description follows what is done."""
     columns = (
         TextColumn("{task.description}", markup=False),

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import typer
 
-from evat import paper_tables
 from evat.commands.shared import Json, lines_done, print_json
 from evat.commands.tables import WholeTable
 from evat.console import out
 from evat.files.writing import usable
 from evat.native import kernel
+from evat.paper import tables as paper_tables
 from evat.units import display
 
 if TYPE_CHECKING:
-    from evat.studies.paper.study import PaperStudy
+    from evat.studies.paper.result import PaperStudy
 
 study = typer.Typer(name="study", no_args_is_help=True, help="Studies of the paper that take a minute: each writes figures and JSON.")
 JOURNAL = "study.journal"

@@ -91,7 +91,7 @@ def run(
     from evat.plots.system_page import page
     from evat.systems.couple import NO_INPUTS, Coupled, plan
     from evat.systems.model import SystemInterrupted, SystemStopped
-    from evat.systems.read import read
+    from evat.systems.ssp.read import read
     from evat.systems.values import record as read_record
 
     beside, report = picture_beside(to), to.with_suffix(".html")
@@ -176,7 +176,7 @@ def sweep(
     from evat.plots.system import plot_sweep
     from evat.systems import sweep as sweeping
     from evat.systems.couple import plan
-    from evat.systems.read import read
+    from evat.systems.ssp.read import read
     from evat.systems.values import typed
 
     picture, broken_off = picture_beside(to), list[bool]()
@@ -247,7 +247,7 @@ def averaging(
     from evat.files.table import write_columns
     from evat.studies.two_scales.plot import plot_cut
     from evat.studies.two_scales.system import compare
-    from evat.systems.read import read
+    from evat.systems.ssp.read import read
 
     beside = picture_beside(to)
     long_step, fine_step, end = seconds(step, "--step"), typed_seconds(fine, "--fine"), typed_seconds(stop, "--stop")

@@ -153,8 +153,38 @@ class Means:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Experiment:
-    """Everything that was measured on one contact. `data_hash` is over the bytes of the files it was read from; `setup_sd` is by channel,
-    where its owner stated anything; `day` that of the newest file, "" where there are none."""
+    """Everything that was measured on one contact: what `evat.read_experiment` and `evat.orthogonal` give.
+
+    Attributes
+    ----------
+    folder : Path
+        Where its files are.
+    title, intended_use : str
+        As its owner says it.
+    nominal : Nominal
+        The model as its owner believes it: `values`, `effects`, and `relative_sd` of the values.
+    signals : mapping of str to Signal
+        By variable, the column and unit in the files.
+    trials : tuple of Trial
+        Recordings: `times` [s], `inputs` and `outputs` of shape (n,), SI; `condition`, and `values` that were held in it.
+    means : Means or None
+        Averages, a row for each condition.
+    data_hash : str
+        Over the bytes of the files that it was read from.
+    setup_sd : mapping of str to SetupSd
+        By channel, how far the set-up may be off, where its owner stated anything.
+    day : str
+        That of the newest file; "" where there are none.
+
+    Examples
+    --------
+    >>> import evat
+    >>> made = evat.orthogonal({"friction_law": "coulomb", "F_C": 3.0}, repeats=2, speeds=[0.5], rate=100.0)
+    >>> made.conditions, made.outputs, len(made.trials)
+    (('speed 1',), ('friction_force',), 2)
+    >>> made.trials[0].outputs["friction_force"].shape == made.trials[0].times.shape
+    True
+    """
 
     folder: Path
     title: str

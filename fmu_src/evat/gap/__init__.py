@@ -91,7 +91,7 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
         gates=gates(judgement, comparison.audit.refused),
         novelty=(1 - judgement.unknown, min(judgement.features.left.get(judgement.chosen, 1.0), 1.0)),
         recalibration=_recalibrated(comparison, fitted(comparison, judgement.chosen)),
-        where=_where(comparison, judgement),
+        where=_location(comparison, judgement),
         closure=closure,
         cannot_tell=missing,
         advice=next_experiment(comparison, judgement.probabilities),
@@ -191,7 +191,7 @@ def _recalibrated(comparison: Comparison, chosen: Fit) -> Recalibrated:
     return Recalibrated(parameters, share, errors)
 
 
-def _where(comparison: Comparison, judgement: Judgement) -> Location:
+def _location(comparison: Comparison, judgement: Judgement) -> Location:
     """From what the effects contribute; of something unknown from all that the recalibrated model leaves, which need not come back in every
     repeat; else from what the nominal model leaves of the means of repeats."""
     base = comparison.recalibrated.predicted

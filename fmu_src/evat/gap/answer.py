@@ -46,9 +46,56 @@ class Recalibrated:
 
 @dataclass(frozen=True, repr=False)
 class Diagnosis(ShownAsTable):
-    """The answer; see the format for what each part means. `families` are the probabilities that an effect of each acts, the likeliest
-    first; `members` the effects of each; `small` is what is certain and yet small; `foreign` is, channel by channel, what comes and goes by
-    itself and is more than the effects explain."""
+    """Why measurement and nominal model disagree, as far as the data tell: what `evat.diagnose` gives.
+
+    Attributes
+    ----------
+    verdict : str
+        no_gap, mistuned, effect, ambiguous, unknown or cannot_tell.
+    effects : tuple of Named
+        The effects and base laws that are named: `name`, `probability`, `parameters` (name -> value, sd, unit), and `twins`, which cannot
+        be told from it.
+    judgement : Judgement
+        What was judged, and the probabilities of all hypotheses.
+    gates : tuple of Gate
+        The questions that led to the verdict, in order, each with its numbers and whether it moved the verdict.
+    novelty : tuple of (float, float)
+        p value that something unknown acts, and the share of the gap that nothing explains.
+    recalibration : Recalibrated
+        Nominal and recalibrated values (name -> nominal, value, sd), the share of the gap that they explain, and set-up errors.
+    where : Location
+        Where the gap lies: shares of its square by channel and trial, and the regions that hold most of it.
+    closure : Closure
+        How far the gap closes, with its 90 % interval, on conditions that no fit saw; root mean squares of each channel, in its unit.
+    cannot_tell : tuple of str
+        What these data leave open, in sentences.
+    advice : Advice or None
+        The experiment that would tell the two likeliest causes apart.
+    made_by : mapping of str to str or float
+        Versions, and digests of model and data.
+    families : mapping of str to float
+        Probability that an effect of each family acts, the likeliest first.
+    members : mapping of str to tuple of str
+        The effects of each family.
+    small : SmallEffect or None
+        What is certain and yet small.
+    foreign : mapping of str to Irregularity
+        By channel, what comes and goes by itself and is more than the effects explain.
+
+    Examples
+    --------
+    A contact whose friction is a little off the nominal value, and no effect:
+
+    >>> import evat
+    >>> made = evat.orthogonal({"friction_law": "coulomb", "F_C": 8.0}, motion="reversal", repeats=2, speeds=[0.1, 0.5], rate=50.0)
+    >>> model = evat.ContactModel()
+    >>> model.effects = tuple(each for each in model.effects if each.name == "direction_asymmetry")
+    >>> answer = evat.diagnose(made, model)
+    >>> answer.verdict, answer.effects, [gate.name for gate in answer.gates if gate.moved]
+    ('mistuned', (), ['structural_gap', 'nominal_fits', 'nominal_suffices'])
+    >>> answer.document()["format"]
+    1
+    """
 
     verdict: str
     effects: tuple[Named, ...]

@@ -93,7 +93,7 @@ class HeldOut:
         before = self.fitted(self.comparison.recalibrated).predicted
         table = squares(self.comparison.whitening, before, set(self.conditions)) if self.conditions else {}
         if not any(
-            channel.structural > CONSTANTS.visible_structure * channel.unsure + CONSTANTS.noise_floor_rounding * channel.floor
+            channel.structural > CONSTANTS.visible_structure * channel.unsure + CONSTANTS.noise_floor_error * channel.floor
             for channel in table.values()
         ):
             return math.nan
@@ -107,7 +107,7 @@ class HeldOut:
         rows, conditions = self._rows(chosen), self._conditions()
         for condition in self.conditions:
             before, after, floor, size = rows[[own == condition for own in conditions]].sum(axis=0)
-            if after > CONSTANTS.worse_condition**2 * before and after - before > 2 * CONSTANTS.noise_floor_rounding * floor:
+            if after > CONSTANTS.worse_condition**2 * before and after - before > 2 * CONSTANTS.noise_floor_error * floor:
                 worse[condition] = math.sqrt(before / size), math.sqrt(after / size)
         return worse
 
@@ -183,4 +183,4 @@ def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: S
 
 def _share(sums: FloatArray) -> float:
     before, after, floor, _ = sums
-    return float((before - after) / (before - floor)) if before > (1 + CONSTANTS.noise_floor_rounding) * floor else float("nan")
+    return float((before - after) / (before - floor)) if before > (1 + CONSTANTS.noise_floor_error) * floor else float("nan")

@@ -12,7 +12,7 @@ from evat.model import FloatArray
 from evat.native import kernel
 from evat.native.kernel import Contact
 from evat.native.machine import Machine
-from evat.work_materials import constants
+from evat.paper.work_materials import constants
 
 SLIP = (1 / 60, 1.0)  # m/s: where the proxy is fitted, 1 to 60 m/min
 SETTLED = 0.05  # s: contact and chip have settled, the insert has hardly warmed

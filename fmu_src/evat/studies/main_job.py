@@ -12,12 +12,13 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from evat import paper_tables, parameter_sets
+from evat import parameter_sets
 from evat.model import Run, Trace
 from evat.models.drive import drive
 from evat.models.simulate import vibration_clock
 from evat.native import kernel
-from evat.paper_conditions import inferred
+from evat.paper import tables as paper_tables
+from evat.paper.conditions import inferred
 from evat.plots.cycles import cycles, save_figure
 
 SAMPLES_PER_CYCLE = 400

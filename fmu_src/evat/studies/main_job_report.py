@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 from fmpy import read_model_description
 
-from evat import paper_tables
 from evat.files.writing import put
 from evat.fmu.documentation import beside
 from evat.html import render
 from evat.native import kernel
-from evat.paper_conditions import SHEAR_STRESS, conditions, inference, inferred
+from evat.paper import tables as paper_tables
+from evat.paper.conditions import SHEAR_STRESS, conditions, inference, inferred
 from evat.plots.cycles import inline
 from evat.studies.main_job import FORCES, GUESSED, INFERRED, MODELS, MainJobCase, drawn
 from evat.studies.paper.domain import DomainShares, condition_caveats

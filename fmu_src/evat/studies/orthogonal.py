@@ -18,7 +18,7 @@ from evat.model import FloatArray, ParameterError, nearest
 from evat.models.simulate import simulate
 from evat.motions import KINDS, Motion
 from evat.native import kernel
-from evat.paper_tables import materials, table_1
+from evat.paper.tables import materials, table_1
 from evat.parameter_sets import softening_limit
 
 TOP_SPEED = 1.0  # m/s, 60 m/min: ordinary in turning; guess, the paper states no test speeds

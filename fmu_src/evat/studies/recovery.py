@@ -20,7 +20,7 @@ from evat.model import FloatArray, ParameterError, Run
 from evat.models.contact import ContactModel
 from evat.motions import KINDS
 from evat.native import kernel
-from evat.paper_tables import materials
+from evat.paper.tables import materials
 from evat.parameter_sets import ParameterSet
 from evat.studies.orthogonal import orthogonal, uncertain
 from evat.studies.sensitivity import sensitivities

@@ -280,7 +280,7 @@ def run_file(
     **wishes: object,
 ) -> tuple[Trace, Power]:
     """Read an .ssp into `folder` and run it; `wishes` as `plan` takes them."""
-    from evat.systems.read import read
+    from evat.systems.ssp.read import read
 
     system = read(path, folder)
     with Coupled(system, values, given) as coupled:

@@ -12,8 +12,8 @@ from evat.files.read_toml import read_toml
 from evat.fmu.part_model import fmu_facts_of, model_of, parts
 from evat.model import Variable
 from evat.native.compile import CONTACT, PACKAGE
+from evat.paper.work_materials import constants
 from evat.systems.model import Bond, Port, SspError, port
-from evat.work_materials import constants
 
 KEYS = {"title", "stop_time", "step", "step_of_held_inputs", "every", "inputs", "show", "components", "connections", "bonds"}
 PART_KEYS = {"part", "set", "work", "values"}

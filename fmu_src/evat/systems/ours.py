@@ -12,7 +12,7 @@ from evat.fmu.host import host_fmu
 from evat.model import nearest
 from evat.systems.declared import load, names
 from evat.systems.model import SspError
-from evat.systems.write import Progress, write
+from evat.systems.ssp.write import Progress, write
 
 
 @contextmanager

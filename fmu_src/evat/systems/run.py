@@ -13,7 +13,7 @@ from evat.model import Run, Trace, nearest
 from evat.systems.couple import NO_INPUTS, Coupled, Given, Inputs, Order, plan
 from evat.systems.model import SspError, System, port
 from evat.systems.ours import archive_of
-from evat.systems.read import read
+from evat.systems.ssp.read import read
 from evat.systems.values import in_units, merged, of_work, seconds
 
 

@@ -325,7 +325,7 @@ def sweep_system(
     Frozen({'path.speed': 2})
     """
     from evat.systems.ours import archive_of
-    from evat.systems.read import read
+    from evat.systems.ssp.read import read
 
     with archive_of(ssp) as path, temporary() as folder:
         system = read(path, folder)

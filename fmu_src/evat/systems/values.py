@@ -15,11 +15,11 @@ from evat.files.table import read_table
 from evat.files.text import RecordError
 from evat.model import ParameterError, near_names, nearest
 from evat.native import kernel
-from evat.systems.bindings import values_of
+from evat.paper.work_materials import constants, material_of
 from evat.systems.couple import Given
 from evat.systems.model import Port, SspError, System, port
+from evat.systems.ssp.bindings import values_of
 from evat.units import to_si
-from evat.work_materials import constants, material_of
 
 Value = float | str | bool
 

@@ -96,16 +96,17 @@ class Probe:
             wanted = {part for part in _QUIET if quiet[part] < _QUIET[part]}
             if not wanted:
                 return
-            before = self._found()
+            before = self._counts()
             setting = self.choose()
             self.look(setting, wanted)
-            now = self._found()
+            now = self._counts()
             if now != before:
                 self.fruitful = [*self.fruitful, setting][-_LATEST:]
             quiet |= {part: quiet[part] + 1 if now[part] == before[part] else 0 for part in wanted}
         raise BuildError(f"the model structure did not settle within {_MOST} random settings; raise _MOST.")
 
-    def _found(self) -> dict[str, int]:
+    def _counts(self) -> dict[str, int]:
+        """Pairs of unknown and known that a look has told of, in a run and at a start."""
         run = self.reinit.sum() + self.factors.seen.sum() - self.factors.same.sum()
         return {"run": int(run), "start": int(self.told_at_rest.sum())}
 

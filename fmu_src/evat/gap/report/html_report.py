@@ -13,11 +13,11 @@ from evat import html as pages
 from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
 from evat.gap.budget import structural_share
-from evat.gap.report import interactive, printed
-from evat.gap.report.chart import BLUE, GREY, ORANGE, RED, YELLOW, Chart
 from evat.gap.report.parts import TITLES, parts
-from evat.gap.report.pictures import charts
-from evat.gap.report.series import Series, unlike
+from evat.gap.report.pictures import interactive, printed
+from evat.gap.report.pictures.chart import BLUE, GREY, ORANGE, RED, YELLOW, Chart
+from evat.gap.report.pictures.selection import charts
+from evat.gap.report.pictures.series import Series, unlike
 from evat.gap.report.summary import headline
 from evat.gap.report.words import WITHIN_NOISE, closed, number, percent, shown_unit, typed
 from evat.gap.search.compare import Comparison

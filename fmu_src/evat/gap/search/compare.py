@@ -172,7 +172,7 @@ def _fitted_to_all(prediction: Prediction, whitening: Whitening, tried: Mapping[
     effects of a pair alone, against which it is judged."""
     ranked = sorted(tried, key=lambda on: -tried[on].likelihood.evidence)
     singles = [on for on in ranked if len(on) == 1][: CONSTANTS.singles_fitted_to_all]
-    pairs = [on for on in ranked if len(on) == 2][: CONSTANTS.pairs_fitted_to_all]
+    pairs = [on for on in ranked if len(on) == 2][: CONSTANTS.pair_fits]
     chosen = dict.fromkeys([*singles, *[part for on in pairs for part in on.parts() if part in tried], *pairs])
     models = dict[Hypothesis, Fit]()
     for place, on in enumerate(chosen):

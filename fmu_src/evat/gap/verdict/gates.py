@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -55,84 +55,118 @@ def gates(judgement: Judgement, refused: Sequence[str] = ()) -> tuple[Gate, ...]
     return (audit, *_evidence(judgement), *_verdicts(judgement, not refused))
 
 
-def _evidence(judgement: Judgement) -> list[Gate]:
-    """What goes into the probabilities."""
-    features, constants = judgement.features, judgement.constants
-    step, built = steps(features, constants), list[Gate]()
+class _Asked:
+    """The gates of a judgement, each of which is tried with the other answer, too."""
+
+    def __init__(self, judgement: Judgement) -> None:
+        self.judgement, self.features, self.constants = judgement, judgement.features, judgement.constants
+        self.step = steps(judgement.features, judgement.constants)
 
     def gate(
-        name: str, quantity: str, value: float, wanted: Literal["above", "at most"], threshold: float, yes: str, no: str, asks: str = ""
-    ) -> None:
+        self,
+        name: str,
+        quantity: str,
+        value: float,
+        wanted: Literal["above", "at most"],
+        threshold: float,
+        yes: str,
+        no: str,
+        asks: str = "",
+    ) -> Gate:
+        """yes, no : the consequences; asks : the question of the judgement, where the gate is called otherwise."""
         passed = value > threshold if wanted == "above" else value <= threshold
-        other = judge(features, constants, (asks or name,))
-        moved = (other.verdict, other.chosen) != (judgement.verdict, judgement.chosen)
-        built.append(Gate(name, quantity, value, wanted, threshold, yes if passed else no, moved))
+        other = judge(self.features, self.constants, (asks or name,))
+        moved = (other.verdict, other.chosen) != (self.judgement.verdict, self.judgement.chosen)
+        return Gate(name, quantity, value, wanted, threshold, yes if passed else no, moved)
 
-    gate(
+
+def _evidence(judgement: Judgement) -> Iterator[Gate]:
+    """What goes into the probabilities."""
+    asked = _Asked(judgement)
+    step, constants = asked.step, asked.constants
+    yield asked.gate(
         "structural_gap", "largest structural rms that recalibration leaves in a channel, over what nobody would look at",
         math.exp(step.size), "above", math.exp(-constants.structure_offset / constants.structure_slope),
         f"a gap beyond mis-tuning: probability {step.by_size:.3g} by its size",
         f"nothing to look at: probability {step.by_size:.3g} of a gap by its size",
     )  # fmt: skip
-    if features.gain:
-        leader = max(features.gain, key=lambda on: features.gain[on])
-        gate(
-            "gap_not_larger", f"share of the structural gap that {leader} leaves, the likeliest by evidence alone",
-            features.left[leader], "at most", CONSTANTS.worse_gap, "its evidence counts",
-            "a model that makes the gap larger is held to leave all of that, however small the gap",
-        )  # fmt: skip
-        closest = step.closest
-        if closest in features.held_out:
-            gate(
-                "held_out", f"share of the structural gap that {closest} leaves at least on conditions that no fit saw",
-                features.held_out[closest], "at most", features.left[closest], "it holds there, too",
-                f"it does not hold there: {features.held_out[closest]:.3g} of the gap counts as left, not {features.left[closest]:.3g}",
-            )  # fmt: skip
-        gate(
-            "visible_share", f"share of the structural gap that {closest} leaves, as far as it can be seen",
-            step.lefts[closest], "at most", features.left_at_least(closest),
-            f"of the {features.left_at_least(closest):.3g} that it leaves, {step.lefts[closest]:.3g} can be seen and count",
-            "all that it leaves counts",
-        )  # fmt: skip
-        gate(
-            "beyond_chance", f"log evidence of {closest} over the recalibrated model", features.gain[closest], "above",
-            CONSTANTS.chance_evidence, "what it explains is no chance",
-            f"it may be chance, so that {step.left:.3g} of the gap count as unexplained",
-        )  # fmt: skip
-        gate(
-            "evident_effect", f"log evidence of {step.best}, the best hypothesis", features.gain[step.best], "above", step.needed,
-            f"a gap even if it is too small to look at: probability {step.regular[1]:.3g} with its evidence, {step.by_size:.3g} without",
-            "too little to make a gap of one that is too small to look at",
-        )  # fmt: skip
-        gate(
-            "credible_values", "largest shift of a nominal value by recalibration, in its standard deviations", features.shift, "at most",
-            CONSTANTS.credible_shift, "the nominal values may be mis-tuned",
-            f"no mis-tuning moves a value so far, and with {step.best} none moves by more than "
-            f"{features.shifts.get(step.best, math.nan):.3g}: it counts for a gap",
-        )  # fmt: skip
-        even = -constants.unknown_offset / constants.unknown_slope  # log-odds of a share
-        gate(
-            "known_to_library", "smallest share of the gap that a hypothesis leaves, chance counted", step.left, "at most",
-            1 / (1 + math.exp(-even)), f"the library knows it: {step.by_library:.3g} of the probability of a gap is unknown",
-            f"no hypothesis explains it: {step.by_library:.3g} of the probability of a gap is unknown",
-        )  # fmt: skip
-    foreign = unexplained_channels(features, max(1 - step.left, 0.0))
-    for channel, share in features.irregular_share.items():
-        unexplained = channel in foreign
-        gate(
-            f"regular, {channel}", "share of what repeats do not share that is bursts, lines and wander"
-            + ("" if unexplained else "; no more of it than the effects explain, so any share will do"),
-            share, "at most", constants.irregular if unexplained else 1.0, "nothing foreign comes and goes",
-            f"something foreign comes and goes: probability of unknown {step.regular[0]:.3g} without it, {step.unknown:.3g} with all of it",
-            "regular",
-        )  # fmt: skip
-    gate(
-        "nominal_fits", "log evidence of the nominal over the recalibrated model, of which a larger nominal gap asks more", features.exact,
-        "above", constants.evident * (constants.gap_offset + constants.gap_slope * step.nominal_size) - CONSTANTS.chance_evidence,
+    if asked.features.gain:
+        yield from _shares(asked)
+        yield from _hypotheses(asked)
+    yield from _irregular(asked)
+    yield asked.gate(
+        "nominal_fits", "log evidence of the nominal over the recalibrated model, of which a larger nominal gap asks more",
+        asked.features.exact, "above",
+        constants.evident * (constants.gap_offset + constants.gap_slope * step.nominal_size) - CONSTANTS.chance_evidence,
         f"without an effect the nominal values suffice: probability {step.no_gap:.3g}",
         f"without an effect the nominal values are mis-tuned: they suffice with a probability of {step.no_gap:.3g}",
     )  # fmt: skip
-    return built
+
+
+def _shares(asked: _Asked) -> Iterator[Gate]:
+    """What a hypothesis is held to leave of the gap."""
+    features, step = asked.features, asked.step
+    leader = max(features.gain, key=lambda on: features.gain[on])
+    yield asked.gate(
+        "gap_not_larger", f"share of the structural gap that {leader} leaves, the likeliest by evidence alone",
+        features.left[leader], "at most", CONSTANTS.worse_gap, "its evidence counts",
+        "a model that makes the gap larger is held to leave all of that, however small the gap",
+    )  # fmt: skip
+    closest = step.closest
+    if closest in features.held_out:
+        yield asked.gate(
+            "held_out", f"share of the structural gap that {closest} leaves at least on conditions that no fit saw",
+            features.held_out[closest], "at most", features.left[closest], "it holds there, too",
+            f"it does not hold there: {features.held_out[closest]:.3g} of the gap counts as left, not {features.left[closest]:.3g}",
+        )  # fmt: skip
+    yield asked.gate(
+        "visible_share", f"share of the structural gap that {closest} leaves, as far as it can be seen",
+        step.lefts[closest], "at most", features.left_at_least(closest),
+        f"of the {features.left_at_least(closest):.3g} that it leaves, {step.lefts[closest]:.3g} can be seen and count",
+        "all that it leaves counts",
+    )  # fmt: skip
+    yield asked.gate(
+        "beyond_chance", f"log evidence of {closest} over the recalibrated model", features.gain[closest], "above",
+        CONSTANTS.chance_evidence, "what it explains is no chance",
+        f"it may be chance, so that {step.left:.3g} of the gap count as unexplained",
+    )  # fmt: skip
+
+
+def _hypotheses(asked: _Asked) -> Iterator[Gate]:
+    """What makes one of the hypotheses likely, or something that none of them is."""
+    features, constants, step = asked.features, asked.constants, asked.step
+    yield asked.gate(
+        "evident_effect", f"log evidence of {step.best}, the best hypothesis", features.gain[step.best], "above", step.needed,
+        f"a gap even if it is too small to look at: probability {step.regular[1]:.3g} with its evidence, {step.by_size:.3g} without",
+        "too little to make a gap of one that is too small to look at",
+    )  # fmt: skip
+    yield asked.gate(
+        "credible_values", "largest shift of a nominal value by recalibration, in its standard deviations", features.shift, "at most",
+        CONSTANTS.credible_shift, "the nominal values may be mis-tuned",
+        f"no mis-tuning moves a value so far, and with {step.best} none moves by more than "
+        f"{features.shifts.get(step.best, math.nan):.3g}: it counts for a gap",
+    )  # fmt: skip
+    even = -constants.unknown_offset / constants.unknown_slope  # log-odds of a share
+    yield asked.gate(
+        "known_to_library", "smallest share of the gap that a hypothesis leaves, chance counted", step.left, "at most",
+        1 / (1 + math.exp(-even)), f"the library knows it: {step.by_library:.3g} of the probability of a gap is unknown",
+        f"no hypothesis explains it: {step.by_library:.3g} of the probability of a gap is unknown",
+    )  # fmt: skip
+
+
+def _irregular(asked: _Asked) -> Iterator[Gate]:
+    """What comes and goes from repeat to repeat, channel by channel."""
+    features, step = asked.features, asked.step
+    foreign = unexplained_channels(features, max(1 - step.left, 0.0))
+    for channel, share in features.irregular_share.items():
+        unexplained = channel in foreign
+        yield asked.gate(
+            f"regular, {channel}", "share of what repeats do not share that is bursts, lines and wander"
+            + ("" if unexplained else "; no more of it than the effects explain, so any share will do"),
+            share, "at most", asked.constants.irregular if unexplained else 1.0, "nothing foreign comes and goes",
+            f"something foreign comes and goes: probability of unknown {step.regular[0]:.3g} without it, {step.unknown:.3g} with all of it",
+            "regular",
+        )  # fmt: skip
 
 
 def _verdicts(judgement: Judgement, counts: bool) -> list[Gate]:

@@ -51,7 +51,7 @@ def _rest(velocity: FloatArray, widest: float) -> Rest | None:
     if not near:
         return None
     # It goes on as far as the velocity stays about as flat: the longer, the better its level is known.
-    middle, reach = windows[flattest].mean(), CONSTANTS.rest_goes_on * (high - low)[flattest]
+    middle, reach = windows[flattest].mean(), (high - low)[flattest]
     apart = np.flatnonzero(np.abs(velocity - middle) > reach)
     begin = max(apart[apart < flattest], default=-1) + 1
     end = min(apart[apart >= flattest + size], default=velocity.size)

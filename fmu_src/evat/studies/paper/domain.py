@@ -7,15 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evat import paper_tables, parameter_sets
+from evat import parameter_sets
 from evat.model import Trace
 from evat.models.simulate import simulate
 from evat.native import kernel
-from evat.paper_conditions import conditions, inference, inferred
+from evat.paper import tables as paper_tables
+from evat.paper.conditions import conditions, inference, inferred
 from evat.parameter_sets import softening_limit
 from evat.studies.main_job import MODELS
 from evat.studies.paper.means import mean_error, measured
-from evat.studies.paper.study import ACCEPTED, FEED, PaperStudy, chosen, inferred_forces, ranked
+from evat.studies.paper.result import ACCEPTED, PaperStudy, ranked
+from evat.studies.paper.study import FEED, chosen, inferred_forces
 from evat.units import SPEED_UNITS
 
 SAMPLES = 2000  # of the cycle: shares are then right to 0.001

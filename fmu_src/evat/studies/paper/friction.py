@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from evat import paper_tables
 from evat.model import FloatArray
 from evat.native import kernel
-from evat.paper_conditions import inference
+from evat.paper import tables as paper_tables
+from evat.paper.conditions import inference
 from evat.studies.main_job import MODELS
 from evat.studies.paper.domain import DomainShares, domain_shares
 from evat.studies.paper.means import Calculation, cycle_means, inferred_point, mean_error, measured, solved_shear_stress

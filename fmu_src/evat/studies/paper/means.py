@@ -13,11 +13,12 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from evat import paper_tables, parameter_sets
+from evat import parameter_sets
 from evat.model import FloatArray, Run, SimulationError
 from evat.native import kernel
 from evat.native.batch import run_many
-from evat.paper_conditions import SHEAR_STRESS, conditions, inference, shear_stresses
+from evat.paper import tables as paper_tables
+from evat.paper.conditions import SHEAR_STRESS, conditions, inference, shear_stresses
 from evat.studies.main_job import FORCES, MODELS
 
 MEANS = tuple(f"mean_{force}" for force in FORCES)

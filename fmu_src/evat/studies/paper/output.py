@@ -8,16 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from evat import paper_tables
 from evat.files.json_values import json_value
 from evat.files.writing import put
 from evat.native import kernel
-from evat.paper_conditions import SHEAR_STRESS, ProcessCondition, conditions, inference, shear_stresses
+from evat.paper import tables as paper_tables
+from evat.paper.conditions import SHEAR_STRESS, ProcessCondition, conditions, inference, shear_stresses
 from evat.studies.main_job import FORCES, MODELS
 from evat.studies.paper.domain import DomainShares
 from evat.studies.paper.friction import COEFFICIENTS, PLACES, BorneFriction
 from evat.studies.paper.means import mean_error, measured
-from evat.studies.paper.study import ACCEPTED, DETERMINED, Best, PaperStudy, paper_threshold
+from evat.studies.paper.result import ACCEPTED, DETERMINED, Best, ConditionProfile, LeftOut, PaperStudy
+from evat.studies.paper.study import paper_threshold
 from evat.units import SPEED_UNITS
 
 JSON = "study.json"
@@ -25,7 +26,6 @@ JSON = "study.json"
 
 def as_json(study: PaperStudy, shares: tuple[DomainShares, ...], borne: BorneFriction, told: tuple[str, ...]) -> dict[str, Any]:
     """SI throughout; what is not a number is null."""
-    principles = kernel.variable("shear_angle_principle").choices
     whole: dict[str, Any] = json_value(
         {
             "format": 1,
@@ -37,77 +37,77 @@ def as_json(study: PaperStudy, shares: tuple[DomainShares, ...], borne: BorneFri
                 "how": inference().how,
                 "conditions": {one.variable: one.inferred for one in conditions()},
                 SHEAR_STRESS: {name: one.inferred for name, one in shear_stresses().items()},
-                "models": {
-                    model: {"mean_error": float(mean_error(means / measured() - 1)), "means": _forces(means)}
-                    for model, means in study.inferred.items()
-                },
-                "mean_error_by_current_shear_angle": {
-                    model: float(mean_error(means / measured() - 1)) for model, means in study.current_angle.items()
-                },
+                "models": {model: _means(means) for model, means in study.inferred.items()},
+                "mean_error_by_current_shear_angle": {model: _mean_error(means) for model, means in study.current_angle.items()},
             },
             "best": [_best(one) for one in study.best.values()],
-            "draws": {
-                "accepted_up_to": ACCEPTED,
-                "counts": [
-                    {
-                        "principle": principle,
-                        "speed_unit": unit,
-                        **dict(zip(("separating", "accepted", "ranking_kept"), study.accepted(principle, unit), strict=True)),
-                    }
-                    for unit in SPEED_UNITS
-                    for principle in principles
-                ],
-            },
+            "draws": _draws(study),
             "profiles": {
                 "threshold": paper_threshold(),
                 "determined_up_to_factor": DETERMINED,
-                "conditions": {
-                    one.condition.variable: {
-                        "values": one.values.tolist(),
-                        "mean_errors": one.errors.tolist(),
-                        "interval": one.interval,
-                        "verdict": one.verdict,
-                    }
-                    for one in study.profiles
-                },
+                "conditions": {one.condition.variable: _profile(one) for one in study.profiles},
             },
             "spreads": [{"quantity": one.name, "unit": one.unit, "low": one.low, "high": one.high} for one in study.spreads],
-            "left_out": [
-                {
-                    "material": one.material,
-                    "model": one.model,
-                    "feed_force": one.measured,
-                    "predicted_median": one.median,
-                    "predicted_5_to_95_percent": np.percentile(one.predicted, [5, 95]).tolist() if one.predicted.size else None,
-                    "draws": int(one.predicted.size),
-                }
-                for one in study.left_out
-            ],
+            "left_out": [_left_out(one) for one in study.left_out],
             "domain": _domain(shares),
-            "borne_friction": {
-                "domain": _domain(borne.shares),
-                "models": {
-                    model: {"mean_error": float(mean_error(means / measured() - 1)), "means": _forces(means)}
-                    for model, means in borne.at_start.items()
-                },
-                "places": [
-                    {
-                        "mu": float(mu),
-                        "contact_length": float(length),
-                        "mean_error": {model: float(borne.errors(model)[n]) for model in MODELS},
-                    }
-                    for n, (mu, length) in enumerate(PLACES)
-                ],
-                "amontons": [
-                    {"mu": mu, "mean_error": float(mean_error(means / measured() - 1)), "means": _forces(means)}
-                    for mu, means in zip(COEFFICIENTS, borne.amontons, strict=True)
-                ],
-            },
+            "borne_friction": _borne(borne),
             "caveats": told,
             "made_by": study.made_by,
         }
     )
     return whole
+
+
+def _draws(study: PaperStudy) -> dict[str, Any]:
+    counts = [
+        {
+            "principle": principle,
+            "speed_unit": unit,
+            **dict(zip(("separating", "accepted", "ranking_kept"), study.accepted(principle, unit), strict=True)),
+        }
+        for unit in SPEED_UNITS
+        for principle in kernel.variable("shear_angle_principle").choices
+    ]
+    return {"accepted_up_to": ACCEPTED, "counts": counts}
+
+
+def _profile(one: ConditionProfile) -> dict[str, Any]:
+    return {"values": one.values.tolist(), "mean_errors": one.errors.tolist(), "interval": one.interval, "verdict": one.verdict}
+
+
+def _left_out(one: LeftOut) -> dict[str, Any]:
+    return {
+        "material": one.material,
+        "model": one.model,
+        "feed_force": one.measured,
+        "predicted_median": one.median,
+        "predicted_5_to_95_percent": np.percentile(one.predicted, [5, 95]).tolist() if one.predicted.size else None,
+        "draws": int(one.predicted.size),
+    }
+
+
+def _borne(borne: BorneFriction) -> dict[str, Any]:
+    return {
+        "domain": _domain(borne.shares),
+        "models": {model: _means(means) for model, means in borne.at_start.items()},
+        "places": [
+            {
+                "mu": float(mu),
+                "contact_length": float(length),
+                "mean_error": {model: float(borne.errors(model)[n]) for model in MODELS},
+            }
+            for n, (mu, length) in enumerate(PLACES)
+        ],
+        "amontons": [{"mu": mu, **_means(means)} for mu, means in zip(COEFFICIENTS, borne.amontons, strict=True)],
+    }
+
+
+def _means(means: Any) -> dict[str, Any]:
+    return {"mean_error": _mean_error(means), "means": _forces(means)}
+
+
+def _mean_error(means: Any) -> float:
+    return float(mean_error(means / measured() - 1))
 
 
 def _domain(shares: tuple[DomainShares, ...]) -> dict[str, dict[str, float]]:

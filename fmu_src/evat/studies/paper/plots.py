@@ -9,13 +9,14 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 
-from evat import paper_tables
 from evat.native import kernel
+from evat.paper import tables as paper_tables
 from evat.plots.cycles import COLOURS, STYLE, in_display_unit, label, new_figure, save_figure
 from evat.studies.main_job import FORCES, MODELS
 from evat.studies.paper.domain import DomainShares
 from evat.studies.paper.means import Calculation, mean_error, measured
-from evat.studies.paper.study import ACCEPTED, FEED, ConditionProfile, PaperStudy, chosen, ranked
+from evat.studies.paper.result import ACCEPTED, ConditionProfile, PaperStudy, ranked
+from evat.studies.paper.study import FEED, chosen
 from evat.units import SPEED_UNITS
 
 OF_MODEL = dict(zip(MODELS, COLOURS, strict=False))

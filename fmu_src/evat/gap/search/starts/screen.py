@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import qmc
 
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment
+from evat.gap.search.starts.design import Design, neutral_values, points_over
 from evat.gap.search.starts.linear import expected_evidence, linear_fit
 from evat.gap.search.starts.periodogram import peaks
 from evat.gap.search.starts.plausible import plausible_amplitudes
@@ -67,19 +67,6 @@ def _spread(conditions: Sequence[str], most: int) -> list[str]:
     return [each[round(k)] for k in np.linspace(0, len(each) - 1, min(most, len(each)))]
 
 
-def _design(unknown: Sequence[Parameter]) -> FloatArray:
-    """Points (G, s) over the prior of the shapes, in its standard deviations. In the order of the first shape: neighbours run side by side,
-    and a block takes as long as its slowest."""
-    if not unknown:
-        return np.zeros((1, 0))
-    if len(unknown) == 1:
-        reach = CONSTANTS.shape_range[0]
-        return np.linspace(-reach, reach, CONSTANTS.shape_values)[:, None]
-    reach = CONSTANTS.shape_range[1]
-    points: FloatArray = qmc.Sobol(len(unknown), scramble=False).random(CONSTANTS.shape_points) * (2 * reach) - reach
-    return points[np.argsort(points[:, 0])]
-
-
 class Screen:
     """Effects tried one after the other beside a fit."""
 
@@ -91,141 +78,139 @@ class Screen:
 
     def starts(self, base: Fit, effect: Effect) -> list[Start]:
         """Where to fit the effect from, the best first; none where it does nothing here."""
-        unknown = [shape_parameter(variable, self.scales) for variable in shapes(effect)]
-        strengths, idle = list(amplitudes(effect)), list[Variable]()
-        neutral = {variable.name: variable.neutral for variable in strengths}
-        sine, fixed = sine_of(unknown), list[dict[str, float]]()
-        if sine is None:
-            design = _design(unknown)
-        else:
-            tops = peaks(self.prediction, self.whitening, base.predicted, unknown[sine[0]].unit)
-            design = quadrature(tops, unknown, sine)
-            fixed = [{f"{unknown[sine[1]].name}{OWN}{key}": phase for key, phase in top.phases.items()} for top in tops]
-        spreads = self._spreads(base, effect, unknown, design, strengths, neutral)
-        for variable in list(strengths):
-            if not np.any(np.isfinite(spreads[variable.name])):
-                strengths.remove(variable)
-                idle.append(variable)
-        if not strengths:
+        design = self._design(base, effect)
+        if not design.strengths:
             return []
-        for variable in idle:  # says something only once another amplitude is there: a shape
-            if variable.neutral > 0 and variable.min >= 0:
-                low, high = max(variable.min, variable.neutral / 10), min(variable.max, variable.neutral * 10)
-                unknown.append(Parameter(variable.name, variable.unit, variable.neutral, math.log(high / low) / 4, low, high, True))
-                sine, fixed, design = None, [], _design(unknown)
-                spreads = self._spreads(base, effect, unknown, design, strengths, neutral)
-        starts = list[Start]()
-        reach = self._reach(strengths, spreads, design.shape[0], sine is not None)
-        design = np.repeat(design, reach.size // design.shape[0], axis=0)
-        lanes, reached = self._lanes(base, effect, unknown, design, reach, strengths, neutral, spreads)
-        for name in {name for own in fixed for name in own}:
-            lanes[name] = np.repeat([own.get(name, 0.0) for own in fixed], 2 * len(strengths))
+        reach = self._reach(design)
+        design = design.repeated(reach.size // len(design.points))
+        lanes, reached = self._lanes(base, design, reach)
         predicted = self.prediction.many(lanes, (*base.on, effect.name))
         slopes = np.nan_to_num(predicted - base.predicted).T / reached  # (N, G q)
-        if sine is not None:
-            design, slopes = in_phase(self.whitening, base, design, slopes, [amplitude_parameter(v, 1.0) for v in strengths], sine)
-            reach, reached = reach[::2], reached[: slopes.shape[1]]
-            spreads = {name: spread[::2] for name, spread in spreads.items()}
-        everything = self.whitening.sums(base.predicted, np.column_stack([base.slopes, slopes])).grams
-        information = known(everything, base.likelihood.weights * self.whitening.trust)
-        fitted, width = base.slopes.shape[1], len(strengths)
-        start = np.concatenate([base.point, np.zeros(width)])
-        rows = list[tuple[float, FloatArray, tuple[Parameter, ...], list[int], int, float]]()
-        for row, shape in enumerate(design):
-            own = [fitted + row * width + place for place in range(width)]
-            if not np.any(slopes[:, [column - fitted for column in own]]):
-                continue
-            parameters = (
-                *(amplitude_parameter(v, float(np.repeat(spreads[v.name], reach.size // spreads[v.name].size)[row])) for v in strengths),
-                *unknown,
+        if design.sine is not None:
+            amplitudes = [amplitude_parameter(variable, 1.0) for variable in design.strengths]
+            points, slopes = in_phase(self.whitening, base, design.points, slopes, amplitudes, design.sine)
+            design, reached = design.one_of_two(points), reached[: slopes.shape[1]]
+        return self._refined(base, design, slopes, reached)
+
+    def _design(self, base: Fit, effect: Effect) -> Design:
+        """What is tried. An amplitude that does nothing by itself says something only once another is there: it is a shape."""
+        unknown = tuple(shape_parameter(variable, self.scales) for variable in shapes(effect))
+        sine, phases = sine_of(unknown), list[dict[str, float]]()
+        if sine is None:
+            points = points_over(unknown)
+        else:
+            tops = peaks(self.prediction, self.whitening, base.predicted, unknown[sine[0]].unit)
+            points = quadrature(tops, unknown, sine)
+            phases = [{f"{unknown[sine[1]].name}{OWN}{key}": phase for key, phase in top.phases.items()} for top in tops]
+        every = tuple(amplitudes(effect))
+        spreads = self._spreads(base, effect, unknown, points, every)
+        strengths = tuple(variable for variable in every if np.any(np.isfinite(spreads[variable.name])))
+        idle = [variable for variable in every if variable not in strengths and variable.neutral > 0 and variable.min >= 0]
+        if strengths and idle:
+            unknown, sine, phases = (*unknown, *map(_as_shape, idle)), None, []
+            points = points_over(unknown)
+            spreads = self._spreads(base, effect, unknown, points, strengths)
+        return Design(effect, strengths, unknown, points, spreads, sine, phases)
+
+    def _refined(self, base: Fit, design: Design, slopes: FloatArray, reached: FloatArray) -> list[Start]:
+        """Of the points that promise most by the sums as they are, a linear fit each."""
+        grams = self.whitening.sums(base.predicted, np.column_stack([base.slopes, slopes])).grams
+        information = known(grams, base.likelihood.weights * self.whitening.trust)
+        fitted, width = base.slopes.shape[1], len(design.strengths)
+        begin = np.concatenate([base.point, np.zeros(width)])
+        promising = list[tuple[float, int, tuple[Parameter, ...]]]()
+        for row in range(len(design.points)):
+            own, parameters = np.arange(row * width, (row + 1) * width), design.parameters(row)
+            if np.any(slopes[:, own]) and all(math.isfinite(parameter.sd) and parameter.sd > 0 for parameter in parameters):
+                kept = [*range(fitted), *(fitted + own), -1]
+                expected = expected_evidence(information[np.ix_(kept, kept)], begin, parameters[:width])
+                promising.append((expected - design.cost(row), row, parameters))
+        starts, beside = list[Start](), range(grams.shape[-1] - 1 - RANDOM, grams.shape[-1])
+        for _, row, parameters in sorted(promising, key=lambda each: -each[0])[: CONSTANTS.refined_points]:
+            own = np.arange(row * width, (row + 1) * width)
+            kept = [*range(fitted), *(fitted + own), *beside]
+            evidence, point = linear_fit(self.whitening, Sums(grams[:, :, kept][:, :, :, kept]), begin, parameters[:width])
+            whole = np.concatenate([point[fitted:], design.points[row]])
+            starts.append(
+                Start(design.effect, parameters, whole, evidence - design.cost(row), slopes[:, own], reached[own], design.fixed(row))
             )
-            if not all(math.isfinite(parameter.sd) and parameter.sd > 0 for parameter in parameters):
-                continue
-            kept = [*range(fitted), *own, -1]
-            expected = expected_evidence(information[np.ix_(kept, kept)], start, parameters[:width])
-            costs = CONSTANTS.cost_of_own_value * len(set(fixed[row].values())) if fixed else 0.0
-            rows.append((expected - costs, shape, parameters, own, row, costs))
-        for _, shape, parameters, own, row, costs in sorted(rows, key=lambda each: -each[0])[: CONSTANTS.refined_points]:
-            kept = [*range(fitted), *own, *range(everything.shape[-1] - 1 - RANDOM, everything.shape[-1])]
-            evidence, point = linear_fit(self.whitening, Sums(everything[:, :, kept][:, :, :, kept]), start, parameters[:width])
-            columns = [column - fitted for column in own]
-            whole, held = np.concatenate([point[fitted:], shape]), fixed[row] if fixed else {}
-            starts.append(Start(effect, parameters, whole, evidence - costs, slopes[:, columns], reached[columns], held))
         return sorted(starts, key=lambda start: -start.evidence)
 
-    def _reach(self, strengths: Sequence[Variable], spreads: Mapping[str, FloatArray], rows: int, straight: bool) -> FloatArray:
-        """Where amplitudes are tried, in their prior standard deviations: (G,) or, for one that need not be linear, several for each
-        row. straight : whether one is linear anyway, as that of a sine is."""
-        if straight:
-            return np.full(rows, CONSTANTS.trial_amplitudes[1])
-        if len(strengths) > 1:
-            return np.full(rows, CONSTANTS.linear_amplitude)
-        (own,) = strengths
+    def _reach(self, design: Design) -> FloatArray:
+        """Where amplitudes are tried, in their prior standard deviations: (G,) or, for one that need not be linear, as that of a sine is,
+        several for each point."""
+        count = len(design.points)
+        if design.sine is not None:
+            return np.full(count, CONSTANTS.trial_amplitudes[1])
+        if len(design.strengths) > 1:
+            return np.full(count, CONSTANTS.linear_amplitude)
+        (own,) = design.strengths
         if own.unit != "s":
-            return np.tile(CONSTANTS.trial_amplitudes, rows)
+            return np.tile(CONSTANTS.trial_amplitudes, count)
         times = np.geomspace(
             0.5 * self.scales.step, 0.2 * self.scales.duration, CONSTANTS.trial_times
         )  # a time may be any that the record can show
-        return np.concatenate([times / spread if np.isfinite(spread) else np.ones(CONSTANTS.trial_times) for spread in spreads[own.name]])
+        spreads = design.spreads[own.name]
+        return np.concatenate([times / spread if np.isfinite(spread) else np.ones(CONSTANTS.trial_times) for spread in spreads])
 
     def _spreads(
         self,
         base: Fit,
         effect: Effect,
         unknown: Sequence[Parameter],
-        design: FloatArray,
+        points: FloatArray,
         strengths: Sequence[Variable],
-        neutral: Mapping[str, float],
     ) -> dict[str, FloatArray]:
-        """Of each amplitude at each point of the design: how large it is where it does what is plausible; nan where it does nothing. Asked
+        """Of each amplitude at each point: how large it is where it does what is plausible; nan where it does nothing. Asked
         beside one base only: beside another it is of the same order."""
         names = (effect.name, *(variable.name for variable in strengths), *(parameter.name for parameter in unknown))
-        key = (names, design.tobytes())
+        key = (names, points.tobytes())
         if key in self._probed:
             return self._probed[key]
         without = self.probe.one(base.values, base.on)
-        shape = {p.name: np.array([p.value(float(u)) for u in design[:, place]]) for place, p in enumerate(unknown)}
+        shape = {p.name: np.array([p.value(float(u)) for u in points[:, place]]) for place, p in enumerate(unknown)}
         channels = [self.probe.places(channel) for channel in self.probe.channels]
         spreads = dict[str, FloatArray]()
         for variable in strengths:
 
             def sizes(amplitudes: FloatArray, rows: npt.NDArray[np.intp], variable: Variable = variable) -> FloatArray:
-                lanes: dict[str, float | str | FloatArray] = {**base.values, **neutral, variable.name: variable.neutral + amplitudes}
+                lanes: dict[str, float | str | FloatArray] = {
+                    **base.values,
+                    **neutral_values(effect),
+                    variable.name: variable.neutral + amplitudes,
+                }
                 lanes.update({name: values[rows] for name, values in shape.items()})
                 change = (self.probe.many(lanes, (*base.on, effect.name)) - without) / self._level
                 rms: FloatArray = np.max([np.sqrt(np.mean(change[:, channel] ** 2, axis=1)) for channel in channels], axis=0)
                 return rms
 
             least = self.scales.amplitude(variable) * CONSTANTS.first_probe
-            spreads[variable.name] = plausible_amplitudes(sizes, least, variable.max - variable.neutral, design.shape[0])
+            spreads[variable.name] = plausible_amplitudes(sizes, least, variable.max - variable.neutral, len(points))
             if sine_of(unknown) is not None:  # one amplitude for both components
                 spreads[variable.name] = np.repeat(np.fmin(spreads[variable.name][::2], spreads[variable.name][1::2]), 2)
         self._probed[key] = spreads
         return spreads
 
-    def _lanes(
-        self,
-        base: Fit,
-        effect: Effect,
-        unknown: Sequence[Parameter],
-        design: FloatArray,
-        reach: FloatArray,
-        strengths: Sequence[Variable],
-        neutral: Mapping[str, float],
-        spreads: Mapping[str, FloatArray],
-    ) -> tuple[dict[str, float | str | FloatArray], FloatArray]:
+    def _lanes(self, base: Fit, design: Design, reach: FloatArray) -> tuple[dict[str, float | str | FloatArray], FloatArray]:
         """Value sets (G q): each amplitude alone at each point of the design; and how far it is there from doing nothing, in its prior
         standard deviations (G q): less than its reach where it meets its bound."""
-        rows, width = design.shape[0], len(strengths)
-        lanes: dict[str, float | str | FloatArray] = {**base.values, **neutral}
+        rows, width = len(design.points), len(design.strengths)
+        lanes: dict[str, float | str | FloatArray] = {**base.values, **neutral_values(design.effect)}
         reached = np.repeat(reach, width).reshape(rows, width)
-        for place, variable in enumerate(strengths):
+        for place, variable in enumerate(design.strengths):
             column = np.full((rows, width), variable.neutral)
-            spread = np.nan_to_num(np.repeat(spreads[variable.name], rows // spreads[variable.name].size))
+            spread = np.nan_to_num(design.spreads[variable.name])
             most = np.divide(variable.max - variable.neutral, spread, out=np.full(rows, np.inf), where=spread > 0)
             reached[:, place] = np.minimum(reach, most)
             column[:, place] = np.minimum(variable.neutral + reach * spread, variable.max)
             lanes[variable.name] = column.ravel()
-        for place, parameter in enumerate(unknown):
-            lanes[parameter.name] = np.repeat([parameter.value(float(u)) for u in design[:, place]], width)
+        for place, parameter in enumerate(design.unknown):
+            lanes[parameter.name] = np.repeat([parameter.value(float(u)) for u in design.points[:, place]], width)
+        for name in {name for own in design.phases for name in own}:
+            lanes[name] = np.repeat([own.get(name, 0.0) for own in design.phases], 2 * width)
         return lanes, reached.ravel()
+
+
+def _as_shape(variable: Variable) -> Parameter:
+    low, high = max(variable.min, variable.neutral / 10), min(variable.max, variable.neutral * 10)
+    return Parameter(variable.name, variable.unit, variable.neutral, math.log(high / low) / 4, low, high, True)

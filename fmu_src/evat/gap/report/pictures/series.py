@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from evat.gap.location import samples_of
-from evat.gap.report.chart import BLUE, GREY, ORANGE, RED, Line, Style
+from evat.gap.report.pictures.chart import BLUE, GREY, ORANGE, RED, Line, Style
 from evat.gap.report.words import shown_unit
 from evat.gap.search.compare import Comparison
 from evat.inference.whitening import Group

@@ -13,9 +13,9 @@ import fmpy
 from evat.files.read_xml import XmlError, check_valid, number, read_xml
 from evat.files.unpack import Allowance, ArchiveError, opened, unpack
 from evat.model import ParameterError
-from evat.systems.bindings import NAMESPACES, inside, of_component, of_system
 from evat.systems.model import Bond, Component, Connector, Port, SspError, System, port
-from evat.systems.relays import through
+from evat.systems.ssp.bindings import NAMESPACES, inside, of_component, of_system
+from evat.systems.ssp.relays import through
 from evat.units import affine, base_unit
 
 FMU_TYPES = (None, "application/x-fmu-sharedlibrary")

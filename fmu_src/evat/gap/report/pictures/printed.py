@@ -12,7 +12,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter, NullFormatter
 
-from evat.gap.report.chart import SKY, Chart, Line, Panel
+from evat.gap.report.pictures.chart import SKY, Chart, Line, Panel
 from evat.plots.cycles import STYLE
 
 SMALL = 1e-2  # numbers below are written with a prefix, 20u

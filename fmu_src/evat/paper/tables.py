@@ -10,7 +10,7 @@ from typing import Any
 
 from evat.files.read_toml import read_toml
 
-FOLDER = Path(__file__).resolve().parent / "parameters" / "paper"
+FOLDER = Path(__file__).resolve().parents[1] / "parameters" / "paper"
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,9 +10,9 @@ from typing import Any
 
 from evat.files.read_toml import read_toml
 from evat.model import ParameterError
-from evat.paper_tables import materials
+from evat.paper.tables import materials
 
-FILE = Path(__file__).resolve().parent / "parameters" / "work" / "thermal.toml"
+FILE = Path(__file__).resolve().parents[1] / "parameters" / "work" / "thermal.toml"
 
 
 @dataclass(frozen=True, slots=True)

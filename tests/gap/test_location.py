@@ -31,10 +31,10 @@ def test_a_gap_is_found_between_two_phases(low: float, high: float) -> None:
         gap[segment.at] = within(np.mod(times / PERIOD, 1.0), (low, high))
     (region,) = locate(prediction, gap).regions
     assert list(region.box) == ["phase"]
-    found_low, found_high = region.box["phase"]
+    start, end = region.box["phase"]
     wide = (high - low) % 1.0 or 1.0
-    assert (found_low - low) % 1.0 < 0.2 * wide + 0.05 or (low - found_low) % 1.0 < 0.03
-    assert (high - found_high) % 1.0 < 0.2 * wide + 0.05 or (found_high - high) % 1.0 < 0.03
+    assert (start - low) % 1.0 < 0.2 * wide + 0.05 or (low - start) % 1.0 < 0.03
+    assert (high - end) % 1.0 < 0.2 * wide + 0.05 or (end - high) % 1.0 < 0.03
     assert 0.75 < region.share < 1.0 + 1e-9
 
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from evat.systems.bindings import NAMESPACES
 from evat.systems.model import Port, SspError
+from evat.systems.ssp.bindings import NAMESPACES
 
 End = tuple[str | None, str]  # element, connector; no element is the system itself
 SEEN_FROM_WITHIN = {"input": "output", "output": "input"}  # an input of the system gives, an output of it takes

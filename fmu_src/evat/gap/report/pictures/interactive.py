@@ -14,7 +14,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 from plotly.subplots import make_subplots
 
-from evat.gap.report.chart import SKY, Chart, Line, Panel
+from evat.gap.report.pictures.chart import SKY, Chart, Line, Panel
 from evat.html import PHONE_WIDTH
 from evat.model import FloatArray
 

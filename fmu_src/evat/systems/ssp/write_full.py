@@ -17,7 +17,7 @@ from evat.fmu.credibility import credibility_files
 from evat.fmu.xml import Element, add, serialised, top
 from evat.model import Variable
 from evat.systems.declared import Declared, load, names
-from evat.systems.write import SSC, SSD, Progress, add_annotations, add_connector, add_units, fmu_entry, root
+from evat.systems.ssp.write import SSC, SSD, Progress, add_annotations, add_connector, add_units, fmu_entry, root
 
 SSM = "http://ssp-standard.org/SSP1/SystemStructureParameterMapping"
 SSB = "http://ssp-standard.org/SSP1/SystemStructureSignalDictionary"

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from evat.gap.location import Region
-from evat.gap.report.chart import DARK, Chart, Line, Panel, axis
-from evat.gap.report.series import LOOKS, Record, Series, extremes, folded, lines_of, stretch, telling
+from evat.gap.report.pictures.chart import DARK, Chart, Line, Panel, axis
+from evat.gap.report.pictures.series import LOOKS, Record, Series, extremes, folded, lines_of, stretch, telling
 from evat.gap.report.words import percent
 from evat.model import FloatArray
 
@@ -16,7 +16,7 @@ BINS = 60
 FOLDED = 3  # cycles, from which on means over the phase are drawn
 
 
-def where_charts(series: Series, regions: Sequence[Region], unlike: FloatArray, number: int) -> list[Chart]:
+def location_charts(series: Series, regions: Sequence[Region], unlike: FloatArray, number: int) -> list[Chart]:
     """The force and the share of the squared gap over what bounds the regions of a channel, the phase, and the telling signal."""
     channel, names = regions[0].channel, dict.fromkeys(name for each in regions for name in each.box)
     prediction, whitening = series.comparison.prediction, series.comparison.whitening

@@ -15,10 +15,10 @@ from evat.fmu import archive
 from evat.fmu.credibility import credibility_files
 from evat.fmu.xml import Element, add, serialised, top
 from evat.model import Variable
-from evat.paper_tables import materials as materials_of_work
+from evat.paper.tables import materials as materials_of_work
+from evat.paper.work_materials import material_of
 from evat.systems.declared import Declared, Part, load, materials, names, of_work, portable, set_values
 from evat.units import base_unit
-from evat.work_materials import material_of
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"

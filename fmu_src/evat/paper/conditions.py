@@ -12,7 +12,7 @@ from typing import Any
 
 from evat.files.read_toml import read_toml
 from evat.native import kernel
-from evat.paper_tables import FOLDER, materials
+from evat.paper.tables import FOLDER, materials
 from evat.units import to_si
 
 SHEAR_STRESS = "shear_stress"

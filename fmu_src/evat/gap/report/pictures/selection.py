@@ -8,9 +8,9 @@ import numpy as np
 from scipy.signal import welch
 
 from evat.gap.location import Region
-from evat.gap.report.chart import DARK, GREEN, Chart, Line, Panel, axis
-from evat.gap.report.location_pictures import where_charts
-from evat.gap.report.series import CONDITIONS, LOOKS, POINTS, Record, Series, extremes, lines_of, stretch, telling
+from evat.gap.report.pictures.chart import DARK, GREEN, Chart, Line, Panel, axis
+from evat.gap.report.pictures.location import location_charts
+from evat.gap.report.pictures.series import CONDITIONS, LOOKS, POINTS, Record, Series, extremes, lines_of, stretch, telling
 from evat.gap.report.words import shown_unit
 from evat.inference.noise.autoregression import impulse_response
 from evat.model import FloatArray
@@ -25,7 +25,7 @@ def charts(series: Series, regions: Sequence[Region], unlike: FloatArray, held_o
     prediction = series.comparison.prediction
     by_section: dict[str, list[Chart]] = {"where": [], "models": [], "left": []}
     for number, channel in enumerate(dict.fromkeys(region.channel for region in regions)):
-        by_section["where"] += where_charts(series, [region for region in regions if region.channel == channel], unlike, number)
+        by_section["where"] += location_charts(series, [region for region in regions if region.channel == channel], unlike, number)
     for number, channel in enumerate(dict.fromkeys(segment.channel for segment in prediction.segments if segment.trial >= 0)):
         records = [series.record(place) for place in series.recorded(channel)]
         box = next((region.box for region in regions if region.channel == channel), {})
