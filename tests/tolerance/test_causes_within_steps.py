@@ -108,6 +108,18 @@ def test_a_stiffness_that_comes_off_its_floor_is_in_the_means() -> None:
     assert max(worst(case, *MEANS) for case in cases) < 3
 
 
+@pytest.mark.parametrize(("speed", "tolerance"), [(0.0100, 1e-6), (0.0102, 1e-5)])
+def test_another_stroke_of_a_tilted_ellipse_may_have_left_what_is_met(speed: float, tolerance: float) -> None:
+    """Kinks of the thickness, and a jump where the tool is carried along into the work before its stroke begins: 5 to 17 tolerances."""
+    values = {
+        "kinematics": "combined", "friction_law": "coulomb", "F_C": 9.0, "F_S": 9.0, "vibration_frequency": 324.0, "amplitude_x": 5.4e-6,
+        "amplitude_y": 9.6e-6, "feed": 2.17e-5, "chip_flow_shear_angle": 0.65, "phase_x": -1.68, "phase_y": 3.257,
+    }  # fmt: skip
+    times = np.arange(0, 1.4, 1 / 11) / values["vibration_frequency"]
+    columns = {"cutting_speed": np.full(times.shape, speed), "tool_velocity_x": np.full(times.shape, 2e-4)}
+    assert worst(Case("test", values, (), Motion.record(times, columns, stepped=True), tolerance), *MEANS) < 3
+
+
 def test_the_end_of_the_surface_of_the_cycle_before_is_in_the_means() -> None:
     """A kink of the thickness, which nothing but the principal force shows where friction is Coulomb's: 10 tolerances."""
     values = {
