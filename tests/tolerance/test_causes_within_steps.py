@@ -108,6 +108,17 @@ def test_a_stiffness_that_comes_off_its_floor_is_in_the_means() -> None:
     assert max(worst(case, *MEANS) for case in cases) < 3
 
 
+def test_the_root_of_the_thickness_at_an_entry_is_in_the_means() -> None:
+    """By minimum energy the normal force of a rigid friction rises like that; with a thickness that rises ever steeper three points show
+    next to nothing of it: 12 tolerances."""
+    values = {
+        "kinematics": "internal", "friction_law": "coulomb", "F_C": 4.284, "F_S": 2.714, "vibration_frequency": 7923.0,
+        "amplitude_x": 1.274e-5, "amplitude_y": 1.941e-5, "feed": 2.178e-5, "chip_flow_shear_angle": 0.6956, "phase_x": -1.667,
+        "phase_y": 2.851, "shear_angle_principle": "minimum_energy", "averaging_window": 1e-4,
+    }  # fmt: skip
+    assert worst(vibrates(values, (), 1e-4, cycles=2, points=4.54, speed=0.1596), *MEANS) < 3
+
+
 @pytest.mark.parametrize(("speed", "tolerance"), [(0.0100, 1e-6), (0.0102, 1e-5)])
 def test_another_stroke_of_a_tilted_ellipse_may_have_left_what_is_met(speed: float, tolerance: float) -> None:
     """Kinks of the thickness, and a jump where the tool is carried along into the work before its stroke begins: 5 to 17 tolerances."""

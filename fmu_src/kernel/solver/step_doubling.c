@@ -101,6 +101,22 @@ static inline int has_kink(const struct Point *a, const struct Point *m, const s
     return (a->cutting[i] != 0) & (pulls | presses);
 }
 
+/* By minimum energy the normal force goes by the root of k (k + F cos(alpha)), which is steep where this comes to 0:
+ * where contact begins or ends, and where the chip pulls no more. */
+#define STEEP 100
+
+static inline double radicand(const struct Configuration *w, const struct Point *x, int i)
+{
+    return larger(x->k[i] * (x->k[i] + x->F[i] * w->cos_rake[i]), 0);
+}
+
+static int is_steep(const struct Configuration *w, const struct Point *a, const struct Point *m, const struct Point *b,
+                    int i)
+{
+    const double at_a = radicand(w, a, i), at_m = radicand(w, m, i), at_b = radicand(w, b, i);
+    return a->cutting[i] != 0 && STEEP * smaller(smaller(at_a, at_m), at_b) < larger(larger(at_a, at_m), at_b);
+}
+
 /* Where do kinks count that each cycle of an ellipse has, of the surface that is met and of a limit of the law? They
  * are within the usual tolerance, but where a sensor hears them, and where nothing else asks for short steps. What is
  * recalled has them as pieces of its own, of which few can be kept. */
@@ -154,7 +170,7 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
         EACH_LANE
             kinks |= changes_side(w, all[i], a, m, b, i);
     }
-    for (int i = 0; (of_slip || w->sensors || w->looks_back || given || kinks) && i < LANES; ++i) {
+    for (int i = 0; (of_slip || w->sensors || w->looks_back || w->by_energy || given || kinks) && i < LANES; ++i) {
         const double tolerance = w->p[VAR_RELATIVE_TOLERANCE][i];
         const int of_state = w->acting[i] >> DRIVEN_BY_MOTION & 1;
         const int hidden = of_slip && a->cutting[i] != 0 &&
@@ -162,10 +178,10 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
                             dips(a, m, b, i) || (w->bent[i] && yields_within(tolerance, a, m, b, i)) ||
                             levels_bend(w, h[i], a, m, b, i) || levels_move(w, a, m, b, i));
         const int averaged = given && w->p[VAR_AVERAGING_WINDOW][i] > 0 && curved(w, CURVED_AT_A_KINK, a, m, b, i);
-        doubtful[i] =
-            h[i] > 0 && (hidden || averaged || heard(contact, w, a, m, b, i) || has_kink(a, m, b, i) ||
-                         (!w->held && changes_side(w, all[i], a, m, b, i)) ||
-                         (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
+        doubtful[i] = h[i] > 0 &&
+                      (hidden || averaged || heard(contact, w, a, m, b, i) || has_kink(a, m, b, i) ||
+                       (w->by_energy && is_steep(w, a, m, b, i)) || (!w->held && changes_side(w, all[i], a, m, b, i)) ||
+                       (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
         any |= doubtful[i];
     }
     return any;
