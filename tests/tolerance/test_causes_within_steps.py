@@ -119,6 +119,15 @@ def test_the_root_of_the_thickness_at_an_entry_is_in_the_means() -> None:
     assert worst(vibrates(values, (), 1e-4, cycles=2, points=4.54, speed=0.1596), *MEANS) < 3
 
 
+def test_static_friction_that_is_never_felt_is_no_size_of_a_force() -> None:
+    """An effect raised it to 60 times the force of the sliding contact, whose entry was let through as small beside that: 26 tolerances."""
+    values = {
+        "kinematics": "internal", "friction_law": "dahl", "sigma0": 9.966e6, "F_C": 0.1127, "F_S": 0.1135, "vibration_frequency": 4417.0,
+        "amplitude_x": 5.778e-6, "amplitude_y": 3.538e-6, "feed": 6.37e-6, "chip_flow_shear_angle": 0.8734, "stribeck.rise": 6.763,
+    }  # fmt: skip
+    assert worst(vibrates(values, ("stribeck",), 1e-4, cycles=2.5, points=49, speed=0.1), *MEANS) < 3
+
+
 @pytest.mark.parametrize(("speed", "tolerance"), [(0.0100, 1e-6), (0.0102, 1e-5)])
 def test_another_stroke_of_a_tilted_ellipse_may_have_left_what_is_met(speed: float, tolerance: float) -> None:
     """Kinks of the thickness, and a jump where the tool is carried along into the work before its stroke begins: 5 to 17 tolerances."""

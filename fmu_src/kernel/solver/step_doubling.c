@@ -86,7 +86,7 @@ static int levels_move(const struct Configuration *w, const struct Point *a, con
 static int curved(const struct Configuration *w, double by, const struct Point *a, const struct Point *m,
                   const struct Point *b, int i)
 {
-    const double force = larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(a->F[i]), fabs(b->F[i])));
+    const double force = larger(level_of(w, b, i), larger(fabs(a->F[i]), fabs(b->F[i])));
     const double bend = larger(fabs(a->F[i] - 2 * m->F[i] + b->F[i]) / force,
                                fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]) / larger(force, fabs(b->F_p[i])));
     return bend > by * w->p[VAR_RELATIVE_TOLERANCE][i];
@@ -210,14 +210,15 @@ static struct Forces forces_of(const struct Point *a, const struct Point *early,
 
 /* At the quarters beside the parabola through start, middle and end, which is what is kept of them; and their mean by
  * Simpson's rule. */
-static void force_errors(const struct Forces *forces, const struct Point *b, lanes recalled, lanes of_mean)
+static void force_errors(const struct Configuration *w, const struct Forces *forces, const struct Point *b,
+                         lanes recalled, lanes of_mean)
 {
     for (int k = 0; k < CHANNELS; ++k)
         EACH_LANE {
             double u[5];
             for (int n = 0; n < 5; ++n)
                 u[n] = (*forces->at[k][n])[i];
-            const double force = larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(u[0]), fabs(u[4])));
+            const double force = larger(level_of(w, b, i), larger(fabs(u[0]), fabs(u[4])));
             const double first = apart(parabola(0.25, u[0], u[2], u[4]), u[1], force),
                          last = apart(parabola(0.75, u[0], u[2], u[4]), u[3], force);
             recalled[i] = larger(recalled[i], larger(first, last));
@@ -240,7 +241,7 @@ static void sensor_error(const struct Contact *contact, const struct Configurati
     for (int k = 0; k < CHANNELS; ++k)
         EACH_LANE {
             const double force =
-                larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(end.measured[k][i]), fabs(whole->measured[k][i])));
+                larger(level_of(w, b, i), larger(fabs(end.measured[k][i]), fabs(whole->measured[k][i])));
             error[i] = larger(error[i], apart(end.measured[k][i], whole->measured[k][i], force));
         }
 }
@@ -276,17 +277,17 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
     if (w->law->relaxes && !w->current_angle)
         hidden_in_target(step, a, &early, &half, &late, b, hidden);
     const struct Forces forces = forces_of(a, &early, m, &late, b);
-    force_errors(&forces, b, recalled, of_mean);
+    force_errors(w, &forces, b, recalled, of_mean);
     if (w->sensors)
         sensor_error(contact, w, h, step, a, m, b, &early, &half, &late, &whole, behind);
     for (int i = 0; i < LANES; ++i) {
-        const double force = larger(larger(b->F_C[i], b->F_S[i]), fabs(b->F[i])),
-                     reach = larger(b->F_C[i], b->F_S[i]) / b->P[i];
+        const double highest = larger(b->F_C[i], b->F_S[i]), reach = highest / b->P[i],
+                     most = larger(highest, fabs(b->F[i])), force = larger(level_of(w, b, i), fabs(b->F[i]));
         const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
         const double remembered = w->looks_back && look_back(w, i) > 0 ? RECALLED_ONCE * recalled[i] : 0;
         /* levels that states of effects have moved, and that the force shows only later, as where it sticks */
         const double levels =
-            w->acting[i] ? larger(apart(b->F_C[i], whole.F_C[i], force), apart(b->F_S[i], whole.F_S[i], force)) : 0;
+            w->acting[i] ? larger(apart(b->F_C[i], whole.F_C[i], most), apart(b->F_S[i], whole.F_S[i], most)) : 0;
         const double driven =
             w->current_angle && w->acting[i] >> DRIVEN_BY_FORCE & 1 ? state_error(w, b, &whole, i) : 0;
         const double of_state = larger(larger(levels, driven), apart(b->z[i], whole.z[i], z) + hidden[i] / z);
