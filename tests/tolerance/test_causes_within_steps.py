@@ -195,6 +195,25 @@ def test_a_narrow_band_of_sticking_is_found_where_the_slip_turns_in_it() -> None
     assert worst(vibrates(values, (), 1e-4, cycles=2.3, points=5, speed=0.00138), *MEANS) < 3
 
 
+def test_a_surface_is_kept_as_exactly_as_there_is_room_for() -> None:
+    """Within a tolerance of the thickness, which is enough for the force of the cut. But a bristle that bends by a thousandth of what that
+    force does to the holder feels it: 80 tolerances of friction."""
+    values = {
+        "friction_law": "dahl", "sigma0": 9.966e6, "F_C": 0.1127, "F_S": 0.1135, "rake_angle": -0.1674,
+        "holder_compliance.compliance_x": 3.469e-8, "holder_compliance.compliance_y": 1.713e-8,
+        "holder_compliance.natural_frequency": 1231.0, "holder_compliance.damping_ratio": 0.02225, "regenerative.share": 0.9414,
+        "regenerative.revolution_time": 0.02288,
+    }  # fmt: skip
+    corners = [0, 0.008938, 0.02523, 0.0352]
+    times = np.concatenate([np.linspace(a, b, n, endpoint=False) for a, b, n in zip(corners, corners[1:], (20, 20, 6), strict=False)])
+    columns = {
+        "slip_velocity": np.interp(times, corners, [3.85e-4, 3.85e-4, -3.2e-4, -3.2e-4]),
+        "uncut_thickness": np.interp(times, [0, 0.0352], [1.404e-4, 1.01e-4]),
+    }
+    case = Case("test", {**GIVEN, **values}, ("holder_compliance", "regenerative"), Motion.record(times, columns, stepped=True), 1e-4)
+    assert worst(case, "friction_force") < 3
+
+
 # ---- sensors ----
 
 RINGS = {"dynamometer_resonance.natural_period": 0.002, "dynamometer_resonance.damping_ratio": 0.05}
