@@ -83,9 +83,10 @@ static const char *flaw_of_course(const struct Contact *contact)
 /* Pieces in their order, none of them before the one before has ended. */
 static const char *flaw_of_ring(const struct Ring *ring, int lane)
 {
-    const double first = ring->first[lane], count = ring->count[lane], settled = ring->settled[lane];
-    if (!is_count(first) || !is_count(count) || !is_count(settled) || first > count || settled > count ||
-        count - first > (double)HISTORY)
+    const double first = ring->first[lane], count = ring->count[lane], settled = ring->settled[lane],
+                 joined = ring->joined[lane];
+    if (!is_count(first) || !is_count(count) || !is_count(settled) || !is_count(joined) || first > count ||
+        settled > count || joined > count || count - first > (double)HISTORY)
         return "the past has no such place";
     for (int n = 0; n < HISTORY; ++n)
         if (ring->length[n][lane] < 0)

@@ -220,7 +220,7 @@ enum Warning {
  * drift, what lies on a straight line from there to the same phase of the cycle that begins where the gap ends. */
 struct Ring {
     lanes count, first; /* pieces written, and the first that is still there */
-    lanes settled; /* the first that nobody has tried to join yet */
+    lanes settled, joined; /* the first that nobody has tried to join yet, as far as allowed, and to a share of it */
     lanes end[HISTORY], length[HISTORY]; /* [s] */
     lanes drift[HISTORY]; /* > 0: cycles drift in the gap before it, and how far off this is, of what may be lost */
 };

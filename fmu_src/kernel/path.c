@@ -171,14 +171,15 @@ void turn_at(const struct Configuration *w, double r, double lead, double aspect
 /* The lowest height, in b, at which any stroke has passed a place until the angle `begun`, -last <= begun < 2 pi - last
  * or that of a stroke which begins there; infinity: none. Stroke n of a kind passed it where the newest would pass 2 pi
  * r n further on, so that on a stroke of hills and one valley only the newest, the oldest and the two beside the valley
- * may be the lowest. ends: how many loops reach beyond the place, less 1. */
-double lowest_left(const struct Turn *t, int lane, double begun, double place, double ends)
+ * may be the lowest. ends: how many loops reach beyond the place, less 1. which: of which stroke it is; 0: of none. */
+static double lowest_stroke(const struct Turn *t, int lane, double begun, double place, double ends, double *which)
 {
     const double r = t->r[lane], last = t->last[lane], lead = t->lead[lane], pitch = 2 * PI * r,
                  top = r * last + t->bend[lane];
     struct Turn back;
     reverse(t, &back, lane);
     double lowest = INFINITY;
+    *which = 0;
     for (int forward = 0; forward < 2; ++forward) {
         const double valley = forward ? t->valley_forward[lane] : t->valley_backward[lane],
                      beside = floor((valley - place) / pitch);
@@ -191,11 +192,20 @@ double lowest_left(const struct Turn *t, int lane, double begun, double place, d
                 continue;
             before = k;
             const double chi = forward ? angle_of(X, t, lane) : angle_of(-X - PI * r, &back, lane) - PI;
-            if (chi - 2 * PI * k <= begun)
-                lowest = smaller(lowest, cosine_of(chi + lead));
+            const double height = chi - 2 * PI * k <= begun ? cosine_of(chi + lead) : INFINITY;
+            if (height < lowest) {
+                lowest = height;
+                *which = 2 * (k + 2) + forward;
+            }
         }
     }
     return lowest;
+}
+
+double lowest_left(const struct Turn *t, int lane, double begun, double place, double ends)
+{
+    double which;
+    return lowest_stroke(t, lane, begun, place, ends, &which);
 }
 
 /* How many loops' ends lie ahead, less 1, as the indicator's side says where one is near; and the indicator: the
@@ -226,8 +236,10 @@ static void on_all_that_is_left(const struct Contact *contact, const struct Conf
                           : own < last ? -last
                                        : last,
                  begun = own < t->begins[i] ? stroke : t->begins[i];
-    const double lowest = lowest_left(t, i, begun, place, ends);
-    x->surface_piece[i] = lowest < INFINITY && x->b[i] * lowest < nominal;
+    double which;
+    const double lowest = lowest_stroke(t, i, begun, place, ends, &which);
+    /* a tool that is carried along may be in the work before its stroke begins, from where on the one before counts */
+    x->surface_piece[i] = (lowest < INFINITY && x->b[i] * lowest < nominal ? which : 0) + 0.5 * (own < t->begins[i]);
     x->h[i] = smaller(nominal, lowest < INFINITY ? x->b[i] * lowest : nominal) - y;
 }
 

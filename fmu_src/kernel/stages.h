@@ -408,6 +408,13 @@ void hidden_in_target(const lanes h, const struct Point *a, const struct Point *
 static inline double smaller(double a, double b) { return a < b ? a : b; }
 static inline double larger(double a, double b) { return a > b ? a : b; }
 
+/* What counts as the size of a small friction force: of static friction what its parameter says, since what effects add
+ * to that may be felt at no speed of the run. */
+static inline double level_of(const struct Configuration *w, const struct Point *x, int lane)
+{
+    return larger(x->F_C[lane], smaller(x->F_S[lane], w->p[VAR_F_S][lane]));
+}
+
 /* Lane i of `count` rows; the lanes of a point come first in it. */
 enum { POINT_LANES = offsetof(struct Point, past) / sizeof(lanes) };
 static inline void copy_lane(lanes *to, const lanes *from, int count, int i)

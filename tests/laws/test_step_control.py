@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 
 import evat
@@ -81,6 +82,22 @@ def test_what_steps_without_end_is_refused_soon(values: dict[str, float | str], 
     assert named in str(refused.value)
     assert contact.get("step_count") < most
     assert time.process_time() - begun < 2
+
+
+@pytest.mark.parametrize("phase_y", [3.04, 3.1, np.pi])
+def test_a_contact_that_flickers_is_refused_as_soon_with_bonds(phase_y: float) -> None:
+    """A tool on a holder that is pushed out where it turns and springs back. Each time counted like a bond that breaks: 100 000 steps."""
+    values = {
+        "friction_law": "bristle", "sigma0": 2.31e6, "F_C": 11.1, "F_S": 20.6, "vibration_frequency": 649.0, "amplitude_x": 9.09e-6,
+        "amplitude_y": 1.967e-5, "feed": 1.08e-4, "chip_flow_shear_angle": 0.5146, "phase_x": -1.703, "phase_y": phase_y,
+        "holder_compliance.compliance_x": 1.88e-8, "holder_compliance.compliance_y": 1.85e-8, "cutting_speed": 0.03,
+        "holder_compliance.natural_frequency": 3358.0, "holder_compliance.damping_ratio": 0.0194, "relative_tolerance": 1e-5,
+    }  # fmt: skip
+    contact = Contact(values, ("holder_compliance",))
+    contact.start(0.0)
+    with contextlib.suppress(SimulationError):
+        contact.advance(8e-3)
+    assert contact.get("step_count") < 5_000
 
 
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-6, 1e-7])

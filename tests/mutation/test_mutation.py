@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import inspect
 import json
+import re
 from pathlib import Path
 
 import pytest
+from evat.native import compile as compiling
 from mistakes import in_c, in_python, places_in_python
 from workshop import PARTS, ROOT, SOURCES, Workshop, campaign, drawn, every_mistake, known
 
@@ -46,6 +49,14 @@ def test_mistakes_in_python_are_those_of_cosmic_ray(tmp_path: Path) -> None:
     mistakes = {in_python(tmp_path / "f.py", tmp_path, *place).becomes for place in places_in_python(tmp_path / "f.py")}
     assert {"return 2 / x if x > 0 else -x", "return 2 * x if x >= 0 else -x", "return 2 * x if x > 0 else +x"} <= mistakes
     assert not any("def" in line for line in mistakes)
+
+
+def test_what_the_workshop_asks_of_the_compilation_is_there() -> None:
+    """It uses more of it than others may, and only the campaign would tell."""
+    text = Path(inspect.getfile(Workshop)).read_text(encoding="utf-8")
+    asked = set(re.findall(r"\bcompiling\.(\w+)", text))
+    assert len(asked) >= 5
+    assert [name for name in asked if not hasattr(compiling, name)] == []
 
 
 @pytest.mark.parametrize("kind", ["equivalent", "killed"])

@@ -168,7 +168,7 @@ class Workshop:
             shutil.copy(built, place / built.name)
 
     def _link(self, kind: str, output: Path) -> None:
-        command = [*compiling._zig(), "-target", self.target.zig, "-O2", "-fno-sanitize=undefined", "-shared", "-o", str(output)]
+        command = [*compiling.compiler(), "-target", self.target.zig, "-O2", "-fno-sanitize=undefined", "-shared", "-o", str(output)]
         names = sorted(map(str, (self.objects / kind).glob("*.o")))
         subprocess.run([*command, *names, *compiling._link_flags(self.target, output.name), "-lm"], check=True, capture_output=True)
 

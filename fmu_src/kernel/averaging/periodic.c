@@ -45,7 +45,7 @@ static enum Status find_deflection(struct Contact *contact)
             trial.value[VAR_BRISTLE_DEFLECTION][i] = z[i];
             trial.value[VAR_TIME][i] = start;
             trial.value[VAR_SLIDING_DISTANCE][i] = contact->value[VAR_SLIDING_DISTANCE][i]; /* what goes by it stays */
-            trial.past.count[i] = trial.past.first[i] = trial.past.settled[i] = 0;
+            trial.past.count[i] = trial.past.first[i] = trial.past.settled[i] = trial.past.joined[i] = 0;
             z_before[i] = n == 0 ? 0 : z_before[i];
             miss_before[i] = n == 0 ? 0 : miss_before[i];
         }
@@ -108,7 +108,7 @@ static enum Status cycle(const struct Contact *contact, const struct Configurati
 {
     *trial = *contact;
     EACH_LANE
-        trial->past.count[i] = trial->past.first[i] = trial->past.settled[i] = 0;
+        trial->past.count[i] = trial->past.first[i] = trial->past.settled[i] = trial->past.joined[i] = 0;
     for (int n = 0; n < count; ++n)
         EACH_LANE
             trial->value[unknown_index(w, n)][i] = from[n][i];
@@ -215,7 +215,7 @@ static enum Status fill_history(struct Contact *contact, const struct Configurat
     struct Contact before = *contact;
     EACH_LANE {
         before.value[VAR_TIME][i] = contact->value[VAR_TIME][i] - (cycles - skipped) * period;
-        before.past.count[i] = before.past.first[i] = before.past.settled[i] = 0;
+        before.past.count[i] = before.past.first[i] = before.past.settled[i] = before.past.joined[i] = 0;
     }
     enum Status status = kernel_event(&before);
     if (status == STATUS_OK)

@@ -93,8 +93,9 @@ static int all_finite(const struct Point *x)
 /* Steps without end: contact that opens and closes at no speed, forces that chase one another. A stretch of time that
  * the steps pass in `few` where nothing happens may take so many times more. An ellipse takes up to 60 a cycle at the
  * usual tolerance, steps shrink with its fourth root, a law with events of its own may break bonds at each of them,
- * however small they are, and a ripple of friction over a long way has thousands of periods. A record's samples may lie
- * so near to one another that none of them alone shows it: the stretch goes on over them.
+ * however small they are, so that these count as steps and not as events, and a ripple of friction over a long way has
+ * thousands of periods. A record's samples may lie so near to one another that none of them alone shows it: the stretch
+ * goes on over them.
  */
 static void take_patience(const struct Contact *contact, const struct Configuration *w, struct Patience *p)
 {
@@ -104,7 +105,7 @@ static void take_patience(const struct Contact *contact, const struct Configurat
     const int goes_on = p->length > 0 && p->length < INFINITY;
     p->length = few * w->longest[0];
     p->most = (usual * tight + breaks) * (w->comes_back ? 100 : 1);
-    p->most_events = w->law->rest ? INFINITY : 200;
+    p->most_events = 200;
     if (!goes_on) {
         p->begun = contact->value[VAR_TIME][0];
         p->taken = p->events = 0;
@@ -278,6 +279,15 @@ static int is_any(const int cut[LANES], int jumps)
     return any;
 }
 
+/* Is no other event among them? */
+static int is_only(const int cut[LANES], int k)
+{
+    int other = 0;
+    EACH_LANE
+        other |= cut[i] >= 0 && cut[i] != k;
+    return !other;
+}
+
 /* An event that has happened before the start, as where an input has jumped. Where no side changes the start lies
  * beside it by roundings only, and it may still lie ahead. */
 static void act_on_jump(struct Contact *contact, const struct Configuration *w, const lanes s, double ahead,
@@ -361,7 +371,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             continue;
         }
         const int event = is_any(t.cut, 0);
-        patience->events += event;
+        patience->events += event && !(w->law->rest && is_only(t.cut, AT_LAW));
         const enum Status taken = take(contact, w, step, s, &t, course);
         EACH_LANE
             t.acted[i] = 0;

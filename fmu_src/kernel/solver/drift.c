@@ -94,7 +94,7 @@ static void drop_between(struct Reel *reel, int64_t last, int64_t next, double l
         move_piece(reel, n - fewer, n);
     reel->ring->drift[(last + 1) % HISTORY][lane] = larger(lost, 1e-9);
     reel->ring->count[lane] = (double)(count - fewer);
-    reel->ring->settled[lane] = (double)(count - fewer - 1);
+    reel->ring->settled[lane] = reel->ring->joined[lane] = (double)(count - fewer - 1);
 }
 
 /* The first piece from n on up to which there is a whole cycle, and a little more than thinning.c keeps before a gap;

@@ -270,4 +270,5 @@ void ring_cut(struct Reel *reel, double t)
     }
     reel->ring->first[lane] = smaller(reel->ring->first[lane], reel->ring->count[lane]);
     reel->ring->settled[lane] = smaller(reel->ring->settled[lane], reel->ring->count[lane]);
+    reel->ring->joined[lane] = smaller(reel->ring->joined[lane], reel->ring->count[lane]);
 }

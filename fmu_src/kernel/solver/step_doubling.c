@@ -86,7 +86,7 @@ static int levels_move(const struct Configuration *w, const struct Point *a, con
 static int curved(const struct Configuration *w, double by, const struct Point *a, const struct Point *m,
                   const struct Point *b, int i)
 {
-    const double force = larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(a->F[i]), fabs(b->F[i])));
+    const double force = larger(level_of(w, b, i), larger(fabs(a->F[i]), fabs(b->F[i])));
     const double bend = larger(fabs(a->F[i] - 2 * m->F[i] + b->F[i]) / force,
                                fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]) / larger(force, fabs(b->F_p[i])));
     return bend > by * w->p[VAR_RELATIVE_TOLERANCE][i];
@@ -99,6 +99,22 @@ static inline int has_kink(const struct Point *a, const struct Point *m, const s
     const int pulls = (a->outside[i] != m->outside[i]) | (m->outside[i] != b->outside[i]),
               presses = ((a->edge_f[i] == 0) != (m->edge_f[i] == 0)) | ((m->edge_f[i] == 0) != (b->edge_f[i] == 0));
     return (a->cutting[i] != 0) & (pulls | presses);
+}
+
+/* By minimum energy the normal force goes by the root of k (k + F cos(alpha)), which is steep where this comes to 0:
+ * where contact begins or ends, and where the chip pulls no more. */
+#define STEEP 100
+
+static inline double radicand(const struct Configuration *w, const struct Point *x, int i)
+{
+    return larger(x->k[i] * (x->k[i] + x->F[i] * w->cos_rake[i]), 0);
+}
+
+static int is_steep(const struct Configuration *w, const struct Point *a, const struct Point *m, const struct Point *b,
+                    int i)
+{
+    const double at_a = radicand(w, a, i), at_m = radicand(w, m, i), at_b = radicand(w, b, i);
+    return a->cutting[i] != 0 && STEEP * smaller(smaller(at_a, at_m), at_b) < larger(larger(at_a, at_m), at_b);
 }
 
 /* Where do kinks count that each cycle of an ellipse has, of the surface that is met and of a limit of the law? They
@@ -154,7 +170,7 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
         EACH_LANE
             kinks |= changes_side(w, all[i], a, m, b, i);
     }
-    for (int i = 0; (of_slip || w->sensors || w->looks_back || given || kinks) && i < LANES; ++i) {
+    for (int i = 0; (of_slip || w->sensors || w->looks_back || w->by_energy || given || kinks) && i < LANES; ++i) {
         const double tolerance = w->p[VAR_RELATIVE_TOLERANCE][i];
         const int of_state = w->acting[i] >> DRIVEN_BY_MOTION & 1;
         const int hidden = of_slip && a->cutting[i] != 0 &&
@@ -162,10 +178,10 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
                             dips(a, m, b, i) || (w->bent[i] && yields_within(tolerance, a, m, b, i)) ||
                             levels_bend(w, h[i], a, m, b, i) || levels_move(w, a, m, b, i));
         const int averaged = given && w->p[VAR_AVERAGING_WINDOW][i] > 0 && curved(w, CURVED_AT_A_KINK, a, m, b, i);
-        doubtful[i] =
-            h[i] > 0 && (hidden || averaged || heard(contact, w, a, m, b, i) || has_kink(a, m, b, i) ||
-                         (!w->held && changes_side(w, all[i], a, m, b, i)) ||
-                         (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
+        doubtful[i] = h[i] > 0 &&
+                      (hidden || averaged || heard(contact, w, a, m, b, i) || has_kink(a, m, b, i) ||
+                       (w->by_energy && is_steep(w, a, m, b, i)) || (!w->held && changes_side(w, all[i], a, m, b, i)) ||
+                       (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
         any |= doubtful[i];
     }
     return any;
@@ -194,14 +210,15 @@ static struct Forces forces_of(const struct Point *a, const struct Point *early,
 
 /* At the quarters beside the parabola through start, middle and end, which is what is kept of them; and their mean by
  * Simpson's rule. */
-static void force_errors(const struct Forces *forces, const struct Point *b, lanes recalled, lanes of_mean)
+static void force_errors(const struct Configuration *w, const struct Forces *forces, const struct Point *b,
+                         lanes recalled, lanes of_mean)
 {
     for (int k = 0; k < CHANNELS; ++k)
         EACH_LANE {
             double u[5];
             for (int n = 0; n < 5; ++n)
                 u[n] = (*forces->at[k][n])[i];
-            const double force = larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(u[0]), fabs(u[4])));
+            const double force = larger(level_of(w, b, i), larger(fabs(u[0]), fabs(u[4])));
             const double first = apart(parabola(0.25, u[0], u[2], u[4]), u[1], force),
                          last = apart(parabola(0.75, u[0], u[2], u[4]), u[3], force);
             recalled[i] = larger(recalled[i], larger(first, last));
@@ -224,7 +241,7 @@ static void sensor_error(const struct Contact *contact, const struct Configurati
     for (int k = 0; k < CHANNELS; ++k)
         EACH_LANE {
             const double force =
-                larger(larger(b->F_C[i], b->F_S[i]), larger(fabs(end.measured[k][i]), fabs(whole->measured[k][i])));
+                larger(level_of(w, b, i), larger(fabs(end.measured[k][i]), fabs(whole->measured[k][i])));
             error[i] = larger(error[i], apart(end.measured[k][i], whole->measured[k][i], force));
         }
 }
@@ -260,17 +277,17 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
     if (w->law->relaxes && !w->current_angle)
         hidden_in_target(step, a, &early, &half, &late, b, hidden);
     const struct Forces forces = forces_of(a, &early, m, &late, b);
-    force_errors(&forces, b, recalled, of_mean);
+    force_errors(w, &forces, b, recalled, of_mean);
     if (w->sensors)
         sensor_error(contact, w, h, step, a, m, b, &early, &half, &late, &whole, behind);
     for (int i = 0; i < LANES; ++i) {
-        const double force = larger(larger(b->F_C[i], b->F_S[i]), fabs(b->F[i])),
-                     reach = larger(b->F_C[i], b->F_S[i]) / b->P[i];
+        const double highest = larger(b->F_C[i], b->F_S[i]), reach = highest / b->P[i],
+                     most = larger(highest, fabs(b->F[i])), force = larger(level_of(w, b, i), fabs(b->F[i]));
         const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
         const double remembered = w->looks_back && look_back(w, i) > 0 ? RECALLED_ONCE * recalled[i] : 0;
         /* levels that states of effects have moved, and that the force shows only later, as where it sticks */
         const double levels =
-            w->acting[i] ? larger(apart(b->F_C[i], whole.F_C[i], force), apart(b->F_S[i], whole.F_S[i], force)) : 0;
+            w->acting[i] ? larger(apart(b->F_C[i], whole.F_C[i], most), apart(b->F_S[i], whole.F_S[i], most)) : 0;
         const double driven =
             w->current_angle && w->acting[i] >> DRIVEN_BY_FORCE & 1 ? state_error(w, b, &whole, i) : 0;
         const double of_state = larger(larger(levels, driven), apart(b->z[i], whole.z[i], z) + hidden[i] / z);

@@ -2,10 +2,11 @@
  * one polynomial stands for as many steps as it serves; one vibration cycle for those that are like it, two for those
  * that lie between them (drift.c).
  *
- * Steps are joined once and a cycle is compared with what is kept of others, so that errors do not add up. No piece
- * leads across a jump. Memory: kernel.h. `allowed` of ring.h is a fifth of a tolerance: a polynomial meets what steps
- * have computed to it, and their parabolas in between to five; so do cycles that are taken for alike, but in a fiftieth
- * of one.
+ * Steps are joined once and a cycle is compared with what is kept of others, so that errors do not add up. Where there
+ * are no cycles they are joined to a share of what is allowed as long as that makes room: a thickness drives a holder,
+ * and where the chip presses hard a bristle feels even little of it. No piece leads across a jump. Memory: kernel.h.
+ * `allowed` of ring.h is a fifth of a tolerance: a polynomial meets what steps have computed to it, and their parabolas
+ * in between to five; so do cycles that are taken for alike, but in a fiftieth of one.
  */
 #include "ring.h"
 
@@ -34,6 +35,7 @@ static void drop_old(struct Reel *reel)
         ++first;
     reel->ring->first[p->lane] = (double)first;
     reel->ring->settled[p->lane] = larger(reel->ring->settled[p->lane], (double)first);
+    reel->ring->joined[p->lane] = larger(reel->ring->joined[p->lane], (double)first);
 }
 
 /* ---- one polynomial for several steps ---- */
@@ -196,7 +198,7 @@ static void thin(struct Reel *reel, int64_t from, double share)
         n = to + 1;
     }
     reel->ring->count[lane] = (double)at;
-    reel->ring->settled[lane] = (double)(at - 1);
+    reel->ring->joined[lane] = (double)(at - 1);
 }
 
 /* ---- one cycle for several ---- */
@@ -262,7 +264,7 @@ static void drop_repeats(struct Reel *reel, int64_t from)
         ++at;
     }
     reel->ring->count[p->lane] = (double)at;
-    reel->ring->settled[p->lane] = (double)(at - 1);
+    reel->ring->settled[p->lane] = reel->ring->joined[p->lane] = (double)(at - 1);
 }
 
 /* Is the newest cycle, as far as it is known, like the one in the middle of those since cycles have drifted last? */
@@ -298,21 +300,34 @@ static void drop_cycles(struct Reel *reel, int64_t from)
         drop_repeats(reel, from > free ? from : free);
 }
 
+/* The first piece that has not been tried. */
+static int64_t untried(const struct Reel *reel, const lanes tried)
+{
+    const int lane = reel->pieces.lane;
+    const int64_t first = ring_first(reel->ring, lane), from = whole_count(tried[lane]);
+    return from > first && from <= ring_count(reel->ring, lane) ? from : first;
+}
+
 void make_room(struct Reel *reel)
 {
     const int lane = reel->pieces.lane;
     if (pieces_kept(reel) < HISTORY)
         return;
     drop_old(reel);
-    const int64_t first = ring_first(reel->ring, lane), tried = whole_count(reel->ring->settled[lane]);
-    const int64_t untried = tried > first && tried <= ring_count(reel->ring, lane) ? tried : first;
-    if (HISTORY - pieces_kept(reel) < ROOM)
-        thin(reel, untried, 1);
+    if (HISTORY - pieces_kept(reel) < ROOM && !(reel->pieces.period > 0))
+        thin(reel, untried(reel, reel->ring->joined), AGAIN);
+    const int64_t first = ring_first(reel->ring, lane), from = untried(reel, reel->ring->settled);
+    if (HISTORY - pieces_kept(reel) < ROOM) {
+        thin(reel, from, 1);
+        reel->ring->settled[lane] = reel->ring->joined[lane];
+    }
     const int64_t before = pieces_kept(reel);
-    if (HISTORY - before < ROOM) /* first what goes on for many cycles: across a gap nothing can be joined */
+    if (HISTORY - before < ROOM) { /* first what goes on for many cycles: across a gap nothing can be joined */
         thin(reel, first, AGAIN);
+        reel->ring->settled[lane] = reel->ring->joined[lane];
+    }
     if (HISTORY - pieces_kept(reel) < ROOM && reel->pieces.period > 0)
-        drop_cycles(reel, untried - (before - pieces_kept(reel)));
+        drop_cycles(reel, from - (before - pieces_kept(reel)));
     if (pieces_kept(reel) >= HISTORY) /* whoever looks back as far finds it gone */
         reel->ring->first[lane] = (double)(ring_first(reel->ring, lane) + 1);
 }

@@ -23,10 +23,10 @@ struct Change {
 /* Does a force act across the cut that the other two do not show? */
 static inline int loads_feed(const struct Configuration *w) { return w->stages >> STAGE_LOAD & 1; }
 
-static inline struct Change change(int i, int feed, double share, const struct Point *a, const struct Point *m,
-                                   const struct Point *b, double difference, double reach)
+static inline struct Change change(const struct Configuration *w, int i, int feed, double share, const struct Point *a,
+                                   const struct Point *m, const struct Point *b, double difference, double reach)
 {
-    const double force = larger(a->F_C[i], a->F_S[i]);
+    const double force = level_of(w, a, i);
     const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
     const double F = larger(larger(fabs(a->F[i]), fabs(b->F[i])), force),
                  F_p = larger(larger(fabs(a->F_p[i]), fabs(b->F_p[i])), force),
@@ -39,10 +39,11 @@ static inline struct Change change(int i, int feed, double share, const struct P
 
 /* How far a step is from the tolerance: 1 is just right. The measured differences are those of a second-order solution,
  * h^3; the step's own error is of h^5 and taken as a tenth of their power 5/3. */
-static inline double badness(const struct Contact *contact, int i, int feed, double share, const struct Point *a,
-                             const struct Point *m, const struct Point *b, double difference, double of_late)
+static inline double badness(const struct Contact *contact, const struct Configuration *w, int i, int feed,
+                             double share, const struct Point *a, const struct Point *m, const struct Point *b,
+                             double difference, double of_late)
 {
-    const struct Change c = change(i, feed, share, a, m, b, difference, larger(a->F_C[i], a->F_S[i]) / b->P[i]);
+    const struct Change c = change(w, i, feed, share, a, m, b, difference, larger(a->F_C[i], a->F_S[i]) / b->P[i]);
     const double worst =
         larger(larger(c.of[0] / c.in[0], c.of[1] / c.in[1]), larger(c.of[2] / c.in[2], c.of[3] / c.in[3]));
     return a->cutting[i] == 0 ? of_late : larger(worst / contact->largest_difference[i], of_late);
@@ -52,12 +53,12 @@ static inline double badness(const struct Contact *contact, int i, int feed, dou
 #define WELL_WITHIN 0.011
 
 /* Is the badness surely below in every lane? By products, which are cheaper than quotients. */
-static int all_well_within(const struct Contact *contact, int feed, const lanes share, const struct Point *a,
-                           const struct Point *m, const struct Point *b, const lanes difference)
+static int all_well_within(const struct Contact *contact, const struct Configuration *w, int feed, const lanes share,
+                           const struct Point *a, const struct Point *m, const struct Point *b, const lanes difference)
 {
     int beyond = 0;
     EACH_LANE {
-        const struct Change c = change(i, feed, share[i], a, m, b, difference[i], 0);
+        const struct Change c = change(w, i, feed, share[i], a, m, b, difference[i], 0);
         const double allowed = 0.99 * WELL_WITHIN * contact->largest_difference[i];
         const double excess = larger(larger(c.of[0] - allowed * c.in[0], c.of[1] - allowed * c.in[1]),
                                      larger(c.of[2] - allowed * c.in[2], c.of[3] - allowed * c.in[3]));
@@ -94,7 +95,7 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
     EACH_LANE
         share[i] = force_share(w, h[i], i);
     if (!w->looks_back && !w->comes_back && !eventful &&
-        all_well_within(contact, feed, share, start, middle, end, difference)) {
+        all_well_within(contact, w, feed, share, start, middle, end, difference)) {
         EACH_LANE
             next[i] = smaller(larger(4 * h[i], next[i]), w->longest[i]);
         return 1;
@@ -109,7 +110,7 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
     for (int i = 0; eventful && i < LANES; ++i)
         of_late[i] = larger(of_late[i], rise_of_level(start, middle, end, i));
     EACH_LANE {
-        bad[i] = badness(contact, i, feed, share[i], start, middle, end, difference[i], of_late[i]);
+        bad[i] = badness(contact, w, i, feed, share[i], start, middle, end, difference[i], of_late[i]);
         factor[i] = 4;
         coarse |= bad[i] > WELL_WITHIN;
     }
