@@ -60,13 +60,10 @@ enum Status model_step(struct Model *model, double step, int stop_at_events, dou
     return kernel_advance(&model->contact, step, stop_at_events, taken);
 }
 size_t model_wiring_size(void) { return kernel_wiring_size(); }
-void model_wire(const struct Model *model, struct Wiring *wiring)
-{
-    kernel_wire(&model->contact, (struct Configuration *)wiring);
-}
+void model_wire(const struct Model *model, struct Wiring *wiring) { kernel_wire(&model->contact, wiring); }
 enum Status model_step_wired(struct Model *model, struct Wiring *wiring, double step, int stop_at_events, double *taken)
 {
-    return kernel_advance_wired(&model->contact, (struct Configuration *)wiring, step, stop_at_events, taken);
+    return kernel_advance_wired(&model->contact, wiring, step, stop_at_events, taken);
 }
 enum Status model_derivatives(const struct Model *model, int known, int count, const int *unknown, double *derivatives)
 {
