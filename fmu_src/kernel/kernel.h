@@ -339,6 +339,8 @@ enum Status kernel_evaluate(struct Contact *contact);
 /* Event indicators at value[VAR_TIME], of order 1 and with a hysteresis; 1 for an event that does not matter at
  * present. kernel_evaluate shows the same as variables. */
 void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS]);
+/* Of which size is a continuous state, as the parameters of lane 0 are? Stiff bristles bend by less than others. */
+double kernel_nominal(const struct Contact *contact, int index);
 /* Model exchange: the host's integrator has completed a step that ends at value[VAR_TIME]; effects that look back
  * keep it. */
 enum Status kernel_step_completed(struct Contact *contact);

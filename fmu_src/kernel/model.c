@@ -48,6 +48,7 @@ void model_indicators(const struct Model *model, double *indicators)
     for (int k = 0; k < INDICATORS; ++k)
         indicators[k] = jumps ? indicator[k][0] : model->contact.value[kernel_indicator(k)][0];
 }
+double model_nominal(const struct Model *model, int state) { return kernel_nominal(&model->contact, state); }
 enum Status model_completed_step(struct Model *model) { return kernel_step_completed(&model->contact); }
 enum Status model_event(struct Model *model) { return kernel_event(&model->contact); }
 int model_turned(const struct Model *before, const struct Model *after)
