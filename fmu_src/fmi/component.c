@@ -215,7 +215,7 @@ enum Answer component_start(struct Component *c)
     const int events = c->life.interface == MODEL_EXCHANGE || c->host.event_mode;
     c->life.mode = events ? EVENT : STEPPING;
     c->life.stale = 1;
-    c->wired = 0;
+    c->wired = c->tuned = 0;
     return component_warn(c);
 }
 

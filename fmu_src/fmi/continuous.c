@@ -67,10 +67,8 @@ enum Answer get_nominals(struct Component *c, double *nominals, size_t count)
 {
     if (!is_count(c, nominals, count, (size_t)c->state_count, "nominals"))
         return ANSWER_ERROR;
-    for (int i = 0; i < c->state_count; ++i) {
-        const double nominal = model_variable(c->state[i])->nominal;
-        nominals[i] = nominal > 0 ? nominal : 1;
-    }
+    for (int i = 0; i < c->state_count; ++i)
+        nominals[i] = model_nominal(c->model, c->state[i]);
     return ANSWER_OK;
 }
 

@@ -217,7 +217,8 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
         ANSWER(report(c, ANSWER_ERROR, "the pointer to the event information is NULL."));
     const enum Answer answer = component_event(c, &news);
     if (answer <= ANSWER_WARNING)
-        *info = (fmi2EventInfo){.valuesOfContinuousStatesChanged = news.states_changed,
+        *info = (fmi2EventInfo){.nominalsOfContinuousStatesChanged = news.nominals_changed,
+                                .valuesOfContinuousStatesChanged = news.states_changed,
                                 .nextEventTimeDefined = news.next_event_defined,
                                 .nextEventTime = news.next_event};
     ANSWER(answer);

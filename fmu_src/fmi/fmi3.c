@@ -443,7 +443,8 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
         ANSWER(report(instance, ANSWER_ERROR, "a pointer to a result is NULL."));
     const enum Answer answer = component_event(instance, &news);
     if (answer <= ANSWER_WARNING) {
-        *discreteStatesNeedUpdate = *terminateSimulation = *nominalsOfContinuousStatesChanged = fmi3False;
+        *discreteStatesNeedUpdate = *terminateSimulation = fmi3False;
+        *nominalsOfContinuousStatesChanged = news.nominals_changed != 0;
         *valuesOfContinuousStatesChanged = news.states_changed != 0;
         *nextEventTimeDefined = news.next_event_defined != 0;
         *nextEventTime = news.next_event;

@@ -51,6 +51,8 @@ int model_started(const struct Model *model);
 /* Outputs and rates from the time, the states and the inputs as they stand. */
 enum Status model_evaluate(struct Model *model);
 void model_indicators(const struct Model *model, double *indicators); /* as model_evaluate has found them */
+/* Of which size is a continuous state, as the parameters are now? Above 0. */
+double model_nominal(const struct Model *model, int state);
 /* A solver of Model Exchange has completed a step that ends at the present time. */
 enum Status model_completed_step(struct Model *model);
 /* An event has happened at the present time. */

@@ -187,6 +187,7 @@ enum Answer state_set(struct Component *c, const void *state)
     memcpy(&c->life, &own->seal.life, sizeof c->life);
     memcpy(c->model, model_of(own), model_size());
     c->wired = 0;
+    c->tuned = 1;
     c->life.stale |= c->life.mode == INITIALIZING; /* the preview is not part of the state */
     return ANSWER_OK;
 }

@@ -157,6 +157,8 @@ enum Answer component_event(struct Component *c, struct News *news)
      */
     *news =
         (struct News){.next_event = model_next_event(c->model), .states_changed = model_turned(c->preview, c->model)};
+    news->nominals_changed = c->life.interface == MODEL_EXCHANGE && c->tuned;
+    c->tuned = 0;
     /* Within a step of co-simulation the model acts on its events itself: the host need not stop there. */
     news->next_event_defined = c->life.interface == MODEL_EXCHANGE && isfinite(news->next_event);
     report(c, ANSWER_OK, "event at time %.17g s%s.", present_time(c),

@@ -222,6 +222,7 @@ enum Answer set_values(struct Component *c, const struct Access *as, const uint3
             answer = held_on_bound(c, index, value);
         c->life.tolerance_set |= index == model_tolerance();
         c->wired &= model_variable(index)->causality == INPUT;
+        c->tuned |= model_variable(index)->causality == PARAMETER;
     }
     c->life.stale |= count > 0;
     return answer;

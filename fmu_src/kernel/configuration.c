@@ -9,6 +9,12 @@
 #define FLATTEST 0.02
 #define STEEPEST 1.5
 
+static double place_in_cycle(const struct Configuration *w, int lane, double time)
+{
+    const double turns = w->p[VAR_VIBRATION_FREQUENCY][lane] * time;
+    return turns - floor(turns);
+}
+
 /* What changes with value[VAR_TIME] and the slopes of the inputs. */
 void wire_time(const struct Contact *contact, struct Configuration *w)
 {
@@ -22,17 +28,26 @@ void wire_time(const struct Contact *contact, struct Configuration *w)
     if (w->kinematics == KINEMATICS_EXTERNAL)
         return;
     for (int i = 0; i < LANES; ++i) {
-        const double turns = w->p[VAR_VIBRATION_FREQUENCY][i] * w->p[VAR_TIME][i];
         const double omega = 2 * PI * w->p[VAR_VIBRATION_FREQUENCY][i],
                      a = or_none(w->p[VAR_AMPLITUDE_X][i], NO_AMPLITUDE);
         const double r =
             a > 0 ? w->p[VAR_CUTTING_SPEED][i] / (a * omega) : INFINITY; /* to the bit as ellipse_at finds it */
         const double lead = w->p[VAR_PHASE_Y][i] - w->p[VAR_PHASE_X][i] - PI / 2,
                      aspect = a > 0 ? w->p[VAR_AMPLITUDE_Y][i] / a : 0;
-        w->cycle[i] = turns - floor(turns);
+        w->cycle[i] = place_in_cycle(w, i, w->p[VAR_TIME][i]);
         if (!(w->turn.r[i] == r))
             turn_at(w, r, lead, aspect, &w->turn, i);
     }
+}
+
+/* What goes by the length of the communication step, which begins at value[VAR_TIME]. */
+void wire_step(double step, struct Configuration *w)
+{
+    if (w->kinematics == KINEMATICS_EXTERNAL)
+        return;
+    w->ends = step;
+    for (int i = 0; i < LANES; ++i)
+        w->cycle_then[i] = place_in_cycle(w, i, w->p[VAR_TIME][i] + step);
 }
 
 uint64_t effects_switched_on(const struct Contact *contact)
@@ -156,6 +171,7 @@ struct Configuration wire(const struct Contact *contact)
     EACH_LANE
         w.longest[i] = w.kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w.p[VAR_VIBRATION_FREQUENCY][i]);
     resolving_step(&w, w.longest);
+    w.ends = NAN;
     wire_time(contact, &w);
     return w;
 }

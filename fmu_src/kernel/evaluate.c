@@ -206,6 +206,17 @@ void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS
     watched_indicators(contact, &w, &x, indicator);
 }
 
+#define NO_DEFLECTION 1e-12 /* [m]: a hundredth of an atom */
+
+double kernel_nominal(const struct Contact *contact, int index)
+{
+    const double nominal = kernel_variable(index)->nominal, usual = nominal > 0 ? nominal : 1;
+    if (index != VAR_BRISTLE_DEFLECTION)
+        return usual;
+    const double reach = larger(contact->value[VAR_F_C][0], contact->value[VAR_F_S][0]) / contact->value[VAR_SIGMA0][0];
+    return smaller(usual, larger(reach, NO_DEFLECTION));
+}
+
 enum Status kernel_event(struct Contact *contact)
 {
     if (kernel_averages(contact))

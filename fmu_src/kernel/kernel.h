@@ -339,6 +339,8 @@ enum Status kernel_evaluate(struct Contact *contact);
 /* Event indicators at value[VAR_TIME], of order 1 and with a hysteresis; 1 for an event that does not matter at
  * present. kernel_evaluate shows the same as variables. */
 void kernel_indicators(const struct Contact *contact, lanes indicator[INDICATORS]);
+/* Of which size is a continuous state, as the parameters of lane 0 are? Stiff bristles bend by less than others. */
+double kernel_nominal(const struct Contact *contact, int index);
 /* Model exchange: the host's integrator has completed a step that ends at value[VAR_TIME]; effects that look back
  * keep it. */
 enum Status kernel_step_completed(struct Contact *contact);
@@ -354,11 +356,13 @@ double kernel_next_event(const struct Contact *contact);
  * acted upon (kernel_event does that), *taken telling how far it went. With averaging = cycle it goes all the way: one
  * cycle stands for the step. */
 enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken);
-/* The same by what kernel_wire has found for this very contact, none of whose parameters has changed since. */
-struct Configuration;
+/* The same by what kernel_wire has found for this very contact, none of whose parameters has changed since, and from
+ * the point that the last such step has reached where time, sides, inputs and deflection still are as they were. To the
+ * bit the same. */
+struct Wiring;
 size_t kernel_wiring_size(void);
-void kernel_wire(const struct Contact *contact, struct Configuration *wired);
-enum Status kernel_advance_wired(struct Contact *contact, struct Configuration *wired, double step, int stop_at_events,
+void kernel_wire(const struct Contact *contact, struct Wiring *wired);
+enum Status kernel_advance_wired(struct Contact *contact, struct Wiring *wired, double step, int stop_at_events,
                                  double *taken);
 /* Follow a record from its first sample, where the contact stands, to its last; see struct Record and struct Yield. A
  * nonzero *stop (may be NULL) breaks off after the sample that is being followed. */

@@ -48,6 +48,7 @@ void model_indicators(const struct Model *model, double *indicators)
     for (int k = 0; k < INDICATORS; ++k)
         indicators[k] = jumps ? indicator[k][0] : model->contact.value[kernel_indicator(k)][0];
 }
+double model_nominal(const struct Model *model, int state) { return kernel_nominal(&model->contact, state); }
 enum Status model_completed_step(struct Model *model) { return kernel_step_completed(&model->contact); }
 enum Status model_event(struct Model *model) { return kernel_event(&model->contact); }
 int model_turned(const struct Model *before, const struct Model *after)
@@ -60,13 +61,10 @@ enum Status model_step(struct Model *model, double step, int stop_at_events, dou
     return kernel_advance(&model->contact, step, stop_at_events, taken);
 }
 size_t model_wiring_size(void) { return kernel_wiring_size(); }
-void model_wire(const struct Model *model, struct Wiring *wiring)
-{
-    kernel_wire(&model->contact, (struct Configuration *)wiring);
-}
+void model_wire(const struct Model *model, struct Wiring *wiring) { kernel_wire(&model->contact, wiring); }
 enum Status model_step_wired(struct Model *model, struct Wiring *wiring, double step, int stop_at_events, double *taken)
 {
-    return kernel_advance_wired(&model->contact, (struct Configuration *)wiring, step, stop_at_events, taken);
+    return kernel_advance_wired(&model->contact, wiring, step, stop_at_events, taken);
 }
 enum Status model_derivatives(const struct Model *model, int known, int count, const int *unknown, double *derivatives)
 {

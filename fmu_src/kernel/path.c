@@ -300,7 +300,7 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
         on_left[i] = (on_left[i] != 0) & (t->alone[i] != 0);
     }
     EACH_LANE {
-        const double r = x->speed_ratio[i], turns = w->cycle[i] + p[VAR_VIBRATION_FREQUENCY][i] * tau[i];
+        const double r = x->speed_ratio[i], turns = turns_at(w, i, tau[i]);
         const double turn = 2 * PI * (turns - whole(turns)),
                      ahead = turn + p[VAR_PHASE_X][i] + PI / 2; /* -3/2 pi .. 9/2 pi */
         const double psi = ahead - 2 * PI * (whole(ahead / (2 * PI) + 1.5) - 1), place = r * psi + x->cos_x[i];
@@ -360,7 +360,7 @@ static void ellipse_at(const struct Contact *contact, const struct Configuration
     EACH_LANE {
         const double f = p[VAR_VIBRATION_FREQUENCY][i], omega = 2 * PI * f, a = x->a[i], b = x->b[i];
         const double v_c = input_at(contact, VAR_CUTTING_SPEED, i, tau[i]);
-        const double turns = w->cycle[i] + f * tau[i], share = turns - whole(turns);
+        const double turns = turns_at(w, i, tau[i]), share = turns - whole(turns);
         double c, s;
         cos_sin(share, &c, &s);
         const double c_y = cos_phase[i], s_y = sin_phase[i];

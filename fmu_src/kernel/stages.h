@@ -23,7 +23,7 @@
 #endif
 
 /* On a line of the cache of its own: wide vectors that lie across two cost twice. */
-#if defined(__GNUC__)
+#if LANES > 1 && defined(__GNUC__)
 #define ON_LINES __attribute__((aligned(64)))
 #else
 #define ON_LINES
@@ -71,6 +71,8 @@ struct Configuration {
     lanes longest; /* internal step that resolves vibration and effects [s] */
     int current_angle; /* chip_flow_angle = current_shear_angle: slip and force are solved together */
     lanes cycle; /* place in the vibration cycle at value[VAR_TIME], 0..1 */
+    double ends; /* of the communication step [s]; NAN: points there need not stand as the next one begins */
+    lanes cycle_then; /* place in the cycle at its end, to the bit as the next one begins there */
     lanes cos_rake, sin_rake;
     lanes tan_clearance;
     lanes cos_x, sin_x, cos_y, sin_y; /* of the phases */
@@ -86,6 +88,7 @@ struct Configuration {
 uint64_t effects_switched_on(const struct Contact *contact);
 struct Configuration wire(const struct Contact *contact);
 void wire_time(const struct Contact *contact, struct Configuration *w);
+void wire_step(double step, struct Configuration *w);
 
 /* effects.c: let the effects of a stage act; move the states of one driver over a step; show states and their rates;
  * the longest step that resolves what is on. */
@@ -304,11 +307,13 @@ struct Course {
     } room[3];
     lanes window_end; /* as window_end(), where known */
     int now, known;
+    int arrived; /* the point reached stands at the end of the communication step, to the bit */
     double most_steps; /* internal steps that may still be taken, 0: as many as it takes */
     struct Patience patience;
 };
 enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
                              lanes s, struct Course *course);
+/* communication_step.c: time and inputs, s later. */
 void move_on(struct Contact *contact, const lanes s);
 /* event_search.c: the motion at tau, and where the forces move the path or `forces` asks for them all of the point,
  * reached from s by a step on the held sides. */
@@ -446,6 +451,12 @@ static inline double parabola(double share, double u_0, double u_m, double u_1)
 static inline double jump_time(const struct Configuration *w, int lane)
 {
     return 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][lane];
+}
+
+/* Turns of the vibration at `tau` after value[VAR_TIME], but for whole ones. */
+static inline double turns_at(const struct Configuration *w, int lane, double tau)
+{
+    return tau == w->ends ? w->cycle_then[lane] : w->cycle[lane] + w->p[VAR_VIBRATION_FREQUENCY][lane] * tau;
 }
 
 /* The place of a choice in its list. */

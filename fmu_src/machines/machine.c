@@ -145,6 +145,12 @@ enum Status model_evaluate(struct Model *model)
 
 static double nominal(int index) { return part.variables[index].nominal > 0 ? part.variables[index].nominal : 1; }
 
+double model_nominal(const struct Model *model, int state)
+{
+    (void)model;
+    return nominal(state);
+}
+
 static void rates(double *value, const int *rate, int count, double *f)
 {
     part.evaluate(value);

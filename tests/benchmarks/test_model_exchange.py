@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import fmpy
@@ -11,7 +13,7 @@ import numpy as np
 import pytest
 from cases import PERIOD, Case, ellipse
 from evat.model import FloatArray
-from opened import OpenFmu
+from opened import OpenFmu, opened
 from report import Summary
 from solvers import loosest
 from timing import least
@@ -101,4 +103,55 @@ def test_co_simulation_against_cvode(benchmark: Any, summary: Summary, fmi2: Ope
     in_one_step = f"{seconds['doStep'] * 1e6:.0f} us"
     summary.add(f"    in one doStep: {in_one_step}", f"{ratios['doStep']:.0f} x", limit="the integration alone, no start and no outputs")
     for instance in (me, cs, begun):
+        instance.freeInstance()
+
+
+LOOSE = 0.3  # a relative tolerance at which CVode does no more than it has to
+ASKED = {"getDerivatives": "rates", "getEventIndicators": "indicators", "enterEventMode": "events"}
+
+
+def counted(instance: Any, run: Callable[[], Any]) -> tuple[Any, dict[str, float]]:
+    """What a run gives, and how often a cycle it asks for what."""
+    asked: Counter[str] = Counter()
+
+    def counting(name: str) -> Callable[..., Any]:
+        function = getattr(instance, name)
+
+        def count(*arguments: Any) -> Any:
+            asked[name] += 1
+            return function(*arguments)
+
+        return count
+
+    for name in ASKED:
+        setattr(instance, name, counting(name))
+    trace = run()
+    for name in ASKED:
+        delattr(instance, name)
+    return trace, {word: asked[name] / CYCLES for name, word in ASKED.items()}
+
+
+def test_what_restarts_alone_cost(benchmark: Any, summary: Summary, fmus: dict[str, Path], tmp_path: Path) -> None:
+    """Limit: an FMU of 5 states and a tolerance that asks for nothing. A solver starts anew at each of five events a cycle, and each start
+    takes steps of its own, whose calls are Python's."""
+    cut = opened(fmus["evat_cut-fmi2"], tmp_path)
+    me, cs, case = cut.instance("ModelExchange"), cut.instance(), ellipse("lugre-1995")
+
+    def exchange() -> Any:
+        return simulate(cut, me, "ModelExchange", case, LOOSE, PERIOD)
+
+    trace, asked = counted(me, exchange)
+    true = simulate(cut, cs, "CoSimulation", case, 1e-8, PERIOD)
+    off = abs(trace["mean_principal_force"][-1] / true["mean_principal_force"][-1] - 1)
+    seconds = least({"CVode": exchange, "fmpy": lambda: simulate(cut, cs, "CoSimulation", case, 1e-4, PERIOD)}, 7)
+    benchmark.pedantic(exchange, rounds=5)
+    ratio = seconds["CVode"] / seconds["fmpy"]
+    benchmark.extra_info.update(asked, ratio=ratio, off=off)
+    summary.add(
+        f"EvatCut, {case.name}: fmpy + CVode at a tolerance of {LOOSE}, the mean force {off:.1%} off, beside CS through fmpy",
+        f"{ratio:.0f} x",
+        limit=", ".join(f"{count:.0f} {word}" for word, count in asked.items()) + " a cycle",
+    )
+    assert asked["rates"] > 10 * asked["events"]  # so few are asked for at no tolerance
+    for instance in (me, cs):
         instance.freeInstance()

@@ -141,6 +141,16 @@ def test_every_effect_is_the_same_through_every_door(make: Make, effect: str, ki
 
 @every_law
 @every_case
+def test_a_step_goes_on_from_where_the_last_one_has_ended(make: Make, case: str, law: str) -> None:
+    """Inputs stand still for a few steps: an FMU then begins at the point that it has reached, the kernel finds it anew. A flip: the place
+    in the cycle at the end of a step is that which its own clock shows, not that of the next one."""
+    values, effects = {**CASES[case][0], "friction_law": law}, CASES[case][1]
+    course = [(step, inputs if n % 5 == 0 else {}) for n, (step, inputs) in enumerate(course_of([LAWS.index(law), len(case), 5], 40))]
+    assert not differing(through_kernel(started(values, effects), course), through_fmu(make().start(in_fmi(values, effects)), course))
+
+
+@every_law
+@every_case
 def test_to_look_is_not_to_touch(make: Make, case: str, law: str) -> None:
     """Outputs read before and after every step, or once at the end: one run, also where inputs and parameters jump."""
     values, effects = {**CASES[case][0], "friction_law": law}, CASES[case][1]

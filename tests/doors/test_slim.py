@@ -52,7 +52,7 @@ def test_slim_is_slim(part: str) -> None:
 
 @pytest.mark.parametrize("part", fmu.parts())
 def test_no_fmu_has_more_outputs_than_tools_plot_at_once(part: str) -> None:
-    assert 0 < len(outputs(part)) <= 13
+    assert 0 < len(outputs(part)) <= 12
 
 
 @pytest.mark.parametrize(("part", "version"), [("evat_guideway", 2), ("evat_slip", 3), ("evat_cut", 2)])

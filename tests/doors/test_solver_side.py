@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat.native import kernel
-from raw_fmi import ERROR, OK, Door, Instance
+from raw_fmi import ERROR, OK, Door, EventInfo2, Instance
 
 STATES = len(kernel.states())
 PERIOD = 5e-5  # [s]
@@ -90,6 +90,32 @@ def test_integrals_are_led_since_the_last_event(one: Instance) -> None:
 
 def test_nominals_are_above_0(one: Instance) -> None:
     assert all(nominal > 0 for nominal in vector(one, "GetNominalsOfContinuousStates"))
+
+
+def nominals_change(one: Instance) -> bool:
+    """What an event says of it."""
+    if one.door.version == 2:
+        info = EventInfo2()
+        assert one.call("NewDiscreteStates", ct.byref(info)) == OK
+        return bool(info.nominals_changed)
+    flags, moment = [ct.c_bool() for _ in range(5)], ct.c_double()
+    assert one.call("UpdateDiscreteStates", *map(ct.byref, flags), ct.byref(moment)) == OK
+    return bool(flags[2].value)
+
+
+def test_the_nominal_of_a_stiff_bristle_is_what_bends_it(one: Instance) -> None:
+    """A solver weighs a state by its nominal where that is larger: a micrometre would hide a deflection of some nanometres. A parameter
+    may change it at an event, which says so once."""
+    usual = kernel.variable("bristle_deflection").nominal
+    integrating(one, {"F_C": 0.5, "F_S": 0.6, "sigma0": 1e7})
+    nominals = vector(one, "GetNominalsOfContinuousStates")
+    assert nominals == [pytest.approx(6e-8, rel=1e-12), *(kernel.variable(name).nominal for name in kernel.states()[1:])]
+    assert one.call("EnterEventMode") == OK
+    assert not nominals_change(one)
+    assert one.set({"sigma0": 1e5}) == OK
+    assert nominals_change(one)
+    assert not nominals_change(one)
+    assert vector(one, "GetNominalsOfContinuousStates") == [usual, *nominals[1:]]
 
 
 def test_indicators_change_sign_with_contact(one: Instance) -> None:

@@ -233,7 +233,8 @@ static int settle(const struct Contact *contact, const struct Configuration *w, 
     return 1;
 }
 
-/* The step is taken: s moves on, and with it the integrals, the history and the averaging windows. */
+/* The step is taken: s moves on, and with it the integrals, the history and the averaging windows. What ends the
+ * communication step by a rounding does not stand where the next one begins. */
 static enum Status take(struct Contact *contact, const struct Configuration *w, double step, lanes s, struct Trial *t,
                         struct Course *course)
 {
@@ -246,8 +247,11 @@ static enum Status take(struct Contact *contact, const struct Configuration *w, 
         if (!past_reaches(contact, w, i, t->end->t[i]))
             return STATUS_HISTORY_SHORT;
     int windows_ended = 0;
+    course->arrived = 1;
     EACH_LANE {
-        s[i] = t->h[i] == step - s[i] ? step : s[i] + t->h[i];
+        const double end = s[i] + t->h[i];
+        course->arrived &= end == step;
+        s[i] = t->h[i] == step - s[i] ? step : end;
         windows_ended |= t->to_window[i] != 0;
     }
     for (int i = 0; windows_ended && i < LANES; ++i)
@@ -311,11 +315,12 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
     struct Patience *const patience = &course->patience;
     const double most_steps = course->most_steps > 0 ? course->most_steps : INFINITY;
     struct Room *const room = course->room;
+    static const int other[3][2] = {{1, 2}, {2, 0}, {0, 1}};
     struct Trial t = {.start = &room[course->now].point,
-                      .middle = &room[(course->now + 1) % 3].point,
-                      .end = &room[(course->now + 2) % 3].point,
+                      .middle = &room[other[course->now][0]].point,
+                      .end = &room[other[course->now][1]].point,
                       .shortest = shortest_step(w, step)};
-    int jumps = 0, acts[LANES], chased[LANES] = {0};
+    int jumps = 0, stopped = 0, acts[LANES], chased[LANES] = {0};
     lanes quiet_for;
     EACH_LANE {
         quiet_for[i] = INFINITY; /* since the last event [s] */
@@ -377,7 +382,8 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             t.acted[i] = 0;
         if (taken != STATUS_OK)
             return taken;
-        if (event && stop_at_events)
+        stopped = event && stop_at_events;
+        if (stopped)
             break;
         struct Point *const reached = t.end;
         t.end = t.start;
@@ -407,69 +413,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         if (event || turns)
             act_in_lanes(contact, w, s, ahead, chased, acts, t.start);
     }
-    while (t.start != &room[course->now].point)
-        course->now = (course->now + 1) % 3;
-    course->known = 1;
+    course->now = t.start == &room[0].point ? 0 : t.start == &room[1].point ? 1 : 2;
+    course->known = !stopped;
     return STATUS_OK;
-}
-
-/* Time and inputs, s later. */
-void move_on(struct Contact *contact, const lanes s)
-{
-    EACH_LANE {
-        contact->value[VAR_TIME][i] += s[i];
-        for (int k = INPUT_FIRST; k < INPUT_END; ++k)
-            contact->value[k][i] = given_then(contact->value[k][i], contact->slope[k - INPUT_FIRST][i] * s[i]);
-    }
-}
-
-static enum Status advance_by_means(struct Contact *contact, double step, double *taken)
-{
-    const double start = contact->value[VAR_TIME][0];
-    const enum Status status = average_step(contact, step);
-    *taken = status == STATUS_OK ? step : contact->value[VAR_TIME][0] - start;
-    return status;
-}
-
-static enum Status advance_by(const struct Configuration *w, struct Contact *contact, double step, int stop_at_events,
-                              double *taken)
-{
-    *taken = 0;
-    if (!is_step(step))
-        return STATUS_BAD_STEP;
-    if (!ordered_temperatures(contact))
-        return STATUS_TEMPERATURES;
-    if (kernel_averages(contact))
-        return advance_by_means(contact, step, taken);
-    struct Course course;
-    course.now = course.known = 0;
-    course.most_steps = course.patience.length = 0;
-    lanes s = {0};
-    for (int i = 0; w->delays && i < LANES; ++i)
-        if (slip_lead(w, i) > 0)
-            return STATUS_AHEAD;
-    if (w->delays)
-        note_slip_now(contact, w);
-    const enum Status status = advance_internal(contact, w, step, stop_at_events, s, &course);
-    move_on(contact, s);
-    if (w->delays)
-        note_slip_now(contact, w);
-    *taken = s[0];
-    return status;
-}
-
-enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken)
-{
-    const struct Configuration w = wire(contact);
-    return advance_by(&w, contact, step, stop_at_events, taken);
-}
-
-size_t kernel_wiring_size(void) { return sizeof(struct Configuration); }
-void kernel_wire(const struct Contact *contact, struct Configuration *wired) { *wired = wire(contact); }
-
-enum Status kernel_advance_wired(struct Contact *contact, struct Configuration *wired, double step, int stop_at_events,
-                                 double *taken)
-{
-    wire_time(contact, wired);
-    return advance_by(wired, contact, step, stop_at_events, taken);
 }

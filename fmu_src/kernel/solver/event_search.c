@@ -64,20 +64,20 @@ static void locate(const struct Contact *contact, const struct Configuration *w,
     }
 }
 
-/* The sides of some events that are watched wherever a point is, and of those that are not where the slip is solved
- * for. */
+/* The sides of the events of the path, and of those that are not where the slip is solved for: of all but the contact
+ * itself only in contact, see watched(). */
 static inline int path_event(const struct Contact *contact, int i, const struct Point *middle, const struct Point *end)
 {
     const double contact_side = contact->sign[AT_CONTACT][i], surface_side = contact->sign[AT_SURFACE][i];
     return (contact_side * middle->contact[i] < 0) | (contact_side * end->contact[i] < 0) |
-           (surface_side * middle->surface[i] < 0) | (surface_side * end->surface[i] < 0);
+           ((contact_side > 0) & ((surface_side * middle->surface[i] < 0) | (surface_side * end->surface[i] < 0)));
 }
 
 static inline int slip_event(const struct Contact *contact, int i, const struct Point *middle, const struct Point *end)
 {
     const double slip_side = contact->sign[AT_SLIP][i], law_side = contact->sign[AT_LAW][i];
-    return (slip_side * middle->v[i] < 0) | (slip_side * end->v[i] < 0) | (law_side * middle->law[i] < 0) |
-           (law_side * end->law[i] < 0);
+    return (contact->sign[AT_CONTACT][i] > 0) & ((slip_side * middle->v[i] < 0) | (slip_side * end->v[i] < 0) |
+                                                 (law_side * middle->law[i] < 0) | (law_side * end->law[i] < 0));
 }
 
 /* Where in a step an indicator that starts, is and ends on its side comes nearest to 0, as the parabola says, if that

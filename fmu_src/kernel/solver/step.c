@@ -136,7 +136,7 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
     int settled[LANES] = {0}, done[LANES] = {0}, nearest[LANES] = {0}, all = 0;
     lanes last, least;
     EACH_LANE
-        least[i] = INFINITY;
+        last[i] = least[i] = INFINITY;
     for (int n = 0; n < 30 && !all; ++n) {
         const struct Point before = *end, before_middle = *middle;
         lanes before_difference;

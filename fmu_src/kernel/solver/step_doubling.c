@@ -160,7 +160,7 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
 {
     const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers || w->current_angle),
               of_angle = w->current_angle, given = w->kinematics == KINEMATICS_EXTERNAL;
-    int any = 0, kinks = 0, all[LANES];
+    int any = 0, kinks = 0, all[LANES] = {0};
     EACH_LANE {
         doubtful[i] = 0;
         kinks |= has_kink(a, m, b, i);

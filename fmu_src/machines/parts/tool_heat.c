@@ -111,7 +111,7 @@ static const struct Variable variables[COUNT] = {
     [SPOT_RESISTANCE] = {.name = "spot_resistance", .unit = "K/W", RESULT,
         .meaning = "resistance R_c of the constriction in the tool",
         .source = "Loewen and Shaw 1954 (not read): mean over a rectangle on a half space, mirrored at the edge"},
-    [SPOT_TIME] = {.name = "spot_time", .unit = "s", .display_unit = "ms", RESULT, .nominal = 1e-3,
+    [SPOT_TIME] = {.name = "spot_time", .unit = "s", .display_unit = "ms", INNER, .nominal = 1e-3,
         .meaning = "time constant of the contact, C_c times R_c beside R_chip", .source = DEFINITION},
     [WORK_FLOW] = {.name = "work_heat_flow", FLOW, .meaning = "heat that the work keeps", .source = DEFINITION},
     [CHIP_FLOW] = {.name = "chip_heat_flow", FLOW, .meaning = "heat that the chip carries away, of both sources",

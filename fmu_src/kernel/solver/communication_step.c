@@ -1,0 +1,131 @@
+/* How does a host's step pass, and what does it leave for the next? The configuration, and where nothing has been moved
+ * since, the point that it has reached. */
+#include "../stages.h"
+
+#include <math.h>
+
+void move_on(struct Contact *contact, const lanes s)
+{
+    EACH_LANE {
+        contact->value[VAR_TIME][i] += s[i];
+        for (int k = INPUT_FIRST; k < INPUT_END; ++k)
+            contact->value[k][i] = given_then(contact->value[k][i], contact->slope[k - INPUT_FIRST][i] * s[i]);
+    }
+}
+
+static enum Status advance_by_means(struct Contact *contact, double step, double *taken)
+{
+    const double start = contact->value[VAR_TIME][0];
+    const enum Status status = average_step(contact, step);
+    *taken = status == STATUS_OK ? step : contact->value[VAR_TIME][0] - start;
+    return status;
+}
+
+static enum Status advance_by(const struct Configuration *w, struct Contact *contact, double step, int stop_at_events,
+                              struct Course *course, double *taken)
+{
+    *taken = 0;
+    course->most_steps = course->patience.length = 0;
+    course->arrived = 0;
+    if (!is_step(step))
+        return STATUS_BAD_STEP;
+    if (!ordered_temperatures(contact))
+        return STATUS_TEMPERATURES;
+    if (kernel_averages(contact))
+        return advance_by_means(contact, step, taken);
+    lanes s = {0};
+    for (int i = 0; w->delays && i < LANES; ++i)
+        if (slip_lead(w, i) > 0)
+            return STATUS_AHEAD;
+    if (w->delays)
+        note_slip_now(contact, w);
+    const enum Status status = advance_internal(contact, w, step, stop_at_events, s, course);
+    move_on(contact, s);
+    if (w->delays)
+        note_slip_now(contact, w);
+    *taken = s[0];
+    return status;
+}
+
+enum Status kernel_advance(struct Contact *contact, double step, int stop_at_events, double *taken)
+{
+    struct Configuration w = wire(contact);
+    struct Course course;
+    course.now = course.known = 0;
+    wire_step(step, &w);
+    return advance_by(&w, contact, step, stop_at_events, &course, taken);
+}
+
+/* What a point depends on and does not show, and what may change between two steps. */
+enum { INPUTS = INPUT_END - INPUT_FIRST };
+struct Place {
+    lanes time, window, input[INPUTS], surface_side, slip_side;
+};
+
+struct Wiring {
+    struct Configuration w;
+    struct Course course;
+    struct Place reached; /* where the course's point is known */
+};
+
+size_t kernel_wiring_size(void) { return sizeof(struct Wiring); }
+
+void kernel_wire(const struct Contact *contact, struct Wiring *wired)
+{
+    wired->w = wire(contact);
+    wired->course.now = wired->course.known = 0;
+}
+
+/* Does a point that ends a step begin the next one, to the bit? Not where effects keep more than it shows, where passes
+ * have settled it, where the law remembers, or where inputs have slopes, which end with the step. */
+static int goes_on(const struct Contact *contact, const struct Configuration *w)
+{
+    int rises = 0;
+    for (int k = 0; k < INPUTS; ++k)
+        EACH_LANE
+            rises |= contact->slope[k][i] != 0;
+    return !rises && w->on_count == 0 && !w->iterates && !w->law->event;
+}
+
+static void note_place(const struct Contact *contact, struct Place *at)
+{
+    EACH_LANE {
+        at->time[i] = contact->value[VAR_TIME][i];
+        at->window[i] = contact->window[i];
+        for (int k = 0; k < INPUTS; ++k)
+            at->input[k][i] = contact->value[INPUT_FIRST + k][i];
+        at->surface_side[i] = contact->sign[AT_SURFACE][i];
+        at->slip_side[i] = contact->sign[AT_SLIP][i];
+    }
+}
+
+static int stands_at(const struct Contact *contact, const struct Place *at, const struct Point *x)
+{
+    int same = 1;
+    EACH_LANE {
+        same &= (at->time[i] == contact->value[VAR_TIME][i]) & (x->z[i] == contact->value[VAR_BRISTLE_DEFLECTION][i]) &
+                (at->window[i] == contact->window[i]);
+        for (int k = 0; k < INPUTS; ++k)
+            same &= at->input[k][i] == contact->value[INPUT_FIRST + k][i];
+        same &= (at->surface_side[i] == contact->sign[AT_SURFACE][i]) &
+                (at->slip_side[i] == contact->sign[AT_SLIP][i]) & (x->law_side[i] == contact->sign[AT_LAW][i]) &
+                ((x->cutting[i] != 0) == (contact->sign[AT_CONTACT][i] > 0));
+    }
+    return same;
+}
+
+enum Status kernel_advance_wired(struct Contact *contact, struct Wiring *wired, double step, int stop_at_events,
+                                 double *taken)
+{
+    struct Configuration *const w = &wired->w;
+    struct Course *const course = &wired->course;
+    wire_time(contact, w);
+    wire_step(step, w);
+    const int keeps = goes_on(contact, w);
+    course->known = course->known && keeps && stands_at(contact, &wired->reached, &course->room[course->now].point);
+    const enum Status status = advance_by(w, contact, step, stop_at_events, course, taken);
+    course->known = course->known && course->arrived && keeps && status == STATUS_OK;
+    if (course->known)
+        note_place(contact, &wired->reached);
+    return status;
+}
