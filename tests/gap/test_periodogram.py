@@ -83,6 +83,16 @@ def test_a_value_of_its_own_acts_where_it_belongs() -> None:
             assert np.array_equal(moved[segment.at], (other if place in places else plain)[segment.at])
 
 
+def test_two_phases_that_are_more_than_a_turn_together_are_less_a_turn() -> None:
+    """A fit that went to 2 pi was beyond the bounds of a phase in each recording that has one of its own, and the diagnosis ended there."""
+    prediction, name, on = Prediction(MODEL, measured()), "line_disturbance.phase", ("line_disturbance",)
+    values = {"line_disturbance.friction_force": 1.0, "line_disturbance.frequency": HUM}
+    for phase, own in ((2 * np.pi, 0.5), (-2 * np.pi, -3.0)):
+        beyond = prediction.one({**values, name: phase, f"{name}{OWN}c1": own}, on)
+        within = prediction.one({**values, name: 0.0, f"{name}{OWN}c1": own}, on)
+        assert np.max(np.abs(beyond - within)) < 1e-9
+
+
 def test_a_hum_out_of_step_with_all_recordings_is_a_line() -> None:
     answer = diagnose(with_hum(measured(), own=True), MODEL)
     assert (answer.verdict, [effect.name for effect in answer.effects]) == ("effect", ["line_disturbance"])

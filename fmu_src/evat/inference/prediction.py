@@ -25,6 +25,7 @@ from evat.model import FloatArray, Model, Run
 Values = Mapping[str, float | str | FloatArray]
 TIGHTNESS = "relative_tolerance"
 BRISTLE = "bristle_deflection"  # a state of the model, whose start differs from trial to trial
+TURN = 2 * np.pi
 OWN = "@"  # "variable@condition" or "variable@file": by how much a value is more there
 
 
@@ -318,14 +319,18 @@ class Prediction:
 
 
 def _moved(trial: Trial, values: Values, plain: Values) -> tuple[tuple[str, ...], dict[str, FloatArray]]:
-    """Names of the values that its condition or the trial has by itself, and what the variables then are; not of effects that are off."""
+    """Names of the values that its condition or the trial has by itself, and what the variables then are; not of effects that are off.
+
+    Such a value is the phase of a sine: a sum of two may be beyond its bounds, and a whole turn is none.
+    """
     names = tuple(
         name
         for name in values
         if OWN in name and name.partition(OWN)[2] in (trial.condition, trial.file) and name.partition(OWN)[0] in plain
     )
     own = {name.partition(OWN)[0]: np.asarray(values[name]) for name in names}
-    return names, {name: np.asarray(plain[name], dtype=np.float64) + shift for name, shift in own.items()}
+    sums = {name: np.asarray(plain[name], dtype=np.float64) + shift for name, shift in own.items()}
+    return names, {name: np.where(np.abs(sum_) > TURN, np.remainder(sum_, TURN), sum_) for name, sum_ in sums.items()}
 
 
 def with_lead_in(trial: Trial) -> tuple[FloatArray, Mapping[str, FloatArray], int]:
