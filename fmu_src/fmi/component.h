@@ -99,7 +99,7 @@ struct Component {
     struct Model *model, *preview; /* preview: as it would start now; as it was before an event; as it may go on */
     struct Wiring *wiring; /* of `model`, */
     int wired; /* where it still holds */
-    int tuned; /* a parameter has changed since the host was last told so */
+    int tuned; /* nominal values may have changed since the host was last told so */
     double *indicators; /* of the whole model */
     int *state, *rate, *indicator; /* indices of the states and of their rates; places of the event indicators */
     uint16_t *settable; /* modes in which each variable may be set */

@@ -184,10 +184,11 @@ enum Answer state_set(struct Component *c, const void *state)
     const struct State *own = state;
     if (!is_given(c, state, "the FMU state") || !is_ours(c, &own->seal) || !fits(c, &own->seal.life))
         return ANSWER_ERROR;
+    for (int i = 0; i < c->state_count; ++i)
+        c->tuned |= model_nominal(c->model, c->state[i]) != model_nominal(model_of(own), c->state[i]);
     memcpy(&c->life, &own->seal.life, sizeof c->life);
     memcpy(c->model, model_of(own), model_size());
     c->wired = 0;
-    c->tuned = 1;
     c->life.stale |= c->life.mode == INITIALIZING; /* the preview is not part of the state */
     return ANSWER_OK;
 }

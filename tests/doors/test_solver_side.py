@@ -116,6 +116,15 @@ def test_the_nominal_of_a_stiff_bristle_is_what_bends_it(one: Instance) -> None:
     assert nominals_change(one)
     assert not nominals_change(one)
     assert vector(one, "GetNominalsOfContinuousStates") == [usual, *nominals[1:]]
+    state = one.save()
+    assert one.set({"sigma0": 1e7}) == OK
+    assert nominals_change(one)
+    assert one.restore(state) == OK
+    assert nominals_change(one)
+    assert vector(one, "GetNominalsOfContinuousStates") == [usual, *nominals[1:]]
+    assert one.restore(state) == OK
+    assert not nominals_change(one)
+    assert one.drop(state) == OK
 
 
 def test_indicators_change_sign_with_contact(one: Instance) -> None:
