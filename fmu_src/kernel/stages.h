@@ -67,9 +67,10 @@ struct Configuration {
     int held; /* external kinematics, no input changes, no effect moves: nothing but the bristle does */
     enum Kinematics kinematics; /* the choices are fixed, and the same in all lanes of a block: */
     enum ProxySource proxy_source;
-    int by_energy, dissipative, thermal_rate;
+    int by_energy;
+    char dissipative, thermal_rate;
+    char current_angle; /* chip_flow_angle = current_shear_angle: slip and force are solved together */
     lanes longest; /* internal step that resolves vibration and effects [s] */
-    int current_angle; /* chip_flow_angle = current_shear_angle: slip and force are solved together */
     lanes cycle; /* place in the vibration cycle at value[VAR_TIME], 0..1 */
     double ends; /* of the communication step [s]; NAN: points there need not stand as the next one begins */
     lanes cycle_then; /* place in the cycle at its end, to the bit as the next one begins there */

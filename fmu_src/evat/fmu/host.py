@@ -28,7 +28,7 @@ from evat.native.compile import CONTACT, PACKAGE, host_target, is_whole, seal, s
 BROUGHT = PACKAGE / "_fmus"
 # What an FMU is made from: C and facts, and the rooms of the package that building one loads, with the modules that stand in none.
 SOURCES = ("fmi", "fmus", "kernel", "machines")
-ROOMS = ("files", "fmu", "native", "parameters", "templates")
+ROOMS = ("files", "fmu", "native", "paper", "parameters", "templates")
 VERSIONS: tuple[Version, ...] = (2, 3)
 UNUSED = 30 * 24 * 3600.0  # s, after which what another state of the sources left is cleared away
 KINDS = (".c", ".h", ".j2", ".py", ".toml")

@@ -30,6 +30,7 @@ static const struct Variable variables[COUNT] = {
 /* clang-format on */
 
 #define ENOUGH 1e-15 /* of the limit */
+#define NO_BOUND 1e30 /* of the shear load: a severity of 0 or next to it */
 
 /* Largest friction force over the shear load, along the chip's flow (side 1) or against it (-1): the root of
  * X - Z(N(side X)), which is convex and above 0 where the search begins, so that Newton's steps fall onto it. */
@@ -56,8 +57,8 @@ static void prepare(const lanes *p, struct Configuration *w)
 {
     for (int i = 0; i < LANES; ++i) {
         const double severity = p[SEVERITY][i];
-        w->bound_along[i] = severity > 0 ? most(p, w, i, 1) / severity : INFINITY;
-        w->bound_against[i] = severity > 0 ? most(p, w, i, -1) / severity : INFINITY;
+        w->bound_along[i] = severity > 0 ? smaller(most(p, w, i, 1) / severity, NO_BOUND) : NO_BOUND;
+        w->bound_against[i] = severity > 0 ? smaller(most(p, w, i, -1) / severity, NO_BOUND) : NO_BOUND;
     }
 }
 
