@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import copy
 import hashlib
+import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -25,7 +26,6 @@ from evat.model import FloatArray, Model, Run
 Values = Mapping[str, float | str | FloatArray]
 TIGHTNESS = "relative_tolerance"
 BRISTLE = "bristle_deflection"  # a state of the model, whose start differs from trial to trial
-TURN = 2 * np.pi
 OWN = "@"  # "variable@condition" or "variable@file": by how much a value is more there
 
 
@@ -330,7 +330,7 @@ def _moved(trial: Trial, values: Values, plain: Values) -> tuple[tuple[str, ...]
     )
     own = {name.partition(OWN)[0]: np.asarray(values[name]) for name in names}
     sums = {name: np.asarray(plain[name], dtype=np.float64) + shift for name, shift in own.items()}
-    return names, {name: np.where(np.abs(sum_) > TURN, np.remainder(sum_, TURN), sum_) for name, sum_ in sums.items()}
+    return names, {name: np.where(np.abs(sum_) > math.tau, np.remainder(sum_, math.tau), sum_) for name, sum_ in sums.items()}
 
 
 def with_lead_in(trial: Trial) -> tuple[FloatArray, Mapping[str, FloatArray], int]:
