@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from evat.experiment import Experiment, Nominal, Signal, Trial
 from evat.gap import diagnose_with
+from evat.gap.search import compare as comparing
 from evat.identification import Settings, identify
 from evat.inference.clocks import with_clocks
 from evat.inference.prediction import Prediction
@@ -88,6 +89,14 @@ def test_an_identification_says_that_a_channel_is_late() -> None:
     assert not any(
         "than it was recorded" in doubt for doubt in identify(recorded({}, noise=0.01), MODEL, ["F_C", "sigma1"], settings).doubts
     )
+
+
+def test_a_clock_is_no_error_of_an_input(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What as good inputs would change is nothing where they are the same: with runs of other clocks it was the clock."""
+    monkeypatch.setattr(comparing, "_searched", lambda *_: comparing._Searched({}, {}, (), {}))
+    prediction = Prediction(MODEL, recorded(LATE, noise=0.015))
+    alone, beside = (comparing.compare(prediction, perturbed=other).recalibrated for other in (None, prediction))
+    assert beside.likelihood.evidence == pytest.approx(alone.likelihood.evidence, abs=1e-6)
 
 
 def test_no_parameter_stands_in_for_a_clock() -> None:

@@ -58,7 +58,7 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
     compared = at_tolerance_of_records(prediction.model, at_usual_references(prediction.model, prediction.experiment))
     prediction = with_clocks(in_motion(prediction.of(compared)))
     if perturbed is not None:
-        perturbed = Prediction(prediction.model, replace(perturbed.experiment, nominal=prediction.experiment.nominal))
+        perturbed = prediction.of(replace(perturbed.experiment, nominal=prediction.experiment.nominal))
     predicted = prediction.one()
     if not np.all(np.isfinite(predicted)):
         raise SimulationError(NO_RUN)
@@ -74,7 +74,7 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
     audited = audit(prediction, predicted, floors, numerical)
     whitening = Whitening(prediction, noise, predicted, numerical, by_inputs)
     if audited.refused:
-        nominal = must(fit(prediction, whitening, (), np.empty(0)))
+        nominal = must(fit(prediction.sampled_at({}), whitening, (), np.empty(0)))
         return Comparison(prediction, noise, whitening, nominal, nominal, nominal, {}, {}, (), {}, audited)
     prediction, noise, whitening, recalibrated = recalibrated_model(prediction, whitening, numerical, by_inputs)
     nominal = must(fit(prediction.sampled_at({}), whitening, (), np.empty(0)))
