@@ -188,11 +188,8 @@ class _Constants(ConstantTable):
     clock_shift = Constant(0.5, "samples", "over which the derivative to a clock is taken: a jump has none")
     tried_clocks = Constant(33, "1", "clocks that are tried of each channel where a model moves by itself", source="budget of work", low=3)
     least_gain_of_clock = Constant(0.05, "of the mean square", "that a clock has to take away to be held")
+    least_drift = Constant(0.1, "samples", "over a recording: a clock that drifts by less shows nowhere")
     widest_setup_error = Constant(2.0, "sd", "what is further off is no tolerance of a set-up any more")
-
-    form_of_law = Constant(
-        0.05, "of the rms of a channel", "so much of an effect in which friction laws differ anyway is the form of the base law"
-    )
 
     least_form = Constant(0.05, "of accuracy_of_laws", "a form of a law that does less shows nowhere", high=1.0)
     samples_of_a_cycle = Constant(
@@ -368,6 +365,10 @@ class _Constants(ConstantTable):
     bootstrap_draws = Constant(1000, "1", "of the interval of the closed share")
     bootstrap_seed = Constant(20240229, "1", "of these draws")
     worse_condition = Constant(1.1, "of the rms without the effect", "from which a held-out condition is made worse", low=1.0)
+    surprising = Constant(3.0, "sd", "of noise and of the parameters' spread: by which a true model may make a held-out condition worse")
+    foreseen_condition = Constant(
+        0.25, "of the mean square that is left", "the variance of a prediction, from which on a held-out condition tests nothing"
+    )
     held_out_models = Constant(2, "1", "of the likeliest, that are tried on held-out conditions")
     held_out_rounds = Constant(8, "1", "how often others follow: none is named that was not tried", source="safety limit")
     visible_structure = Constant(3.0, "sd", "of a structural square by noise alone: a gap on held-out conditions that is less is none")

@@ -95,14 +95,15 @@ class Nominal:
 
 @dataclass(frozen=True, slots=True)
 class SetupSd:
-    """How far a channel may be off in all trials alike, as standard deviations: its gain [1], its zero [unit of the channel] and its clock
-    [s]. None: ZERO_OF_RMS of its root mean square, and one sample."""
+    """How far a channel may be off in all trials alike, as standard deviations: its gain [1], its zero [unit of the channel], its clock
+    [s] and the rate at which that drifts beside a recorded motion's [s/s]. None: ZERO_OF_RMS of its root mean square, and one sample."""
 
     ZERO_OF_RMS: ClassVar[float] = 0.01
 
     gain: float = 0.01
     zero: float | None = None
     clock: float | None = None
+    clock_drift: float = 2e-4  # two quartz clocks, of 100 ppm each at worst
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -168,7 +168,7 @@ def _nominal(nominal: Nominal) -> dict[str, Any]:
 
 def _setup_sd(stated: SetupSd, name: str, signals: Mapping[str, Signal]) -> dict[str, float]:
     """What was stated, in the units of the signals."""
-    entries = {} if name == MOTION else {"gain": stated.gain}
+    entries = {} if name == MOTION else {"gain": stated.gain, "clock_drift": stated.clock_drift}
     for key, value, unit in (("zero", stated.zero, name), ("clock", stated.clock, CLOCK)):
         if value is not None:
             entries[key] = float(_typed(signals[unit], np.array(value))) if unit in signals else value

@@ -89,27 +89,61 @@ class HeldOut:
         return share, (float(low), float(high))
 
     def left(self, chosen: Fit) -> float:
-        """Share of the structural gap that the model leaves there; nan where none are held out, or no gap can be seen there."""
-        before = self.fitted(self.comparison.recalibrated).predicted
-        table = squares(self.comparison.whitening, before, set(self.conditions)) if self.conditions else {}
+        """Share of the structural gap that the model leaves there; nan where none are held out, no gap can be seen there, or the others do
+        not tell what the models do there."""
+        before, where = self.fitted(self.comparison.recalibrated).predicted, self._foreseen(chosen)
+        table = squares(self.comparison.whitening, before, where) if where else {}
         if not any(
             channel.structural > CONSTANTS.visible_structure * channel.unsure + CONSTANTS.noise_floor_error * channel.floor
             for channel in table.values()
         ):
             return math.nan
-        return structural_share(self.comparison.whitening, self.fitted(chosen).predicted, before, set(self.conditions))
+        return structural_share(self.comparison.whitening, self.fitted(chosen).predicted, before, where)
+
+    def _foreseen(self, chosen: Fit) -> set[str]:
+        """Held-out conditions of which the others tell what the models do there: by the covariance of their parameters, predictions are
+        surer than what is left. A slow condition without which nothing tells the Stribeck velocity is no test of any model."""
+        whitening, fits = self.comparison.whitening, [self.fitted(fit) for fit in (self.comparison.recalibrated, chosen)]
+        left, unsure = dict.fromkeys(self.conditions, 0.0), dict.fromkeys(self.conditions, 0.0)
+        for place, group in enumerate(whitening.groups):
+            if group.condition not in left:
+                continue
+            level = whitening.levels[group.channel] ** 2
+            left[group.condition] += float(np.sum(whitening.residual_of_any_start(fits[0].predicted, place) ** 2)) / level
+            unsure[group.condition] += max(_unsure(fit, group.at) for fit in fits) / level
+        return {condition for condition in left if unsure[condition] < CONSTANTS.foreseen_condition * left[condition]}
 
     def worse(self, chosen: Fit) -> dict[str, tuple[float, float]]:
-        """Conditions that the model makes worse there: root mean squares before and after, in that of the channel's measured one."""
+        """Conditions that the model makes worse there, by more than noise and its parameters' spread would if it were true: root mean
+        squares before and after, in that of the channel's measured one."""
         if not self.conditions:
             return {}
         worse = {}
-        rows, conditions = self._rows(chosen), self._conditions()
+        rows, conditions, where = self._rows(chosen), self._conditions(), self._foreseen(chosen)
         for condition in self.conditions:
             before, after, floor, size = rows[[own == condition for own in conditions]].sum(axis=0)
-            if after > CONSTANTS.worse_condition**2 * before and after - before > 2 * CONSTANTS.noise_floor_error * floor:
+            larger = after > CONSTANTS.worse_condition**2 * before and after - before > 2 * CONSTANTS.noise_floor_error * floor
+            if condition in where and larger and self._surprise(chosen, condition, after - before) > CONSTANTS.surprising:
                 worse[condition] = math.sqrt(before / size), math.sqrt(after / size)
         return worse
+
+    def _surprise(self, chosen: Fit, condition: str, more: float) -> float:
+        """By how many standard deviations more is left with the model than without it, if it were true. more : sum of squares, channels
+        by their rms; that of both predictions' difference d is what a true model leaves less, give or take 2 d (noise and what parameters
+        are off)."""
+        whitening, own = self.comparison.whitening, self.fitted(chosen)
+        apart = own.predicted - self.fitted(self.comparison.recalibrated).predicted
+        less, variance, along = 0.0, 0.0, np.zeros(own.point.size)
+        for group in whitening.groups:
+            if group.condition != condition:
+                continue
+            level, repeats = whitening.levels[group.channel] ** 2, len(group.members)
+            square = repeats * float(np.sum(apart[group.at] ** 2)) / level
+            floor = squares(whitening, own.predicted, {condition})[group.channel].floor / level
+            less, variance = less + square, variance + 4 * floor * square
+            along += 2 * repeats * (own.slopes[group.at].T @ apart[group.at]) / level
+        sd = math.sqrt(variance + float(along @ own.likelihood.covariance @ along))
+        return (more + less) / sd if sd > 0 else 0.0
 
     def _conditions(self) -> list[str]:
         groups = [group for group in self.comparison.whitening.groups if group.condition in self.conditions]
@@ -146,6 +180,12 @@ def _unit(comparison: Comparison, channels: Iterable[str]) -> str:
     known = {variable.name: variable.unit for variable in comparison.prediction.model.variables}
     units = [known[channel] for channel in channels]
     return f"{', '.join(units if len(set(units)) > 1 else units[:1])} rms"
+
+
+def _unsure(fit: Fit, at: slice) -> float:
+    """Sum of the variances of the prediction's samples by what is not known of the parameters."""
+    slopes = fit.slopes[at]
+    return float(np.sum((slopes @ fit.likelihood.covariance) * slopes))
 
 
 def _again(comparison: Comparison, whole: Fit, mask: BoolArray) -> Fit:

@@ -51,7 +51,9 @@ def explain(comparison: Comparison, answer: Diagnosis, effect: str) -> str:
     if effect in comparison.silent:
         return "\n".join([*lines, "It was tried, and whatever its size it changes nothing in the channels and conditions of these data."])
     if effect in comparison.forms:
-        away = f"{comparison.forms[effect]:.1%} of the force away from it as it was fitted; effects begin at {CONSTANTS.form_of_law:.0%}"
+        away = (
+            f"{comparison.forms[effect]:.1%} of the force away from it as it was fitted; effects begin at {CONSTANTS.accuracy_of_laws:.0%}"
+        )
         return "\n".join([*lines, f"It was tried, and is no more than another form of the base law here, {away}."])
     lines += _rank(comparison, effect)
     lines += _fits(comparison, answer, effect)

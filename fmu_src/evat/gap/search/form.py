@@ -30,7 +30,7 @@ def with_form_of_law(
             alone[rest] = (models.get(rest) or without(prediction, whitening, whole, own)) if rest else recalibrated
         beside = alone[rest]
         share = np.inf if beside is None else _share(prediction, whitening, whole, beside)
-        if beside is None or share > CONSTANTS.form_of_law:
+        if beside is None or share > CONSTANTS.accuracy_of_laws:
             continue
         del kept[on]
         if not rest:

@@ -278,13 +278,16 @@ def _seen(size: float) -> float:
 
 
 def _credited(on: Hypothesis, features: Features, constants: Constants) -> float:
-    """Log evidence as far as it counts: what a second effect adds to that of the first, only where it takes a share of what that leaves.
-    Else it mends the form of the first, which no effect in the world shares with the library's."""
+    """Log evidence as far as it counts: what a second effect adds to that of the first, only where it takes a share of what that leaves, or
+    frees a nominal value that the first alone moves where nobody can have meant it. Else it mends the form of the first, which no effect in
+    the world shares with the library's."""
     gain = features.gain[on]
     parts = [part for part in on.parts() if part in features.gain] if len(on) > 1 else []
     if not parts:
         return gain
     first = max(parts, key=lambda part: features.gain[part])
+    if features.shifts.get(first, 0.0) > CONSTANTS.credible_shift >= features.shifts.get(on, math.inf):
+        return gain
     taken = 1 - (features.left[on] + constants.form) / (features.left[first] + constants.form)
     credit = min(max(taken / CONSTANTS.second_effect_share, 0.0), 1.0)
     return min(gain, features.gain[first] + credit * max(gain - features.gain[first], 0.0))

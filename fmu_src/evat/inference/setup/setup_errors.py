@@ -1,7 +1,8 @@
-"""How far may a whole set-up be off? Gain, zero and clock of each channel, which all trials share, as parameters of every fit.
+"""How far may a whole set-up be off? Gain, zero, clock and its drift of each channel, which all trials share, as parameters of every fit.
 
-No rig is without them: an amplifier's gain is known to a percent, its zero drifts before the first recording, and the force lags or leads
-the motion by a sample. Model parameters run away where they have to stand in for these.
+No rig is without them: an amplifier's gain is known to a percent, its zero drifts before the first recording, the force lags or leads the
+motion by a sample, and by another at the end of a long recording where two clocks count. Model parameters run away where they have to
+stand in for these.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from evat.inference.setup.rest import rests, sd_of_zero
 from evat.model import FloatArray
 from evat.required_inputs import MOTION
 
-GAIN, ZERO, CLOCK = "gain", "zero", "clock"
+GAIN, ZERO, CLOCK, CLOCK_DRIFT = "gain", "zero", "clock", "clock_drift"
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,23 +33,29 @@ class Recording:
 
 
 class SetupErrors:
-    """measured = (1 + gain) model(t - clock) + zero, for each channel. `parameters` are those that its recordings can show; a mean has no
-    clock. A positive clock is a force that is late, or a motion that is early."""
+    """measured = (1 + gain) model(t - late) + zero, for each channel, with late = clock + clock_drift (t - t_first). `parameters` are those
+    that its recordings can show: a mean has no clock, and a drift is one beside the clock of a recorded motion. A positive clock is a force
+    that is late, or a motion that is early."""
 
     def __init__(self, experiment: Experiment, recordings: tuple[Recording, ...], measured: FloatArray, units: Mapping[str, str]) -> None:
         self._recordings = recordings
         self.clocks: Mapping[str, float] = {}
         parameters = list[Parameter]()
+        moved = any(MOTION in trial.inputs for trial in experiment.trials)
         for channel in dict.fromkeys(recording.channel for recording in recordings):
             own = [recording for recording in recordings if recording.channel == channel]
             level = float(np.sqrt(np.mean(np.concatenate([measured[recording.at] for recording in own]) ** 2)))
             steps = [float(np.median(np.diff(r.times))) for r in own if r.times is not None and r.times.size > 1]
+            longest = max([float(r.times[-1] - r.times[0]) for r in own if r.times is not None and r.times.size > 1], default=0.0)
             stated = experiment.setup_sd.get(channel, SetupSd())
             sizes = {
                 GAIN: (stated.gain, "1"),
                 ZERO: (stated.zero if stated.zero is not None else SetupSd.ZERO_OF_RMS * level, units.get(channel, "1")),
                 CLOCK: (stated.clock if stated.clock is not None else float(np.median(steps or [0.0])), "s"),
+                CLOCK_DRIFT: (stated.clock_drift, "1"),
             }
+            if not moved or stated.clock_drift * longest < CONSTANTS.least_drift * float(np.median(steps or [np.inf])):
+                del sizes[CLOCK_DRIFT]
             for kind, (sd, unit) in sizes.items():
                 if sd > 0 and (kind != CLOCK or steps):
                     parameters.append(
@@ -76,8 +83,8 @@ class SetupErrors:
         count = max(rows.shape[0], *(np.size(values.get(name, 0.0)) for name in self.names)) if rows.shape[0] == 1 else rows.shape[0]
         recorded = np.repeat(rows, count // max(rows.shape[0], 1), axis=0) if rows.shape[0] != count else rows.copy()
         for recording in self._recordings:
-            gain, zero, clock = (self._value(recording.channel, kind, values) for kind in (GAIN, ZERO, CLOCK))
-            recorded[:, recording.at] = (1 + gain) * _shifted(rows[:, recording.at], recording.times, clock) + zero
+            gain, zero = (self._value(recording.channel, kind, values) for kind in (GAIN, ZERO))
+            recorded[:, recording.at] = (1 + gain) * _shifted(rows[:, recording.at], recording.times, *self._late(recording, values)) + zero
         return recorded
 
     def slopes(self, row: FloatArray, name: str, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
@@ -86,16 +93,17 @@ class SetupErrors:
         for recording in self._recordings:
             if not name.startswith(_name(recording.channel, "")):
                 continue
-            gain, clock = (float(self._value(recording.channel, kind, values)[0, 0]) for kind in (GAIN, CLOCK))
+            gain, late = float(self._value(recording.channel, GAIN, values)[0, 0]), self._late(recording, values)
             own, times = row[None, recording.at], recording.times
             if name == _name(recording.channel, GAIN):
-                slope[recording.at] = _shifted(own, times, np.array([[clock]]))[0]
+                slope[recording.at] = _shifted(own, times, *late)[0]
             elif name == _name(recording.channel, ZERO):
                 slope[recording.at] = 1.0
             elif times is not None and times.size > 1:
                 h = CONSTANTS.clock_shift * float(np.median(np.diff(times)))
-                late, early = (_shifted(own, times, np.array([[clock + side * h]]))[0] for side in (1, -1))
-                slope[recording.at] = (1 + gain) * (late - early) / (2 * h)
+                after, before = (_shifted(own, times, late[0] + side * h, late[1])[0] for side in (1, -1))
+                grown = times - times[0] if name == _name(recording.channel, CLOCK_DRIFT) else 1.0
+                slope[recording.at] = (1 + gain) * grown * (after - before) / (2 * h)
         return slope
 
     def linear(self, slopes: FloatArray, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
@@ -109,6 +117,11 @@ class SetupErrors:
         value = values.get(name, self._usual(name)) if name in self.names else 0.0
         column: FloatArray = np.asarray(value, dtype=np.float64).reshape(-1, 1) - self._usual(name)
         return column
+
+    def _late(self, recording: Recording, values: Mapping[str, float | str | FloatArray]) -> tuple[FloatArray, FloatArray]:
+        """Clock and its drift, each (K, 1) or (1, 1)."""
+        clock, drift = (self._value(recording.channel, kind, values) for kind in (CLOCK, CLOCK_DRIFT))
+        return clock, drift
 
     def _usual(self, name: str) -> float:
         channel, kind = by_channel(name)
@@ -146,9 +159,9 @@ def by_channel(name: str) -> tuple[str, str]:
     return channel, kind
 
 
-def _shifted(rows: FloatArray, times: FloatArray | None, clock: FloatArray) -> FloatArray:
-    """rows (K, n) as they were `clock` (K, 1) or (1, 1) [s] before; held at the ends."""
-    if times is None or times.size < 2 or not np.any(clock):
+def _shifted(rows: FloatArray, times: FloatArray | None, clock: FloatArray, drift: FloatArray) -> FloatArray:
+    """rows (K, n) as they were `clock` (K, 1) or (1, 1) [s] before, and by `drift` [s/s] longer the later; held at the ends."""
+    if times is None or times.size < 2 or not (np.any(clock) or np.any(drift)):
         return rows
-    late = np.broadcast_to(clock[:, 0], (len(rows),))
+    late = np.broadcast_to(clock + drift * (times - times[0]), rows.shape)
     return np.array([np.interp(times - own, times, row) for row, own in zip(rows, late, strict=True)]).reshape(rows.shape)
