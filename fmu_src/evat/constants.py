@@ -381,7 +381,7 @@ class _Constants(ConstantTable):
         0.5, "of the gap", "that an effect must close where no fit has looked, or the corrected model is not advised", high=1.0
     )
     absurd_effect = Constant(3.0, "of the rms", "no effect does so much, unless something else takes it back", source="safety limit")
-    credible_shift = Constant(4.0, "prior sd", "a nominal value that moves further was not credible")
+    credible_shift = Constant(3.5, "prior sd", "a nominal value that moves further was not credible: one in 2000 is off by so much")
     credible_shift_slope = Constant(
         2.0, "log-odds per prior sd", "by which a shift beyond that is no mis-tuning, where an effect needs none"
     )
