@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from evat.experiment import Experiment
 from evat.gap import diagnose, diagnose_with
+from evat.gap.budget import structural_share
 from evat.gap.closure import HeldOut
 from evat.gap.report.words import sentence
 from evat.gap.search.compare import compare
@@ -17,6 +19,7 @@ from evat.gap.verdict.judgement import judge
 from evat.inference.fit import fit
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.prediction import Prediction
+from evat.model import FloatArray, Run, Variable
 from test_calibration import _features as features
 from toy import Loud, Toy, measured
 
@@ -61,6 +64,41 @@ def test_an_effect_that_is_no_better_known_than_its_size_is_doubted() -> None:
     assert small is not None
     comparison.models[BEND] = small
     assert any("no better known than its size" in reason for reason in doubts(comparison, BEND, held))
+
+
+class Stiffer(Toy):
+    """Beyond a way that one condition alone goes, a second spring meets."""
+
+    variables = (*Toy.variables, Variable("h", "N/m", 5.0, 0.0, 1e6, "stiffness of the second spring", "toy"))
+
+    def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
+        force, x = super().formula(times, values, on)["F"], values["x"]
+        return {"F": force + values["h"] * np.sign(x) * np.maximum(np.abs(x) - 1.5, 0.0)}
+
+
+def test_a_condition_that_the_others_do_not_foresee_tests_nothing() -> None:
+    """The second spring is mis-tuned, and nothing tells so where the condition that meets it is held out."""
+    made, draw = measured(["lean"], {"lean.a": 1.0}, conditions=6), np.random.default_rng(2)
+    trials = []
+    for trial in made.trials:
+        x = trial.inputs["x"] * (3.0 if trial.condition == "c4" else 1.0)
+        force = Stiffer().simulate_many(Run(trial.times, {"x": x}, ("F",)), ["lean"], {"k": 10.0, "h": 9.0, "lean.a": 1.0})["F"][0]
+        trials.append(replace(trial, inputs={"x": x}, outputs={"F": force + 0.1 * draw.normal(size=x.size)}))
+    nominal = replace(made.nominal, values={"k": 10.0, "h": 5.0}, relative_sd={"h": 0.5})
+    answer, comparison = diagnose_with(replace(made, trials=tuple(trials), nominal=nominal), Stiffer())
+    held, model = HeldOut(comparison), comparison.models[LEAN]
+    assert held.conditions == ("c1", "c4")
+    assert structural_share(comparison.whitening, held.fitted(model).predicted, comparison.recalibrated.predicted, {"c4"}) > 0.3
+    assert held.left(model) < 0.1
+    assert [effect.name for effect in answer.effects] == ["lean"]
+
+
+def test_a_second_effect_counts_where_the_first_alone_is_not_credible() -> None:
+    """What it adds is what the first has a nominal value pay, and leaves no less."""
+    both, leans = Hypothesis(("bend", "lean")), Hypothesis(("lean",))
+    seen = features(30, {"bend": (300, 0.05), "lean": (20, 0.9), "bend+lean": (420, 0.05)}, exact=-50)
+    assert judge(replace(seen, shifts={BEND: 1.0, leans: 1.0, both: 1.0}), Constants()).chosen == BEND
+    assert judge(replace(seen, shifts={BEND: 12.0, leans: 1.0, both: 1.0}), Constants()).chosen == both
 
 
 @pytest.mark.parametrize(("left", "verdict"), [(0.05, "effect"), (0.97, "unknown")])
