@@ -70,6 +70,7 @@ struct Configuration {
     int by_energy;
     char dissipative, thermal_rate;
     char current_angle; /* chip_flow_angle = current_shear_angle: slip and force are solved together */
+    lanes doubtful_factor; /* by which the slip speed may change over a step that is believed as it is */
     lanes longest; /* internal step that resolves vibration and effects [s] */
     lanes cycle; /* place in the vibration cycle at value[VAR_TIME], 0..1 */
     double ends; /* of the communication step [s]; NAN: points there need not stand as the next one begins */
@@ -257,6 +258,9 @@ double force_share(const struct Configuration *w, double h, int lane);
 /* relative_tolerance at its start: what is said in steps or shares of a cycle is said of it. */
 #define USUAL_TOLERANCE 1e-4
 
+/* step_doubling.c: by which factor may the slip speed change over a step that is believed as it is, where the law has
+ * no curve? */
+double doubtful_factor(const struct Configuration *w, int lane);
 /* step_doubling.c: in which lanes may start, middle and end not show what lies between them? And there, how far the end
  * of the step is from that of its two halves, in units of the tolerance; 0 elsewhere. tolerance.c: are these steps,
  * too, within the tolerance? As accurate(). */

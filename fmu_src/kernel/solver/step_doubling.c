@@ -21,8 +21,11 @@
 #define BENT_TARGET 200    /* tolerances */
 #define BENT_LEVELS 20
 
-static double factor_of(double tolerance)
+double doubtful_factor(const struct Configuration *w, int lane)
 {
+    const double tolerance = w->p[VAR_RELATIVE_TOLERANCE][lane];
+    if (w->acting[lane] >> DRIVEN_BY_MOTION & 1)
+        return LITTLE;
     return tolerance < USUAL_TOLERANCE ? 1 + (FACTOR - 1) * cbrt(tolerance / USUAL_TOLERANCE) : FACTOR;
 }
 
@@ -172,9 +175,8 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
     }
     for (int i = 0; (of_slip || w->sensors || w->looks_back || w->by_energy || given || kinks) && i < LANES; ++i) {
         const double tolerance = w->p[VAR_RELATIVE_TOLERANCE][i];
-        const int of_state = w->acting[i] >> DRIVEN_BY_MOTION & 1;
         const int hidden = of_slip && a->cutting[i] != 0 &&
-                           (of_angle || slows_down(of_state ? LITTLE : factor_of(tolerance), a, m, b, i) ||
+                           (of_angle || slows_down(w->doubtful_factor[i], a, m, b, i) ||
                             dips(a, m, b, i) || (w->bent[i] && yields_within(tolerance, a, m, b, i)) ||
                             levels_bend(w, h[i], a, m, b, i) || levels_move(w, a, m, b, i));
         const int averaged = given && w->p[VAR_AVERAGING_WINDOW][i] > 0 && curved(w, CURVED_AT_A_KINK, a, m, b, i);

@@ -85,6 +85,9 @@ static double rise_of_level(const struct Point *a, const struct Point *m, const 
     return doublings * doublings * doublings;
 }
 
+/* x^(-1/n) of x > 0. */
+static inline double one_over_root(int n, double x) { return x < 1e300 ? exponential(log_of(x) * (-1. / n)) : 0; }
+
 int accurate(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes h,
              const struct Point *start, const struct Point *middle, const struct Point *end, const lanes difference,
              lanes next, int fits[LANES])
@@ -114,9 +117,9 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
         factor[i] = 4;
         coarse |= bad[i] > WELL_WITHIN;
     }
-    for (int i = 0; coarse && i < LANES; ++i)
-        if (bad[i] > WELL_WITHIN)
-            factor[i] = 0.9 / cbrt(bad[i]);
+    if (coarse)
+        EACH_LANE
+            factor[i] = bad[i] > WELL_WITHIN ? 0.9 * one_over_root(3, bad[i]) : 4;
     EACH_LANE {
         const double changed = h[i] * smaller(larger(factor[i], 0.1), bad[i] > 1 ? 0.7 : 4);
         const int shortest_of_all = (h[i] <= shortest) & (bad[i] > 1) & (bad[i] < INFINITY);
@@ -143,7 +146,7 @@ int accurate_in_halves(const struct Contact *contact, const struct Configuration
         if (!doubtful[i])
             continue;
         /* the error of a step is of fifth order; beyond the tolerance that says little, and halves are tried */
-        const double factor = error[i] > 1e-3 ? 0.9 * pow(error[i], -0.2) : 4;
+        const double factor = error[i] > 1e-3 ? 0.9 * one_over_root(5, error[i]) : 4;
         const int shortest_of_all = error[i] > 1 && h[i] <= shortest;
         fits[i] = error[i] <= 1 || shortest_of_all;
         const double wanted = fits[i] ? smaller(next[i], h[i] * factor) : h[i] * larger(smaller(factor, 0.5), 0.1);
