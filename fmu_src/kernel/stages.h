@@ -243,6 +243,12 @@ void act_on_event(struct Contact *contact, const struct Configuration *w, const 
 void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
               const struct Point *start, struct Point *middle, struct Point *end, lanes difference);
 
+/* step.c: the same way in two halves of step[i], beside the step that middle and end are of. Where a time alone says
+ * what the rates are there, they are those that stand in middle and end, and only the quarters are new. */
+void try_halves(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes step,
+                const struct Point *start, const struct Point *middle, const struct Point *end, struct Point *early,
+                struct Point *half, struct Point *late, struct Point *whole);
+
 /* tolerance.c: is the step within the tolerance? Chooses each lane's next step; where it is not, fits says in which
  * lanes it is, and the others' next step is the shorter one to try again with; a step of `shortest` is taken as it is.
  */
@@ -426,7 +432,10 @@ static inline double level_of(const struct Configuration *w, const struct Point 
 }
 
 /* Lane i of `count` rows; the lanes of a point come first in it. */
-enum { POINT_LANES = offsetof(struct Point, past) / sizeof(lanes) };
+enum {
+    POINT_LANES = offsetof(struct Point, past) / sizeof(lanes),
+    BESIDE_STATES = offsetof(struct Point, a) / sizeof(lanes) /* behind time and states */
+};
 static inline void copy_lane(lanes *to, const lanes *from, int count, int i)
 {
     for (int k = 0; k < count; ++k)

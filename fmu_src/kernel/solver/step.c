@@ -175,6 +175,21 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
     close_point(contact, w, 1, end);
 }
 
+static void keep_arrived(const lanes h, const lanes *from, int count, lanes *to)
+{
+    for (int k = 0; k < count; ++k)
+        EACH_LANE
+            to[k][i] = h[i] > 0 ? to[k][i] : from[k][i];
+}
+
+/* A lane that has arrived waits where it is, to the last bit. */
+static void wait_where_arrived(const struct Configuration *w, const lanes h, const struct Point *start, struct Point *x)
+{
+    const int beside = w->drivers ? 0 : BESIDE_STATES;
+    keep_arrived(h, &start->t, 1, &x->t);
+    keep_arrived(h, (const lanes *)start + beside, POINT_LANES - beside, (lanes *)x + beside);
+}
+
 void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
               const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
 {
@@ -202,10 +217,42 @@ void try_step(const struct Contact *contact, const struct Configuration *w, cons
     int arrived = 0;
     EACH_LANE
         arrived |= !(h[i] > 0);
-    for (int i = 0; arrived && i < LANES && LANES > 1; ++i) {
-        if (h[i] > 0)
-            continue; /* a lane that has arrived waits where it is, to the last bit */
-        copy_lane((lanes *)middle, (const lanes *)start, POINT_LANES, i);
-        copy_lane((lanes *)end, (const lanes *)start, POINT_LANES, i);
+    if (arrived && LANES > 1) {
+        wait_where_arrived(w, h, start, middle);
+        wait_where_arrived(w, h, start, end);
     }
+}
+
+void try_halves(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes step,
+                const struct Point *start, const struct Point *middle, const struct Point *end, struct Point *early,
+                struct Point *half, struct Point *late, struct Point *whole)
+{
+    const int relaxes = w->law->relaxes;
+    lanes from, first, last, ignored;
+    EACH_LANE {
+        from[i] = s[i] + step[i];
+        first[i] = s[i] + 0.5 * step[i];
+        last[i] = from[i] + 0.5 * step[i];
+    }
+    if (w->iterates || w->drivers || w->held) {
+        try_step(contact, w, s, step, start, early, half, ignored);
+        try_step(contact, w, from, step, half, late, whole, ignored);
+        return;
+    }
+    *half = *middle;
+    *whole = *end;
+    engage_point(contact, w, first, early);
+    engage_point(contact, w, last, late);
+    if (w->on_count > 0) {
+        slide(step, start, early, half);
+        slide(step, half, late, whole);
+    }
+    open_point(contact, w, first, 1, early);
+    open_point(contact, w, last, 1, late);
+    bristle_step(relaxes, 1, step, start, early, half, early->z, half->z, ignored);
+    bristle_step(relaxes, 1, step, half, late, whole, late->z, whole->z, ignored);
+    close_point(contact, w, 1, early);
+    close_point(contact, w, 1, half);
+    close_point(contact, w, 1, late);
+    close_point(contact, w, 1, whole);
 }

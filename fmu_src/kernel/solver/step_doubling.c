@@ -269,13 +269,10 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
                          const struct Point *b, lanes error)
 {
     struct Point early, half, late, whole;
-    lanes step, from, ignored, hidden = {0}, behind = {0}, recalled = {0}, of_mean = {0};
-    EACH_LANE {
+    lanes step, hidden = {0}, behind = {0}, recalled = {0}, of_mean = {0};
+    EACH_LANE
         step[i] = doubtful[i] ? 0.5 * h[i] : 0;
-        from[i] = s[i] + step[i];
-    }
-    try_step(contact, w, s, step, a, &early, &half, ignored);
-    try_step(contact, w, from, step, &half, &late, &whole, ignored);
+    try_halves(contact, w, s, step, a, m, b, &early, &half, &late, &whole);
     if (w->law->relaxes && !w->current_angle)
         hidden_in_target(step, a, &early, &half, &late, b, hidden);
     const struct Forces forces = forces_of(a, &early, m, &late, b);
