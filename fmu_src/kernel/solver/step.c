@@ -3,6 +3,7 @@
 #include "../stages.h"
 
 #include <math.h>
+#include <string.h>
 
 /* How far a pass has moved the states that follow a slip which is solved for, in units of what is allowed. */
 static double moved_states(double allowed, const struct Point *x, const struct Point *before, int i)
@@ -223,6 +224,12 @@ void try_step(const struct Contact *contact, const struct Configuration *w, cons
     }
 }
 
+static void copy_but_states(const struct Point *from, struct Point *to)
+{
+    const size_t begin = offsetof(struct Point, a);
+    memcpy((char *)to + begin, (const char *)from + begin, sizeof *to - begin);
+}
+
 void try_halves(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes step,
                 const struct Point *start, const struct Point *middle, const struct Point *end, struct Point *early,
                 struct Point *half, struct Point *late, struct Point *whole)
@@ -239,8 +246,8 @@ void try_halves(const struct Contact *contact, const struct Configuration *w, co
         try_step(contact, w, from, step, half, late, whole, ignored);
         return;
     }
-    *half = *middle;
-    *whole = *end;
+    copy_but_states(middle, half);
+    copy_but_states(end, whole);
     engage_point(contact, w, first, early);
     engage_point(contact, w, last, late);
     if (w->on_count > 0) {

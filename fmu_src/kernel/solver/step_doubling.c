@@ -279,24 +279,26 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
     force_errors(w, &forces, b, recalled, of_mean);
     if (w->sensors)
         sensor_error(contact, w, h, step, a, m, b, &early, &half, &late, &whole, behind);
-    for (int i = 0; i < LANES; ++i) {
-        const double highest = larger(b->F_C[i], b->F_S[i]), reach = highest / b->P[i],
-                     most = larger(highest, fabs(b->F[i])), force = larger(level_of(w, b, i), fabs(b->F[i]));
-        const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
-        const double remembered = w->looks_back && look_back(w, i) > 0 ? RECALLED_ONCE * recalled[i] : 0;
-        /* levels that states of effects have moved, and that the force shows only later, as where it sticks */
+    lanes beside = {0}; /* what is asked of few: levels that states of effects have moved, and that the force shows only
+                           later, as where it sticks; states that forces drive; what is recalled; what sensors hear */
+    for (int i = 0; (w->drivers || w->looks_back) && i < LANES; ++i) {
+        const double highest = larger(b->F_C[i], b->F_S[i]), most = larger(highest, fabs(b->F[i]));
         const double levels =
             w->acting[i] ? larger(apart(b->F_C[i], whole.F_C[i], most), apart(b->F_S[i], whole.F_S[i], most)) : 0;
         const double driven =
             w->current_angle && w->acting[i] >> DRIVEN_BY_FORCE & 1 ? state_error(w, b, &whole, i) : 0;
-        const double of_state = larger(larger(levels, driven), apart(b->z[i], whole.z[i], z) + hidden[i] / z);
+        const double remembered = w->looks_back && look_back(w, i) > 0 ? RECALLED_ONCE * recalled[i] : 0;
+        const double heard = w->sensors && sensors_that_remember(w, i) > 0 ? SENSORS_REMEMBER * behind[i] : 0;
+        beside[i] = larger(larger(levels, driven), larger(remembered, heard));
+    }
+    EACH_LANE {
+        const double reach = larger(b->F_C[i], b->F_S[i]) / b->P[i], force = larger(level_of(w, b, i), fabs(b->F[i]));
+        const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
+        const double of_z = apart(b->z[i], whole.z[i], z) + hidden[i] / z;
         const double of_force =
             larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i]))));
-        error[i] =
-            doubtful[i]
-                ? larger(larger(larger(of_state, force_share(w, h[i], i) * larger(of_force, of_mean[i])), remembered),
-                         (w->sensors > 0 && sensors_that_remember(w, i) > 0 ? SENSORS_REMEMBER * behind[i] : 0)) /
-                      (0.5 * w->p[VAR_RELATIVE_TOLERANCE][i])
-                : 0;
+        const double worst =
+            larger(larger(beside[i], of_z), force_share(w, h[i], i) * larger(of_force, of_mean[i]));
+        error[i] = doubtful[i] ? worst / (0.5 * w->p[VAR_RELATIVE_TOLERANCE][i]) : 0;
     }
 }

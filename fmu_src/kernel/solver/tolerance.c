@@ -141,16 +141,14 @@ int accurate_in_halves(const struct Contact *contact, const struct Configuration
     if (!in_doubt(contact, w, h, start, middle, end, doubtful))
         return 1;
     step_doubling_error(contact, w, doubtful, s, h, start, middle, end, error);
-    for (int i = 0; i < LANES; ++i) {
-        fits[i] = 1;
-        if (!doubtful[i])
-            continue;
+    EACH_LANE {
         /* the error of a step is of fifth order; beyond the tolerance that says little, and halves are tried */
         const double factor = error[i] > 1e-3 ? 0.9 * one_over_root(5, error[i]) : 4;
-        const int shortest_of_all = error[i] > 1 && h[i] <= shortest;
-        fits[i] = error[i] <= 1 || shortest_of_all;
-        const double wanted = fits[i] ? smaller(next[i], h[i] * factor) : h[i] * larger(smaller(factor, 0.5), 0.1);
-        next[i] = shortest_of_all ? next[i] : error[i] > 1 ? larger(wanted, shortest) : wanted;
+        const int shortest_of_all = (error[i] > 1) & (h[i] <= shortest), fit = (error[i] <= 1) | shortest_of_all;
+        const double wanted = fit ? smaller(next[i], h[i] * factor) : h[i] * larger(smaller(factor, 0.5), 0.1);
+        const double asked = error[i] > 1 ? larger(wanted, shortest) : wanted;
+        next[i] = (doubtful[i] == 0) | shortest_of_all ? next[i] : asked;
+        fits[i] = (doubtful[i] == 0) | fit;
         all &= fits[i];
     }
     return all;
