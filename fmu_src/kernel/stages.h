@@ -256,22 +256,21 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
              const struct Point *start, const struct Point *middle, const struct Point *end, const lanes difference,
              lanes next, int fits[LANES]);
 
-/* tolerance.c: which share of what the forces are off within a step of h counts? At its end they follow from slip and
- * deflection, and have no error but theirs; between the ends they make impulses only, to which a step adds by its
- * length. All of it counts where forces are recalled as they were, where the slip is solved for from them, and where no
- * cycle says how long a step is. */
-double force_share(const struct Configuration *w, double h, int lane);
 /* relative_tolerance at its start: what is said in steps or shares of a cycle is said of it. */
 #define USUAL_TOLERANCE 1e-4
 
 /* step_doubling.c: by which factor may the slip speed change over a step that is believed as it is, where the law has
  * no curve? */
 double doubtful_factor(const struct Configuration *w, int lane);
+/* shown_curve.c: in which lanes do they show all that the law's own curve does between them? There the next step may be
+ * as long as they would show it, too. */
+void show_curve(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
+                const struct Point *b, lanes next, int shown[LANES]);
 /* step_doubling.c: in which lanes may start, middle and end not show what lies between them? And there, how far the end
  * of the step is from that of its two halves, in units of the tolerance; 0 elsewhere. tolerance.c: are these steps,
  * too, within the tolerance? As accurate(). */
 int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
-             const struct Point *m, const struct Point *b, int doubtful[LANES]);
+             const struct Point *m, const struct Point *b, lanes next, int doubtful[LANES]);
 void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES],
                          const lanes s, const lanes h, const struct Point *a, const struct Point *m,
                          const struct Point *b, lanes error);
@@ -423,6 +422,21 @@ void hidden_in_target(const lanes h, const struct Point *a, const struct Point *
 /* fmin and fmax without their care for NaN: one instruction each. */
 static inline double smaller(double a, double b) { return a < b ? a : b; }
 static inline double larger(double a, double b) { return a > b ? a : b; }
+
+/* Below this part of a cycle a step is brief; below far less of it at a tighter tolerance than usual, which asks for
+ * what happens there, too. */
+#define BRIEF 3e-3
+
+/* Which share of what the forces are off within a step of h counts? At its end they follow from slip and
+ * deflection, and have no error but theirs; between the ends they make impulses only, to which a step adds by its
+ * length. All of it counts where forces are recalled as they were, where the slip is solved for from them, and where no
+ * cycle says how long a step is. */
+static inline double force_share(const struct Configuration *w, double h, int lane)
+{
+    const int as_they_are = w->kinematics == KINEMATICS_EXTERNAL || w->current_angle || w->looks_back;
+    const double tight = smaller(w->p[VAR_RELATIVE_TOLERANCE][lane] / USUAL_TOLERANCE, 1);
+    return as_they_are ? 1 : smaller(h * w->p[VAR_VIBRATION_FREQUENCY][lane] / (BRIEF * tight * tight), 1);
+}
 
 /* What counts as the size of a small friction force: of static friction what its parameter says, since what effects add
  * to that may be felt at no speed of the run. */

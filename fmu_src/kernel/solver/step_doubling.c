@@ -29,6 +29,12 @@ double doubtful_factor(const struct Configuration *w, int lane)
     return tolerance < USUAL_TOLERANCE ? 1 + (FACTOR - 1) * cbrt(tolerance / USUAL_TOLERANCE) : FACTOR;
 }
 
+static inline int changes_by(double factor, const struct Point *a, const struct Point *m, const struct Point *b, int i)
+{
+    return smaller(smaller(a->speed[i], m->speed[i]), b->speed[i]) * factor <
+           larger(larger(a->speed[i], m->speed[i]), b->speed[i]);
+}
+
 static inline int slows_down(double factor, const struct Point *a, const struct Point *m, const struct Point *b, int i)
 {
     const double low = smaller(smaller(a->speed[i], m->speed[i]), b->speed[i]),
@@ -160,10 +166,18 @@ static int heard(const struct Contact *contact, const struct Configuration *w, c
 
 /* May the law do something between the points that they do not show? */
 static void hides_law(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
-                      const struct Point *b, int doubtful[LANES])
+                      const struct Point *b, lanes next, int doubtful[LANES])
 {
-    EACH_LANE
+    int curved = 0, shown[LANES];
+    EACH_LANE {
         doubtful[i] = (a->cutting[i] != 0) & (slows_down(w->doubtful_factor[i], a, m, b, i) | dips(a, m, b, i));
+        curved |= doubtful[i];
+    }
+    if (curved) {
+        show_curve(w, h, a, m, b, next, shown);
+        EACH_LANE
+            doubtful[i] &= !shown[i] | changes_by(w->doubtful_factor[i], a, m, b, i) | dips(a, m, b, i);
+    }
     if (w->stages >> STAGE_FRICTION & 1)
         EACH_LANE
             doubtful[i] |= (a->cutting[i] != 0) & (w->levelled[i] != 0) &
@@ -175,7 +189,7 @@ static void hides_law(const struct Configuration *w, const lanes h, const struct
 }
 
 int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
-             const struct Point *m, const struct Point *b, int doubtful[LANES])
+             const struct Point *m, const struct Point *b, lanes next, int doubtful[LANES])
 {
     const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers || w->current_angle),
               given = w->kinematics == KINEMATICS_EXTERNAL;
@@ -183,7 +197,7 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
     EACH_LANE
         doubtful[i] = 0;
     if (of_slip)
-        hides_law(w, h, a, m, b, doubtful);
+        hides_law(w, h, a, m, b, next, doubtful);
     EACH_LANE {
         doubtful[i] |= has_kink(a, m, b, i);
         averages |= w->p[VAR_AVERAGING_WINDOW][i] > 0;

@@ -3,17 +3,6 @@
 
 #include <math.h>
 
-/* Below this part of a cycle a step is brief; below far less of it at a tighter tolerance than usual, which asks for
- * what happens there, too. */
-#define BRIEF 3e-3
-
-double force_share(const struct Configuration *w, double h, int lane)
-{
-    const int as_they_are = w->kinematics == KINEMATICS_EXTERNAL || w->current_angle || w->looks_back;
-    const double tight = smaller(w->p[VAR_RELATIVE_TOLERANCE][lane] / USUAL_TOLERANCE, 1);
-    return as_they_are ? 1 : smaller(h * w->p[VAR_VIBRATION_FREQUENCY][lane] / (BRIEF * tight * tight), 1);
-}
-
 /* How much a lower order would change, and in which units: deflection, friction force, principal force, feed force.
  * `share` of the forces' that counts; `reach` of a loaded bristle. */
 struct Change {
@@ -85,9 +74,6 @@ static double rise_of_level(const struct Point *a, const struct Point *m, const 
     return doublings * doublings * doublings;
 }
 
-/* x^(-1/n) of x > 0. */
-static inline double one_over_root(int n, double x) { return x < 1e300 ? exponential(log_of(x) * (-1. / n)) : 0; }
-
 int accurate(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes h,
              const struct Point *start, const struct Point *middle, const struct Point *end, const lanes difference,
              lanes next, int fits[LANES])
@@ -138,7 +124,7 @@ int accurate_in_halves(const struct Contact *contact, const struct Configuration
 {
     int doubtful[LANES], all = 1;
     lanes error;
-    if (!in_doubt(contact, w, h, start, middle, end, doubtful))
+    if (!in_doubt(contact, w, h, start, middle, end, next, doubtful))
         return 1;
     step_doubling_error(contact, w, doubtful, s, h, start, middle, end, error);
     EACH_LANE {
