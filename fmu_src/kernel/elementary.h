@@ -35,6 +35,14 @@ IN_LOOPS int64_t bits_of(double value)
     return both.bits;
 }
 
+/* One of two numbers in memory, by bits: of a plain choice compilers make one between their places, taken lane by lane.
+ */
+IN_LOOPS double chosen_of(int first, double a, double b)
+{
+    const int64_t mask = -(int64_t)(first != 0);
+    return with_bits((bits_of(a) & mask) | (bits_of(b) & ~mask));
+}
+
 /* 1.5 * 2^52: adding it rounds to a whole number and shows it in the lowest bits */
 #define ROUNDER 6755399441055744.0
 

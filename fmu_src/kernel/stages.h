@@ -70,6 +70,7 @@ struct Configuration {
     int by_energy;
     char dissipative, thermal_rate;
     char current_angle; /* chip_flow_angle = current_shear_angle: slip and force are solved together */
+    double more_steps; /* than at the usual tolerance, by which factor */
     lanes doubtful_factor; /* by which the slip speed may change over a step that is believed as it is */
     lanes longest; /* internal step that resolves vibration and effects [s] */
     lanes cycle; /* place in the vibration cycle at value[VAR_TIME], 0..1 */

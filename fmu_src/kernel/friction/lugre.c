@@ -112,9 +112,12 @@ static void yield(const lanes *p, struct Point *x)
 /* F = s0 z + s1 dz/dt + sigma2 v, with the damping s1 that limit_damping() leaves. */
 static void force(const lanes *p, struct Point *x)
 {
-    EACH_LANE
+    int other = 0;
+    EACH_LANE {
         x->F[i] = x->s0[i] * x->z[i] + x->s1[i] * x->dz[i] + x->sigma2[i] * x->v[i];
-    for (int i = 0; i < LANES; ++i)
+        other |= p[VISCOUS_EXPONENT][i] != 1;
+    }
+    for (int i = 0; other && i < LANES; ++i)
         if (p[VISCOUS_EXPONENT][i] != 1 && x->speed[i] > 0)
             x->F[i] += x->sigma2[i] * x->v[i] *
                        (power_of(x->speed[i] / p[VISCOUS_REFERENCE][i], p[VISCOUS_EXPONENT][i] - 1) - 1);

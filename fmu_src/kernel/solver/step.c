@@ -176,15 +176,11 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
     close_point(contact, w, 1, end);
 }
 
-/* By bits: a compiler turns a choice between two numbers in memory into one between their places, lane by lane. */
 static void keep_arrived(const lanes h, const lanes *from, int count, lanes *to)
 {
-    int64_t moves[LANES];
-    EACH_LANE
-        moves[i] = h[i] > 0 ? -1 : 0;
     for (int k = 0; k < count; ++k)
         EACH_LANE
-            to[k][i] = with_bits((bits_of(to[k][i]) & moves[i]) | (bits_of(from[k][i]) & ~moves[i]));
+            to[k][i] = chosen_of(h[i] > 0, to[k][i], from[k][i]);
 }
 
 /* A lane that has arrived waits where it is, to the last bit. */
