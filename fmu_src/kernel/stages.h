@@ -432,11 +432,16 @@ static inline double larger(double a, double b) { return a > b ? a : b; }
  * deflection, and have no error but theirs; between the ends they make impulses only, to which a step adds by its
  * length. All of it counts where forces are recalled as they were, where the slip is solved for from them, and where no
  * cycle says how long a step is. */
-static inline double force_share(const struct Configuration *w, double h, int lane)
+static inline void force_shares(const struct Configuration *w, const lanes h, lanes share)
 {
-    const int as_they_are = w->kinematics == KINEMATICS_EXTERNAL || w->current_angle || w->looks_back;
-    const double tight = smaller(w->p[VAR_RELATIVE_TOLERANCE][lane] / USUAL_TOLERANCE, 1);
-    return as_they_are ? 1 : smaller(h * w->p[VAR_VIBRATION_FREQUENCY][lane] / (BRIEF * tight * tight), 1);
+    EACH_LANE
+        share[i] = 1;
+    if (w->kinematics == KINEMATICS_EXTERNAL || w->current_angle || w->looks_back)
+        return;
+    EACH_LANE {
+        const double tight = smaller(w->p[VAR_RELATIVE_TOLERANCE][i] / USUAL_TOLERANCE, 1);
+        share[i] = smaller(h[i] * w->p[VAR_VIBRATION_FREQUENCY][i] / (BRIEF * tight * tight), 1);
+    }
 }
 
 /* What counts as the size of a small friction force: of static friction what its parameter says, since what effects add

@@ -299,7 +299,8 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
                          const struct Point *b, lanes error)
 {
     struct Point early, half, late, whole;
-    lanes step, hidden = {0}, behind = {0}, recalled = {0}, of_mean = {0};
+    lanes share, step, hidden = {0}, behind = {0}, recalled = {0}, of_mean = {0};
+    force_shares(w, h, share);
     EACH_LANE
         step[i] = doubtful[i] ? 0.5 * h[i] : 0;
     try_halves(contact, w, s, step, a, m, b, &early, &half, &late, &whole);
@@ -328,7 +329,7 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
         const double of_force =
             larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i]))));
         const double worst =
-            larger(larger(beside[i], of_z), force_share(w, h[i], i) * larger(of_force, of_mean[i]));
+            larger(larger(beside[i], of_z), share[i] * larger(of_force, of_mean[i]));
         error[i] = doubtful[i] ? worst / (0.5 * w->p[VAR_RELATIVE_TOLERANCE][i]) : 0;
     }
 }

@@ -81,8 +81,7 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
     const int feed = loads_feed(w), eventful = w->law->event != NULL && w->stages >> STAGE_FRICTION & 1;
     int all = 1, coarse = 0;
     lanes share;
-    EACH_LANE
-        share[i] = force_share(w, h[i], i);
+    force_shares(w, h, share);
     if (!w->looks_back && !w->comes_back && !eventful &&
         all_well_within(contact, w, feed, share, start, middle, end, difference)) {
         EACH_LANE
