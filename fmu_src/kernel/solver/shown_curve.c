@@ -2,10 +2,10 @@
  *
  * Where the slip is given it is straight over a step, and where the levels stand still the target is a function of the
  * speed alone: a curve as smooth as e^-(v/V)^2, whose width V the law knows (smooth_over). What the parabolas of
- * integrate.c leave of it is then known ahead. The path A goes nearly by v^2, in which the curve is smooth through rest,
- * too; the third derivative of e^-x, x = (v/V)^2, bounds what a parabola of the target misses, and that of v/g(v) what
- * one of the rate does. With the step's range of x, c = |target - F_C/P| at most, T the least |target|, D the path, and
- * G how far the bristle is from its target, the end of the step is off by no more than
+ * integrate.c leave of it is then known ahead. The path A goes nearly by v^2, in which the curve is smooth through
+ * rest, too; the third derivative of e^-x, x = (v/V)^2, bounds what a parabola of the target misses, and that of v/g(v)
+ * what one of the rate does. With the step's range of x, c = |target - F_C/P| at most, T the least |target|, D the
+ * path, and G how far the bristle is from its target, the end of the step is off by no more than
  *
  *     c min(1, D) (x^3 (1 + c/T) min(1 + D, 3)/50 + dv^3/(v V^2) G/T/10),
  *
@@ -49,8 +49,8 @@ void show_curve(const struct Configuration *w, const lanes h, const struct Point
         const double c = larger(fabs(at_a - flat), fabs(at_b - flat)), T = smaller(at_a, at_b);
         const double G = larger(fabs(a->target[i] - a->z[i]), fabs(b->target[i] - b->z[i]));
         const double D = h[i] * m->rate[i], D_2 = smaller(D, 2) * smaller(D, 2);
-        const double of_end = c * smaller(D, 1) *
-                              ((T + c) * smaller(1 + D, 3) * (x * x * x) * 0.02 + of_rate * G * 0.1) / T;
+        const double of_end =
+            c * smaller(D, 1) * ((T + c) * smaller(1 + D, 3) * (x * x * x) * 0.02 + of_rate * G * 0.1) / T;
         const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * larger(flat, b->F_S[i] / b->P[i]));
         const double of_force = (of_end + G * D_2 * D_2 / 2880) * (b->s0[i] + b->s1[i] * b->rate[i]),
                      force = larger(level_of(w, b, i), fabs(b->F[i]));
@@ -60,6 +60,6 @@ void show_curve(const struct Configuration *w, const lanes h, const struct Point
         const double share = larger(of_end / (allowed * z), of_force / (allowed * force * passed_on));
         shown[i] = stands(a, m, i) & stands(m, b, i) & (V > 0) & (share <= 1);
         /* of fourth order and more */
-        next[i] = shown[i] & (share > 1e-3) ? smaller(next[i], h[i] / sqrt(sqrt(larger(share, 1e-3)))) : next[i];
+        next[i] = (shown[i] & (share > 1e-3)) != 0 ? smaller(next[i], h[i] / sqrt(sqrt(larger(share, 1e-3)))) : next[i];
     }
 }

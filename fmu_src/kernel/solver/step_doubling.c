@@ -64,18 +64,17 @@ static int yields_within(double tolerance, const struct Point *a, const struct P
 
 /* Do states of effects, or a load, bend the levels within a step over which a bristle that is stiff follows them? */
 static inline int levels_bend(const struct Configuration *w, double h, const struct Point *a, const struct Point *m,
-                       const struct Point *b, int i)
+                              const struct Point *b, int i)
 {
     const double bend =
         larger(fabs(a->F_C[i] - 2 * m->F_C[i] + b->F_C[i]), fabs(a->F_S[i] - 2 * m->F_S[i] + b->F_S[i]));
-    return (h * m->rate[i] > 1) &
-           (bend > BENT_LEVELS * w->p[VAR_RELATIVE_TOLERANCE][i] * larger(b->F_C[i], b->F_S[i]));
+    return (h * m->rate[i] > 1) & (bend > BENT_LEVELS * w->p[VAR_RELATIVE_TOLERANCE][i] * larger(b->F_C[i], b->F_S[i]));
 }
 
 /* Does a level move by so much that what the bristle does behind it counts? How far it is behind goes by its rate,
  * that is by the slip and the level itself. */
 static inline int levels_move(const struct Configuration *w, const struct Point *a, const struct Point *m,
-                       const struct Point *b, int i)
+                              const struct Point *b, int i)
 {
     const double low = smaller(smaller(a->F_C[i], m->F_C[i]), b->F_C[i]),
                  high = larger(larger(a->F_C[i], m->F_C[i]), b->F_C[i]);
@@ -176,7 +175,7 @@ static void hides_law(const struct Configuration *w, const lanes h, const struct
     if (curved) {
         show_curve(w, h, a, m, b, next, shown);
         EACH_LANE
-            doubtful[i] &= !shown[i] | changes_by(w->doubtful_factor[i], a, m, b, i) | dips(a, m, b, i);
+            doubtful[i] &= (shown[i] == 0) | changes_by(w->doubtful_factor[i], a, m, b, i) | dips(a, m, b, i);
     }
     if (w->stages >> STAGE_FRICTION & 1)
         EACH_LANE
@@ -184,8 +183,7 @@ static void hides_law(const struct Configuration *w, const lanes h, const struct
                            (levels_bend(w, h[i], a, m, b, i) | levels_move(w, a, m, b, i));
     for (int i = 0; (w->bends || w->yields || w->current_angle) && i < LANES; ++i)
         doubtful[i] |= a->cutting[i] != 0 &&
-                       (w->current_angle ||
-                        (w->bent[i] && yields_within(w->p[VAR_RELATIVE_TOLERANCE][i], a, m, b, i)));
+                       (w->current_angle || (w->bent[i] && yields_within(w->p[VAR_RELATIVE_TOLERANCE][i], a, m, b, i)));
 }
 
 int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
@@ -208,10 +206,9 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
             doubtful[i] |= changes_side(w, all[i], a, m, b, i);
     }
     for (int i = 0; ((given && averages) || w->sensors || w->looks_back || w->by_energy) && i < LANES; ++i)
-        doubtful[i] |=
-            (given && w->p[VAR_AVERAGING_WINDOW][i] > 0 && curved(w, CURVED_AT_A_KINK, a, m, b, i)) ||
-            heard(contact, w, a, m, b, i) || (w->by_energy && is_steep(w, a, m, b, i)) ||
-            (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i));
+        doubtful[i] |= (given && w->p[VAR_AVERAGING_WINDOW][i] > 0 && curved(w, CURVED_AT_A_KINK, a, m, b, i)) ||
+                       heard(contact, w, a, m, b, i) || (w->by_energy && is_steep(w, a, m, b, i)) ||
+                       (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i));
     EACH_LANE {
         doubtful[i] &= h[i] > 0;
         any |= doubtful[i];
@@ -328,8 +325,7 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
         const double of_z = apart(b->z[i], whole.z[i], z) + hidden[i] / z;
         const double of_force =
             larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i]))));
-        const double worst =
-            larger(larger(beside[i], of_z), share[i] * larger(of_force, of_mean[i]));
+        const double worst = larger(larger(beside[i], of_z), share[i] * larger(of_force, of_mean[i]));
         error[i] = doubtful[i] ? worst / (0.5 * w->p[VAR_RELATIVE_TOLERANCE][i]) : 0;
     }
 }
