@@ -263,10 +263,10 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
 /* step_doubling.c: by which factor may the slip speed change over a step that is believed as it is, where the law has
  * no curve? */
 double doubtful_factor(const struct Configuration *w, int lane);
-/* shown_curve.c: in which lanes do they show all that the law's own curve does between them? There the next step may be
- * as long as they would show it, too. */
+/* shown_curve.c: in which of the lanes that are asked do they show all that the law's own curve does between them?
+ * There the next step may be as long as they would show it, too. */
 void show_curve(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
-                const struct Point *b, lanes next, int shown[LANES]);
+                const struct Point *b, const int asked[LANES], lanes next, int shown[LANES]);
 /* step_doubling.c: in which lanes may start, middle and end not show what lies between them? And there, how far the end
  * of the step is from that of its two halves, in units of the tolerance; 0 elsewhere. tolerance.c: are these steps,
  * too, within the tolerance? As accurate(). */

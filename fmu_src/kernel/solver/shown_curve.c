@@ -33,7 +33,7 @@ static inline int stands(const struct Point *a, const struct Point *b, int i)
 }
 
 void show_curve(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
-                const struct Point *b, lanes next, int shown[LANES])
+                const struct Point *b, const int asked[LANES], lanes next, int shown[LANES])
 {
     const int known = goes_by_speed(w);
     EACH_LANE
@@ -58,7 +58,7 @@ void show_curve(const struct Configuration *w, const lanes h, const struct Point
         const double passed_on = smaller(w->cos_rake[i] + w->sin_rake[i], 1),
                      allowed = ENOUGH * 0.5 * w->p[VAR_RELATIVE_TOLERANCE][i];
         const double share = larger(of_end / (allowed * z), of_force / (allowed * force * passed_on));
-        shown[i] = stands(a, m, i) & stands(m, b, i) & (V > 0) & (share <= 1);
+        shown[i] = (asked[i] != 0) & stands(a, m, i) & stands(m, b, i) & (V > 0) & (share <= 1);
         /* of fourth order and more */
         next[i] = (shown[i] & (share > 1e-3)) != 0 ? smaller(next[i], h[i] / sqrt(sqrt(larger(share, 1e-3)))) : next[i];
     }

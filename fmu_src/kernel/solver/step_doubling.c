@@ -173,7 +173,7 @@ static void hides_law(const struct Configuration *w, const lanes h, const struct
         curved |= doubtful[i];
     }
     if (curved) {
-        show_curve(w, h, a, m, b, next, shown);
+        show_curve(w, h, a, m, b, doubtful, next, shown);
         EACH_LANE
             doubtful[i] &= (shown[i] == 0) | changes_by(w->doubtful_factor[i], a, m, b, i) | dips(a, m, b, i);
     }
