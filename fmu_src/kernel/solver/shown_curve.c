@@ -22,7 +22,7 @@
 static int goes_by_speed(const struct Configuration *w)
 {
     const int moved = 1 << STAGE_PATH | 1 << STAGE_ENGAGEMENT | 1 << STAGE_BRISTLE;
-    return w->kinematics == KINEMATICS_EXTERNAL && w->law->relaxes && !w->iterates && !w->drivers && !w->looks_back &&
+    return w->kinematics == KINEMATICS_EXTERNAL && w->law->relaxes && !w->bends && !w->drivers && !w->looks_back &&
            !w->by_energy && !(w->stages & moved);
 }
 
@@ -58,7 +58,7 @@ void show_curve(const struct Configuration *w, const lanes h, const struct Point
         const double passed_on = smaller(w->cos_rake[i] + w->sin_rake[i], 1),
                      allowed = ENOUGH * 0.5 * w->p[VAR_RELATIVE_TOLERANCE][i];
         const double share = larger(of_end / (allowed * z), of_force / (allowed * force * passed_on));
-        shown[i] = (asked[i] != 0) & stands(a, m, i) & stands(m, b, i) & (V > 0) & (share <= 1);
+        shown[i] = (asked[i] != 0) & (w->iterated[i] == 0) & stands(a, m, i) & stands(m, b, i) & (V > 0) & (share <= 1);
         /* of fourth order and more */
         next[i] = (shown[i] & (share > 1e-3)) != 0 ? smaller(next[i], h[i] / sqrt(sqrt(larger(share, 1e-3)))) : next[i];
     }

@@ -230,21 +230,17 @@ static void copy_but_states(const struct Point *from, struct Point *to)
     memcpy((char *)to + begin, (const char *)from + begin, sizeof *to - begin);
 }
 
-void try_halves(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes step,
-                const struct Point *start, const struct Point *middle, const struct Point *end, struct Point *early,
-                struct Point *half, struct Point *late, struct Point *whole)
+/* Where a time alone says what the rates are: those of middle and end stand, and only the quarters are new. */
+static void halves_between(const struct Contact *contact, const struct Configuration *w, const lanes s,
+                           const lanes step, const struct Point *start, const struct Point *middle,
+                           const struct Point *end, struct Point *early, struct Point *half, struct Point *late,
+                           struct Point *whole)
 {
     const int relaxes = w->law->relaxes;
-    lanes from, first, last, ignored;
+    lanes first, last, ignored;
     EACH_LANE {
-        from[i] = s[i] + step[i];
         first[i] = s[i] + 0.5 * step[i];
-        last[i] = from[i] + 0.5 * step[i];
-    }
-    if (w->iterates || w->drivers || w->held) {
-        try_step(contact, w, s, step, start, early, half, ignored);
-        try_step(contact, w, from, step, half, late, whole, ignored);
-        return;
+        last[i] = s[i] + step[i] + 0.5 * step[i];
     }
     copy_but_states(middle, half);
     copy_but_states(end, whole);
@@ -262,4 +258,37 @@ void try_halves(const struct Contact *contact, const struct Configuration *w, co
     close_point(contact, w, 1, half);
     close_point(contact, w, 1, late);
     close_point(contact, w, 1, whole);
+}
+
+void try_halves(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes step,
+                const struct Point *start, const struct Point *middle, const struct Point *end, struct Point *early,
+                struct Point *half, struct Point *late, struct Point *whole)
+{
+    const int stand = !w->drivers && !w->held;
+    int some = 0, all = 1;
+    for (int i = 0; i < LANES; ++i) {
+        some |= w->iterated[i];
+        all &= w->iterated[i] != 0;
+    }
+    if (stand && !some) {
+        halves_between(contact, w, s, step, start, middle, end, early, half, late, whole);
+        return;
+    }
+    lanes from, ignored;
+    EACH_LANE
+        from[i] = s[i] + step[i];
+    try_step(contact, w, s, step, start, early, half, ignored);
+    try_step(contact, w, from, step, half, late, whole, ignored);
+    if (!stand || all)
+        return;
+    struct Point own[4]; /* of the lanes that would do so alone */
+    halves_between(contact, w, s, step, start, middle, end, &own[0], &own[1], &own[2], &own[3]);
+    for (int i = 0; i < LANES; ++i) {
+        if (w->iterated[i])
+            continue;
+        copy_lane((lanes *)early, (const lanes *)&own[0], POINT_LANES, i);
+        copy_lane((lanes *)half, (const lanes *)&own[1], POINT_LANES, i);
+        copy_lane((lanes *)late, (const lanes *)&own[2], POINT_LANES, i);
+        copy_lane((lanes *)whole, (const lanes *)&own[3], POINT_LANES, i);
+    }
 }
