@@ -180,7 +180,10 @@ class _Constants(ConstantTable):
     )
     solver_tolerance = Constant(1e-5, "1", "relative tolerance of runs whose differences are taken", low=1e-9, source="numerical tolerance")
     solver_tolerance_of_records = Constant(
-        1e-4, "1", "the same in a diagnosis of records, whose many samples tell slopes within some per cent; means do not", low=1e-9
+        1e-4,
+        "1",
+        "the same in a search, and in a diagnosis of records, whose many samples tell slopes within some per cent; means do not",
+        low=1e-9,
     )
     law_shape_sd = Constant(
         0.5, "of the logarithm", "prior standard deviation of a shape of the base law: Stribeck exponents of 0.5 to 4 were published"

@@ -69,17 +69,22 @@ void measure_step(const struct Contact *contact, const struct Configuration *w, 
     open_measured(end);
     if (!(w->stages >> STAGE_MEASUREMENT & 1))
         return;
-    struct Point heard = *start; /* start->measured has passed the whole chain already */
+    struct Point heard;
     const struct Past past = {contact, w, start, middle, end};
-    heard.past = middle->past = end->past = &past;
-    open_measured(&heard);
+    middle->past = end->past = &past;
+    if (w->sensors) {
+        heard = *start; /* start->measured has passed the whole chain already */
+        heard.past = &past;
+        open_measured(&heard);
+    }
     for (int n = 0; n < w->on_count; ++n) {
         const struct Effect *effect = w->on[n];
         if (effect->stage != STAGE_MEASUREMENT)
             continue;
         if (effect->driver == DRIVEN_BY_SENSOR)
             move_one(w, n, h, &heard, middle, end);
-        effect->act(w->on_p[n], heard.state + w->on_state[n], &heard);
+        if (w->sensors)
+            effect->act(w->on_p[n], heard.state + w->on_state[n], &heard);
         effect->act(w->on_p[n], middle->state + w->on_state[n], middle);
         effect->act(w->on_p[n], end->state + w->on_state[n], end);
     }

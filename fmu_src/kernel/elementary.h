@@ -7,10 +7,17 @@
 #include <math.h>
 #include <stdint.h>
 
+/* A loop over lanes with a call in it is taken lane by lane. */
+#if defined(__GNUC__)
+#define IN_LOOPS static inline __attribute__((always_inline))
+#else
+#define IN_LOOPS static inline
+#endif
+
 #define PI 3.14159265358979323846
 
 /* The double with these bits. */
-static inline double with_bits(int64_t bits)
+IN_LOOPS double with_bits(int64_t bits)
 {
     const union {
         int64_t bits;
@@ -19,7 +26,7 @@ static inline double with_bits(int64_t bits)
     return both.value;
 }
 
-static inline int64_t bits_of(double value)
+IN_LOOPS int64_t bits_of(double value)
 {
     const union {
         double value;
@@ -28,12 +35,20 @@ static inline int64_t bits_of(double value)
     return both.bits;
 }
 
+/* One of two numbers in memory, by bits: of a plain choice compilers make one between their places, taken lane by lane.
+ */
+IN_LOOPS double chosen_of(int first, double a, double b)
+{
+    const int64_t mask = -(int64_t)(first != 0);
+    return with_bits((bits_of(a) & mask) | (bits_of(b) & ~mask));
+}
+
 /* 1.5 * 2^52: adding it rounds to a whole number and shows it in the lowest bits */
 #define ROUNDER 6755399441055744.0
 
 /* e^x; 0 below -700, where it is less than 1e-304; e^700 above 700. x = n ln 2 + r, |r| < 0.35: Taylor's series to
  * r^13. */
-static inline double exponential(double x)
+IN_LOOPS double exponential(double x)
 {
     const double inside = x < -700  ? -700
                           : x > 700 ? 700
@@ -51,7 +66,7 @@ static inline double exponential(double x)
 
 /* ln x of a normal number above 0: x = 2^n m, m from sqrt(1/2) to sqrt(2), and the series of ln((1 + f)/(1 - f)) to
  * f^21, |f| < 0.172. */
-static inline double log_of(double x)
+IN_LOOPS double log_of(double x)
 {
     const uint64_t from = 0x3fe6a09e667f3bcd; /* sqrt(1/2) */
     const uint64_t above = ((uint64_t)bits_of(x) - from) & 0xfff0000000000000u;
@@ -67,14 +82,17 @@ static inline double log_of(double x)
 
 /* x^y of x >= 0, to 1e-15 of it times the larger of 1 and |y ln x|; below 1e-300 x counts as 0. An x that is not finite
  * comes back. */
-static inline double power_of(double x, double y)
+IN_LOOPS double power_of(double x, double y)
 {
     const double raised = exponential(y * log_of(x)), of_none = y > 0 ? 0 : y < 0 ? 1e304 : 1;
     return x < 1e-300 ? of_none : x < INFINITY ? raised : x;
 }
 
+/* x^(-1/n) of x > 0; 0 above 1e300. */
+IN_LOOPS double one_over_root(int n, double x) { return x < 1e300 ? exponential(log_of(x) * (-1. / n)) : 0; }
+
 /* cos and sin of 2 pi turns: by quarter turns, Taylor's series to 16th and 17th order on |angle| <= pi/4. */
-static inline void cos_sin(double turns, double *cosine, double *sine)
+IN_LOOPS void cos_sin(double turns, double *cosine, double *sine)
 {
     const double shifted = 4 * turns + ROUNDER, n = shifted - ROUNDER, x = (turns - 0.25 * n) * 6.28318530717958647693,
                  x2 = x * x;
@@ -95,7 +113,7 @@ static inline void cos_sin(double turns, double *cosine, double *sine)
 
 /* The same of an angle in radians. Not libm's, whose sin, cos and sincos need not agree in the last bit: which of them
  * a compiler takes depends on what stands beside it. */
-static inline void cos_sin_of(double angle, double *cosine, double *sine)
+IN_LOOPS void cos_sin_of(double angle, double *cosine, double *sine)
 {
     cos_sin(angle * 0.159154943091895335769, cosine, sine);
 }

@@ -45,7 +45,7 @@ void proxy_open(const struct Contact *contact, const struct Configuration *w, co
 static void bound_levels(struct Point *x)
 {
     EACH_LANE {
-        const double most = x->direction[i] < 0 ? x->most_against[i] : x->most_along[i];
+        const double most = chosen_of(x->direction[i] < 0, x->most_against[i], x->most_along[i]);
         x->piece[i] = 4 * x->piece[i] + 2 * (most < x->F_C[i]) + (most < x->F_S[i]);
         x->F_C[i] = larger(smaller(x->F_C[i], most), LEAST_SHARE * x->F_C[i]);
         x->F_S[i] = larger(smaller(x->F_S[i], most), LEAST_SHARE * x->F_S[i]);
@@ -72,6 +72,7 @@ void friction_open(const struct Contact *contact, const struct Configuration *w,
         x->sigma2[i] = p[VAR_SIGMA2][i];
         x->margin[i] = w->dissipative ? p[VAR_DAMPING_MARGIN][i] : INFINITY;
         x->flat_from[i] = INFINITY;
+        x->smooth_over[i] = 0;
     }
     x->configuration = w;
     if (w->law->level)

@@ -437,6 +437,7 @@ struct Point {
     lanes drive; /* [m/s] */
     lanes target; /* drive / a, also where a = 0 [m] */
     lanes flat_from; /* slip speed from which on the target does not depend on it, as far as the law knows [m/s] */
+    lanes smooth_over; /* slip speed over which it goes as smoothly as e^-(v/.)^2; 0: nobody says so */
     lanes dz; /* dz/dt [m/s] */
     lanes beside; /* force along the chip flow beside that of the law [N]; opened where an effect acts on friction */
     lanes most_along, most_against; /* largest force along and against the chip flow that the contact bears [N]; opened

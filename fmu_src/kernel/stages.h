@@ -70,6 +70,8 @@ struct Configuration {
     int by_energy;
     char dissipative, thermal_rate;
     char current_angle; /* chip_flow_angle = current_shear_angle: slip and force are solved together */
+    double more_steps; /* than at the usual tolerance, by which factor */
+    lanes doubtful_factor; /* by which the slip speed may change over a step that is believed as it is */
     lanes longest; /* internal step that resolves vibration and effects [s] */
     lanes cycle; /* place in the vibration cycle at value[VAR_TIME], 0..1 */
     double ends; /* of the communication step [s]; NAN: points there need not stand as the next one begins */
@@ -242,6 +244,12 @@ void act_on_event(struct Contact *contact, const struct Configuration *w, const 
 void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
               const struct Point *start, struct Point *middle, struct Point *end, lanes difference);
 
+/* step.c: the same way in two halves of step[i], beside the step that middle and end are of. Where a time alone says
+ * what the rates are there, they are those that stand in middle and end, and only the quarters are new. */
+void try_halves(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes step,
+                const struct Point *start, const struct Point *middle, const struct Point *end, struct Point *early,
+                struct Point *half, struct Point *late, struct Point *whole);
+
 /* tolerance.c: is the step within the tolerance? Chooses each lane's next step; where it is not, fits says in which
  * lanes it is, and the others' next step is the shorter one to try again with; a step of `shortest` is taken as it is.
  */
@@ -249,19 +257,21 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
              const struct Point *start, const struct Point *middle, const struct Point *end, const lanes difference,
              lanes next, int fits[LANES]);
 
-/* tolerance.c: which share of what the forces are off within a step of h counts? At its end they follow from slip and
- * deflection, and have no error but theirs; between the ends they make impulses only, to which a step adds by its
- * length. All of it counts where forces are recalled as they were, where the slip is solved for from them, and where no
- * cycle says how long a step is. */
-double force_share(const struct Configuration *w, double h, int lane);
 /* relative_tolerance at its start: what is said in steps or shares of a cycle is said of it. */
 #define USUAL_TOLERANCE 1e-4
 
+/* step_doubling.c: by which factor may the slip speed change over a step that is believed as it is, where the law has
+ * no curve? */
+double doubtful_factor(const struct Configuration *w, int lane);
+/* shown_curve.c: in which of the lanes that are asked do they show all that the law's own curve does between them?
+ * There the next step may be as long as they would show it, too. */
+void show_curve(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
+                const struct Point *b, const int asked[LANES], lanes next, int shown[LANES]);
 /* step_doubling.c: in which lanes may start, middle and end not show what lies between them? And there, how far the end
  * of the step is from that of its two halves, in units of the tolerance; 0 elsewhere. tolerance.c: are these steps,
  * too, within the tolerance? As accurate(). */
 int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
-             const struct Point *m, const struct Point *b, int doubtful[LANES]);
+             const struct Point *m, const struct Point *b, lanes next, int doubtful[LANES]);
 void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES],
                          const lanes s, const lanes h, const struct Point *a, const struct Point *m,
                          const struct Point *b, lanes error);
@@ -414,6 +424,26 @@ void hidden_in_target(const lanes h, const struct Point *a, const struct Point *
 static inline double smaller(double a, double b) { return a < b ? a : b; }
 static inline double larger(double a, double b) { return a > b ? a : b; }
 
+/* Below this part of a cycle a step is brief; below far less of it at a tighter tolerance than usual, which asks for
+ * what happens there, too. */
+#define BRIEF 3e-3
+
+/* Which share of what the forces are off within a step of h counts? At its end they follow from slip and
+ * deflection, and have no error but theirs; between the ends they make impulses only, to which a step adds by its
+ * length. All of it counts where forces are recalled as they were, where the slip is solved for from them, and where no
+ * cycle says how long a step is. */
+static inline void force_shares(const struct Configuration *w, const lanes h, lanes share)
+{
+    EACH_LANE
+        share[i] = 1;
+    if (w->kinematics == KINEMATICS_EXTERNAL || w->current_angle || w->looks_back)
+        return;
+    EACH_LANE {
+        const double tight = smaller(w->p[VAR_RELATIVE_TOLERANCE][i] / USUAL_TOLERANCE, 1);
+        share[i] = smaller(h[i] * w->p[VAR_VIBRATION_FREQUENCY][i] / (BRIEF * tight * tight), 1);
+    }
+}
+
 /* What counts as the size of a small friction force: of static friction what its parameter says, since what effects add
  * to that may be felt at no speed of the run. */
 static inline double level_of(const struct Configuration *w, const struct Point *x, int lane)
@@ -422,7 +452,10 @@ static inline double level_of(const struct Configuration *w, const struct Point 
 }
 
 /* Lane i of `count` rows; the lanes of a point come first in it. */
-enum { POINT_LANES = offsetof(struct Point, past) / sizeof(lanes) };
+enum {
+    POINT_LANES = offsetof(struct Point, past) / sizeof(lanes),
+    BESIDE_STATES = offsetof(struct Point, a) / sizeof(lanes) /* behind time and states */
+};
 static inline void copy_lane(lanes *to, const lanes *from, int count, int i)
 {
     for (int k = 0; k < count; ++k)

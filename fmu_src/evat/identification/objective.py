@@ -15,11 +15,12 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from evat.constants import CONSTANTS
 from evat.experiment import ExperimentError
 from evat.identification.space import Space
 from evat.inference.law.initial_state import with_initial_state
 from evat.inference.noise.estimate import repeatability, stated_sd
-from evat.inference.prediction import Prediction
+from evat.inference.prediction import TIGHTNESS, Prediction
 from evat.model import FloatArray, ParameterError
 
 Kind = Literal["least_squares", "huber", "relative"]
@@ -87,12 +88,18 @@ class Objective:
         """(K, p) -> (K, N), nan where a set fails."""
         return self.prediction.many({**self.values, **self.space.values(points)}, self.on)
 
+    def _of_search(self) -> dict[str, float | str]:
+        """What is held in a search, which takes no differences between runs; a tolerance that somebody has chosen stays."""
+        chosen = {*self.prediction.experiment.nominal.values, *self.values, *self.space.names}
+        loose = TIGHTNESS in self.prediction.nominal and TIGHTNESS not in chosen and self.prediction.experiment.means is None
+        return {TIGHTNESS: CONSTANTS.solver_tolerance_of_records, **self.values} if loose else self.values
+
     def costs(self, points: FloatArray) -> FloatArray:
-        """(K, p) -> (K,). A point's cost depends on nothing but the point: not on its neighbours, threads or chunks."""
-        most = self.at_once
+        """(K, p) -> (K,), for a search. A point's cost depends on nothing but the point: not on its neighbours, threads or chunks."""
+        most, held = self.at_once, self._of_search()
         values = np.empty(len(points))
         for first in range(0, len(points), most):
-            rows = self.predicted(points[first : first + most])
+            rows = self.prediction.many({**held, **self.space.values(points[first : first + most])}, self.on)
             rows -= self.prediction.measured
             values[first : first + most] = [self.cost(row) for row in rows]
         return values

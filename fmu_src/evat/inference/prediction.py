@@ -244,7 +244,10 @@ class Prediction:
             start = {BRISTLE: self.starts[trial.file]} if trial.file in self.starts else {}
             rows = self.model.simulate_many(run, effects, {**start, **self._own({**plain, **moved[place][1]}, trial.values)})
             shown = zip(run.outputs, places, strict=True)
-            return np.concatenate([np.broadcast_to(rows[name], (count, sampled.size))[:, at[before:]] for name, at in shown], axis=1)
+            own = slice(before, None)  # where all are sampled alike, a view
+            return _side_by_side(
+                [np.broadcast_to(rows[name], (count, sampled.size))[:, own if sampled is times else at[own]] for name, at in shown]
+            )
 
         keys = [(key, moved[place][0]) for place, key in self._runs.items()]
         once = dict[tuple[bytes, tuple[str, ...]], int]()
@@ -258,7 +261,7 @@ class Prediction:
         blocks = [rows[key] for key in keys]
         if self.experiment.means is not None:
             blocks.append(self._means(self.experiment.means, effects, values, count))
-        return np.concatenate(blocks, axis=1) + self.own_start
+        return _side_by_side(blocks) + self.own_start
 
     def one(self, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()) -> FloatArray:
         """Prediction of one value set, (N,)."""
@@ -316,6 +319,11 @@ class Prediction:
         names = {channel: self.variable_of(channel) for channel in means.outputs}
         settled = self.model.settled(tuple(dict.fromkeys(names.values())), effects, sets)
         return np.concatenate([settled[name].reshape(rows, count).T for name in names.values()], axis=1)
+
+
+def _side_by_side(blocks: Sequence[FloatArray]) -> FloatArray:
+    """(K, ...) beside each other; one alone is not copied, since it may be as long as a record of minutes."""
+    return blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=1)
 
 
 def _moved(trial: Trial, values: Values, plain: Values) -> tuple[tuple[str, ...], dict[str, FloatArray]]:

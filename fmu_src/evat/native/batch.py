@@ -380,15 +380,14 @@ def _gathered(
     )
     if plan.data is not None:
         shapes["squares"] = (count, len(names))
-    whole = {name: np.full(shape, np.nan) for name, shape in shapes.items()}
+    whole = {name: np.empty(shape) for name, shape in shapes.items()}
     failed: dict[int, str] = {}
     stop, room = ffi.new("int *"), _Room()
 
     def follow(places: np.ndarray[Any, np.dtype[np.intp]], lanes: int) -> int:
         status, arrays = _follow(plan, places, lanes, room, stop)
-        if status == loaded.STATUS_OK:
-            for name, array in arrays.items():
-                whole[name][places] = array
+        for name, array in whole.items():
+            array[places] = arrays[name] if status == loaded.STATUS_OK else np.nan
         return status
 
     def work(places: np.ndarray[Any, np.dtype[np.intp]]) -> int:

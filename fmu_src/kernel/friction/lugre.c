@@ -32,19 +32,21 @@ static const struct Variable variables[COUNT] = {
 
 #define NO_STATIC_FRICTION 9.2 /* e^-9.2 is 1e-4: above v_s times its root, static friction is gone */
 
-/* (v/v_s)^exponent, and the slip from which on it leaves no static friction. */
+/* (v/v_s)^exponent, the slip from which on it leaves no static friction, and the width of a curve that is smooth. */
 static void powers(const lanes *p, struct Point *x, lanes power)
 {
     int other = 0;
     EACH_LANE {
         const double ratio = x->speed[i] / x->v_s[i];
         power[i] = ratio * ratio;
+        x->smooth_over[i] = x->v_s[i];
         x->flat_from[i] = x->v_s[i] * 3.0331501776206204; /* sqrt(NO_STATIC_FRICTION) */
         other |= p[STRIBECK_EXPONENT][i] != 2;
     }
     for (int i = 0; other && i < LANES; ++i) {
         if (p[STRIBECK_EXPONENT][i] == 2)
             continue;
+        x->smooth_over[i] = 0;
         power[i] = power_of(x->speed[i] / x->v_s[i], p[STRIBECK_EXPONENT][i]);
         x->flat_from[i] = x->v_s[i] * power_of(NO_STATIC_FRICTION, 1 / p[STRIBECK_EXPONENT][i]);
     }
@@ -110,9 +112,12 @@ static void yield(const lanes *p, struct Point *x)
 /* F = s0 z + s1 dz/dt + sigma2 v, with the damping s1 that limit_damping() leaves. */
 static void force(const lanes *p, struct Point *x)
 {
-    EACH_LANE
+    int other = 0;
+    EACH_LANE {
         x->F[i] = x->s0[i] * x->z[i] + x->s1[i] * x->dz[i] + x->sigma2[i] * x->v[i];
-    for (int i = 0; i < LANES; ++i)
+        other |= p[VISCOUS_EXPONENT][i] != 1;
+    }
+    for (int i = 0; other && i < LANES; ++i)
         if (p[VISCOUS_EXPONENT][i] != 1 && x->speed[i] > 0)
             x->F[i] += x->sigma2[i] * x->v[i] *
                        (power_of(x->speed[i] / p[VISCOUS_REFERENCE][i], p[VISCOUS_EXPONENT][i] - 1) - 1);

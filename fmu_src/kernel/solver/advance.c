@@ -99,12 +99,10 @@ static int all_finite(const struct Point *x)
  */
 static void take_patience(const struct Contact *contact, const struct Configuration *w, struct Patience *p)
 {
-    const double few = 20, tolerance = w->p[VAR_RELATIVE_TOLERANCE][0],
-                 tight = tolerance < USUAL_TOLERANCE ? sqrt(sqrt(USUAL_TOLERANCE / tolerance)) : 1,
-                 usual = w->current_angle ? 1000 : 4000, breaks = w->law->rest ? 24 * usual : 0;
+    const double few = 20, usual = w->current_angle ? 1000 : 4000, breaks = w->law->rest ? 24 * usual : 0;
     const int goes_on = p->length > 0 && p->length < INFINITY;
     p->length = few * w->longest[0];
-    p->most = (usual * tight + breaks) * (w->comes_back ? 100 : 1);
+    p->most = (usual * w->more_steps + breaks) * (w->comes_back ? 100 : 1);
     p->most_events = 200;
     if (!goes_on) {
         p->begun = contact->value[VAR_TIME][0];
@@ -388,11 +386,11 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         struct Point *const reached = t.end;
         t.end = t.start;
         t.start = reached;
-        for (int i = 0; i < LANES; ++i) {
+        EACH_LANE {
+            const double quiet = quiet_for[i] + t.h[i];
             acts[i] = t.cut[i] >= 0;
-            quiet_for[i] += t.h[i];
-            chased[i] = quiet_for[i] < ahead;
-            quiet_for[i] = acts[i] ? 0 : quiet_for[i];
+            chased[i] = quiet < ahead;
+            quiet_for[i] = acts[i] ? 0 : quiet;
         }
         int turns = 0;
         if (w->delays) {

@@ -179,24 +179,29 @@ static double near_rest(const struct Point *x, double target_at_rest, double h, 
 void hidden_in_target(const lanes h, const struct Point *a, const struct Point *early, const struct Point *m,
                       const struct Point *late, const struct Point *b, lanes hidden)
 {
-    for (int i = 0; i < LANES; ++i) {
+    lanes at_rest[2], path; /* what is left out at an end, and A over the step */
+    int reversal = 0;
+    EACH_LANE {
         double M, D, quarter, half, last_quarter, last_half;
         path_of(2 * h[i], a->rate[i], m->rate[i], b->rate[i], &M, &D);
         path_of(h[i], a->rate[i], early->rate[i], m->rate[i], &quarter, &half);
         path_of(h[i], m->rate[i], late->rate[i], b->rate[i], &last_quarter, &last_half);
         const struct Target t = target_between(a, m, b, M, D, i);
-        const double A[2] = {smaller(quarter, M), smaller(larger(half + last_quarter, M), D)};
-        const double miss[2] = {fabs(early->target[i] - (t.q + A[0] * (t.slope + A[0] * t.bend))),
-                                fabs(late->target[i] - (t.q + A[1] * (t.slope + A[1] * t.bend)))};
+        const double A_early = smaller(quarter, M), A_late = smaller(larger(half + last_quarter, M), D);
+        const double miss_early = fabs(early->target[i] - (t.q + A_early * (t.slope + A_early * t.bend))),
+                     miss_late = fabs(late->target[i] - (t.q + A_late * (t.slope + A_late * t.bend)));
         const double forgotten = exponential(-last_half); /* what is left of the first half at the end */
-        hidden[i] = miss[0] * forgotten * (1 - exponential(-half)) + miss[1] * (1 - forgotten);
-        if (t.to_reversal)
-            hidden[i] +=
-                fabs(b->target[i] - t.q_end) * (1 - exponential(-near_rest(late, b->target[i], 0.5 * h[i], i)));
-        if (t.from_reversal) {
-            const double rest = near_rest(early, a->target[i], 0.5 * h[i], i);
-            hidden[i] +=
-                fabs(a->target[i] - t.q) * (1 - exponential(-rest)) * exponential(-larger(half + last_half - rest, 0));
-        }
+        hidden[i] = miss_early * forgotten * (1 - exponential(-half)) + miss_late * (1 - forgotten);
+        reversal |= t.to_reversal | t.from_reversal;
+        at_rest[0][i] = t.to_reversal ? fabs(b->target[i] - t.q_end) : 0;
+        at_rest[1][i] = t.from_reversal ? fabs(a->target[i] - t.q) : 0;
+        path[i] = half + last_half;
     }
+    if (reversal)
+        EACH_LANE {
+            const double last = near_rest(late, b->target[i], 0.5 * h[i], i),
+                         first = near_rest(early, a->target[i], 0.5 * h[i], i);
+            hidden[i] += at_rest[0][i] * (1 - exponential(-last)) +
+                         at_rest[1][i] * (1 - exponential(-first)) * exponential(-larger(path[i] - first, 0));
+        }
 }

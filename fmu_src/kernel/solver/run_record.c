@@ -33,7 +33,10 @@ static enum Status set_slopes(struct Contact *contact, const struct Record *r, i
             EACH_LANE
                 slope[i] = shared;
         }
-        for (int i = 0; i < LANES; ++i) { /* a step is clamped that begins or ends so */
+        int outside = 0;
+        for (int i = 0; i < (r->per_lane ? LANES : 1); ++i)
+            outside |= (now[i] < v->min) | (now[i] > v->max);
+        for (int i = 0; outside && i < LANES; ++i) { /* a step is clamped that begins or ends so */
             const double given = now[r->per_lane ? i : 0];
             if (given < v->min || given > v->max)
                 note_bound(contact, index, i, 1);
@@ -60,9 +63,14 @@ static void land(struct Contact *contact, const struct Record *r, int64_t n)
             EACH_LANE
                 value[i] = shared;
         }
-        EACH_LANE
+        int noted = 0;
+        EACH_LANE {
             slope[i] = 0;
-        for (int i = 0; i < LANES; ++i)
+            noted |= contact->at_bound[i] != 0;
+        }
+        for (int i = 0; i < (r->per_lane ? LANES : 1); ++i)
+            noted |= now[i] != value[i];
+        for (int i = 0; noted && i < LANES; ++i)
             note_bound(contact, r->input_index[j], i, now[r->per_lane ? i : 0] != value[i]);
     }
 }

@@ -3,6 +3,7 @@
 #include "../stages.h"
 
 #include <math.h>
+#include <string.h>
 
 /* How far a pass has moved the states that follow a slip which is solved for, in units of what is allowed. */
 static double moved_states(double allowed, const struct Point *x, const struct Point *before, int i)
@@ -175,6 +176,21 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
     close_point(contact, w, 1, end);
 }
 
+static void keep_arrived(const lanes h, const lanes *from, int count, lanes *to)
+{
+    for (int k = 0; k < count; ++k)
+        EACH_LANE
+            to[k][i] = chosen_of(h[i] > 0, to[k][i], from[k][i]);
+}
+
+/* A lane that has arrived waits where it is, to the last bit. */
+static void wait_where_arrived(const struct Configuration *w, const lanes h, const struct Point *start, struct Point *x)
+{
+    const int beside = w->drivers ? 0 : BESIDE_STATES;
+    keep_arrived(h, &start->t, 1, &x->t);
+    keep_arrived(h, (const lanes *)start + beside, POINT_LANES - beside, (lanes *)x + beside);
+}
+
 void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
               const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
 {
@@ -202,10 +218,77 @@ void try_step(const struct Contact *contact, const struct Configuration *w, cons
     int arrived = 0;
     EACH_LANE
         arrived |= !(h[i] > 0);
-    for (int i = 0; arrived && i < LANES && LANES > 1; ++i) {
-        if (h[i] > 0)
-            continue; /* a lane that has arrived waits where it is, to the last bit */
-        copy_lane((lanes *)middle, (const lanes *)start, POINT_LANES, i);
-        copy_lane((lanes *)end, (const lanes *)start, POINT_LANES, i);
+    if (arrived && LANES > 1) {
+        wait_where_arrived(w, h, start, middle);
+        wait_where_arrived(w, h, start, end);
+    }
+}
+
+static void copy_but_states(const struct Point *from, struct Point *to)
+{
+    const size_t begin = offsetof(struct Point, a);
+    memcpy((char *)to + begin, (const char *)from + begin, sizeof *to - begin);
+}
+
+/* Where a time alone says what the rates are: those of middle and end stand, and only the quarters are new. */
+static void halves_between(const struct Contact *contact, const struct Configuration *w, const lanes s,
+                           const lanes step, const struct Point *start, const struct Point *middle,
+                           const struct Point *end, struct Point *early, struct Point *half, struct Point *late,
+                           struct Point *whole)
+{
+    const int relaxes = w->law->relaxes;
+    lanes first, last, ignored;
+    EACH_LANE {
+        first[i] = s[i] + 0.5 * step[i];
+        last[i] = s[i] + step[i] + 0.5 * step[i];
+    }
+    copy_but_states(middle, half);
+    copy_but_states(end, whole);
+    engage_point(contact, w, first, early);
+    engage_point(contact, w, last, late);
+    if (w->on_count > 0) {
+        slide(step, start, early, half);
+        slide(step, half, late, whole);
+    }
+    open_point(contact, w, first, 1, early);
+    open_point(contact, w, last, 1, late);
+    bristle_step(relaxes, 1, step, start, early, half, early->z, half->z, ignored);
+    bristle_step(relaxes, 1, step, half, late, whole, late->z, whole->z, ignored);
+    close_point(contact, w, 1, early);
+    close_point(contact, w, 1, half);
+    close_point(contact, w, 1, late);
+    close_point(contact, w, 1, whole);
+}
+
+void try_halves(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes step,
+                const struct Point *start, const struct Point *middle, const struct Point *end, struct Point *early,
+                struct Point *half, struct Point *late, struct Point *whole)
+{
+    const int stand = !w->drivers && !w->held;
+    int some = 0, all = 1;
+    for (int i = 0; i < LANES; ++i) {
+        some |= w->iterated[i];
+        all &= w->iterated[i] != 0;
+    }
+    if (stand && !some) {
+        halves_between(contact, w, s, step, start, middle, end, early, half, late, whole);
+        return;
+    }
+    lanes from, ignored;
+    EACH_LANE
+        from[i] = s[i] + step[i];
+    try_step(contact, w, s, step, start, early, half, ignored);
+    try_step(contact, w, from, step, half, late, whole, ignored);
+    if (!stand || all)
+        return;
+    struct Point own[4]; /* of the lanes that would do so alone */
+    halves_between(contact, w, s, step, start, middle, end, &own[0], &own[1], &own[2], &own[3]);
+    for (int i = 0; i < LANES; ++i) {
+        if (w->iterated[i])
+            continue;
+        copy_lane((lanes *)early, (const lanes *)&own[0], POINT_LANES, i);
+        copy_lane((lanes *)half, (const lanes *)&own[1], POINT_LANES, i);
+        copy_lane((lanes *)late, (const lanes *)&own[2], POINT_LANES, i);
+        copy_lane((lanes *)whole, (const lanes *)&own[3], POINT_LANES, i);
     }
 }

@@ -21,12 +21,21 @@
 #define BENT_TARGET 200    /* tolerances */
 #define BENT_LEVELS 20
 
-static double factor_of(double tolerance)
+double doubtful_factor(const struct Configuration *w, int lane)
 {
+    const double tolerance = w->p[VAR_RELATIVE_TOLERANCE][lane];
+    if (w->acting[lane] >> DRIVEN_BY_MOTION & 1)
+        return LITTLE;
     return tolerance < USUAL_TOLERANCE ? 1 + (FACTOR - 1) * cbrt(tolerance / USUAL_TOLERANCE) : FACTOR;
 }
 
-static int slows_down(double factor, const struct Point *a, const struct Point *m, const struct Point *b, int i)
+static inline int changes_by(double factor, const struct Point *a, const struct Point *m, const struct Point *b, int i)
+{
+    return smaller(smaller(a->speed[i], m->speed[i]), b->speed[i]) * factor <
+           larger(larger(a->speed[i], m->speed[i]), b->speed[i]);
+}
+
+static inline int slows_down(double factor, const struct Point *a, const struct Point *m, const struct Point *b, int i)
 {
     const double low = smaller(smaller(a->speed[i], m->speed[i]), b->speed[i]),
                  high = larger(larger(a->speed[i], m->speed[i]), b->speed[i]);
@@ -34,13 +43,13 @@ static int slows_down(double factor, const struct Point *a, const struct Point *
 }
 
 /* Does the slip come near to a reversal between the points, by the parabola through them? */
-static int dips(const struct Point *a, const struct Point *m, const struct Point *b, int i)
+static inline int dips(const struct Point *a, const struct Point *m, const struct Point *b, int i)
 {
     const double v_0 = a->v[i], v_m = m->v[i], v_1 = b->v[i], slope = 4 * v_m - 3 * v_0 - v_1,
                  bend = 2 * (v_0 - 2 * v_m + v_1);
     const double at = -slope / (2 * bend), turn = v_0 + 0.5 * slope * at; /* share of the step, and the slip there */
     const double least = smaller(smaller(fabs(v_0), fabs(v_m)), fabs(v_1));
-    return at > 0 && at < 1 && turn * (v_m < 0 ? -1 : 1) * FACTOR < least;
+    return (at > 0) & (at < 1) & (turn * (v_m < 0 ? -1 : 1) * FACTOR < least);
 }
 
 /* Does a rate that depends on the deflection change over the step, or what the bristle strives for bend? There are
@@ -54,24 +63,23 @@ static int yields_within(double tolerance, const struct Point *a, const struct P
 }
 
 /* Do states of effects, or a load, bend the levels within a step over which a bristle that is stiff follows them? */
-static int levels_bend(const struct Configuration *w, double h, const struct Point *a, const struct Point *m,
-                       const struct Point *b, int i)
+static inline int levels_bend(const struct Configuration *w, double h, const struct Point *a, const struct Point *m,
+                              const struct Point *b, int i)
 {
     const double bend =
         larger(fabs(a->F_C[i] - 2 * m->F_C[i] + b->F_C[i]), fabs(a->F_S[i] - 2 * m->F_S[i] + b->F_S[i]));
-    return w->levelled[i] && h * m->rate[i] > 1 &&
-           bend > BENT_LEVELS * w->p[VAR_RELATIVE_TOLERANCE][i] * larger(b->F_C[i], b->F_S[i]);
+    return (h * m->rate[i] > 1) & (bend > BENT_LEVELS * w->p[VAR_RELATIVE_TOLERANCE][i] * larger(b->F_C[i], b->F_S[i]));
 }
 
 /* Does a level move by so much that what the bristle does behind it counts? How far it is behind goes by its rate,
  * that is by the slip and the level itself. */
-static int levels_move(const struct Configuration *w, const struct Point *a, const struct Point *m,
-                       const struct Point *b, int i)
+static inline int levels_move(const struct Configuration *w, const struct Point *a, const struct Point *m,
+                              const struct Point *b, int i)
 {
     const double low = smaller(smaller(a->F_C[i], m->F_C[i]), b->F_C[i]),
                  high = larger(larger(a->F_C[i], m->F_C[i]), b->F_C[i]);
-    return w->levelled[i] && high - low > BENT_LEVELS * w->p[VAR_RELATIVE_TOLERANCE][i] * high &&
-           (low * LITTLE < high || slows_down(LITTLE, a, m, b, i));
+    return (high - low > BENT_LEVELS * w->p[VAR_RELATIVE_TOLERANCE][i] * high) &
+           ((low * LITTLE < high) | slows_down(LITTLE, a, m, b, i));
 }
 
 /* Forces so far from straight, in tolerances, that what they are beside a parabola counts behind a sensor, which takes
@@ -155,33 +163,54 @@ static int heard(const struct Contact *contact, const struct Configuration *w, c
                              3 * late_bend(contact, w, i, a, m, b) > bent * w->p[VAR_RELATIVE_TOLERANCE][i])));
 }
 
+/* May the law do something between the points that they do not show? */
+static void hides_law(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
+                      const struct Point *b, lanes next, int doubtful[LANES])
+{
+    int curved = 0, shown[LANES];
+    EACH_LANE {
+        doubtful[i] = (a->cutting[i] != 0) & (slows_down(w->doubtful_factor[i], a, m, b, i) | dips(a, m, b, i));
+        curved |= doubtful[i];
+    }
+    if (curved) {
+        show_curve(w, h, a, m, b, doubtful, next, shown);
+        EACH_LANE
+            doubtful[i] &= (shown[i] == 0) | changes_by(w->doubtful_factor[i], a, m, b, i) | dips(a, m, b, i);
+    }
+    if (w->stages >> STAGE_FRICTION & 1)
+        EACH_LANE
+            doubtful[i] |= (a->cutting[i] != 0) & (w->levelled[i] != 0) &
+                           (levels_bend(w, h[i], a, m, b, i) | levels_move(w, a, m, b, i));
+    for (int i = 0; (w->bends || w->yields || w->current_angle) && i < LANES; ++i)
+        doubtful[i] |= a->cutting[i] != 0 &&
+                       (w->current_angle || (w->bent[i] && yields_within(w->p[VAR_RELATIVE_TOLERANCE][i], a, m, b, i)));
+}
+
 int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
-             const struct Point *m, const struct Point *b, int doubtful[LANES])
+             const struct Point *m, const struct Point *b, lanes next, int doubtful[LANES])
 {
     const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers || w->current_angle),
-              of_angle = w->current_angle, given = w->kinematics == KINEMATICS_EXTERNAL;
-    int any = 0, kinks = 0, all[LANES] = {0};
-    EACH_LANE {
+              given = w->kinematics == KINEMATICS_EXTERNAL;
+    int any = 0, averages = 0, all[LANES] = {0};
+    EACH_LANE
         doubtful[i] = 0;
-        kinks |= has_kink(a, m, b, i);
+    if (of_slip)
+        hides_law(w, h, a, m, b, next, doubtful);
+    EACH_LANE {
+        doubtful[i] |= has_kink(a, m, b, i);
+        averages |= w->p[VAR_AVERAGING_WINDOW][i] > 0;
     }
     if (!w->held) {
         count_all_kinks(w, all);
         EACH_LANE
-            kinks |= changes_side(w, all[i], a, m, b, i);
+            doubtful[i] |= changes_side(w, all[i], a, m, b, i);
     }
-    for (int i = 0; (of_slip || w->sensors || w->looks_back || w->by_energy || given || kinks) && i < LANES; ++i) {
-        const double tolerance = w->p[VAR_RELATIVE_TOLERANCE][i];
-        const int of_state = w->acting[i] >> DRIVEN_BY_MOTION & 1;
-        const int hidden = of_slip && a->cutting[i] != 0 &&
-                           (of_angle || slows_down(of_state ? LITTLE : factor_of(tolerance), a, m, b, i) ||
-                            dips(a, m, b, i) || (w->bent[i] && yields_within(tolerance, a, m, b, i)) ||
-                            levels_bend(w, h[i], a, m, b, i) || levels_move(w, a, m, b, i));
-        const int averaged = given && w->p[VAR_AVERAGING_WINDOW][i] > 0 && curved(w, CURVED_AT_A_KINK, a, m, b, i);
-        doubtful[i] = h[i] > 0 &&
-                      (hidden || averaged || heard(contact, w, a, m, b, i) || has_kink(a, m, b, i) ||
-                       (w->by_energy && is_steep(w, a, m, b, i)) || (!w->held && changes_side(w, all[i], a, m, b, i)) ||
-                       (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i)));
+    for (int i = 0; ((given && averages) || w->sensors || w->looks_back || w->by_energy) && i < LANES; ++i)
+        doubtful[i] |= (given && w->p[VAR_AVERAGING_WINDOW][i] > 0 && curved(w, CURVED_AT_A_KINK, a, m, b, i)) ||
+                       heard(contact, w, a, m, b, i) || (w->by_energy && is_steep(w, a, m, b, i)) ||
+                       (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i));
+    EACH_LANE {
+        doubtful[i] &= h[i] > 0;
         any |= doubtful[i];
     }
     return any;
@@ -267,37 +296,36 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
                          const struct Point *b, lanes error)
 {
     struct Point early, half, late, whole;
-    lanes step, from, ignored, hidden = {0}, behind = {0}, recalled = {0}, of_mean = {0};
-    EACH_LANE {
+    lanes share, step, hidden = {0}, behind = {0}, recalled = {0}, of_mean = {0};
+    force_shares(w, h, share);
+    EACH_LANE
         step[i] = doubtful[i] ? 0.5 * h[i] : 0;
-        from[i] = s[i] + step[i];
-    }
-    try_step(contact, w, s, step, a, &early, &half, ignored);
-    try_step(contact, w, from, step, &half, &late, &whole, ignored);
+    try_halves(contact, w, s, step, a, m, b, &early, &half, &late, &whole);
     if (w->law->relaxes && !w->current_angle)
         hidden_in_target(step, a, &early, &half, &late, b, hidden);
     const struct Forces forces = forces_of(a, &early, m, &late, b);
     force_errors(w, &forces, b, recalled, of_mean);
     if (w->sensors)
         sensor_error(contact, w, h, step, a, m, b, &early, &half, &late, &whole, behind);
-    for (int i = 0; i < LANES; ++i) {
-        const double highest = larger(b->F_C[i], b->F_S[i]), reach = highest / b->P[i],
-                     most = larger(highest, fabs(b->F[i])), force = larger(level_of(w, b, i), fabs(b->F[i]));
-        const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
-        const double remembered = w->looks_back && look_back(w, i) > 0 ? RECALLED_ONCE * recalled[i] : 0;
-        /* levels that states of effects have moved, and that the force shows only later, as where it sticks */
+    lanes beside = {0}; /* what is asked of few: levels that states of effects have moved, and that the force shows only
+                           later, as where it sticks; states that forces drive; what is recalled; what sensors hear */
+    for (int i = 0; (w->drivers || w->looks_back) && i < LANES; ++i) {
+        const double highest = larger(b->F_C[i], b->F_S[i]), most = larger(highest, fabs(b->F[i]));
         const double levels =
             w->acting[i] ? larger(apart(b->F_C[i], whole.F_C[i], most), apart(b->F_S[i], whole.F_S[i], most)) : 0;
         const double driven =
             w->current_angle && w->acting[i] >> DRIVEN_BY_FORCE & 1 ? state_error(w, b, &whole, i) : 0;
-        const double of_state = larger(larger(levels, driven), apart(b->z[i], whole.z[i], z) + hidden[i] / z);
+        const double remembered = w->looks_back && look_back(w, i) > 0 ? RECALLED_ONCE * recalled[i] : 0;
+        const double heard = w->sensors && sensors_that_remember(w, i) > 0 ? SENSORS_REMEMBER * behind[i] : 0;
+        beside[i] = larger(larger(levels, driven), larger(remembered, heard));
+    }
+    EACH_LANE {
+        const double reach = larger(b->F_C[i], b->F_S[i]) / b->P[i], force = larger(level_of(w, b, i), fabs(b->F[i]));
+        const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
+        const double of_z = apart(b->z[i], whole.z[i], z) + hidden[i] / z;
         const double of_force =
             larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i]))));
-        error[i] =
-            doubtful[i]
-                ? larger(larger(larger(of_state, force_share(w, h[i], i) * larger(of_force, of_mean[i])), remembered),
-                         (w->sensors > 0 && sensors_that_remember(w, i) > 0 ? SENSORS_REMEMBER * behind[i] : 0)) /
-                      (0.5 * w->p[VAR_RELATIVE_TOLERANCE][i])
-                : 0;
+        const double worst = larger(larger(beside[i], of_z), share[i] * larger(of_force, of_mean[i]));
+        error[i] = doubtful[i] ? worst / (0.5 * w->p[VAR_RELATIVE_TOLERANCE][i]) : 0;
     }
 }

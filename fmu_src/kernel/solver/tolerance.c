@@ -3,17 +3,6 @@
 
 #include <math.h>
 
-/* Below this part of a cycle a step is brief; below far less of it at a tighter tolerance than usual, which asks for
- * what happens there, too. */
-#define BRIEF 3e-3
-
-double force_share(const struct Configuration *w, double h, int lane)
-{
-    const int as_they_are = w->kinematics == KINEMATICS_EXTERNAL || w->current_angle || w->looks_back;
-    const double tight = smaller(w->p[VAR_RELATIVE_TOLERANCE][lane] / USUAL_TOLERANCE, 1);
-    return as_they_are ? 1 : smaller(h * w->p[VAR_VIBRATION_FREQUENCY][lane] / (BRIEF * tight * tight), 1);
-}
-
 /* How much a lower order would change, and in which units: deflection, friction force, principal force, feed force.
  * `share` of the forces' that counts; `reach` of a loaded bristle. */
 struct Change {
@@ -92,8 +81,7 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
     const int feed = loads_feed(w), eventful = w->law->event != NULL && w->stages >> STAGE_FRICTION & 1;
     int all = 1, coarse = 0;
     lanes share;
-    EACH_LANE
-        share[i] = force_share(w, h[i], i);
+    force_shares(w, h, share);
     if (!w->looks_back && !w->comes_back && !eventful &&
         all_well_within(contact, w, feed, share, start, middle, end, difference)) {
         EACH_LANE
@@ -114,9 +102,9 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
         factor[i] = 4;
         coarse |= bad[i] > WELL_WITHIN;
     }
-    for (int i = 0; coarse && i < LANES; ++i)
-        if (bad[i] > WELL_WITHIN)
-            factor[i] = 0.9 / cbrt(bad[i]);
+    if (coarse)
+        EACH_LANE
+            factor[i] = bad[i] > WELL_WITHIN ? 0.9 * one_over_root(3, bad[i]) : 4;
     EACH_LANE {
         const double changed = h[i] * smaller(larger(factor[i], 0.1), bad[i] > 1 ? 0.7 : 4);
         const int shortest_of_all = (h[i] <= shortest) & (bad[i] > 1) & (bad[i] < INFINITY);
@@ -135,19 +123,17 @@ int accurate_in_halves(const struct Contact *contact, const struct Configuration
 {
     int doubtful[LANES], all = 1;
     lanes error;
-    if (!in_doubt(contact, w, h, start, middle, end, doubtful))
+    if (!in_doubt(contact, w, h, start, middle, end, next, doubtful))
         return 1;
     step_doubling_error(contact, w, doubtful, s, h, start, middle, end, error);
-    for (int i = 0; i < LANES; ++i) {
-        fits[i] = 1;
-        if (!doubtful[i])
-            continue;
+    EACH_LANE {
         /* the error of a step is of fifth order; beyond the tolerance that says little, and halves are tried */
-        const double factor = error[i] > 1e-3 ? 0.9 * pow(error[i], -0.2) : 4;
-        const int shortest_of_all = error[i] > 1 && h[i] <= shortest;
-        fits[i] = error[i] <= 1 || shortest_of_all;
-        const double wanted = fits[i] ? smaller(next[i], h[i] * factor) : h[i] * larger(smaller(factor, 0.5), 0.1);
-        next[i] = shortest_of_all ? next[i] : error[i] > 1 ? larger(wanted, shortest) : wanted;
+        const double factor = error[i] > 1e-3 ? 0.9 * one_over_root(5, error[i]) : 4;
+        const int shortest_of_all = (error[i] > 1) & (h[i] <= shortest), fit = (error[i] <= 1) | shortest_of_all;
+        const double wanted = fit ? smaller(next[i], h[i] * factor) : h[i] * larger(smaller(factor, 0.5), 0.1);
+        const double asked = error[i] > 1 ? larger(wanted, shortest) : wanted;
+        next[i] = (doubtful[i] == 0) | shortest_of_all ? next[i] : asked;
+        fits[i] = (doubtful[i] == 0) | fit;
         all &= fits[i];
     }
     return all;
