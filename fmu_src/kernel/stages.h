@@ -249,6 +249,25 @@ void try_step(const struct Contact *contact, const struct Configuration *w, cons
 void try_halves(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes step,
                 const struct Point *start, const struct Point *middle, const struct Point *end, struct Point *early,
                 struct Point *half, struct Point *late, struct Point *whole);
+/* anderson.c: passes over a step, by the forces (friction, principal, feed; at middle and end) that each begins with
+ * and misses. begin_passes: middle and end where the forces of the start would move them; note_pass: what a pass has
+ * led to, which is as good as it has to be where it misses no more than will_do [N]; begin_pass: where the next one
+ * begins. */
+enum { PASSED_FORCES = 2 * CHANNELS, DIFFERENCES = 3 };
+struct Passes {
+    lanes begun[PASSED_FORCES];
+    lanes from[PASSED_FORCES], missed[PASSED_FORCES], miss; /* of the pass that stands, and the most that it misses */
+    lanes by_from[DIFFERENCES][PASSED_FORCES], by_missed[DIFFERENCES][PASSED_FORCES]; /* between passes */
+    lanes share;       /* of what is missed that the next one follows */
+    int count[LANES];  /* of differences */
+    int first[LANES];  /* none has been made yet */
+    int astray[LANES]; /* the last one does not stand */
+};
+void begin_passes(const struct Configuration *w, const lanes h, const struct Point *start, struct Point *middle,
+                  struct Point *end, struct Passes *p);
+void note_pass(const lanes will_do, struct Point *middle, struct Point *end, struct Passes *p);
+void begin_pass(const struct Configuration *w, const lanes h, const struct Point *start, struct Point *middle,
+                struct Point *end, struct Passes *p);
 
 /* tolerance.c: is the step within the tolerance? Chooses each lane's next step; where it is not, fits says in which
  * lanes it is, and the others' next step is the shorter one to try again with; a step of `shortest` is taken as it is.

@@ -6,9 +6,10 @@ deflection is only ever known to a share of its full reach, sigma0 times which i
 Principal, feed and measured forces are sums with the friction force in them: the same size, or their own where they are larger.
 
 A draw that is beyond 10 tolerances is asked a second question: does the right answer itself move by more than 10 of them where what is
-given moves by one? Inputs and friction levels are taken a tolerance larger and smaller, and a given slip a rounding error (1e-12 of its
-size) higher and lower, which is what hangs on a slip of just 0. Where it does the draw is ill-conditioned: no solver that keeps to the
-tolerance can be held to that answer, and the campaign counts it apart.
+given moves by one? Inputs and friction levels are taken a tolerance larger and smaller, a given slip a rounding error (1e-12 of its size)
+higher and lower, which is what hangs on a slip of just 0, and a given thickness thinner by a tolerance of its largest: one that comes to
+just 0 at a corner and rises from there leaves a gap in time, or none. Where it does the draw is ill-conditioned: no solver that keeps to
+the tolerance can be held to that answer, and the campaign counts it apart.
 
 So it is where the chip flows by the shear angle of the moment, friction falls with speed, and one state goes with three slips: the
 kernel stays with the one it came by until that ends, the reference, which looks from nowhere at each moment, may hold another. Whether
@@ -313,14 +314,17 @@ class Judgement:
 ROUNDING = 1e-12  # of a slip's size
 
 
-def _moved(motion: Motion, factor: float, share: float) -> Motion:
-    """All inputs times a factor, and the slip higher by a share of its size."""
+def _moved(motion: Motion, factor: float, share: float, thinner: float = 0) -> Motion:
+    """All inputs times a factor, the slip higher by a share of its size, the thickness lower by a share of its largest (below 0: none)."""
+
+    def largest(name: str) -> float:
+        return max((float(np.max(np.abs(columns[name]))) for columns in (motion.begin, motion.end) if name in columns), default=0.0)
+
+    higher = {"slip_velocity": share * largest("slip_velocity"), "uncut_thickness": -thinner * largest("uncut_thickness")}
 
     def side(columns: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-        return {name: column * factor + (raised if name == "slip_velocity" else 0) for name, column in columns.items()}
+        return {name: column * factor + higher.get(name, 0) for name, column in columns.items()}
 
-    slip = [np.abs(columns["slip_velocity"]) for columns in (motion.begin, motion.end) if "slip_velocity" in columns]
-    raised = share * float(np.max(slip, initial=0))
     return replace(motion, begin=side(motion.begin), end=side(motion.end))
 
 
@@ -331,6 +335,8 @@ def neighbours(case: Case) -> list[Case]:
     beside = [replace(case, motion=_moved(case.motion, factor, 0)) for factor in near]
     beside += [replace(case, values={**case.values, **{name: level * factor for name, level in levels.items()}}) for factor in near]
     slides = "slip_velocity" in case.motion.begin
+    if "uncut_thickness" in case.motion.begin:
+        beside.append(replace(case, motion=_moved(case.motion, 1, 0, thinner=case.relative_tolerance)))
     return beside + [replace(case, motion=_moved(case.motion, 1, sign * ROUNDING)) for sign in (1, -1) if slides]
 
 

@@ -202,7 +202,9 @@ int radau_step(struct Radau *r, double t, double h, const double *y, const doubl
     if (!eliminate(n, n, A, pivot))
         return 0;
     substitute(n, n, A, pivot, off);
+    step->of_states = 0;
     for (int i = 0; i < n; ++i)
-        step->error = fmax(step->error, fabs(off[i]) / (r->tolerance * r->scale[i]));
+        step->of_states = fmax(step->of_states, fabs(off[i]) / (r->tolerance * r->scale[i]));
+    step->error = fmax(step->error, step->of_states);
     return isfinite(step->error) ? 1 : 0;
 }

@@ -24,7 +24,7 @@ struct Radau {
 struct Step {
     double node[STAGES_OF_RADAU][MOST_STATES];
     double gain[MOST_INTEGRALS];
-    double error; /* over the tolerance */
+    double error, of_states; /* over the tolerance: of states and integrals, and of states alone */
 };
 
 void radau_begin(struct Radau *r);

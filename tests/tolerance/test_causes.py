@@ -278,18 +278,17 @@ def test_a_sensor_hears_the_kink_at_which_sticking_gives_way() -> None:
     assert worst(case, "measured_friction_force") < 3
 
 
-def test_what_is_stiff_between_near_samples_is_refused_soon() -> None:
-    """Published damping (5.9e6 N s/m) on a holder that gives way: no sample alone took many steps, all of them 440 000."""
+def test_what_is_stiff_between_near_samples_is_followed() -> None:
+    """Published damping (5.9e6 N s/m) on a holder that gives way: no sample alone took many steps, all of them 440 000. It was refused
+    then, and is solved now, with a step or two a sample while it sticks."""
     values = {
-        **GIVEN, "friction_law": "reset_integrator", "sigma0": 482200.0, "sigma1": 5899980.0, "F_C": 0.74, "F_S": 2.56,
+        "friction_law": "reset_integrator", "sigma0": 482200.0, "sigma1": 5899980.0, "F_C": 0.74, "F_S": 2.56,
         "damping_mode": "as_published",
     }  # fmt: skip
     times = np.linspace(0, 0.05, 1001)
-    contact = Contact(values, ("holder_compliance",))
-    contact.start(0.0)
-    with pytest.raises(SimulationError, match="holder_compliance"):
-        contact.run(times, {"slip_velocity": 1e-2 * np.sin(2 * np.pi * 60 * times)}, ["friction_force"])
-    assert contact.get("step_count") < 20_000
+    case = slides(times, 1e-2 * np.sin(2 * np.pi * 60 * times), values, ("holder_compliance",), 1e-4, stepped=False)
+    assert worst(case, "friction_force", "bristle_deflection") < 3
+    assert answer(case).steps < 6000
 
 
 def test_bonds_that_break_without_end_are_refused_no_later_at_a_tight_tolerance() -> None:

@@ -66,6 +66,25 @@ def test_a_reset_integrator_sticks_slides_and_turns() -> None:
     np.testing.assert_allclose(force[1:], [1.5, 2.0, 1.5e5 * 17.5e-6, 1.5e5 * 12.5e-6], rtol=1e-9)
 
 
+def test_a_bristle_under_a_limit_that_grows_from_nothing() -> None:
+    """As a chip begins sticking_limit is L = r t from a millionth of F_C on, so that dz/dt = v - sigma0 v z/L has powers of the time for
+    its solution, and before that an exponential: rates change by their own size within 1e-9 to 1e-13 s, which is no jump."""
+    bears = 0.5 * kernel.variable("shear_stress").start * kernel.variable("width").start
+    own = {"friction_law": "dahl", "release_time": 1e3, "sticking_limit.exponent": 0.0, "sticking_limit.contact_length": 0.5}
+    for v, rise in ((1.0, 3e-2), (1.0, 3.0), (10.0, 30.0)):  # of the thickness [m/s]
+        entry, last = 1.2e-3, 1.2e-3 + 1e-6 / rise
+        times = np.array([0, 1e-3, 1.1e-3, entry - 1e-6 / rise, *(entry + 1e-6 / rise * np.array([1e-3, 1e-2, 0.1, 0.5, 1]))])
+        thickness = np.interp(times, [0, 1e-3, 1.1e-3, entry - 1e-6 / rise, last], [1e-4, 1e-4, -1e-6, -1e-6, 1e-6])
+        case = given(times, np.full(times.shape, v), {**PRESLIDING, **own}, ("sticking_limit",), uncut_thickness=thickness)
+        z = column(case, "bristle_deflection")
+        rate, least = bears * rise, 2e-6
+        power, first = 2e5 * v / rate, least / rate
+        at_first = least / 2e5 + (z[3] - least / 2e5) * math.exp(-power)
+        steady = power / (power + 1) * rate / 2e5
+        t = times[4:] - entry
+        np.testing.assert_allclose(z[4:], (at_first - steady * first) * (t / first) ** -power + steady * t, rtol=1e-4)
+
+
 def test_a_lagging_proxy_and_an_ageing_contact() -> None:
     """Linear states that are driven by a ramp: theta = v - T dv/dt (1 - exp(-t/T)), and an age that nothing renews."""
     times = np.linspace(0, 0.1, 11)

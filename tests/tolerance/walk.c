@@ -53,6 +53,13 @@ static double ahead(const struct Course *c)
     return 1e-9 / parameter(c, VAR_VIBRATION_FREQUENCY) + 1e-12 * fabs(c->t);
 }
 
+/* A step so short that no integral feels it, in which a force may jump: its states count as long as rates that only
+ * change fast, as of a bristle whose limit grows from nothing with the chip, can be told from rates that jump. */
+static int short_enough(const struct Course *c, double h, const struct Step *step)
+{
+    return h <= ahead(c) && (step->of_states <= 1 || h <= 1e-3 * ahead(c));
+}
+
 /* The indicators at this state, and which of them has the wrong sign; -1: none. */
 static int past_event(struct Course *c, double t, const double *y, lanes indicator[INDICATORS])
 {
@@ -133,10 +140,10 @@ static enum Verdict advance(struct Course *c, double stop, int *blind)
         h = left <= h ? left : 0.5 * left;
     for (;;) {
         const int solved = radau_step(&c->radau, c->t, h, c->y, c->f, c->g, &step);
-        if (solved && (step.error <= 1 || h <= ahead(c)))
+        if (solved && (step.error <= 1 || short_enough(c, h, &step)))
             break;
         h *= solved ? fmax(0.1, 0.8 * pow(step.error, -1. / (STAGES_OF_RADAU + 1))) : 0.25;
-        if (h > ahead(c))
+        if (h > ahead(c) || (solved && step.of_states > 1 && h > 1e-3 * ahead(c)))
             continue;
         /* rates jump here: where slip is given the kernel shows a point beyond an event on its new side, and no stage
          * lies before it */

@@ -16,9 +16,17 @@ static double moved_states(double allowed, const struct Point *x, const struct P
     return worst;
 }
 
+/* What passes may still miss of the forces [N]. */
+static double enough(const struct Configuration *w, const struct Point *x, int i)
+{
+    return 1e-3 * w->p[VAR_RELATIVE_TOLERANCE][i] *
+           larger(larger(x->F_C[i], x->F_S[i]), larger(fabs(x->F[i]), fabs(x->F_p[i])));
+}
+
 /* How far a pass has moved what it repeats for, in units of what is allowed: the deflection, and where forces feed back
- * these. */
-static double moved(const struct Configuration *w, const struct Point *x, const struct Point *before, int i)
+ * these, at the middle as well as at the end. */
+static double moved(const struct Configuration *w, const struct Point *x, const struct Point *before,
+                    const struct Passes *passes, int i)
 {
     const int bent = w->current_angle || w->bends || w->yields;
     const double allowed = 1e-3 * w->p[VAR_RELATIVE_TOLERANCE][i];
@@ -27,10 +35,7 @@ static double moved(const struct Configuration *w, const struct Point *x, const 
         return w->current_angle && w->acting[i] >> DRIVEN_BY_MOTION & 1
                    ? larger(of_z, moved_states(allowed, x, before, i))
                    : of_z;
-    const double force = larger(larger(x->F_C[i], x->F_S[i]), larger(fabs(x->F[i]), fabs(x->F_p[i])));
-    const double by = larger(fabs(x->F[i] - before->F[i]),
-                             larger(fabs(x->F_p[i] - before->F_p[i]), fabs(x->F_f[i] - before->F_f[i])));
-    return larger(of_z, by / (allowed * force));
+    return passes->astray[i] ? INFINITY : larger(of_z, passes->miss[i] / enough(w, x, i));
 }
 
 /* How far the contact has slid at middle and end, by the parabola of its speed: effects may ask. */
@@ -44,14 +49,17 @@ static void slide(const lanes h, const struct Point *a, struct Point *m, struct 
     }
 }
 
-/* Where the slip is solved for, the motion alone says less than the pass before has found. */
-static void slip_as_solved(struct Point *x)
+/* Where the slip is solved for, the motion alone says less than the pass before has found, of a temperature proxy that
+ * is the slip, too. */
+static void slip_as_solved(const struct Configuration *w, struct Point *x)
 {
     EACH_LANE
         if (!isnan(x->solved_slip[i])) {
             x->v[i] = x->solved_slip[i];
             x->direction[i] = x->v[i] < 0 ? -1 : 1;
             x->speed[i] = fabs(x->v[i]);
+            if (w->proxy_source == PROXY_IS_SLIP_SPEED)
+                x->theta_given[i] = x->cutting[i] * x->speed[i];
         }
 }
 
@@ -67,8 +75,8 @@ static void open_step(const struct Contact *contact, const struct Configuration 
     engage_point(contact, w, half, middle);
     engage_point(contact, w, whole, end);
     if (w->on_count > 0 && w->current_angle) {
-        slip_as_solved(middle);
-        slip_as_solved(end);
+        slip_as_solved(w, middle);
+        slip_as_solved(w, end);
     }
     if (w->on_count > 0)
         slide(h, start, middle, end);
@@ -136,6 +144,9 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
 {
     int settled[LANES] = {0}, done[LANES] = {0}, nearest[LANES] = {0}, all = 0;
     lanes last, least;
+    struct Passes passes;
+    if (w->feedback)
+        begin_passes(w, h, start, middle, end, &passes);
     EACH_LANE
         last[i] = least[i] = INFINITY;
     for (int n = 0; n < 30 && !all; ++n) {
@@ -143,10 +154,18 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
         lanes before_difference;
         for (int i = 0; i < LANES; ++i)
             before_difference[i] = difference[i];
+        if (n > 0 && w->feedback)
+            begin_pass(w, h, start, middle, end, &passes);
         if (n == 0 || w->feedback || w->current_angle)
             pass(contact, w, s, h, start, middle, end, difference);
         else
             bend_again(w, h, start, middle, end, difference);
+        if (w->feedback) {
+            lanes will_do;
+            for (int i = 0; i < LANES; ++i)
+                will_do[i] = enough(w, end, i);
+            note_pass(will_do, middle, end, &passes);
+        }
         all = 1;
         for (int i = 0; i < LANES; ++i) {
             if (done[i]) {
@@ -156,7 +175,7 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
                 continue;
             }
             /* linearised rates come closer by the same ratio again, or faster: that pass need not be made to be seen */
-            const double now = n == 0 && w->feedback ? INFINITY : moved(w, end, &before, i),
+            const double now = n == 0 && w->feedback ? INFINITY : moved(w, end, &before, &passes, i),
                          ratio = n > 0 ? smaller(now / last[i], 1) : 1;
             settled[i] = !w->iterated[i] || now <= 1 || (!w->feedback && now * ratio <= 0.01);
             last[i] = now;

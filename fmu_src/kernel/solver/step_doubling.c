@@ -151,14 +151,23 @@ static inline int changes_side(const struct Configuration *w, int all, const str
     return (a->cutting[i] != 0) & (effect | (all & limit) | (of_surface & surface));
 }
 
+/* A force that bends one way and then the other, as it goes through 0, lies on the straight line through the three
+ * points and off it in between, by a fifth of what its rate at the middle says of the chord. */
+static int turns_its_bend(const struct Configuration *w, double by, double h, const struct Point *a,
+                          const struct Point *m, const struct Point *b, int i)
+{
+    const double force = larger(level_of(w, b, i), larger(fabs(a->F[i]), fabs(b->F[i])));
+    return b->s0[i] * fabs(b->z[i] - a->z[i] - h * m->dz[i]) > 0.25 * by * w->p[VAR_RELATIVE_TOLERANCE][i] * force;
+}
+
 /* Does what a sensor hears bend: the forces now, and those that it is shown late? */
-static int heard(const struct Contact *contact, const struct Configuration *w, const struct Point *a,
+static int heard(const struct Contact *contact, const struct Configuration *w, double h, const struct Point *a,
                  const struct Point *m, const struct Point *b, int i)
 {
     const int sensors = w->sensors > 0 ? sensors_that_remember(w, i) : 0, given = w->kinematics == KINEMATICS_EXTERNAL;
     const double bent = w->law->relaxes && !given ? CURVED : CURVED_AT_A_KINK;
     return sensors > 1 ||
-           (sensors > 0 && (curved(w, bent, a, m, b, i) ||
+           (sensors > 0 && (curved(w, bent, a, m, b, i) || turns_its_bend(w, bent, h, a, m, b, i) ||
                             (w->looks_back && look_back(w, i) > 0 &&
                              3 * late_bend(contact, w, i, a, m, b) > bent * w->p[VAR_RELATIVE_TOLERANCE][i])));
 }
@@ -207,7 +216,7 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
     }
     for (int i = 0; ((given && averages) || w->sensors || w->looks_back || w->by_energy) && i < LANES; ++i)
         doubtful[i] |= (given && w->p[VAR_AVERAGING_WINDOW][i] > 0 && curved(w, CURVED_AT_A_KINK, a, m, b, i)) ||
-                       heard(contact, w, a, m, b, i) || (w->by_energy && is_steep(w, a, m, b, i)) ||
+                       heard(contact, w, h[i], a, m, b, i) || (w->by_energy && is_steep(w, a, m, b, i)) ||
                        (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i));
     EACH_LANE {
         doubtful[i] &= h[i] > 0;
