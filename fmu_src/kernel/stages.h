@@ -249,6 +249,7 @@ void try_step(const struct Contact *contact, const struct Configuration *w, cons
 void try_halves(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes step,
                 const struct Point *start, const struct Point *middle, const struct Point *end, struct Point *early,
                 struct Point *half, struct Point *late, struct Point *whole);
+
 /* anderson.c: passes over a step, by the forces (friction, principal, feed; at middle and end) that each begins with
  * and misses. begin_passes: middle and end where the forces of the start would move them; note_pass: what a pass has
  * led to, which is as good as it has to be where it misses no more than will_do [N]; begin_pass: where the next one

@@ -100,7 +100,7 @@ def test_the_readme_has_the_question_of_every_file() -> None:
     """One line each, room by room, in the words with which the file itself begins."""
     text = (KERNEL / "README.md").read_text(encoding="utf-8")
     listed = dict(re.findall(r"^- `(\w+\.[ch])`: (.+)$", text, re.MULTILINE))
-    files = [path for room in (".", "solver", "averaging") for path in sorted((KERNEL / room).glob("*.[ch]"))]
+    files = [path for room in (".", "solver", "history", "averaging") for path in sorted((KERNEL / room).glob("*.[ch]"))]
     assert list(listed) == [path.name for path in files]
     for path in files:
         begins = re.sub(r"\s*\n \*\s?", " ", path.read_text(encoding="utf-8").removeprefix("/* "))

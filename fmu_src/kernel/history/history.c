@@ -6,7 +6,7 @@
  * no room even then is refused.
  */
 #include "ring.h"
-#include "root.h"
+#include "../solver/root.h"
 
 #include <math.h>
 
