@@ -170,10 +170,6 @@ struct Configuration wire(const struct Contact *contact)
             w.on[n]->prepare(w.on_p[n], &w);
     EACH_LANE
         w.longest[i] = w.kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w.p[VAR_VIBRATION_FREQUENCY][i]);
-    const double tolerance = w.p[VAR_RELATIVE_TOLERANCE][0];
-    w.more_steps = tolerance < USUAL_TOLERANCE ? sqrt(sqrt(USUAL_TOLERANCE / tolerance)) : 1;
-    for (int i = 0; i < LANES; ++i)
-        w.doubtful_factor[i] = doubtful_factor(&w, i);
     resolving_step(&w, w.longest);
     w.ends = NAN;
     wire_time(contact, &w);

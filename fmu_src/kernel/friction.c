@@ -72,7 +72,6 @@ void friction_open(const struct Contact *contact, const struct Configuration *w,
         x->sigma2[i] = p[VAR_SIGMA2][i];
         x->margin[i] = w->dissipative ? p[VAR_DAMPING_MARGIN][i] : INFINITY;
         x->flat_from[i] = INFINITY;
-        x->smooth_over[i] = 0;
     }
     x->configuration = w;
     if (w->law->level)

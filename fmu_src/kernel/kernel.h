@@ -437,7 +437,6 @@ struct Point {
     lanes drive; /* [m/s] */
     lanes target; /* drive / a, also where a = 0 [m] */
     lanes flat_from; /* slip speed from which on the target does not depend on it, as far as the law knows [m/s] */
-    lanes smooth_over; /* slip speed over which it goes as smoothly as e^-(v/.)^2; 0: nobody says so */
     lanes dz; /* dz/dt [m/s] */
     lanes beside; /* force along the chip flow beside that of the law [N]; opened where an effect acts on friction */
     lanes most_along, most_against; /* largest force along and against the chip flow that the contact bears [N]; opened
@@ -467,6 +466,8 @@ struct FrictionLaw {
     int count;
     /* F_C and F_S in place of those of the base table, from the load, before the effects act; may be NULL */
     void (*level)(const lanes *p, struct Point *x);
+    /* Is its target, in this lane, as smooth in the slip speed as e^-(v/v_s)^2? NULL: nobody says so. */
+    int (*smooth)(const lanes *p, int lane);
     int relaxes; /* z strives for target at rate; else it integrates drive */
     void (*rates)(const lanes *p, struct Point *x); /* rate, drive, target from v, direction, speed, stuck */
     /* Does the rate depend on the deflection, in this lane? And how: rate, drive, target linearised at z. Solved by

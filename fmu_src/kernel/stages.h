@@ -70,8 +70,6 @@ struct Configuration {
     int by_energy;
     char dissipative, thermal_rate;
     char current_angle; /* chip_flow_angle = current_shear_angle: slip and force are solved together */
-    double more_steps; /* than at the usual tolerance, by which factor */
-    lanes doubtful_factor; /* by which the slip speed may change over a step that is believed as it is */
     lanes longest; /* internal step that resolves vibration and effects [s] */
     lanes cycle; /* place in the vibration cycle at value[VAR_TIME], 0..1 */
     double ends; /* of the communication step [s]; NAN: points there need not stand as the next one begins */
@@ -280,9 +278,6 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
 /* relative_tolerance at its start: what is said in steps or shares of a cycle is said of it. */
 #define USUAL_TOLERANCE 1e-4
 
-/* step_doubling.c: by which factor may the slip speed change over a step that is believed as it is, where the law has
- * no curve? */
-double doubtful_factor(const struct Configuration *w, int lane);
 /* shown_curve.c: in which of the lanes that are asked do they show all that the law's own curve does between them?
  * There the next step may be as long as they would show it, too. */
 void show_curve(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,

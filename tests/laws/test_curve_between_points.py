@@ -35,7 +35,7 @@ def contacts(seed: int) -> dict[str, float | str | FloatArray]:
 def test_force_and_impulse_keep_to_the_tolerance(seed: int, angle: float, mean: float, tolerance: float) -> None:
     """A slip of 50 mm/s that goes on by `angle` from sample to sample, beside runs at 1e-9. Ten tolerances are asked of all;
     most of it comes from beyond the curve, where static friction counts as gone."""
-    times = np.arange(SAMPLES) * 2e-3
+    times = np.arange(SAMPLES, dtype=np.float64) * 2e-3
     slip = 0.05 * (mean + np.sin(angle * np.arange(SAMPLES)) + 0.04 * np.sin(7.3 * angle * np.arange(SAMPLES)))
     run, values = Run(times, {"slip_velocity": slip}, ("friction_force", "friction_impulse")), contacts(seed)
     rough, fine = (run_many(run, {**values, "relative_tolerance": t}, threads=1) for t in (tolerance, 1e-9))

@@ -32,21 +32,19 @@ static const struct Variable variables[COUNT] = {
 
 #define NO_STATIC_FRICTION 9.2 /* e^-9.2 is 1e-4: above v_s times its root, static friction is gone */
 
-/* (v/v_s)^exponent, the slip from which on it leaves no static friction, and the width of a curve that is smooth. */
+/* (v/v_s)^exponent, and the slip from which on it leaves no static friction. */
 static void powers(const lanes *p, struct Point *x, lanes power)
 {
     int other = 0;
     EACH_LANE {
         const double ratio = x->speed[i] / x->v_s[i];
         power[i] = ratio * ratio;
-        x->smooth_over[i] = x->v_s[i];
         x->flat_from[i] = x->v_s[i] * 3.0331501776206204; /* sqrt(NO_STATIC_FRICTION) */
         other |= p[STRIBECK_EXPONENT][i] != 2;
     }
     for (int i = 0; other && i < LANES; ++i) {
         if (p[STRIBECK_EXPONENT][i] == 2)
             continue;
-        x->smooth_over[i] = 0;
         power[i] = power_of(x->speed[i] / x->v_s[i], p[STRIBECK_EXPONENT][i]);
         x->flat_from[i] = x->v_s[i] * power_of(NO_STATIC_FRICTION, 1 / p[STRIBECK_EXPONENT][i]);
     }
@@ -91,6 +89,8 @@ static void rates(const lanes *p, struct Point *x)
     limit_damping(p, x, most);
 }
 
+static int smooth(const lanes *p, int lane) { return p[STRIBECK_EXPONENT][lane] == 2; }
+
 static int yields(const lanes *p, int lane) { return p[PRESLIDING_EXPONENT][lane] != 1; }
 
 /* dz/dt = v - rate z (|z|/most)^(n - 1), linearised at this z as elasto_plastic does: a rate of at least the law's own,
@@ -130,7 +130,7 @@ const struct FrictionLaw friction_lugre = {
         "exp(-(|v|/v_s)^stribeck_exponent);  F = s0 z + s1 dz/dt + sigma2 v |v/viscous_reference|^(viscous_exponent - 1)",
     .source = "Canudas de Wit et al. 1995, eqs. 2 to 5; the paper, eq. 8",
     .reads = "sigma0, sigma1, sigma2, F_C, F_S, v_s",
-    .relaxes = 1, .rates = rates, .yields = yields, .yield = yield, .force = force,
+    .relaxes = 1, .smooth = smooth, .rates = rates, .yields = yields, .yield = yield, .force = force,
     .variables = variables, .count = COUNT,
 };
 /* clang-format on */

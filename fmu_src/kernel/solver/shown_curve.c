@@ -1,7 +1,7 @@
 /* Do the three points of a step show what the friction law does between them, so that it need not be halved?
  *
  * Where the slip is given it is straight over a step, and where the levels stand still the target is a function of the
- * speed alone: a curve as smooth as e^-(v/V)^2, whose width V the law knows (smooth_over). What the parabolas of
+ * speed alone: a curve as smooth as e^-(v/V)^2, of the width V = v_s, as the law says (smooth). What the parabolas of
  * integrate.c leave of it is then known ahead. The path A goes nearly by v^2, in which the curve is smooth through
  * rest, too; the third derivative of e^-x, x = (v/V)^2, bounds what a parabola of the target misses, and that of v/g(v)
  * what one of the rate does. With the step's range of x, c = |target - F_C/P| at most, T the least |target|, D the
@@ -22,14 +22,14 @@
 static int goes_by_speed(const struct Configuration *w)
 {
     const int moved = 1 << STAGE_PATH | 1 << STAGE_ENGAGEMENT | 1 << STAGE_BRISTLE;
-    return w->kinematics == KINEMATICS_EXTERNAL && w->law->relaxes && !w->bends && !w->drivers && !w->looks_back &&
-           !w->by_energy && !(w->stages & moved);
+    return w->kinematics == KINEMATICS_EXTERNAL && w->law->relaxes && w->law->smooth && !w->bends && !w->drivers &&
+           !w->looks_back && !w->by_energy && !(w->stages & moved);
 }
 
 static inline int stands(const struct Point *a, const struct Point *b, int i)
 {
     return (a->F_C[i] == b->F_C[i]) & (a->F_S[i] == b->F_S[i]) & (a->P[i] == b->P[i]) & (a->s0[i] == b->s0[i]) &
-           (a->smooth_over[i] == b->smooth_over[i]) & (a->limited[i] == b->limited[i]);
+           (a->v_s[i] == b->v_s[i]) & (a->limited[i] == b->limited[i]);
 }
 
 void show_curve(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
@@ -40,10 +40,13 @@ void show_curve(const struct Configuration *w, const lanes h, const struct Point
         shown[i] = 0;
     if (!known)
         return;
+    int smooth[LANES];
+    for (int i = 0; i < LANES; ++i)
+        smooth[i] = asked[i] && !w->iterated[i] && w->law->smooth(w->law_p, i);
     EACH_LANE {
         const double low = smaller(smaller(a->speed[i], m->speed[i]), b->speed[i]),
                      high = larger(larger(a->speed[i], m->speed[i]), b->speed[i]);
-        const double V = m->smooth_over[i], per = 1 / (V * V), range = high - low, sum = high + low;
+        const double V = m->v_s[i], per = 1 / (V * V), range = high - low, sum = high + low;
         const double x = range * sum * per, of_rate = 2 * range * range * range * per / sum;
         const double at_a = fabs(a->target[i]), at_b = fabs(b->target[i]), flat = m->F_C[i] / m->P[i];
         const double c = larger(fabs(at_a - flat), fabs(at_b - flat)), T = smaller(at_a, at_b);
@@ -58,7 +61,7 @@ void show_curve(const struct Configuration *w, const lanes h, const struct Point
         const double passed_on = smaller(w->cos_rake[i] + w->sin_rake[i], 1),
                      allowed = ENOUGH * 0.5 * w->p[VAR_RELATIVE_TOLERANCE][i];
         const double share = larger(of_end / (allowed * z), of_force / (allowed * force * passed_on));
-        shown[i] = (asked[i] != 0) & (w->iterated[i] == 0) & stands(a, m, i) & stands(m, b, i) & (V > 0) & (share <= 1);
+        shown[i] = (smooth[i] != 0) & stands(a, m, i) & stands(m, b, i) & (V > 0) & (share <= 1);
         /* of fourth order and more */
         next[i] = (shown[i] & (share > 1e-3)) != 0 ? smaller(next[i], h[i] / sqrt(sqrt(larger(share, 1e-3)))) : next[i];
     }

@@ -21,12 +21,14 @@
 #define BENT_TARGET 200    /* tolerances */
 #define BENT_LEVELS 20
 
-double doubtful_factor(const struct Configuration *w, int lane)
+/* By which the slip speed may change over a step that is believed as it is. */
+static void doubtful_factors(const struct Configuration *w, lanes factor)
 {
-    const double tolerance = w->p[VAR_RELATIVE_TOLERANCE][lane];
-    if (w->acting[lane] >> DRIVEN_BY_MOTION & 1)
-        return LITTLE;
-    return tolerance < USUAL_TOLERANCE ? 1 + (FACTOR - 1) * cbrt(tolerance / USUAL_TOLERANCE) : FACTOR;
+    EACH_LANE {
+        const double tight = smaller(w->p[VAR_RELATIVE_TOLERANCE][i] / USUAL_TOLERANCE, 1);
+        const double usual = tight < 1 ? 1 + (FACTOR - 1) / one_over_root(3, tight) : FACTOR;
+        factor[i] = w->acting[i] >> DRIVEN_BY_MOTION & 1 ? LITTLE : usual;
+    }
 }
 
 static inline int changes_by(double factor, const struct Point *a, const struct Point *m, const struct Point *b, int i)
@@ -177,14 +179,16 @@ static void hides_law(const struct Configuration *w, const lanes h, const struct
                       const struct Point *b, lanes next, int doubtful[LANES])
 {
     int curved = 0, shown[LANES];
+    lanes factor;
+    doubtful_factors(w, factor);
     EACH_LANE {
-        doubtful[i] = (a->cutting[i] != 0) & (slows_down(w->doubtful_factor[i], a, m, b, i) | dips(a, m, b, i));
+        doubtful[i] = (a->cutting[i] != 0) & (slows_down(factor[i], a, m, b, i) | dips(a, m, b, i));
         curved |= doubtful[i];
     }
     if (curved) {
         show_curve(w, h, a, m, b, doubtful, next, shown);
         EACH_LANE
-            doubtful[i] &= (shown[i] == 0) | changes_by(w->doubtful_factor[i], a, m, b, i) | dips(a, m, b, i);
+            doubtful[i] &= (shown[i] == 0) | changes_by(factor[i], a, m, b, i) | dips(a, m, b, i);
     }
     if (w->stages >> STAGE_FRICTION & 1)
         EACH_LANE
