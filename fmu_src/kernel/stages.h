@@ -257,6 +257,7 @@ struct Passes {
     lanes begun[PASSED_FORCES];
     lanes from[PASSED_FORCES], missed[PASSED_FORCES], miss; /* of the pass that stands, and the most that it misses */
     lanes by_from[DIFFERENCES][PASSED_FORCES], by_missed[DIFFERENCES][PASSED_FORCES]; /* between passes */
+    int mixes;         /* friction has bristles, and does not jump */
     lanes share;       /* of what is missed that the next one follows */
     int count[LANES];  /* of differences */
     int first[LANES];  /* none has been made yet */

@@ -6,7 +6,8 @@
  * overshoots as many times over as the step is longer than the tool takes to follow its contact, and repeating it
  * settles nothing. Friction at two points is what is stiff; the chip's load at them follows, so that three differences
  * of passes serve. A pass that has led astray is taken back: its difference counts like any other, and by as many times
- * as it has missed more the next ones follow less of what they miss.
+ * as it has missed more the next ones follow less of what they miss. A force without bristles jumps where the slip
+ * turns, and has no such mean: there each pass begins with what the one before has led to, and its end alone counts.
  */
 #include "../stages.h"
 
@@ -24,12 +25,16 @@ static lanes *force_of(struct Point *middle, struct Point *end, int k)
 void begin_passes(const struct Configuration *w, const lanes h, const struct Point *start, struct Point *middle,
                   struct Point *end, struct Passes *p)
 {
-    *middle = *end = *start;
+    p->mixes = w->law->relaxes || w->law->event != NULL;
     for (int i = 0; i < LANES; ++i) {
         p->count[i] = 0;
         p->first[i] = 1;
         p->share[i] = 1;
+        p->miss[i] = INFINITY;
     }
+    if (!p->mixes)
+        return;
+    *middle = *end = *start;
     for (int k = 0; k < PASSED_FORCES; ++k)
         for (int i = 0; i < LANES; ++i)
             p->begun[k][i] = force_of(middle, end, k)[0][i];
@@ -56,12 +61,12 @@ void note_pass(const lanes will_do, struct Point *middle, struct Point *end, str
     for (int i = 0; i < LANES; ++i) {
         double from[PASSED_FORCES], missed[PASSED_FORCES], miss = 0;
         for (int k = 0; k < PASSED_FORCES; ++k) {
-            from[k] = p->begun[k][i];
+            from[k] = p->mixes || p->first[i] == 0 ? p->begun[k][i] : 0;
             missed[k] = force_of(middle, end, k)[0][i] - from[k];
-            miss = larger(miss, fabs(missed[k]));
+            miss = p->mixes || k >= CHANNELS ? larger(miss, fabs(missed[k])) : miss;
         }
-        p->astray[i] = p->first[i] == 0 && !(miss <= larger(ASTRAY * p->miss[i], will_do[i]));
-        if (p->first[i] == 0 && miss < INFINITY)
+        p->astray[i] = p->mixes && p->first[i] == 0 && !(miss <= larger(ASTRAY * p->miss[i], will_do[i]));
+        if (p->mixes && p->first[i] == 0 && miss < INFINITY)
             keep_difference(from, missed, p, i);
         p->first[i] = 0;
         if (p->astray[i]) {
@@ -122,6 +127,12 @@ static void mix(const struct Passes *p, int i, double from[PASSED_FORCES], doubl
 void begin_pass(const struct Configuration *w, const lanes h, const struct Point *start, struct Point *middle,
                 struct Point *end, struct Passes *p)
 {
+    if (!p->mixes) { /* the last pass has moved the tool already */
+        for (int k = 0; k < PASSED_FORCES; ++k)
+            for (int i = 0; i < LANES; ++i)
+                p->begun[k][i] = force_of(middle, end, k)[0][i];
+        return;
+    }
     struct Point at_middle = *middle, at_end = *end;
     for (int i = 0; i < LANES; ++i) {
         double from[PASSED_FORCES], missed[PASSED_FORCES];
