@@ -66,18 +66,18 @@ def test_an_effect_that_is_no_better_known_than_its_size_is_doubted() -> None:
     assert any("no better known than its size" in reason for reason in doubts(comparison, BEND, held))
 
 
-class Stiffer(Toy):
-    """Beyond a way that one condition alone goes, a second spring meets."""
-
-    variables = (*Toy.variables, Variable("h", "N/m", 5.0, 0.0, 1e6, "stiffness of the second spring", "toy"))
-
-    def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
-        force, x = super().formula(times, values, on)["F"], values["x"]
-        return {"F": force + values["h"] * np.sign(x) * np.maximum(np.abs(x) - 1.5, 0.0)}
-
-
 def test_a_condition_that_the_others_do_not_foresee_tests_nothing() -> None:
     """The second spring is mis-tuned, and nothing tells so where the condition that meets it is held out."""
+
+    class Stiffer(Toy):
+        """Beyond a way that one condition alone goes, a second spring meets."""
+
+        variables = (*Toy.variables, Variable("h", "N/m", 5.0, 0.0, 1e6, "stiffness of the second spring", "toy"))
+
+        def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
+            force, x = super().formula(times, values, on)["F"], values["x"]
+            return {"F": force + values["h"] * np.sign(x) * np.maximum(np.abs(x) - 1.5, 0.0)}
+
     made, draw = measured(["lean"], {"lean.a": 1.0}, conditions=6), np.random.default_rng(2)
     trials = []
     for trial in made.trials:
