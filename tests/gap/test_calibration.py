@@ -72,6 +72,16 @@ def test_verdicts(seen: Features, verdict: str, chosen: tuple[str, ...]) -> None
     assert math.isclose(sum(said.probabilities.values()) + said.unknown, 1.0, rel_tol=1e-9)
 
 
+def test_few_numbers_overstate_less() -> None:
+    """What is wrong with the form of an effect has little to add up in: of a table of 30 means 16 of log evidence are what they say."""
+    seen = _features(0.5, {"a": (16, 0.05), "b": (9, 0.2)}, exact=-3)
+    assert judge(seen, Constants()).verdict != "effect"
+    said = judge(replace(seen, numbers=30), Constants())
+    assert (said.verdict, said.chosen) == ("effect", Hypothesis(("a",)))
+    by_chance = _features(0.5, {"a": (5, 0.05), "b": (4, 0.2)}, exact=-3)
+    assert judge(replace(by_chance, numbers=30), Constants()).verdict not in ("effect", "ambiguous")
+
+
 def test_a_case_depends_on_its_number_alone() -> None:
     first, again = draw_case(2), draw_case(2)
     assert first is not None

@@ -34,7 +34,7 @@ class Features:
     model, both with set-up errors; `gain[hypothesis]`, the same of a hypothesis; `left[hypothesis]`, its share of the recalibrated model's
     structural squares; `held_out[hypothesis]`, the share that it leaves on conditions that no fit saw, as far as that is sure;
     `doubts[hypothesis]`, reasons why its fit is not credible; `shift` and `shifts[hypothesis]`, how far the recalibrated model and each
-    hypothesis move a nominal value at most, in its standard deviations."""
+    hypothesis move a nominal value at most, in its standard deviations; `numbers`, how many were measured."""
 
     nominal: Mapping[str, float]
     recalibrated: Mapping[str, float]
@@ -49,6 +49,13 @@ class Features:
     doubts: Mapping[Hypothesis, tuple[str, ...]] = field(default_factory=dict)
     shift: float = 0.0
     shifts: Mapping[Hypothesis, float] = field(default_factory=dict)
+    numbers: float = math.inf
+
+    @property
+    def overstated(self) -> float:
+        """How far evidence overstates, from 0 (not at all) to 1. What is wrong with the form of an effect adds up in it over the samples
+        of a recording, as if each told something new; a table of some means has little to add up."""
+        return 1 / (1 + CONSTANTS.few_numbers / self.numbers)
 
     def left_at_least(self, on: Hypothesis) -> float:
         """The share that it leaves on the data it was fitted to, or, where that is more, on those that it was not."""
@@ -103,6 +110,7 @@ def features(comparison: Comparison) -> Features:
         left={on: structural_share(whitening, fit.predicted, reference) for on, fit in comparison.models.items()},
         shift=largest_shift(comparison, comparison.recalibrated),
         shifts={on: largest_shift(comparison, fit) for on, fit in comparison.models.items()},
+        numbers=comparison.prediction.measured.size,
     )
 
 
@@ -152,7 +160,7 @@ class Steps:
 
 def steps(features: Features, constants: Constants, reverse: Collection[str] = ()) -> Steps:
     """From features to probabilities. reverse : gates (evat.gap.verdict.gates) that are taken as if they had gone the other way."""
-    size = _size(features.recalibrated, features, constants)
+    size, overstated = _size(features.recalibrated, features, constants), features.overstated
     seen = 1.0 if "visible_share" in reverse else _seen(size)
     worse = math.inf if "gap_not_larger" in reverse else CONSTANTS.worse_gap
     shares = dict(features.left) if "held_out" in reverse else {on: features.left_at_least(on) for on in features.left}
@@ -164,7 +172,7 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     ratio = min(max((after / max(features.nominal[c], after, 1e-300) for c, after in features.recalibrated.items()), default=1.0), 1.0)
     shares = {on: share * (1 - strange * (1 - ratio)) if on in credible else share for on, share in shares.items()}
     lefts = {on: share * seen if share < worse else share for on, share in shares.items()}
-    scores = {on: _score(on, _credited(on, features, constants), lefts[on], constants) for on in features.gain}
+    scores = {on: _score(on, _credited(on, features, constants) / overstated, lefts[on], constants) for on in features.gain}
     # What may be chance explains nothing.
     sure = {
         on: 1.0 if "beyond_chance" in reverse else _sigmoid((gain - CONSTANTS.chance_evidence) / CONSTANTS.chance_evidence_scale)
@@ -181,7 +189,8 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
         # A gap that is too small to look at is one where an effect has much evidence; the more, the more it leaves of what can be seen.
         best = max(scores, key=lambda on: scores[on])
         glimpsed = math.exp(2 * size) / (math.exp(2 * size) + CONSTANTS.glimpsed_gap_size**2)
-        needed = constants.evident * (1 + CONSTANTS.evidence_for_what_is_left * glimpsed * shares[best])
+        needed = constants.evident * (1 + CONSTANTS.evidence_for_what_is_left * glimpsed * shares[best] * overstated)
+        needed = overstated * needed + (1 - overstated) * CONSTANTS.chance_evidence
         evident = _sigmoid((features.gain[best] - needed) * 3 / needed)
         if "evident_effect" not in reverse:
             structural = max(structural, evident * max(1 - lefts[best], 0.0))
