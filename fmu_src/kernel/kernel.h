@@ -169,7 +169,7 @@ enum ChipFlowAngle { CONSTANT_ANGLE, CURRENT_ANGLE };
 enum ProxySource { PROXY_IS_SLIP_SPEED, PROXY_IS_INPUT, PROXY_IS_CUTTING_SPEED, PROXY_IS_TEMPERATURE };
 enum DampingMode { DISSIPATIVE, AS_PUBLISHED };
 enum RateStiffness { REFERENCE_STIFFNESS, THERMAL_STIFFNESS };
-enum InitialState { AT_REST, PERIODIC };
+enum InitialState { AT_REST, PERIODIC, STEADY };
 enum Averaging { RESOLVED, CYCLE };
 
 enum Limits {
@@ -505,6 +505,7 @@ struct Effect {
     enum Driver driver;
     int bends; /* it makes the rate of the bristle depend on the deflection: solved by iteration */
     int forgets; /* states are 0 again after separation */
+    int settles; /* initial_state = steady: they begin where a motion as at the start leads in the end */
     /* What follows from parameters alone: worked out once for a call, into the configuration; may be NULL. */
     void (*prepare)(const lanes *p, struct Configuration *w);
     /* Add to or scale fields of its stage. */

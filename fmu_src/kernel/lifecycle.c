@@ -92,6 +92,8 @@ enum Status kernel_start(struct Contact *contact, double time)
         contact->slip_count[i] = contact->slip_first[i] = contact->slip_settled[i] = 0;
     contact->started = 1;
     enum Status status = begin(contact);
+    if (status == STATUS_OK && chosen(contact->value, VAR_INITIAL_STATE, 0) == STEADY)
+        status = settle_states(contact);
     if (status == STATUS_OK && kernel_averages(contact))
         return average_start(contact);
     if (chosen(contact->value, VAR_INITIAL_STATE, 0) == PERIODIC && status == STATUS_OK) {

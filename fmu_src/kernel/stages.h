@@ -413,6 +413,8 @@ void find_steady_states(struct Contact *contact, const struct Configuration *w, 
 void slow_states_after(const struct Contact *contact, const struct Configuration *w, double h, const lanes *from,
                        lanes *to);
 void settle_sensors(struct Contact *contact, double period, const lanes *force);
+/* initial_state = steady: what lags or remembers stands where a motion and a force as those at the start lead to. */
+enum Status settle_states(struct Contact *contact);
 void measured_now(struct Contact *contact, const lanes *force, lanes *measured);
 enum Status measure_means(struct Contact *contact, double step, const lanes *force, lanes *measured);
 /* periodic.c: sets the states from which one vibration cycle comes back to itself; and A x = b of `count` unknowns, in

@@ -17,7 +17,7 @@ static const char *const chip_flow_angles[] = {"constant", "current_shear_angle"
 static const char *const proxy_sources[] = {"slip_speed", "proxy_speed", "cutting_speed", "contact_temperature", NULL};
 static const char *const damping_modes[] = {"dissipative", "as_published", NULL};
 static const char *const rate_stiffnesses[] = {"reference", "thermal", NULL};
-static const char *const initial_states[] = {"at_rest", "periodic", NULL};
+static const char *const initial_states[] = {"at_rest", "periodic", "steady", NULL};
 static const char *const averagings[] = {"resolved", "cycle", NULL};
 
 #define UNBOUNDED (-INFINITY), INFINITY
@@ -102,8 +102,10 @@ const struct Variable base_variables[BASE_COUNT] = {
         FIXED_CHOICE(rate_stiffnesses),
         .meaning = "stiffness in the rate equation of the bristle: reference: sigma0; thermal: s0(theta)",
         .source = "the paper, eq. 8, changes the force equation only"},
-    [VAR_INITIAL_STATE] = {.name = "initial_state", .start = AT_REST, .max = 1, FIXED_CHOICE(initial_states),
-        .meaning = "at_rest: bristle_deflection as set; periodic: the steady state of the vibration cycle",
+    [VAR_INITIAL_STATE] = {.name = "initial_state", .start = AT_REST, .max = 2, FIXED_CHOICE(initial_states),
+        .meaning = "at_rest: bristle_deflection as set, and all that lags or remembers at 0; periodic: the steady state of the "
+            "vibration cycle; steady: bristle_deflection as set, and what lags or remembers (proxy_lag, rate_and_state, "
+            "backlash, sensor_lowpass, dynamometer_resonance) where it would be had all been for long as it is at the start",
         .source = DEFINITION},
     [VAR_AVERAGING] = {.name = "averaging", .start = RESOLVED, .max = 1, FIXED_CHOICE(averagings),
         .meaning = "what a step of co-simulation does. resolved: it follows every vibration cycle. cycle: one cycle "

@@ -28,6 +28,10 @@ CASES: dict[str, tuple[dict[str, float | str], tuple[str, ...]]] = {
     "internal, periodic": ({"initial_state": "periodic", "release_time": 3e-5, "amplitude_y": 3e-6, "phase_y": 2.0}, BOTH[:1]),
     "external": ({"kinematics": "external", "averaging_window": 4e-5, "proxy_source": "contact_temperature"}, BOTH),
     "external, stiff": ({"kinematics": "external", "sigma0": 1e9, "damping_mode": "as_published", "rate_stiffness": "thermal"}, BOTH[1:]),
+    "external, steady": (
+        {"kinematics": "external", "initial_state": "steady", "slip_velocity": 0.2, "proxy_source": "proxy_speed", "proxy_speed": 0.5},
+        ("thermal_softening", "proxy_lag", "rate_and_state", "backlash", "sensor_lowpass", "dynamometer_resonance"),
+    ),
     "combined": ({"kinematics": "combined", "proxy_source": "proxy_speed", "relative_tolerance": 1e-6}, BOTH),
     "combined, slow": ({"kinematics": "combined", "vibration_frequency": 900.0, "proxy_source": "cutting_speed"}, BOTH[1:]),
 }

@@ -108,6 +108,18 @@ def test_a_model_without_bristles_is_left_alone() -> None:
     assert BRISTLE in {variable.name for variable in model().variables}
 
 
+def test_a_filter_has_heard_the_force_before_the_record_begins() -> None:
+    """Of records that begin in motion the first sample, too, is as a slow sensor shows it; begun at 0, each beginning spoke against one."""
+    made = world((0.0,), "free")
+    speed = 0.03 * np.cos(2 * np.pi * 5 * TIMES)
+    trials = tuple(replace(trial, inputs={"slip_velocity": speed}) for trial in made.trials)
+    prediction = in_motion(Prediction(ContactModel(1), replace(made, trials=trials)))
+    plain, slow = prediction.one(), prediction.one({"sensor_lowpass.time_constant": 1e-6}, ("sensor_lowpass",))
+    assert pytest.approx(plain, abs=0.02 * np.abs(plain).max()) == slow
+    relaxed = Prediction(ContactModel(1), replace(made, trials=trials, nominal=replace(made.nominal, initial_bristle="relaxed")))
+    assert in_motion(relaxed) is relaxed
+
+
 def test_a_belief_is_written_and_read(tmp_path: Path) -> None:
     write_experiment(world((0.0,), "slid_in"), tmp_path / "rig")
     assert read_experiment(tmp_path / "rig", model()).nominal.initial_bristle == "slid_in"
@@ -161,4 +173,4 @@ def test_a_corrected_model_begins_as_the_records_do_and_says_so() -> None:
 
 def test_where_the_motion_is_given_nothing_begins_by_itself() -> None:
     prediction = Prediction(model(), world(SLID, "free"))
-    assert in_motion(prediction) is prediction
+    assert in_motion(prediction).nominal["initial_state"] == "steady"

@@ -196,7 +196,7 @@ enum Status average_start(struct Contact *contact)
     contact->effects_on = all;
     if (status == STATUS_OK)
         status = look_here(contact, mean);
-    if (status == STATUS_OK && periodic && sensors_on(contact)) {
+    if (status == STATUS_OK && chosen(contact->value, VAR_INITIAL_STATE, 0) != AT_REST && sensors_on(contact)) {
         settle_sensors(contact, period_of(contact), (const lanes *)mean + FIRST_FORCE);
         status = look_here(contact, mean);
     }

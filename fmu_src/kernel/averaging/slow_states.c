@@ -61,6 +61,19 @@ static void rest_of(const struct Affine *move, int count, int lane, double x[UNK
     solve_linear(count, A, x);
 }
 
+/* The states of the n-th effect that a drive which does not change leaves as they are. h: any time. */
+static void rest_under(const struct Configuration *w, int n, double h, const struct Point *drive, lanes *state)
+{
+    struct Affine move;
+    affine_move(w, n, h, drive, &move);
+    for (int i = 0; i < LANES; ++i) {
+        double rest[UNKNOWNS];
+        rest_of(&move, w->on[n]->states, i, rest);
+        for (int k = 0; k < w->on[n]->states; ++k)
+            state[k][i] = rest[k];
+    }
+}
+
 void slow_states_after(const struct Contact *contact, const struct Configuration *w, double h, const lanes *from,
                        lanes *to)
 {
@@ -155,19 +168,48 @@ void settle_sensors(struct Contact *contact, double period, const lanes *force)
     mean_point(contact, &w, force, &x);
     x.past = &past;
     for (int n = 0; n < w.on_count; ++n) {
-        struct Affine move;
         lanes *const state = x.state + w.on_state[n];
         if (w.on[n]->states)
-            affine_move(&w, n, period, &x, &move);
-        for (int i = 0; i < LANES && w.on[n]->states; ++i) {
-            double rest[UNKNOWNS];
-            rest_of(&move, w.on[n]->states, i, rest);
-            for (int k = 0; k < w.on[n]->states; ++k)
-                state[k][i] = rest[k];
-        }
+            rest_under(&w, n, period, &x, state);
         w.on[n]->act(w.on_p[n], (const lanes *)state, &x);
     }
     store_states(contact, &w, &x);
+}
+
+#define ANY_TIME 1.0 /* [s], after which what has settled is as it was */
+#define LONG 1e6     /* [s], after which all has settled that does at the speed of the start */
+
+enum Status settle_states(struct Contact *contact)
+{
+    const struct Configuration w = wire(contact);
+    static const lanes now;
+    lanes length, half[EFFECT_STATES], whole[EFFECT_STATES];
+    struct Point x;
+    point_at(contact, &w, now, &x);
+    EACH_LANE
+        length[i] = LONG;
+    for (int n = 0; n < w.on_count; ++n) {
+        lanes *const state = x.state + w.on_state[n];
+        if (!w.on[n]->settles)
+            continue;
+        w.on[n]->move(w.on_p[n], length, &x, &x, &x, (const lanes *)state, half, whole);
+        for (int k = 0; k < w.on[n]->states; ++k)
+            EACH_LANE
+                state[k][i] = whole[k][i];
+    }
+    store_states(contact, &w, &x);
+    enum Status status = kernel_event(contact); /* forces feel them */
+    if (status == STATUS_OK && sensors_on(contact)) {
+        lanes force[CHANNELS];
+        EACH_LANE {
+            force[0][i] = contact->value[VAR_FRICTION_FORCE][i];
+            force[1][i] = contact->value[VAR_PRINCIPAL_FORCE][i];
+            force[2][i] = contact->value[VAR_FEED_FORCE][i];
+        }
+        settle_sensors(contact, ANY_TIME, (const lanes *)force);
+        status = kernel_event(contact);
+    }
+    return status;
 }
 
 /* Without sensors the forces are what is measured. */

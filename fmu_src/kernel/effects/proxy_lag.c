@@ -44,7 +44,7 @@ const struct Effect effect_proxy_lag = {
     .signature = "thermal changes of friction come late: force over temperature proxy opens into a loop",
     .needs = "proxy_speed",
     .family = "thermal",
-    .stage = STAGE_TEMPERATURE, .driver = DRIVEN_BY_MOTION, .states = 1, .act = lag, .move = move, .rate = rate,
+    .stage = STAGE_TEMPERATURE, .driver = DRIVEN_BY_MOTION, .states = 1, .settles = 1, .act = lag, .move = move, .rate = rate,
     .variables = variables, .count = COUNT,
 };
 /* clang-format on */

@@ -82,7 +82,7 @@ const struct Effect effect_rate_and_state = {
     .signature = "a step of the slip speed shows as a peak that decays over a distance, not over a time; steady friction "
         "changes by equal steps per decade of speed",
     .family = "state",
-    .stage = STAGE_FRICTION, .driver = DRIVEN_BY_MOTION, .states = 1, .forgets = 1,
+    .stage = STAGE_FRICTION, .driver = DRIVEN_BY_MOTION, .states = 1, .forgets = 1, .settles = 1,
     .act = follow_speed, .move = move, .rate = rate,
     .variables = variables, .count = COUNT,
 };

@@ -10,9 +10,14 @@ from evat.gap.answer import Diagnosis
 from evat.gap.report.words import sentence, with_unit
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.judgement import fitted
-from evat.inference.law.initial_state import PERIODIC, START
+from evat.inference.law.initial_state import PERIODIC, SETTLED, START
 
 SSV = "corrected.ssv"
+
+BEGINNINGS: dict[object, str] = {
+    PERIODIC: "the records begin in the midst of a vibration",
+    SETTLED: "what follows with a lag has been where it is before the records begin",
+}
 
 
 def content(answer: Diagnosis, comparison: Comparison) -> ssv.Content:
@@ -35,8 +40,8 @@ def content(answer: Diagnosis, comparison: Comparison) -> ssv.Content:
         elif name in sd:
             before = f", nominal {with_unit(float(nominal.values[name]), unit, 6)}" if name in nominal.values else ""
             sources[name] = f"recalibrated{before}{_spread(sd.get(name), unit)}"
-        elif name == START and value == PERIODIC:
-            sources[name] = "the records begin in the midst of a vibration"
+        elif name == START and value in BEGINNINGS:
+            sources[name] = BEGINNINGS[value]
         elif name in nominal.values or name in nominal.effects:
             sources[name] = f"nominal model{f' ({nominal.parameters})' if nominal.parameters else ''}, held"
         else:

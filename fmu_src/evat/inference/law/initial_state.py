@@ -21,25 +21,33 @@ from evat.model import FloatArray
 from evat.required_inputs import MOTION
 
 START, PERIODIC = "initial_state", "periodic"  # a model's variable, and how it begins a cycle that comes back to itself
+SETTLED = "steady"  # how it begins with all that lags (a temperature, a filter) where it has long been
 RANDOM = BETWEEN + 1  # what differs from trial to trial: gain, zero, clock, and how its bristles were bent
 
 
 def in_motion(prediction: Prediction, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()) -> Prediction:
-    """The same from a vibration that went on before the records began, where the model vibrates by itself and they look so.
+    """The same from a vibration that went on before the records began, where the model vibrates by itself and they look so. Where the
+    motion is given, what follows with a lag (a temperature, a sensor's filter) has been where it is for long.
 
     What the owner says counts first: `initial_state` among the nominal values, or bristles that begin relaxed. `slid_in` says that it did;
     else the start is what fits the first cycle of the trials better. values, on : of the model by which that is seen.
     """
     experiment, values = prediction.experiment, {**prediction.nominal, **(values or {})}
     believed = experiment.nominal.initial_bristle
-    can = any(variable.name == START and PERIODIC in variable.choices for variable in prediction.model.variables)
-    if not can or START in values or believed == "relaxed" or not experiment.trials:
+    starts = next((variable.choices for variable in prediction.model.variables if variable.name == START), ())
+    if START in values or believed == "relaxed" or not experiment.trials:
         return prediction
+
+    def beginning(start: str) -> Prediction:
+        nominal = replace(experiment.nominal, values={**experiment.nominal.values, START: start})
+        return Prediction(prediction.model, replace(experiment, nominal=nominal), prediction.threads)
+
     cycles = [prediction.model.cycle_time({**values, **trial.values}) for trial in experiment.trials]
     if not all(np.isfinite(cycles)):
+        return beginning(SETTLED) if SETTLED in starts else prediction
+    if PERIODIC not in starts:
         return prediction
-    nominal = replace(experiment.nominal, values={**experiment.nominal.values, START: PERIODIC})
-    moving = Prediction(prediction.model, replace(experiment, nominal=nominal), prediction.threads)
+    moving = beginning(PERIODIC)
     if believed == "slid_in":
         return moving
     misses = []

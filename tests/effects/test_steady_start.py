@@ -1,0 +1,59 @@
+"""Does a run begin where a motion like that of its start leads? Then what lags has nothing to catch up with, and a lag of 0 is none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from evat.model import Run
+from evat.models.contact import ContactModel
+
+OUTPUTS = ("measured_friction_force", "friction_force", "theta_used", "slip_velocity_used")
+LAGS: dict[str, dict[str, float]] = {
+    "sensor_lowpass": {"sensor_lowpass.time_constant": 0.02},
+    "dynamometer_resonance": {"dynamometer_resonance.natural_period": 0.03, "dynamometer_resonance.damping_ratio": 0.1},
+    "proxy_lag": {"proxy_lag.time_constant": 0.5},
+    "rate_and_state": {"rate_and_state.b": 0.05, "rate_and_state.d_c": 3e-4},
+    "backlash": {"backlash.gap": 2e-4},
+}
+
+
+def followed(effect: str, start: str, values: Mapping[str, float] | None = None, slip: float = -0.03) -> dict[str, np.ndarray]:
+    """200 ms of a slip and a proxy that do not change, with bristles that are bent as that slip bends them."""
+    times = np.linspace(0.0, 0.2, 101)
+    inputs = {"slip_velocity": np.full(times.size, slip), "proxy_speed": np.full(times.size, 0.2)}
+    held = {"kinematics": "external", "proxy_source": "proxy_speed", "initial_state": start, "thermal_softening.k_Q": 3e5}
+    model, on = ContactModel(threads=1), ("thermal_softening", effect)
+    settled = model.settled(("bristle_deflection",), on, {**held, **(values or LAGS[effect]), "slip_velocity": slip, "proxy_speed": 0.2})
+    bent = {"bristle_deflection": float(settled["bristle_deflection"][0])}
+    rows = model.simulate_many(Run(times, inputs, OUTPUTS), on, {**held, **(values or LAGS[effect]), **bent})
+    return {name: row[0] for name, row in rows.items()}
+
+
+def unsteady(rows: Mapping[str, np.ndarray]) -> float:
+    """The largest change in the run, in the largest value of its output."""
+    return max(float(np.ptp(row)) / float(np.abs(row).max()) for row in rows.values())
+
+
+@pytest.mark.parametrize("effect", LAGS)
+def test_what_does_not_change_is_steady_from_the_start(effect: str) -> None:
+    assert unsteady(followed(effect, "steady")) < 1e-6
+    assert unsteady(followed(effect, "at_rest")) > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("effect", "nearly_none"),
+    [("sensor_lowpass", "time_constant"), ("dynamometer_resonance", "natural_period"), ("proxy_lag", "time_constant"), ("backlash", "gap")],
+)
+def test_a_lag_of_nearly_nothing_is_none_at_any_time(effect: str, nearly_none: str) -> None:
+    """Begun at 0, a filter of a nanosecond shows nothing at the first sample: to a fit that looks for its time constant, a wall."""
+    tiny, none = (followed(effect, "steady", {**LAGS[effect], f"{effect}.{nearly_none}": value}) for value in (1e-9, 0.0))
+    assert tiny["measured_friction_force"] == pytest.approx(none["measured_friction_force"], rel=1e-6)
+
+
+def test_what_stands_has_not_moved() -> None:
+    """At rest nobody knows from which side a slack was last taken up, and nothing renews what the contact remembers."""
+    for effect in ("backlash", "rate_and_state"):
+        still, before = (followed(effect, start, slip=0.0) for start in ("steady", "at_rest"))
+        assert all(np.array_equal(still[name], before[name]) for name in OUTPUTS)
