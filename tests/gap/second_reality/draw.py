@@ -61,7 +61,7 @@ def world_of(plan: Plan, rng: Draw) -> World:
         return turning(rng, plan.law, plan.cut, means=plan.world == "means", needs=needs, flat=flat, dry=dry)
     return friction_rig(
         rng, plan.law, axis=plan.world == "axis", needs=needs, flat=flat, dry=dry, motion="stops_and_dwells" if "rests" in needs else "",
-        softened="softened" in needs or ("thermal_softening" not in needs and rng.random() < 0.08),
+        softened="softened" in needs or ("thermal_softening" not in plan.effects and rng.random() < 0.08),
     )  # fmt: skip
 
 
