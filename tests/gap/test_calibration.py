@@ -14,9 +14,10 @@ from evat.commands.main import app
 from evat.gap.verdict import constants as kept_constants
 from evat.gap.verdict.calibrate import CalibrationCase, fit_constants, probability, with_unknown
 from evat.gap.verdict.constants import Constants, store, stored
-from evat.gap.verdict.judgement import MISTUNED, NO_GAP, UNKNOWN, Features, judge
+from evat.gap.verdict.judgement import MISTUNED, NO_GAP, UNKNOWN, Features, judge, of_one_family
 from evat.inference.hypothesis import Hypothesis
 from evat.model import EvatError
+from evat.models.contact import ContactModel
 from evat.studies.calibration import campaign as campaigns
 from evat.studies.calibration.campaign import KINDS, campaign, draw_case, numbers
 from typer.testing import CliRunner
@@ -72,6 +73,22 @@ def test_verdicts(seen: Features, verdict: str, chosen: tuple[str, ...]) -> None
     assert math.isclose(sum(said.probabilities.values()) + said.unknown, 1.0, rel_tol=1e-9)
 
 
+def test_a_chain_of_sensors_is_one_filter() -> None:
+    """Where two filters do what one of another form does, it is the likelier of them that is named."""
+    seen = _features(30, {"a": (300, 0.3), "a+b": (500, 0.01)})
+    assert judge(seen, Constants()).chosen == Hypothesis(("a", "b"))
+    assert judge(replace(seen, one_family={Hypothesis(("a", "b")): True}), Constants()).chosen == Hypothesis(("a",))
+    model, delay = ContactModel(threads=1), "sensor_delay"
+    pairs = {
+        (delay, "sensor_lowpass"): True,
+        (delay, "input_delay"): True,
+        (delay, "sensor_gain"): False,
+        ("backlash", "input_delay"): False,
+    }
+    assert {names: of_one_family(model, Hypothesis(names)) for names in pairs} == pairs
+    assert not of_one_family(model, Hypothesis((delay,)))
+
+
 def test_few_numbers_overstate_less() -> None:
     """What is wrong with the form of an effect has little to add up in: of a table of 30 means 16 of log evidence are what they say."""
     seen = _features(0.5, {"a": (16, 0.05), "b": (9, 0.2)}, exact=-3)
@@ -111,7 +128,13 @@ def test_a_case_is_of_its_kind(number: int) -> None:
 def test_a_case_comes_back_from_its_line_with_every_feature() -> None:
     on = Hypothesis(("a",))
     seen = replace(
-        _features(30, {"a": (300, 0.01)}, foreign=0.2, unsure=1.0), held_out={on: 0.1}, doubts={on: ("why",)}, shift=2.0, shifts={on: 1.5}
+        _features(30, {"a": (300, 0.01)}, foreign=0.2, unsure=1.0),
+        held_out={on: 0.1},
+        doubts={on: ("why",)},
+        shift=2.0,
+        shifts={on: 1.5},
+        numbers=40,
+        one_family={on: True},
     )
     assert all(getattr(seen, each.name) for each in fields(Features) if each.name != "exact")
     assert CalibrationCase.read(CalibrationCase(seen, "a").line()).features == seen

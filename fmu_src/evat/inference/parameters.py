@@ -155,12 +155,14 @@ class Scales:
 
 
 def shape_parameter(variable: Variable, scales: Scales) -> Parameter:
-    """Anywhere within what the record can show; an angle within a turn."""
+    """Anywhere within what the record can show; an angle within a turn. What has no unit (a damping ratio, an exponent) no record bounds:
+    it stays as near to its start as effects of that name are known, or a resonance stands in for any filter."""
     if variable.unit == "rad" or variable.min < 0:
         return Parameter(variable.name, variable.unit, 0.0, 2.0, variable.min, variable.max)
     low, high = scales.span(variable)
-    sd = max(math.log(high / low) / 4, 0.1)
-    return Parameter(variable.name, variable.unit, math.sqrt(low * high), sd, max(variable.min, low / 3), min(variable.max, high * 3), True)
+    sd, beyond = max(math.log(high / low) / 4, 0.1), 1 if variable.unit == "1" else 3
+    low, high, mean = max(variable.min, low / beyond), min(variable.max, high * beyond), math.sqrt(low * high)
+    return Parameter(variable.name, variable.unit, mean, sd, low, high, True)
 
 
 def law_parameters(

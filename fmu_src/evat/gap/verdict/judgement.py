@@ -21,6 +21,7 @@ from evat.inference.fit import Fit
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.noise.irregularity import Irregularity
+from evat.model import Model
 
 NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL = "no_gap", "mistuned", "effect", "ambiguous", "unknown", "cannot_tell"
 VERDICTS = (NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS, UNKNOWN, CANNOT_TELL)
@@ -34,7 +35,8 @@ class Features:
     model, both with set-up errors; `gain[hypothesis]`, the same of a hypothesis; `left[hypothesis]`, its share of the recalibrated model's
     structural squares; `held_out[hypothesis]`, the share that it leaves on conditions that no fit saw, as far as that is sure;
     `doubts[hypothesis]`, reasons why its fit is not credible; `shift` and `shifts[hypothesis]`, how far the recalibrated model and each
-    hypothesis move a nominal value at most, in its standard deviations; `numbers`, how many were measured."""
+    hypothesis move a nominal value at most, in its standard deviations; `numbers`, how many were measured;
+    `one_family[hypothesis]`, whether an effect of the measurement stands in it beside another of its family."""
 
     nominal: Mapping[str, float]
     recalibrated: Mapping[str, float]
@@ -50,6 +52,7 @@ class Features:
     shift: float = 0.0
     shifts: Mapping[Hypothesis, float] = field(default_factory=dict)
     numbers: float = math.inf
+    one_family: Mapping[Hypothesis, bool] = field(default_factory=dict)
 
     @property
     def overstated(self) -> float:
@@ -111,7 +114,14 @@ def features(comparison: Comparison) -> Features:
         shift=largest_shift(comparison, comparison.recalibrated),
         shifts={on: largest_shift(comparison, fit) for on, fit in comparison.models.items()},
         numbers=comparison.prediction.measured.size,
+        one_family={on: of_one_family(comparison.prediction.model, on) for on in comparison.models},
     )
+
+
+def of_one_family(model: Model, on: Hypothesis) -> bool:
+    """Whether these are parts of one cause: a chain of sensors is one filter, whichever of its kind the library has for it."""
+    own = [effect for effect in model.effects if effect.name in on]
+    return len(own) > 1 and len({effect.family for effect in own}) == 1 and any(effect.stage == "measurement" for effect in own)
 
 
 def _irregular(comparison: Comparison) -> dict[str, Irregularity]:
@@ -172,7 +182,8 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     ratio = min(max((after / max(features.nominal[c], after, 1e-300) for c, after in features.recalibrated.items()), default=1.0), 1.0)
     shares = {on: share * (1 - strange * (1 - ratio)) if on in credible else share for on, share in shares.items()}
     lefts = {on: share * seen if share < worse else share for on, share in shares.items()}
-    scores = {on: _score(on, _credited(on, features, constants) / overstated, lefts[on], constants) for on in features.gain}
+    lefts_of_one = {on: lefts[_first_of_family(on, features) or on] for on in lefts}
+    scores = {on: _score(on, _credited(on, features, constants) / overstated, lefts_of_one[on], constants) for on in features.gain}
     # What may be chance explains nothing.
     sure = {
         on: 1.0 if "beyond_chance" in reverse else _sigmoid((gain - CONSTANTS.chance_evidence) / CONSTANTS.chance_evidence_scale)
@@ -289,17 +300,25 @@ def _seen(size: float) -> float:
 def _credited(on: Hypothesis, features: Features, constants: Constants) -> float:
     """Log evidence as far as it counts: what a second effect adds to that of the first, only where it takes a share of what that leaves, or
     frees a nominal value that the first alone moves where nobody can have meant it. Else it mends the form of the first, which no effect in
-    the world shares with the library's."""
+    the world shares with the library's; as one of its own family does in any case, where that is one of the measurement."""
     gain = features.gain[on]
     parts = [part for part in on.parts() if part in features.gain] if len(on) > 1 else []
     if not parts:
         return gain
     first = max(parts, key=lambda part: features.gain[part])
+    if features.one_family.get(on):
+        return min(gain, features.gain[first])
     if features.shifts.get(first, 0.0) > CONSTANTS.credible_shift >= features.shifts.get(on, math.inf):
         return gain
     taken = 1 - (features.left[on] + constants.form) / (features.left[first] + constants.form)
     credit = min(max(taken / CONSTANTS.second_effect_share, 0.0), 1.0)
     return min(gain, features.gain[first] + credit * max(gain - features.gain[first], 0.0))
+
+
+def _first_of_family(on: Hypothesis, features: Features) -> Hypothesis | None:
+    """Of a set that is one cause in two effects the likelier of them: what it leaves alone counts."""
+    parts = [part for part in on.parts() if part in features.gain] if features.one_family.get(on) else []
+    return max(parts, key=lambda part: features.gain[part], default=None)
 
 
 def _score(on: Hypothesis, gain: float, left: float, constants: Constants) -> float:
