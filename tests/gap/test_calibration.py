@@ -14,7 +14,8 @@ from evat.commands.main import app
 from evat.gap.verdict import constants as kept_constants
 from evat.gap.verdict.calibrate import CalibrationCase, fit_constants, probability, with_unknown
 from evat.gap.verdict.constants import Constants, store, stored
-from evat.gap.verdict.judgement import MISTUNED, NO_GAP, UNKNOWN, Features, judge, of_one_family
+from evat.gap.verdict.features import Features, of_one_family
+from evat.gap.verdict.judgement import MISTUNED, NO_GAP, UNKNOWN, judge
 from evat.inference.hypothesis import Hypothesis
 from evat.model import EvatError
 from evat.models.contact import ContactModel

@@ -10,7 +10,7 @@ import pytest
 from evat.gap import diagnose_with
 from evat.gap.report.words import sentence
 from evat.gap.search.compare import compare
-from evat.gap.verdict.judgement import features
+from evat.gap.verdict.features import features
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.noise.estimate import without_jumps
 from evat.inference.noise.irregularity import Irregularity, bursts, irregular, lines

@@ -23,8 +23,9 @@ from evat.gap.search.compare import Comparison, compare
 from evat.gap.search.portion import portion
 from evat.gap.verdict.constants import Constants, stored
 from evat.gap.verdict.credibility import doubts, shifted
+from evat.gap.verdict.features import features
 from evat.gap.verdict.gates import gates
-from evat.gap.verdict.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, features, fitted, foreign_channels, judge
+from evat.gap.verdict.judgement import CANNOT_TELL, MISTUNED, NO_GAP, UNKNOWN, Judgement, fitted, foreign_channels, judge
 from evat.gap.verdict.raised import raised
 from evat.gap.verdict.small import small_effect
 from evat.inference.checks import check_clocks

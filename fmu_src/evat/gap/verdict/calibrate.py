@@ -15,7 +15,8 @@ from scipy.optimize import minimize
 
 from evat.constants import CONSTANTS
 from evat.gap.verdict.constants import Constants
-from evat.gap.verdict.judgement import MISTUNED, NO_GAP, UNKNOWN, Features, judge
+from evat.gap.verdict.features import Features
+from evat.gap.verdict.judgement import MISTUNED, NO_GAP, UNKNOWN, judge
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.model import FloatArray
 
