@@ -22,7 +22,7 @@ def test_certain_and_small_beside_no_gap() -> None:
     assert answer.small is not None
     assert [on.names for on in answer.small.either] == [("lean",)]
     assert pytest.approx(0.0027, abs=0.001) == answer.small.share
-    assert "Beside that, lean is certain, and 0.3" in sentence(answer)
+    assert "Beside that, lean is certain, and 0.27" in sentence(answer)
     assert "too small to be called a gap" in sentence(answer)
     assert json.loads(answer.json())["small_effect"]["either"] == [["lean"]]
 
