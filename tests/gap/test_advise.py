@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
-from evat.experiment import Trial
-from evat.gap.advise import scaled
+from evat.constants import CONSTANTS
+from evat.experiment import Experiment, Means, Nominal, Trial
+from evat.gap.advise import _options, scaled
 from evat.model import Variable
 from evat.models.contact import ContactModel
 
@@ -30,3 +35,21 @@ def test_a_speed_is_multiplied_and_a_bound_is_a_bound() -> None:
     assert other is not None
     assert other.inputs["slip_velocity"].tolist() == [2.0, -2.0, 4.0]
     assert scaled(trial, KNOWN["rake_angle"], 4.0) is None
+
+
+@pytest.mark.parametrize(("name", "zero"), [("contact_temperature", 293.15), ("slip_velocity", 0.0)])
+def test_means_are_multiplied_from_the_same_zero(name: str, zero: float) -> None:
+    """Each factor of the first condition's value, the others as they are there; what would be out of bounds is left out."""
+    size = {"contact_temperature": 340.0, "slip_velocity": 0.4}[name]
+    values = {name: np.array([size, 2 * size]), "rake_angle": np.array([0.1, 0.2])}
+    means = Means("m.csv", ("a", "b"), values, {"friction_force": np.array([1.0, 2.0])}, {})
+    rig = Experiment(Path(), "means", "", Nominal({}, (), {}), {}, (), means, "hash of no file")
+    compared: Any = SimpleNamespace(prediction=SimpleNamespace(model=SimpleNamespace(variables=tuple(KNOWN.values()))))
+    options = [(said[name], changed.means) for said, changed in _options(compared, rig) if name in said]
+    assert [value for value, _ in options] == pytest.approx([zero + factor * (size - zero) for factor in CONSTANTS.next_experiment_factors])
+    for value, changed in options:
+        assert changed is not None
+        assert changed.values[name].tolist() == [value]
+        assert changed.values["rake_angle"].tolist() == [0.1]
+    angles = [said["rake_angle"] for said, _ in _options(compared, rig) if "rake_angle" in said]
+    assert angles == pytest.approx([0.1 * f for f in CONSTANTS.next_experiment_factors if 0.1 * f <= KNOWN["rake_angle"].max])

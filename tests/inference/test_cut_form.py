@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Means, Nominal, Signal, Trial
-from evat.inference.law.cut_form import cut_forms
+from evat.inference.law.cut_form import _averaged, cut_forms
 from evat.inference.law.law_form import with_law_forms
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Run
@@ -105,3 +108,22 @@ def test_where_the_motion_is_given_there_is_no_cut() -> None:
     signals = {"friction_force": Signal("friction_force", "F", "N", "output")}
     rig = Experiment(Path(), "rig", "", Nominal({"kinematics": "external"}, (), {}), signals, (trial,), None, "")
     assert cut_forms(Prediction(MODEL, rig), {}, ())[1].size == 0
+
+
+def test_a_mean_is_taken_over_the_whole_cycle_of_its_condition() -> None:
+    """None of it is a lead-in; a condition that was measured twice is run once."""
+    speeds = np.array([0.1, 0.2, 0.1])
+    asked = []
+
+    def simulate_many(run: Run, effects: Any, values: Truth) -> dict[str, FloatArray]:
+        asked.append(values["cutting_speed"])
+        return {name: np.full((1, run.times.size), float(values["cutting_speed"])) for name in run.outputs}
+
+    means = Means("m.csv", ("a", "b", "a2"), {"cutting_speed": speeds}, {"principal_force": speeds}, {})
+    model = SimpleNamespace(cycle_time=lambda values: 1e-4 / float(values["cutting_speed"]), simulate_many=simulate_many)
+    prediction: Any = SimpleNamespace(model=model, experiment=SimpleNamespace(means=means))
+    motions = list(_averaged(prediction, {"cutting_speed": 9.0}, ()).values())
+    assert asked == [0.1, 0.2]
+    assert [motion.before for motion in motions] == [0, 0]
+    assert [motion.times[-1] for motion in motions] == pytest.approx([1e-3, 5e-4])
+    assert [motion.slip.size for motion in motions] == 2 * [CONSTANTS.samples_of_a_cycle]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from evat.experiment.write import write_experiment
 from evat.gap import diagnose_with
 from evat.gap.report.corrected import content
 from evat.identification import Settings, identify
-from evat.inference.law.initial_state import begun, in_motion, with_initial_state
+from evat.inference.law.initial_state import beginnings, begun, in_motion, with_initial_state
 from evat.inference.prediction import BRISTLE, Prediction
 from evat.model import Run
 from evat.models.contact import ContactModel
@@ -174,3 +176,16 @@ def test_a_corrected_model_begins_as_the_records_do_and_says_so() -> None:
 def test_where_the_motion_is_given_nothing_begins_by_itself() -> None:
     prediction = Prediction(model(), world(SLID, "free"))
     assert in_motion(prediction).nominal["initial_state"] == "steady"
+
+
+def test_what_is_said_of_bent_bristles_names_the_trial_that_was_bent_most() -> None:
+    """By its magnitude; how many others there are, and nothing of what is below the least that is told."""
+    steady = {"a": 4e-6, "b": 4e-6, "c": 5e-6}
+
+    def said(**starts: float) -> tuple[str, ...]:
+        told: Any = SimpleNamespace(starts=starts, steady=steady)
+        return beginnings(told)
+
+    assert said(a=1e-6, b=-3e-6, c=0.0)[0].startswith("b and 1 more began with bent bristles, up to -3 um of the 4 um of steady slip")
+    assert said(a=0.0, c=2e-6)[0].startswith("c began with bent bristles, up to 2 um of the 5 um")
+    assert said(a=0.0, b=0.0) == ()

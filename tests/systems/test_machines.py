@@ -58,6 +58,8 @@ def test_the_table_is_what_the_shared_code_takes_it_for(part: str) -> None:
         assert v.source
         assert v.min <= v.start <= v.max
         assert bool(v.derivative_of) <= (v.causality == "local")
+    library = Machine(part)._library
+    assert [library.model_state(place) for place in (-1, len(machine.states(part)))] == [-1, -1]  # there is none
 
 
 @pytest.mark.parametrize("part", PARTS)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from decimal import Decimal, localcontext
+
 import numpy as np
 import pytest
 from evat.native.machine import Machine
@@ -200,3 +202,31 @@ def test_a_slow_master_gets_the_mean_right() -> None:
     errors = [abs(end(n) - exact) for n in (16, 32, 64)]
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.3)
     assert np.log2(errors[1] / errors[2]) == pytest.approx(2, abs=0.2)
+
+
+def test_a_faster_chip_takes_its_heat_over_a_lower_resistance() -> None:
+    """Also where a series for slow chips meets one for fast ones: in steps of 0.2 % of the speed, from creeping to 100 m/s."""
+    speeds = np.geomspace(1e-3, 100.0, 6000)
+    one, rows = Machine("tool_heat", CASE), []
+    for speed in speeds:
+        one.set("cutting_speed", float(speed))
+        one.evaluate()
+        rows.append(one.get("chip_resistance"))
+    falls = -np.diff(np.log(rows)) / np.diff(np.log(speeds))
+    assert np.all(falls > 0)
+    assert np.all(falls < 1)
+    assert np.max(np.abs(np.diff(falls))) < 0.02
+
+
+@pytest.mark.parametrize("p", [1e-3, 6e-3, 9.9e-3, 1.01e-2, 0.05])
+def test_a_creeping_chip_is_warm_as_the_closed_form_says(p: float) -> None:
+    """Which loses digits at small p = v l over the diffusivity: here it has 40. Across the chip, tau^-1/45 below 1/3."""
+    t, k, rho_c, length = 0.25e-3, 43.6, 7200 * 502.0, CASE["contact_length"]
+    one = Machine("tool_heat", {**CASE, "chip_flow_shear_angle": np.pi / 4, "rake_angle": 0.0, "cutting_speed": p * k / (rho_c * length)})
+    one.evaluate()
+    with localcontext() as exact:
+        exact.prec = 40
+        q = Decimal(p)
+        along = float((Decimal("0.5") - (1 - (-q).exp() * (1 + q)) / q**2) / q)
+    across = 1 / 3 - p * (t / length) ** 2 / 45
+    assert one.get("chip_resistance") == pytest.approx((length**2 / t * along + t * across) / (k * length * CASE["width"]), rel=1e-10)
