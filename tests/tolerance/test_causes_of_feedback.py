@@ -105,3 +105,16 @@ def test_a_swing_that_the_cut_excites_is_followed_as_the_tolerance_says() -> Non
     slip = 0.0103 * np.sin(2 * np.pi * times / 0.0105 + 2.8)
     case = slides(times, slip, values, ("holder_compliance", "flow_stress_softening"), 1e-6, stepped=False)
     assert worst(case, "friction_force", "principal_force") < 3
+
+
+@pytest.mark.parametrize(("rake", "speed"), [(-0.16, 0.13), (-0.2, 0.19)])
+def test_passes_do_not_go_round_where_a_slip_that_is_solved_for_comes_to_its_bound(rake: float, speed: float) -> None:
+    """There its rate, linearised at the deflection, goes from eight million a second to 15 000, and its target from near to far. A step of
+    both leapt to the other side at each pass; it was taken, 15 tolerances off and more, or refused where that went on."""
+    values = {
+        "kinematics": "internal", "friction_law": "dahl", "vibration_frequency": 5211.3, "amplitude_x": 2.829e-6, "amplitude_y": 1.8203e-5,
+        "feed": 2.2264e-5, "chip_flow_shear_angle": 0.33, "chip_flow_angle": "current_shear_angle", "rake_angle": rake,
+        "release_time": 2.905e-4, "maxwell_slip.share": 0.32, "maxwell_slip.stroke": 5.2e-5, "maxwell_slip.ratio": 3.63,
+    }  # fmt: skip
+    case = vibrates(values, ("maxwell_slip",), 1e-6, cycles=1.6, points=20, speed=speed)
+    assert worst(case, "friction_force", "bristle_deflection") < 3
