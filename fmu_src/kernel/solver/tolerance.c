@@ -75,8 +75,8 @@ static double rise_of_level(const struct Point *a, const struct Point *m, const 
 }
 
 /* What swings under forces that it moves may be excited by them, and then magnifies what steps leave of its swing,
- * which is too small to be seen beside the forces. Where these bend by more than QUIET tolerances over its longest step,
- * that is as much shorter as the tolerance asks of a method of fourth order. */
+ * which is too small to be seen beside the forces. Where these bend by more than QUIET tolerances over its longest
+ * step, that is as much shorter as the tolerance asks of a method of fourth order. */
 #define QUIET 0.1
 
 static double swings(const struct Configuration *w, int i, int feed, double h, const struct Point *a,
