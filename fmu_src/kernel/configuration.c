@@ -132,6 +132,9 @@ static void wire_angles(const struct Contact *contact, struct Configuration *w)
     }
 }
 
+#define DECAYED 9.2 /* e^-9.2 is 1e-4, the usual tolerance */
+#define ROOT_DECAYED 3.0331501776206204
+
 struct Configuration wire(const struct Contact *contact)
 {
     struct Configuration w; /* not zeroed: that would cost a tenth of a step */
@@ -171,6 +174,11 @@ struct Configuration wire(const struct Contact *contact)
     EACH_LANE
         w.longest[i] = w.kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w.p[VAR_VIBRATION_FREQUENCY][i]);
     resolving_step(&w, w.longest);
+    for (int i = 0; i < LANES; ++i) {
+        const double tight = USUAL_TOLERANCE / w.p[VAR_RELATIVE_TOLERANCE][i];
+        w.decayed[i] = tight > 1 ? DECAYED + log(tight) : DECAYED;
+        w.root_decayed[i] = tight > 1 ? sqrt(w.decayed[i]) : ROOT_DECAYED;
+    }
     w.ends = NAN;
     wire_time(contact, &w);
     return w;

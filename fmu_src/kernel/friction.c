@@ -54,8 +54,10 @@ static void bound_levels(struct Point *x)
 
 static void bound_force(struct Point *x)
 {
-    EACH_LANE
+    EACH_LANE {
+        x->unbounded[i] = x->F[i];
         x->F[i] = larger(smaller(x->F[i], x->most_along[i]), -x->most_against[i]);
+    }
 }
 
 void friction_open(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)

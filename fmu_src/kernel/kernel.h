@@ -441,6 +441,7 @@ struct Point {
     lanes beside; /* force along the chip flow beside that of the law [N]; opened where an effect acts on friction */
     lanes most_along, most_against; /* largest force along and against the chip flow that the contact bears [N]; opened
                                        where an effect acts on friction */
+    lanes unbounded; /* friction force before these bound it [N]; set with them */
     lanes kept, instead; /* share of the bristle's force that stands, and what stands instead of the rest [N]; opened
                             where an effect acts on the bristle */
     lanes F; /* friction force on the tool along the chip flow [N] */

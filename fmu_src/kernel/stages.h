@@ -71,6 +71,7 @@ struct Configuration {
     char dissipative, thermal_rate;
     char current_angle; /* chip_flow_angle = current_shear_angle: slip and force are solved together */
     lanes longest; /* internal step that resolves vibration and effects [s] */
+    lanes decayed, root_decayed; /* x from which on e^-x is less than the tolerance asks for, and its root */
     lanes cycle; /* place in the vibration cycle at value[VAR_TIME], 0..1 */
     double ends; /* of the communication step [s]; NAN: points there need not stand as the next one begins */
     lanes cycle_then; /* place in the cycle at its end, to the bit as the next one begins there */

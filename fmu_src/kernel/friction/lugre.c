@@ -30,23 +30,22 @@ static const struct Variable variables[COUNT] = {
 };
 /* clang-format on */
 
-#define NO_STATIC_FRICTION 9.2 /* e^-9.2 is 1e-4: above v_s times its root, static friction is gone */
-
 /* (v/v_s)^exponent, and the slip from which on it leaves no static friction. */
 static void powers(const lanes *p, struct Point *x, lanes power)
 {
+    const struct Configuration *const w = x->configuration;
     int other = 0;
     EACH_LANE {
         const double ratio = x->speed[i] / x->v_s[i];
         power[i] = ratio * ratio;
-        x->flat_from[i] = x->v_s[i] * 3.0331501776206204; /* sqrt(NO_STATIC_FRICTION) */
+        x->flat_from[i] = x->v_s[i] * w->root_decayed[i];
         other |= p[STRIBECK_EXPONENT][i] != 2;
     }
     for (int i = 0; other && i < LANES; ++i) {
         if (p[STRIBECK_EXPONENT][i] == 2)
             continue;
         power[i] = power_of(x->speed[i] / x->v_s[i], p[STRIBECK_EXPONENT][i]);
-        x->flat_from[i] = x->v_s[i] * power_of(NO_STATIC_FRICTION, 1 / p[STRIBECK_EXPONENT][i]);
+        x->flat_from[i] = x->v_s[i] * power_of(w->decayed[i], 1 / p[STRIBECK_EXPONENT][i]);
     }
 }
 

@@ -85,6 +85,49 @@ static void open_step(const struct Contact *contact, const struct Configuration 
     open_point(contact, w, whole, 1, end);
 }
 
+/* A slip that is solved for depends on z, and within its bounds its linearised rate may be some hundred times that at a
+ * bound, with a target as much nearer: what a step makes of both lies off the way of either, and passes go round
+ * between them. A rate linearised at z may be any, as long as z goes by it: there the largest of the three holds. */
+#define APART 10
+
+static int kinks(const struct Point *a, const struct Point *m, const struct Point *b, lanes top)
+{
+    int any = 0;
+    EACH_LANE {
+        const double low = smaller(smaller(a->rate[i], m->rate[i]), b->rate[i]),
+                     high = larger(larger(a->rate[i], m->rate[i]), b->rate[i]);
+        const int apart = (a->cutting[i] != 0) & (low * APART < high);
+        top[i] = apart ? high : 0;
+        any |= apart;
+    }
+    return any;
+}
+
+static struct Point raised(const struct Point *x, const lanes top)
+{
+    struct Point raised = *x;
+    EACH_LANE
+        if (top[i] > x->rate[i]) {
+            raised.drive[i] += (top[i] - x->rate[i]) * x->z[i];
+            raised.rate[i] = top[i];
+            raised.target[i] = raised.drive[i] / top[i];
+        }
+    return raised;
+}
+
+/* By the rates at start, middle and end. */
+static void bend(const struct Configuration *w, const lanes h, const struct Point *start, struct Point *middle,
+                 struct Point *end, lanes difference)
+{
+    lanes top;
+    if (w->current_angle && kinks(start, middle, end, top)) {
+        const struct Point a = raised(start, top), m = raised(middle, top), b = raised(end, top);
+        bristle_step(1, 0, h, &a, &m, &b, middle->z, end->z, difference);
+    } else
+        bristle_step(w->law->relaxes || w->current_angle, !w->current_angle, h, start, middle, end, middle->z, end->z,
+                     difference);
+}
+
 /* All stages there, and from their rates the bristle's new z. */
 static void pass(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
                  const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
@@ -93,8 +136,7 @@ static void pass(const struct Contact *contact, const struct Configuration *w, c
         *middle = *end = *start;
     else
         open_step(contact, w, s, h, start, middle, end);
-    bristle_step(w->law->relaxes || w->current_angle, !w->current_angle, h, start, middle, end, middle->z, end->z,
-                 difference);
+    bend(w, h, start, middle, end, difference);
     if (w->iterates && !w->feedback)
         return;
     close_point(contact, w, 1, middle);

@@ -84,6 +84,28 @@ static inline int levels_move(const struct Configuration *w, const struct Point 
            ((low * LITTLE < high) | slows_down(LITTLE, a, m, b, i));
 }
 
+/* Friction force that is not borne. What damping adds to a bristle that comes to its steady deflection falls to a
+ * hundredth and less before it is borne again: the force then shows what had been lost of it, which neither the bound
+ * nor the bristle, bent nearly as far as it will, showed. */
+static inline int is_bounded(const struct Point *x, int i)
+{
+    return (x->cutting[i] != 0) & (fabs(x->unbounded[i]) > fabs(x->F[i]));
+}
+
+static inline double unbounded_size(const struct Configuration *w, const struct Point *a, const struct Point *b, int i)
+{
+    return larger(level_of(w, b, i), larger(fabs(a->unbounded[i]), fabs(b->unbounded[i])));
+}
+
+/* Does it bend? */
+static inline int bends_unseen(const struct Configuration *w, const struct Point *a, const struct Point *m,
+                               const struct Point *b, int i)
+{
+    const double bend = fabs(a->unbounded[i] - 2 * m->unbounded[i] + b->unbounded[i]);
+    return (is_bounded(a, i) | is_bounded(m, i) | is_bounded(b, i)) &
+           (bend > BENT_LEVELS * w->p[VAR_RELATIVE_TOLERANCE][i] * unbounded_size(w, a, b, i));
+}
+
 /* Forces so far from straight, in tolerances, that what they are beside a parabola counts behind a sensor, which takes
  * means, and where they are recalled as they were. An ellipse, cut where its steps are as long as the default tolerance
  * lets them, lies below the first. */
@@ -192,8 +214,9 @@ static void hides_law(const struct Configuration *w, const lanes h, const struct
     }
     if (w->stages >> STAGE_FRICTION & 1)
         EACH_LANE
-            doubtful[i] |= (a->cutting[i] != 0) & (w->levelled[i] != 0) &
-                           (levels_bend(w, h[i], a, m, b, i) | levels_move(w, a, m, b, i));
+            doubtful[i] |=
+                (a->cutting[i] != 0) & (w->levelled[i] != 0) &
+                (levels_bend(w, h[i], a, m, b, i) | levels_move(w, a, m, b, i) | bends_unseen(w, a, m, b, i));
     for (int i = 0; (w->bends || w->yields || w->current_angle) && i < LANES; ++i)
         doubtful[i] |= a->cutting[i] != 0 &&
                        (w->current_angle || (w->bent[i] && yields_within(w->p[VAR_RELATIVE_TOLERANCE][i], a, m, b, i)));
@@ -332,6 +355,11 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
         const double heard = w->sensors && sensors_that_remember(w, i) > 0 ? SENSORS_REMEMBER * behind[i] : 0;
         beside[i] = larger(larger(levels, driven), larger(remembered, heard));
     }
+    if (w->stages >> STAGE_FRICTION & 1)
+        EACH_LANE
+            beside[i] =
+                larger(beside[i],
+                       is_bounded(b, i) ? apart(b->unbounded[i], whole.unbounded[i], unbounded_size(w, a, b, i)) : 0);
     EACH_LANE {
         const double reach = larger(b->F_C[i], b->F_S[i]) / b->P[i], force = larger(level_of(w, b, i), fabs(b->F[i]));
         const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);

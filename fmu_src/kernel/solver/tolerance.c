@@ -74,6 +74,27 @@ static double rise_of_level(const struct Point *a, const struct Point *m, const 
     return doublings * doublings * doublings;
 }
 
+/* What swings under forces that it moves may be excited by them, and then magnifies what steps leave of its swing,
+ * which is too small to be seen beside the forces. Where these bend by more than QUIET tolerances over its longest
+ * step, that is as much shorter as the tolerance asks of a method of fourth order. */
+#define QUIET 0.1
+
+static double swings(const struct Configuration *w, int i, int feed, double h, const struct Point *a,
+                     const struct Point *m, const struct Point *b)
+{
+    const double tolerance = w->p[VAR_RELATIVE_TOLERANCE][i];
+    if (tolerance >= USUAL_TOLERANCE)
+        return 0;
+    const struct Change c = change(w, i, feed, 1, a, m, b, 0, 0);
+    const double bend = 3 * larger(larger(c.of[1] / c.in[1], c.of[2] / c.in[2]), c.of[3] / c.in[3]);
+    double part = 0;
+    for (int n = 0; n < w->on_count; ++n)
+        if (w->on[n]->driver == DRIVEN_BY_FORCE && w->on[n]->longest_step)
+            part = larger(part, h / w->on[n]->longest_step(w->on_p[n], i));
+    const double tight = sqrt(sqrt(USUAL_TOLERANCE / tolerance));
+    return bend > QUIET * tolerance * part * part ? part * part * part * tight * tight * tight : 0;
+}
+
 int accurate(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes h,
              const struct Point *start, const struct Point *middle, const struct Point *end, const lanes difference,
              lanes next, int fits[LANES])
@@ -82,7 +103,7 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
     int all = 1, coarse = 0;
     lanes share;
     force_shares(w, h, share);
-    if (!w->looks_back && !w->comes_back && !eventful &&
+    if (!w->looks_back && !w->comes_back && !eventful && !w->feedback &&
         all_well_within(contact, w, feed, share, start, middle, end, difference)) {
         EACH_LANE
             next[i] = smaller(larger(4 * h[i], next[i]), w->longest[i]);
@@ -97,6 +118,8 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
     }
     for (int i = 0; eventful && i < LANES; ++i)
         of_late[i] = larger(of_late[i], rise_of_level(start, middle, end, i));
+    for (int i = 0; w->feedback && i < LANES; ++i)
+        of_late[i] = larger(of_late[i], swings(w, i, feed, h[i], start, middle, end));
     EACH_LANE {
         bad[i] = badness(contact, w, i, feed, share[i], start, middle, end, difference[i], of_late[i]);
         factor[i] = 4;
