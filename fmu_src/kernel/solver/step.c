@@ -87,7 +87,8 @@ static void open_step(const struct Contact *contact, const struct Configuration 
 
 /* A slip that is solved for depends on z, and within its bounds its linearised rate may be some hundred times that at a
  * bound, with a target as much nearer: what a step makes of both lies off the way of either, and passes go round
- * between them. A rate linearised at z may be any, as long as z goes by it: there the largest of the three holds. */
+ * between them. A rate linearised at z may be any, as long as z goes by it: there the largest of the three holds, with
+ * laws that relax towards a target. */
 #define APART 10
 
 static int kinks(const struct Point *a, const struct Point *m, const struct Point *b, lanes top)
@@ -120,7 +121,7 @@ static void bend(const struct Configuration *w, const lanes h, const struct Poin
                  struct Point *end, lanes difference)
 {
     lanes top;
-    if (w->current_angle && kinks(start, middle, end, top)) {
+    if (w->current_angle && w->law->relaxes && kinks(start, middle, end, top)) {
         const struct Point a = raised(start, top), m = raised(middle, top), b = raised(end, top);
         bristle_step(1, 0, h, &a, &m, &b, middle->z, end->z, difference);
     } else
