@@ -16,6 +16,7 @@ from evat.model import FloatArray, Variable
 from plain_model import PlainModel
 
 LEVEL = Variable("q", "N", 5.0, 0.1, 50.0, "level", "toy")
+ARM = Variable("arm", "m", 0.01, 0.001, 1.0, "arm of the force", "toy")
 FORCE = Variable("F", "N", 0.0, -1e9, 1e9, "force", "toy", causality="output")
 TORQUE = Variable("M", "N.m", 0.0, -1e9, 1e9, "torque", "toy", causality="output")
 TIMES: FloatArray = np.linspace(0.0, 1.0, 50)
@@ -23,11 +24,11 @@ TIMES: FloatArray = np.linspace(0.0, 1.0, 50)
 
 class Level(PlainModel):
     effects = ()
-    variables = (LEVEL, FORCE, TORQUE)
+    variables = (LEVEL, ARM, FORCE, TORQUE)
 
     def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
         wave = 1 + np.sin(20 * times)
-        return {"F": values["q"] * wave, "M": -0.01 * values["q"] * wave}
+        return {"F": values["q"] * wave, "M": -values["arm"] * values["q"] * wave}
 
 
 def objective(kind: Kind) -> Objective:
