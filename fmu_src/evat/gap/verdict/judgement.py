@@ -96,8 +96,8 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     ratio = min(max((after / max(features.nominal[c], after, 1e-300) for c, after in features.recalibrated.items()), default=1.0), 1.0)
     shares = {on: share * (1 - strange * (1 - ratio)) if on in credible else share for on, share in shares.items()}
     lefts = {on: share * seen if share < worse else share for on, share in shares.items()}
-    lefts_of_one = {on: lefts[_first_of_family(on, features) or on] for on in lefts}
-    scores = {on: _score(on, _credited(on, features, constants) / overstated, lefts_of_one[on], constants) for on in features.gain}
+    firsts = {on: _first(on, features) if features.one_family.get(on) else None for on in lefts}  # what these leave alone counts
+    scores = {on: _score(on, _credited(on, features, constants) / overstated, lefts[firsts[on] or on], constants) for on in features.gain}
     # What may be chance explains nothing.
     sure = {
         on: 1.0 if "beyond_chance" in reverse else _sigmoid((gain - CONSTANTS.chance_evidence) / CONSTANTS.chance_evidence_scale)
@@ -215,11 +215,9 @@ def _credited(on: Hypothesis, features: Features, constants: Constants) -> float
     """Log evidence as far as it counts: what a second effect adds to that of the first, only where it takes a share of what that leaves, or
     frees a nominal value that the first alone moves where nobody can have meant it. Else it mends the form of the first, which no effect in
     the world shares with the library's; as one of its own family does in any case, where that is one of the measurement."""
-    gain = features.gain[on]
-    parts = [part for part in on.parts() if part in features.gain] if len(on) > 1 else []
-    if not parts:
+    gain, first = features.gain[on], _first(on, features)
+    if first is None:
         return gain
-    first = max(parts, key=lambda part: features.gain[part])
     if features.one_family.get(on):
         return min(gain, features.gain[first])
     if features.shifts.get(first, 0.0) > CONSTANTS.credible_shift >= features.shifts.get(on, math.inf):
@@ -229,9 +227,9 @@ def _credited(on: Hypothesis, features: Features, constants: Constants) -> float
     return min(gain, features.gain[first] + credit * max(gain - features.gain[first], 0.0))
 
 
-def _first_of_family(on: Hypothesis, features: Features) -> Hypothesis | None:
-    """Of a set that is one cause in two effects the likelier of them: what it leaves alone counts."""
-    parts = [part for part in on.parts() if part in features.gain] if features.one_family.get(on) else []
+def _first(on: Hypothesis, features: Features) -> Hypothesis | None:
+    """Of a set the likelier effect alone, as far as any of it was fitted alone."""
+    parts = [part for part in on.parts() if part in features.gain] if len(on) > 1 else []
     return max(parts, key=lambda part: features.gain[part], default=None)
 
 
