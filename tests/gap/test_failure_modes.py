@@ -8,9 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import toy
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.gap import Diagnosis, diagnose, diagnose_with
 from evat.gap.report.explanation import smallest_amplitudes
+from evat.gap.search.audit import audit
+from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Variable
 from rig import MODEL, SAMPLES, STEP, STILL, VALUES, measured
 
@@ -168,6 +171,19 @@ def test_a_solver_that_is_too_coarse_is_told() -> None:
         answer = diagnose(replace(experiment, nominal=nominal), Coarse())
         assert answer.verdict == verdict
         assert any("solver's own error" in note for note in answer.cannot_tell) == (verdict == "cannot_tell")
+
+
+@pytest.mark.parametrize("newton", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize(("error", "refused"), [(0.5, False), (2.0, True)])
+def test_what_error_a_solver_may_have_is_a_share_of_the_force(newton: float, error: float, refused: bool) -> None:
+    """In any unit, where there is next to no noise. error : of what may be seen of it."""
+    made = toy.measured(noise=1e-4)
+    made = replace(_changed(made, newton), nominal=replace(made.nominal, values={"k": 10.0 * newton}))
+    prediction = Prediction(toy.Toy(), made)
+    predicted = prediction.one()
+    wrong = error * CONSTANTS.visible_solver_error * float(np.sqrt(np.mean(predicted**2)))
+    said = audit(prediction, predicted, {"F": 1e-4 * newton}, np.full_like(predicted, wrong)).refused
+    assert any("solver's own error" in reason for reason in said) == refused
 
 
 @pytest.mark.parametrize("on", [(), ("bend",)])
