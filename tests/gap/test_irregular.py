@@ -141,6 +141,15 @@ def test_lines_that_the_likeliest_model_has_are_none() -> None:
     assert features(with_it).irregular_share["F"] < 0.1
 
 
+@pytest.mark.parametrize(("hum", "together"), [(0.0, 3), (0.3, 1)])
+def test_repeats_are_one_motion_unless_lines_go_through_them(hum: float, together: int) -> None:
+    """What no model has in step would be taken from their mean as if it were noise."""
+    made, draw = measured(repeats=3, noise=0.02), np.random.default_rng(4)
+    trials = [replace(t, outputs={"F": t.outputs["F"] + hum * np.sin(2 * np.pi * (11.0 * t.times + draw.uniform()))}) for t in made.trials]
+    groups = compare(Prediction(Toy(), replace(made, trials=tuple(trials)))).whitening.groups
+    assert {len(group.members) for group in groups} == {together}
+
+
 def test_a_level_that_jumps_from_repeat_to_repeat_is_told() -> None:
     """Also a jump that is larger than the force itself, of which fits of gain and clock leave something."""
     made = measured(repeats=3, noise=0.02)
