@@ -1,15 +1,26 @@
-"""Which starts of an effect are fitted to their end, and what does a shape of the law do to a prediction that is linear in it?"""
+"""Which starts of an effect are fitted to their end, what does a shape of the law do to a prediction that is linear in it, and where are
+both held?"""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from evat.constants import CONSTANTS
-from evat.gap.search.recalibration import _linearised
+from evat.experiment import SetupSd
+from evat.gap.search import recalibration
+from evat.gap.search.compare import compare
+from evat.gap.search.recalibration import _likeliest_zeros, _linearised
 from evat.gap.search.singles import _apart
+from evat.inference.noise.estimate import estimate_noise
+from evat.inference.prediction import Prediction
+from evat.inference.whitening import Whitening
+from evat.model import FloatArray, Run, Variable
+from toy import Toy, measured
 
 FAR = 1.1 * CONSTANTS.starts_apart
 
@@ -50,3 +61,68 @@ def test_a_shape_is_told_by_its_slope_where_it_stands() -> None:
     assert [(one.parameter.name, one.at) for one in told] == [("a", 0.3), ("b", -0.2), ("c", 0.0)]
     for one, slope in zip(told, (0.2, -0.3, 7e-3), strict=True):
         assert one.column == pytest.approx(slope * np.array([1.0, 2.0, 3.0]), rel=1e-6)
+
+
+class Powered(Toy):
+    """F = k |x|^e sign x: the exponent is a shape of the law, 1 unless somebody knows better."""
+
+    variables = (*Toy.variables, Variable("e", "1", 1.0, 0.01, 100.0, "exponent of the spring", "toy", neutral=1.0))
+
+    def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
+        x = values["x"]
+        return {"F": super().formula(times, {**values, "x": np.sign(x) * np.abs(x) ** values["e"]}, on)["F"]}
+
+
+@pytest.mark.parametrize(("sds", "times"), [(0.0, 1), (0.5, 1), (1.5, 2)])
+def test_a_shape_is_held_elsewhere_only_where_it_is_far_from_where_it_began(
+    sds: float, times: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Within the range of one linearisation there is no second one, which would cost runs of a law that may take ten times as long."""
+    at = list[list[float]]()
+
+    def counting(prediction: Prediction, values: Any, on: Any, forms: Any, where: FloatArray) -> Prediction:
+        if len(forms):
+            at.append(where.tolist())
+        return _linearised(prediction, values, on, forms, where)
+
+    monkeypatch.setattr(recalibration, "_linearised", counting)
+    made, exponent = measured(), float(np.exp(CONSTANTS.law_shape_sd * sds))
+    trials = []
+    for trial in made.trials:
+        run = Run(trial.times, trial.inputs, ("F",))
+        more = Powered().simulate_many(run, (), {"k": 10.0, "e": exponent})["F"][0] - Toy().simulate_many(run, (), {"k": 10.0})["F"][0]
+        trials.append(replace(trial, outputs={"F": trial.outputs["F"] + more}))
+    comparison = compare(Prediction(Powered(), replace(made, trials=tuple(trials))))
+    assert len(at) == times
+    assert comparison.recalibrated.values["e"] == pytest.approx(exponent, rel=0.1)
+
+
+class Damped(Toy):
+    """A damper that is moved, d v; nothing of v is seen where d is 0."""
+
+    variables = (
+        *Toy.variables,
+        Variable("slip_velocity", "m/s", 0.0, -10.0, 10.0, "velocity", "toy", causality="input"),
+        Variable("d", "N.s/m", 0.0, 0.0, 1e6, "damping", "toy"),
+    )
+
+    def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
+        return {"F": super().formula(times, values, on)["F"] + values["d"] * values["slip_velocity"]}
+
+
+@pytest.mark.parametrize(("d", "expected"), [(0.0, 0.0), (20.0, -1.5)])
+def test_the_zero_of_a_velocity_is_looked_for_where_it_is_likely(d: float, expected: float) -> None:
+    """Where the record tells nothing of it, that is where its owner believes it to be; else where the record has it."""
+    made, off, trials = measured(), 0.02, []
+    for trial in made.trials:
+        v = np.gradient(trial.inputs["x"], trial.times) * (trial.times > 0.5)
+        read = v + off * expected + 1e-5 * np.cos(300 * trial.times)
+        trials.append(replace(trial, inputs={**trial.inputs, "slip_velocity": read}, outputs={"F": trial.outputs["F"] + d * v}))
+    nominal = replace(made.nominal, values={"k": 10.0, "d": d})
+    made = replace(made, trials=tuple(trials), nominal=nominal, setup_sd={"slip_velocity": SetupSd(zero=off)})
+    prediction = Prediction(Damped(), made)
+    predicted = prediction.one()
+    assert len(prediction.input_zeros) == 1
+    assert _likeliest_zeros(prediction, Whitening(prediction, estimate_noise(prediction, predicted), predicted)) == pytest.approx(
+        [expected], abs=1e-3
+    )
