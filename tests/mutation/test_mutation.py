@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import json
 import re
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 from evat.native import compile as compiling
 from mistakes import in_c, in_python, places_in_python
-from workshop import PARTS, ROOT, SOURCES, Workshop, campaign, drawn, every_mistake, known
+from workshop import LEFT_OUT, PARTS, ROOT, SOURCES, Workshop, campaign, drawn, every_mistake, known
 
 C = """/* a + b */
 #define TWICE(x) ((x) + (x))
@@ -57,6 +58,22 @@ def test_what_the_workshop_asks_of_the_compilation_is_there() -> None:
     asked = set(re.findall(r"\bcompiling\.(\w+)", text))
     assert len(asked) >= 5
     assert [name for name in asked if not hasattr(compiling, name)] == []
+
+
+def test_tests_that_load_other_libraries_are_left_out() -> None:
+    """The workshop builds those of this processor: a test of others compiles them, is ended for its time, and would kill any mistake."""
+    files = [
+        file for tests in PARTS["kernel"].tests for file in ([ROOT / tests] if tests.endswith(".py") else (ROOT / tests).rglob("test_*.py"))
+    ]
+    some = {
+        f"{file.relative_to(ROOT).as_posix()}::{function.name}"
+        for file in files
+        for function in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(function, ast.FunctionDef)
+        and any(isinstance(n, ast.Name) and n.id == "kernel_library_path" for n in ast.walk(function))
+    }
+    assert some
+    assert some <= set(LEFT_OUT)
 
 
 @pytest.mark.parametrize("kind", ["equivalent", "killed"])
