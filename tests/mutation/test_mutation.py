@@ -17,6 +17,7 @@ C = """/* a + b */
 #define TWICE(x) ((x) + (x))
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "x - y", .start = 2, .meaning = "1 < 2"},
+    [ON + 1] = {.name = "x + y", .start = 0.3},
 };
 double f(double *x, int n)
 {
@@ -31,15 +32,15 @@ def test_mistakes_in_c_are_made_in_code_alone(tmp_path: Path) -> None:
     (tmp_path / "f.c").write_text(C, encoding="utf-8")
     mistakes = {(mistake.line, mistake.becomes) for mistake in in_c(tmp_path / "f.c", tmp_path)}
     loop, sum_ = "for (int i = 0; i {} n; ++i) /* i < n */", "x[i] += -2.5 * larger(x[i], 10);"
-    expected = {(8, loop.format("<=")), (8, loop.format(">")), (8, "for (int i = 1; i < n; ++i) /* i < n */")}
+    expected = {(9, loop.format("<=")), (9, loop.format(">")), (9, "for (int i = 1; i < n; ++i) /* i < n */")}
     changes = (("+=", "-="), ("-2.5", "2.5"), ("*", "/"), ("larger", "smaller"), ("10", "20"))
-    expected |= {(9, sum_.replace(*change)) for change in changes}
+    expected |= {(10, sum_.replace(*change)) for change in changes}
     expected |= {
-        (9, sum_.replace("2.5", "(2.5 * 2)")),
-        (9, ";"),
-        (10, "return x[1] && !n;"),
-        (10, "return x[0] || !n;"),
-        (10, "return x[0] && n;"),
+        (10, sum_.replace("2.5", "(2.5 * 2)")),
+        (10, ";"),
+        (11, "return x[1] && !n;"),
+        (11, "return x[0] || !n;"),
+        (11, "return x[0] && n;"),
     }
     assert mistakes == expected
 
