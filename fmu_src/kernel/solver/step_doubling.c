@@ -21,7 +21,8 @@
 #define BENT_TARGET 200    /* tolerances */
 #define BENT_LEVELS 20
 
-/* By which the slip speed may change over a step that is believed as it is. */
+/* By which the slip speed may change over a step that is believed as it is. A parabola that comes within a third of its
+ * slowest point to a reversal between the points differs at them by a factor of 6 at least. */
 static void doubtful_factors(const struct Configuration *w, lanes factor)
 {
     EACH_LANE {
@@ -42,16 +43,6 @@ static inline int slows_down(double factor, const struct Point *a, const struct 
     const double low = smaller(smaller(a->speed[i], m->speed[i]), b->speed[i]),
                  high = larger(larger(a->speed[i], m->speed[i]), b->speed[i]);
     return low * (low < larger(a->flat_from[i], b->flat_from[i]) ? LITTLE : factor) < high;
-}
-
-/* Does the slip come near to a reversal between the points, by the parabola through them? */
-static inline int dips(const struct Point *a, const struct Point *m, const struct Point *b, int i)
-{
-    const double v_0 = a->v[i], v_m = m->v[i], v_1 = b->v[i], slope = 4 * v_m - 3 * v_0 - v_1,
-                 bend = 2 * (v_0 - 2 * v_m + v_1);
-    const double at = -slope / (2 * bend), turn = v_0 + 0.5 * slope * at; /* share of the step, and the slip there */
-    const double least = smaller(smaller(fabs(v_0), fabs(v_m)), fabs(v_1));
-    return (at > 0) & (at < 1) & (turn * (v_m < 0 ? -1 : 1) * FACTOR < least);
 }
 
 /* Does a rate that depends on the deflection change over the step, or what the bristle strives for bend? There are
@@ -204,13 +195,13 @@ static void hides_law(const struct Configuration *w, const lanes h, const struct
     lanes factor;
     doubtful_factors(w, factor);
     EACH_LANE {
-        doubtful[i] = (a->cutting[i] != 0) & (slows_down(factor[i], a, m, b, i) | dips(a, m, b, i));
+        doubtful[i] = (a->cutting[i] != 0) & slows_down(factor[i], a, m, b, i);
         curved |= doubtful[i];
     }
     if (curved) {
         show_curve(w, h, a, m, b, doubtful, next, shown);
         EACH_LANE
-            doubtful[i] &= (shown[i] == 0) | changes_by(factor[i], a, m, b, i) | dips(a, m, b, i);
+            doubtful[i] &= (shown[i] == 0) | changes_by(factor[i], a, m, b, i);
     }
     if (w->stages >> STAGE_FRICTION & 1)
         EACH_LANE
