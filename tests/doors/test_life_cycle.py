@@ -9,6 +9,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from evat.native import kernel
@@ -267,6 +268,25 @@ def test_an_instance_without_memory_is_refused(fmi2_fmu: Path, tmp_path: Path) -
     assert one.pointer is None
     assert "memory" in one.said()
     assert blocks == []
+
+
+@pytest.mark.parametrize("lent", ["allocateMemory", "freeMemory"])
+def test_a_host_that_lends_half_of_its_memory_lends_none(fmi2_fmu: Path, tmp_path: Path, lent: str) -> None:
+    """What one of the two has given only the other could take back: then the instance lives in memory of its own."""
+    asked: list[str] = []
+
+    def allocate(_count: int, _size: int) -> int:
+        asked.append("allocateMemory")
+        return 0
+
+    half: tuple[Any, Any] = (allocate, None) if lent == "allocateMemory" else (None, lambda _address: asked.append("freeMemory"))
+    one = Instance(Door(fmi2_fmu, tmp_path), allocator=half)
+    assert one.pointer is not None
+    one.start()
+    assert one.step(0.0, 1e-6) == OK
+    assert one.drop(one.save()) == OK
+    one.free()
+    assert asked == []
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads the memory of the process from /proc")
