@@ -299,6 +299,39 @@ def test_solvers_and_stepped_instances_with_effects_are_restored_from_bytes(door
     solver.free()
 
 
+@pytest.mark.parametrize("end", ["terminated", "a step that ended halfway"])
+def test_where_a_run_has_ended_is_a_state_as_well(door: Door, end: str) -> None:
+    """It goes into a new instance as bytes: values are as they were, and as little can be done from there."""
+    one, other = Instance(door), Instance(door)
+    one.start({"kinematics": 2, "friction_law": 5, "slip_velocity": 0.5, "F_C": 1e-6, "F_S": 1e-6})
+    if end == "terminated":
+        assert one.step(0.0, 1e-9) == OK
+        assert one.call("Terminate") == OK
+    else:
+        assert one.step(0.0, 1e-3) != OK  # bonds break every few picoseconds, see test_life_cycle.py
+    assert other.deserialize(one.serialize()) == OK, other.lines
+    names = ("time", "step_count", "bristle_deflection", "friction_force", "sliding_distance")
+    assert other.get(*names) == one.get(*names)
+    for each in (one, other):
+        assert each.step(each.get("time")[0], 1e-9) == ERROR
+        each.free()
+
+
+def test_an_event_that_waits_at_the_end_of_a_run_is_in_its_state(fmi3_fmu: Path, tmp_path: Path) -> None:
+    """The host ends a run where it would have had to handle an event: that state, too, is one that an instance comes to by itself."""
+    door = Door(fmi3_fmu, tmp_path)
+    one, other = (Instance(door, event_mode=True, early_return=True) for _ in range(2))
+    one.start()
+    assert one.update()[0] == OK
+    assert one.call("EnterStepMode") == OK
+    assert one.step3(0.0, 5e-5)[1]
+    assert one.call("Terminate") == OK
+    assert other.deserialize(one.serialize()) == OK, other.lines
+    assert other.get("time", "friction_force") == one.get("time", "friction_force")
+    for each in (one, other):
+        each.free()
+
+
 def test_a_state_of_the_other_interface_is_refused(door: Door, one: Instance) -> None:
     solver = Instance(door, model_exchange=True)
     solver.start()
