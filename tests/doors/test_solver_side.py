@@ -49,6 +49,18 @@ def integrating(one: Instance, values: dict[str, float]) -> Instance:
     return one
 
 
+@pytest.mark.parametrize("name", ["GetContinuousStateDerivatives", "GetEventIndicators", "GetContinuousStates"])
+def test_nothing_is_shown_to_a_solver_before_initialisation(one: Instance, name: str) -> None:
+    """What has not been set up has no rates; in Initialization Mode it has."""
+    count = len(kernel.states()) if name != "GetEventIndicators" else 4
+    own = name if one.door.version == 3 else name.replace("ContinuousStateDerivatives", "Derivatives")
+    assert one.call(own, (ct.c_double * count)(), ct.c_size_t(count)) == ERROR
+    assert "Instantiated" in one.said()
+    assert one.call("Reset") == OK
+    assert one.set_up() == OK
+    vector(one, name, count)
+
+
 def test_rates_are_the_equations(one: Instance) -> None:
     """LuGre: dz/dt = v at z = 0 and 0 at z = g/sigma0; impulses grow by the forces, energies by F v and the power of shearing; what is
     off stands still."""
