@@ -77,6 +77,21 @@ def test_derivatives_take_and_give_finite_numbers(make: Make, seed: float) -> No
     assert ("dissipated_power" in line) if seed == HUGE else ("seed" in line)
 
 
+def test_a_derivative_of_an_output_is_a_finite_number(fmi2_fmu: Path, tmp_path: Path) -> None:
+    """A viscous force of 10 N s/m, whose slip grows by 1.7e308 m/s in a second: by more than there is a number for."""
+    one = Instance(Door(fmi2_fmu, tmp_path))
+    one.start({"kinematics": 2, "slip_velocity": 0.5, "sigma2": 10.0})
+    slip, force = ((ct.c_uint * 1)(one.door.reference[name]) for name in ("slip_velocity", "friction_force"))
+    count, first = ct.c_size_t(1), (ct.c_int * 1)(1)
+    for slope, status in ((1e300, OK), (HUGE, ERROR)):
+        result = (ct.c_double * 1)()
+        assert one.call("SetRealInputDerivatives", slip, count, first, (ct.c_double * 1)(slope)) == OK
+        assert one.call("GetRealOutputDerivatives", force, count, first, result) == status, one.lines
+        assert status == ERROR or math.isfinite(result[0])
+    assert "friction_force" in one.said()
+    one.free()
+
+
 def test_a_record_in_which_a_number_is_lost_breaks_off() -> None:
     contact = kernel.Contact({"kinematics": "external", "slip_velocity": 0.1}, ("dynamometer_resonance",))
     contact.start()

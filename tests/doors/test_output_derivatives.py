@@ -212,13 +212,14 @@ def test_what_has_none_is_refused_in_one_line(one: Instance) -> None:
         (0, 1, ["value reference 0"]),
         (99_999, 1, ["value reference 99999"]),
     ):
-        one.start()
-        assert one.step(0.0, 1e-6) == OK
-        status, _ = asked(one, [of["friction_force"], reference], [1, order])
-        assert status == ERROR
-        line = one.said()
-        assert all(word in line for word in words), line
-        assert one.call("Reset") == OK
+        for turn in (1, -1):  # wherever it stands among others
+            one.start()
+            assert one.step(0.0, 1e-6) == OK
+            status, _ = asked(one, [of["friction_force"], reference][::turn], [1, order][::turn])
+            assert status == ERROR
+            line = one.said()
+            assert all(word in line for word in words), line
+            assert one.call("Reset") == OK
 
 
 def test_they_are_refused_before_the_start_and_without_arrays(one: Instance) -> None:
