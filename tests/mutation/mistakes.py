@@ -59,7 +59,9 @@ TYPE = re.compile(r"double|int|char|void|lanes|const|\w+_t|[A-Z][a-z]\w*")  # a 
 STATEMENT = re.compile(
     r"^(?:EACH_LANE )?(?!(?:const|static|return|enum|struct|double|int|lanes|uint64_t|case|break|continue|else|goto)\b)\w[^{}]*;$"
 )
-DATA = re.compile(r"^\s*(?:\[\w+(?: \+ \d+)?\] = \{|\.\w+ = |\{?\.name)|\bSTATE\b|\bTUNED\b|\bSWITCH\b|\.source =")  # rows of a table: values, no code
+DATA = re.compile(  # rows of a table: values, no code
+    r"^\s*(?:\[\w+(?: \+ \d+)?\] = \{|\.\w+ = |\{?\.name)|\bSTATE\b|\bTUNED\b|\bSWITCH\b|\.source ="
+)
 
 
 @dataclass(frozen=True)
