@@ -96,6 +96,20 @@ def test_every_file_has_a_token_of_its_own(fmus: dict[str, Path]) -> None:
 
 
 @BOTH
+@EACH
+def test_its_state_comes_back_from_bytes(part: str, version: int, fmus: dict[str, Path], tmp_path: Path) -> None:
+    """With what it does not show as it starts here, which is not as the whole contact starts."""
+    door = Door(fmus[f"{part}-fmi{version}"], tmp_path)
+    one, other = Instance(door), Instance(door)
+    one.start()
+    assert one.step(0.0, 1.3 * PERIOD) == OK
+    assert other.deserialize(one.serialize()) == OK, other.lines
+    assert other.get(*outputs(part)) == one.get(*outputs(part))
+    for each in (one, other):
+        each.free()
+
+
+@BOTH
 def test_a_token_opens_the_fmus_of_its_model_and_version_alone(version: int, fmus: dict[str, Path], tmp_path: Path) -> None:
     """One binary serves all FMUs of a model: which it is the token says."""
     door, other, partner = (
