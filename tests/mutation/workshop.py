@@ -56,7 +56,16 @@ class Part:
 PARTS = {
     "kernel": Part(
         ("kernel/**/*.c", "kernel/elementary.h", "kernel/solver/root.h"),
-        ("tests/laws", "tests/effects", "tests/doors/test_reference.py", "tests/doors/test_lanes.py", "tests/models/test_batch.py"),
+        (
+            "tests/laws",
+            "tests/effects",
+            "tests/doors/test_reference.py",
+            "tests/doors/test_lanes.py",
+            "tests/models/test_batch.py",
+            "tests/tolerance/test_causes.py",
+            "tests/tolerance/test_causes_of_feedback.py",
+            "tests/tolerance/test_causes_within_steps.py",
+        ),
         2.0,
     ),
     "machines": Part(
@@ -79,6 +88,8 @@ PARTS = {
             "tests/doors/test_cs_and_me.py",
             "tests/doors/test_averaging_doors.py",
             "tests/doors/test_solver_side.py",
+            "tests/doors/test_output_derivatives.py",
+            "tests/doors/test_finite.py",
         ),
         3.0,
     ),
