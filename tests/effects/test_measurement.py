@@ -87,13 +87,34 @@ def test_delay_turns_a_sine_and_keeps_its_form(tau: float) -> None:
     assert np.abs(gain * np.sinc(1 / samples) ** 2 - exact) == pytest.approx(0, abs=0.5 * (pi / samples) ** 2)
 
 
-def test_delay_across_entries_and_exits() -> None:
-    """What a vibrating tool's sensor shows late is what a prompt one has shown a cycle before, jumps and all, to 3 tolerances."""
-    tau, times = 1.237e-5, np.linspace(0, 2 * PERIOD, 301)
+@pytest.mark.parametrize("cycles", [0.247, 4.247, 7.913])
+def test_delay_across_entries_and_exits(cycles: float) -> None:
+    """What a vibrating tool's sensor shows late is what a prompt one has shown cycles before, jumps and all, to 3 tolerances. From the
+    start on, which is periodic, and whose past is one cycle for all but the last two."""
+    tau, times = cycles * PERIOD, np.linspace(0, 2 * PERIOD, 301)
     late = course(begun({**CUT, "sensor_delay.time": tau}, ["sensor_delay"]), times, *MEASURED)
-    prompt = course(begun(CUT), np.append(0, times + PERIOD - tau), *FORCES)[:, 1:]
+    prompt = course(begun(CUT), np.append(0, times + np.ceil(cycles) * PERIOD - tau), *FORCES)[:, 1:]
     assert np.ptp(prompt, axis=1).min() > 5
     assert np.abs(late - prompt).max() < 3 * 1e-7 * np.abs(prompt).max()
+
+
+@pytest.mark.parametrize(
+    ("on", "values"),
+    [
+        ("sensor_delay", {"sensor_delay.time": 1.237e-5}),
+        ("sensor_lowpass", {"sensor_lowpass.time_constant": 5e-6}),
+        ("dynamometer_resonance", {"dynamometer_resonance.natural_period": 3e-5, "dynamometer_resonance.damping_ratio": 0.1}),
+    ],
+)
+def test_friction_is_heard_as_exactly_beside_a_force_of_fifty_times_its_size(on: str, values: dict[str, float]) -> None:
+    """A thick cut by a tool with a rake, whose other channels are so large that an error of the friction is no part of theirs."""
+    shown = {}
+    for tolerance in (1e-4, 1e-7):
+        contact = begun({**CUT, "rake_angle": 0.2, "feed": 1e-3, **values, "relative_tolerance": tolerance}, [on])
+        shown[tolerance] = course(contact, np.linspace(0, 2 * PERIOD, 301), "measured_friction_force", "principal_force")
+    friction, principal = np.abs(shown[1e-7]).max(axis=1)
+    assert principal > 50 * friction
+    assert np.abs(shown[1e-4] - shown[1e-7])[0].max() < 3e-4 * friction
 
 
 @pytest.mark.parametrize("on", [["sensor_lowpass"], ["dynamometer_resonance"]])
