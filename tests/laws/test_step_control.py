@@ -190,3 +190,15 @@ def test_a_leap_beside_the_reversal_costs_few_steps(name: str, most: int) -> Non
     assert usual.get("step_count") <= most
     for impulse, error in (("friction_impulse", 2e-3), ("principal_impulse", 5e-5), ("dissipated_energy", 3e-4)):
         assert abs(usual.get(impulse) / tight.get(impulse) - 1) <= error, impulse
+
+
+@pytest.mark.parametrize("exponent", [1.8, 3.0])
+def test_bristles_that_yield_late_cost_hardly_more_steps(exponent: float) -> None:
+    """Their rate goes to 0 with the deflection; linearised by less than the law's own, the target lies far beyond where they come to."""
+    costs = []
+    for each in (1.0, exponent):
+        contact = Contact({"lugre.presliding_exponent": each, "cutting_speed": 0.1})
+        contact.start(0.0)
+        contact.advance(2e-4)
+        costs.append(contact.get("step_count"))
+    assert costs[1] < 2 * costs[0]
