@@ -19,7 +19,7 @@ enum { FMI_WARNING = 1 }; /* the last status that lets a run go on */
 
 static int went_well(struct Coupling *c, const struct Member *m, const struct Function *called, int status)
 {
-    if (status <= FMI_WARNING)
+    if (status <= FMI_WARNING && status != ASKS_TO_END)
         return 1;
     c->failed = (int)(m - c->members);
     c->function = called->name;
@@ -54,13 +54,13 @@ static int lead_inputs(struct Coupling *c, const struct Member *m, double step)
 
 static int do_step(struct Coupling *c, const struct Member *m, double time, double step)
 {
-    _Bool event, terminate, early;
-    double reached;
+    _Bool event = 0, ends = 0, early = 0;
+    double reached = time;
     const struct Function *call = &m->do_step;
-    return went_well(
-        c, m, call,
-        m->fmi == 2 ? ((DoStep2 *)call->address)(m->instance, time, step, 1)
-                    : ((DoStep3 *)call->address)(m->instance, time, step, 1, &event, &terminate, &early, &reached));
+    const int status = m->fmi == 2
+                           ? ((DoStep2 *)call->address)(m->instance, time, step, 1)
+                           : ((DoStep3 *)call->address)(m->instance, time, step, 1, &event, &ends, &early, &reached);
+    return went_well(c, m, call, status <= FMI_WARNING && ends ? ASKS_TO_END : status);
 }
 
 static double number(const void *values, int form, int i)

@@ -20,6 +20,9 @@ struct Function {
     const char *name;
 };
 
+/* Beside the statuses of FMI: an FMU of FMI 3 has made a step, and asks that the simulation ends. */
+enum { ASKS_TO_END = -1 };
+
 /* How an FMU keeps the numbers that it shows. */
 enum Form { FLOAT64, FLOAT32, INT8, UINT8, INT16, UINT16, INT32, UINT32, INT64, UINT64, BOOLEAN };
 

@@ -41,7 +41,8 @@ static void balance(int n, const double *A, double *scale)
 {
     for (int i = 0; i < n; ++i)
         scale[i] = 1;
-    for (int sweep = 0; sweep < 20; ++sweep)
+    for (int sweep = 0, moved = 1; moved && sweep < 20; ++sweep) {
+        moved = 0;
         for (int i = 0; i < n; ++i) {
             double row = 0, column = 0;
             for (int j = 0; j < n; ++j) {
@@ -49,9 +50,14 @@ static void balance(int n, const double *A, double *scale)
                 column += i == j ? 0 : fabs(A[j * n + i]) * scale[i] / scale[j];
             }
             const double ratio = row / column;
-            if (ratio > 1e-100 && ratio < 1e100) /* beyond, what is smaller says nothing in the other's units, either */
-                scale[i] *= exp2(round(0.5 * log2(ratio)));
+            if (!(ratio > 1e-100 && ratio < 1e100)) /* what is smaller says nothing in the other's units, either */
+                continue;
+            const double doublings = round(0.5 * log2(ratio));
+            if (doublings != 0)
+                scale[i] *= exp2(doublings);
+            moved |= doublings != 0;
         }
+    }
 }
 
 void linear_response(int n, const double *A, double h, double *once, double *twice)

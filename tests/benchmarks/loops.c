@@ -27,6 +27,28 @@ int nothing_2(void *instance, double time, double step, int no_set_state)
     return 0;
 }
 
+/* An FMU without work: takes any values, and shows some that are never the same. */
+int take_2(void *instance, const unsigned *references, size_t count, const double *values)
+{
+    (void)instance, (void)references, (void)count, (void)values;
+    return 0;
+}
+
+int take_slopes_2(void *instance, const unsigned *references, size_t count, const int *orders, const double *values)
+{
+    (void)instance, (void)references, (void)count, (void)orders, (void)values;
+    return 0;
+}
+
+int show_2(void *instance, const unsigned *references, size_t count, double *values)
+{
+    static double shown = 0;
+    (void)instance, (void)references;
+    for (size_t i = 0; i < count; ++i)
+        values[i] = shown += 1;
+    return 0;
+}
+
 /* `count` steps from *time on, which is moved; the first status above 1 (warning) ends the loop with -1. */
 double steps_2(DoStep2 *do_step, void *instance, double *time, double step, int64_t count)
 {

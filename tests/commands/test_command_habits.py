@@ -233,6 +233,21 @@ def test_ctrl_c_keeps_what_a_system_has_shown(systems: dict[str, Path], tmp_path
     assert all(column.size == trace.times.size for column in trace.values())
 
 
+def test_ctrl_c_reaches_a_system_between_its_compiled_steps(systems: dict[str, Path], tmp_path: Path) -> None:
+    """A signal, where nobody is told of the progress: 1e7 steps take more than ten seconds."""
+    system = read(systems["stick_slip"], tmp_path / "in")
+    with Coupled(system) as coupled:
+        interrupt_after(0.5)
+        began = time.monotonic()
+        with pytest.raises(SystemInterrupted) as stopped:
+            coupled.run(plan(system, 1e-5, 100.0, every=100))
+    assert time.monotonic() - began < 3
+    trace = stopped.value.trace
+    assert 0 < trace.times[-1] < 100
+    assert trace.times == pytest.approx(np.arange(trace.times.size) * 1e-3)
+    assert all(np.all(np.isfinite(column)) and column.size == trace.times.size for column in trace.values())
+
+
 def test_a_stop_is_asked_for_once(capsys: pytest.CaptureFixture[str]) -> None:
     with stoppable(lambda: "nothing") as asked:
         assert not asked()

@@ -20,7 +20,7 @@ REFERENCE = Given((("drive", "position_reference"),), TIMES, 1e-3 * np.sin(20 * 
 @pytest.fixture(scope="module")
 def coupled(systems: dict[str, Path], fmus: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> dict[str, System]:
     """Systems of FMI 2; "of FMI 3" the same parts by FMI 3, which has no derivatives of inputs."""
-    systems_read = {name: read(systems[name], tmp_path_factory.mktemp(name)) for name in ("stick_slip", "emps", "evat_turning")}
+    systems_read = {name: read(path, tmp_path_factory.mktemp(name)) for name, path in systems.items()}
     plain, folder = systems_read["stick_slip"], fmus["fmi3"].parent
     parts = {name: replace(part, source=folder / f"{part.source.stem}-fmi3.fmu") for name, part in plain.components.items()}
     return systems_read | {"of FMI 3": replace(plain, components=parts)}
@@ -32,6 +32,9 @@ def coupled(systems: dict[str, Path], fmus: dict[str, Path], tmp_path_factory: p
         ("stick_slip", NO_INPUTS, "gauss-seidel", "linear"),
         ("stick_slip", NO_INPUTS, "jacobi", "constant"),
         ("of FMI 3", NO_INPUTS, "gauss-seidel", "constant"),
+        ("hunting", NO_INPUTS, "jacobi", "linear"),
+        ("feed_drive", NO_INPUTS, "gauss-seidel", "linear"),
+        ("circular_path", NO_INPUTS, "gauss-seidel", "constant"),
         ("emps", REFERENCE, "gauss-seidel", "linear"),
         ("evat_turning", NO_INPUTS, "jacobi", "linear"),
     ],

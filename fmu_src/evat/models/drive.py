@@ -210,6 +210,8 @@ class Driver:
         """What is told of a call that failed, or of an output."""
         if isinstance(failed, NotFinite):
             return SimulationError(f"{self._outputs[failed.output]} is {failed.value}, which is no finite number")
+        if failed.asks_to_end:
+            return SimulationError(f"{doing}: the FMU asks that the simulation ends")
         said = self._log[-1] if self._log else FMICallException(failed.function, failed.status)
         return SimulationError(f"{doing}: the FMU answered: {said}")
 

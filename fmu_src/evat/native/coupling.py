@@ -28,11 +28,14 @@ def _loaded() -> tuple[Any, Any]:
 
 
 class CallFailed(Exception):
-    """A function of an FMU has answered worse than with a warning: which member's, its name, and its status."""
+    """A function of an FMU has answered worse than with a warning: which member's, its name, and its status.
 
-    def __init__(self, member: int, function: str, status: int) -> None:
+    asks_to_end: it went well, and asks that the simulation ends.
+    """
+
+    def __init__(self, member: int, function: str, status: int, asks_to_end: bool = False) -> None:
         super().__init__(f"{function}: {status}")
-        self.member, self.function, self.status = member, function, status
+        self.member, self.function, self.status, self.asks_to_end = member, function, status, asks_to_end
 
 
 class NotFinite(Exception):
@@ -222,4 +225,4 @@ class Coupling:
         c = self._c
         if c.status == 0:
             raise NotFinite(c.failed, self._places[c.failed].index(c.place), c.shown)
-        raise CallFailed(c.failed, cffi_text(self._ffi, c.function), c.status)
+        raise CallFailed(c.failed, cffi_text(self._ffi, c.function), c.status, c.status == self._library.ASKS_TO_END)

@@ -171,6 +171,8 @@ static inline int changes_side(const struct Configuration *w, int all, const str
 static int turns_its_bend(const struct Configuration *w, double by, double h, const struct Point *a,
                           const struct Point *m, const struct Point *b, int i)
 {
+    if (a->cutting[i] == 0) /* out of contact no force bends, and the law's part of a point is not set */
+        return 0;
     const double force = larger(level_of(w, b, i), larger(fabs(a->F[i]), fabs(b->F[i])));
     return b->s0[i] * fabs(b->z[i] - a->z[i] - h * m->dz[i]) > 0.25 * by * w->p[VAR_RELATIVE_TOLERANCE][i] * force;
 }
