@@ -43,33 +43,57 @@ static void accumulate(struct Contact *contact, const struct Configuration *w, c
             leave_surface(contact, w, i, a, m, b);
 }
 
-/* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step and the
- * averaging window. Returns whether any lane is still on its way. */
+/* One internal step while it is tried. */
+struct Trial {
+    struct Point *start, *middle, *end;
+    lanes h, to_window;      /* its length [s]; nonzero where it ends with an averaging window */
+    lanes aimed; /* the length with which it was to end where one of the cycle before had ended; 0: none */
+    lanes next, difference; /* the step that the tolerance asks for [s], and what a lower order would change */
+    double shortest; /* length at which the tolerance gives way [s] */
+    int cut[LANES]; /* the event that h ends at, NO_EVENT or JUMP */
+    int acted[LANES]; /* whether a jump at its start has been acted on and has changed no side */
+    int fits[LANES]; /* whether it is within the tolerance */
+    int failed[LANES]; /* whether a longer one was not */
+};
+
+#define AS_LONG 1.01 /* times what is wanted: as long as in the cycle before, where that had ended where it did */
+
+/* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step, the
+ * averaging window and where one of the cycle before has ended. Returns whether any lane is still on its way. */
 static int choose_step(const struct Contact *contact, const struct Configuration *w, double step, const lanes s,
-                       const lanes window_ends, const struct Point *start, lanes h, lanes to_window)
+                       const lanes window_ends, struct Trial *t)
 {
     int running = 0;
+    lanes beat;
+    look_for_beats(contact, w, s, beat);
     EACH_LANE {
         const double left = step - s[i], window = larger(window_ends[i] - contact->value[VAR_TIME][i] - s[i], 0);
         const double whole = smaller(left, window), wanted = smaller(contact->next_step[i], w->longest[i]);
         const int last = whole <= wanted;
-        h[i] = left <= 0            ? 0
-               : last               ? whole
-               : whole < 2 * wanted ? 0.5 * whole
-                                    : wanted; /* two even steps, not one and a remnant */
-        to_window[i] = (left > 0) & last & (window <= left);
+        const double chosen = left <= 0            ? 0
+                              : last               ? whole
+                              : whole < 2 * wanted ? 0.5 * whole
+                                                   : wanted; /* two even steps, not one and a remnant */
+        /* not a beat just before the end, and then a step of roundings */
+        const int aims = (beat[i] < (1 - 1e-6) * whole) & (beat[i] <= (t->failed[i] ? 1 : AS_LONG) * chosen);
+        t->h[i] = aims ? beat[i] : chosen;
+        t->to_window[i] = (left > 0) & last & (window <= left) & !aims;
+        t->aimed[i] = aims ? t->h[i] : 0;
+        /* the longer step that has failed there says what it said a cycle ago */
+        t->next[i] =
+            aims && !aims_at_event(contact, i) ? smaller(contact->next_step[i], beat[i]) : contact->next_step[i];
         running |= left > 0;
     }
     for (int i = 0; w->delays && i < LANES; ++i) {
         const double part = contact->late_until[i] - s[i];
-        to_window[i] *= h[i] <= part;
-        h[i] = smaller(h[i], part);
+        t->to_window[i] *= t->h[i] <= part;
+        t->h[i] = smaller(t->h[i], part);
     }
     for (int i = 0; (w->looks_back || w->meets_again) && i < LANES; ++i) {
-        const double chosen_step = h[i];
+        const double chosen_step = t->h[i];
         if (step - s[i] > 0)
-            h[i] = until_late_jump(contact, w, i, contact->value[VAR_TIME][i] + s[i], h[i], start);
-        to_window[i] *= h[i] == chosen_step;
+            t->h[i] = until_late_jump(contact, w, i, contact->value[VAR_TIME][i] + s[i], t->h[i], t->start);
+        t->to_window[i] *= t->h[i] == chosen_step;
     }
     return running;
 }
@@ -133,17 +157,6 @@ static double shortest_step(const struct Configuration *w, double step)
     return larger(1e-12 * step, w->current_angle ? jump_time(w, 0) : 0);
 }
 
-/* One internal step while it is tried. */
-struct Trial {
-    struct Point *start, *middle, *end;
-    lanes h, to_window;      /* its length [s]; nonzero where it ends with an averaging window */
-    lanes next, difference;  /* the step that the tolerance asks for [s], and what a lower order would change */
-    double shortest;         /* length at which the tolerance gives way [s] */
-    int cut[LANES];          /* the event that h ends at, NO_EVENT or JUMP */
-    int acted[LANES];        /* whether a jump at its start has been acted on and has changed no side */
-    int fits[LANES];         /* whether it is within the tolerance */
-};
-
 static void compute(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t)
 {
     try_step(contact, w, s, t->h, t->start, t->middle, t->end, t->difference);
@@ -161,11 +174,13 @@ static int is_accurate_in_halves(const struct Contact *contact, const struct Con
 }
 
 /* The lanes that are beyond the tolerance ask for a shorter step. */
-static void ask_again(struct Contact *contact, const struct Trial *t)
+static void ask_again(struct Contact *contact, struct Trial *t)
 {
     int misfits[LANES];
-    EACH_LANE
+    EACH_LANE {
         misfits[i] = !t->fits[i];
+        t->failed[i] |= misfits[i];
+    }
     try_again(contact, misfits, t->next);
 }
 
@@ -233,6 +248,16 @@ static int settle(const struct Contact *contact, const struct Configuration *w, 
     return 1;
 }
 
+/* Where has the step of a lane ended, that now stands at s? An event that it aimed at in vain is none any more. */
+static enum Ended ended_at(const struct Contact *contact, const struct Trial *t, double step, double s, int i)
+{
+    const int aimed = t->aimed[i] > 0 && t->h[i] == t->aimed[i], at_event = aimed && aims_at_event(contact, i);
+    if (t->cut[i] >= 0 && t->cut[i] != AT_LAW)
+        return at_event ? AT_EVENT_AS_BEFORE : AT_NEW_EVENT;
+    const int elsewhere = t->cut[i] >= 0 || at_event || t->to_window[i] != 0 || s == step;
+    return elsewhere || !(aimed || t->failed[i]) ? ENDED_ELSEWHERE : BY_TOLERANCE;
+}
+
 /* The step is taken: s moves on, and with it the integrals, the history and the averaging windows. What ends the
  * communication step by a rounding does not stand where the next one begins. */
 static enum Status take(struct Contact *contact, const struct Configuration *w, double step, lanes s, struct Trial *t,
@@ -254,6 +279,9 @@ static enum Status take(struct Contact *contact, const struct Configuration *w, 
         s[i] = t->h[i] == step - s[i] ? step : end;
         windows_ended |= t->to_window[i] != 0;
     }
+    for (int i = 0; w->kinematics != KINEMATICS_EXTERNAL && i < LANES; ++i)
+        if (t->h[i] > 0 && keeps_rhythm(w, i))
+            note_beat(contact, w, i, contact->value[VAR_TIME][i] + s[i], t->h[i], ended_at(contact, t, step, s[i], i));
     for (int i = 0; windows_ended && i < LANES; ++i)
         if (t->to_window[i] != 0) {
             close_window(contact, i);
@@ -324,7 +352,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
     lanes quiet_for;
     EACH_LANE {
         quiet_for[i] = INFINITY; /* since the last event [s] */
-        t.acted[i] = 0;
+        t.acted[i] = t.failed[i] = 0;
     }
     take_patience(contact, w, patience);
     if (step < NO_STEP) {
@@ -349,9 +377,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         }
     }
     course->known = 0;
-    for (double n = 0; choose_step(contact, w, step, s, course->window_end, t.start, t.h, t.to_window); ++n) {
-        EACH_LANE
-            t.next[i] = contact->next_step[i];
+    for (double n = 0; choose_step(contact, w, step, s, course->window_end, &t); ++n) {
         if (n >= most_steps || worn_out(contact, patience, step, s, n))
             return STATUS_TOO_MANY_STEPS;
         compute(contact, w, s, &t);
@@ -379,7 +405,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         patience->events += event && !(w->law->rest && is_only(t.cut, AT_LAW));
         const enum Status taken = take(contact, w, step, s, &t, course);
         EACH_LANE
-            t.acted[i] = 0;
+            t.acted[i] = t.failed[i] = 0;
         if (taken != STATUS_OK)
             return taken;
         stopped = event && stop_at_events;
