@@ -339,6 +339,10 @@ struct Patience {
     double taken, most; /* steps in it */
     double events, most_events; /* a cycle has a dozen; forces that chase one another have no end of them */
 };
+/* patience.c: begin or go on with a stretch; is the step that begins at s, the n-th of this communication step, one too
+ * many? */
+void take_patience(const struct Contact *contact, const struct Configuration *w, struct Patience *p);
+int worn_out(const struct Contact *contact, struct Patience *p, double step, const lanes s, double n);
 struct Course {
     struct Room {
         ON_LINES struct Point point;
