@@ -85,12 +85,15 @@ static void wire_effects(const struct Contact *contact, struct Configuration *w)
             w->on_value[w->on_count++] = at + effect->count - 2 * effect->states;
             w->stages |= 1 << effect->stage;
             w->drivers |= (effect->driver != NO_STATES) << effect->driver;
-            for (int i = 0;
-                 i < LANES && (effect->driver != NO_STATES || effect->stage == STAGE_FRICTION || effect->bends); ++i) {
+            const int keeps_past = effect->looks_back || effect->meets_again;
+            for (int i = 0; i < LANES && (effect->driver != NO_STATES || effect->stage == STAGE_FRICTION ||
+                                          effect->bends || keeps_past);
+                 ++i) {
                 const int active = acts(effect, contact->value + at, i);
                 w->acting[i] |= effect->driver != NO_STATES ? active << effect->driver : 0;
                 w->levelled[i] |= active & (effect->stage == STAGE_FRICTION);
                 w->bent[i] |= active & effect->bends;
+                w->keeps_past[i] |= active & keeps_past;
             }
             w->sensors += effect->driver == DRIVEN_BY_SENSOR;
             w->looks_back |= effect->looks_back != NULL;
@@ -152,7 +155,7 @@ struct Configuration wire(const struct Contact *contact)
     w.on_count = w.stages = w.drivers = w.sensors = w.looks_back = w.delays = w.comes_back = w.bends = w.meets_again =
         0;
     for (int i = 0; i < LANES; ++i)
-        w.acting[i] = w.levelled[i] = w.bent[i] = 0;
+        w.acting[i] = w.levelled[i] = w.bent[i] = w.keeps_past[i] = 0;
     if (contact->effects_on)
         wire_effects(contact, &w);
     w.record = NULL;

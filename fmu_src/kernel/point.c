@@ -147,13 +147,19 @@ static int take_sides(struct Contact *contact, const struct Configuration *w, co
     return changed;
 }
 
-void point_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
+/* Of the point at tau what says its sides, where these are of the motion alone. */
+static void motion_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     EACH_LANE
         x->z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
     load_states(contact, w, x);
     forget_slip(x);
     engage_point(contact, w, tau, x);
+}
+
+void point_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
+{
+    motion_at(contact, w, tau, x);
     open_point(contact, w, tau, 0, x);
     close_point(contact, w, 0, x);
     measure(contact, w, x);
@@ -168,6 +174,10 @@ static void point_ahead(const struct Contact *contact, const struct Configuratio
     lanes after;
     EACH_LANE
         after[i] = tau[i] + ahead;
+    if (ahead > 0 && !w->feedback && !w->current_angle && !w->law->indicator && !w->law->event) {
+        motion_at(contact, w, after, x); /* nobody asks more of it */
+        return;
+    }
     if (!w->feedback || !(ahead > 0)) {
         point_at(contact, w, after, x);
         return;

@@ -54,6 +54,7 @@ struct Configuration {
     int drivers;                    /* bit n: states of an effect are driven by enum Driver n; */
     int acting[LANES];              /* the same, of effects that are not at their neutral values in a lane; */
     int levelled[LANES], bent[LANES]; /* does such an effect act on friction, and one, or the law, bend the rate? */
+    int keeps_past[LANES];          /* does such an effect look back, or meet the surface again? */
     int sensors;                    /* effects with states of a sensor */
     int looks_back, bends, meets_again; /* whether an effect does; */
     int yields;                     /* and the law */
@@ -322,6 +323,15 @@ void act_at_step_end(struct Contact *contact, const struct Configuration *w, con
 void take_law_side(struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
                    const int event[LANES], struct Point *x);
 
+/* rhythm.c: how far ahead of s does the end of a step of the cycle before
+ * lie, a cycle on, at which this one may aim (infinity: none)? Is it of an event? The step of h that has ended at t as
+ * one for the next cycle. BY_TOLERANCE: after a longer one was tried. */
+enum Ended { ENDED_ELSEWHERE, BY_TOLERANCE, AT_NEW_EVENT, AT_EVENT_AS_BEFORE };
+void begin_beats(struct Contact *contact, const struct Configuration *w, int lane);
+void look_for_beats(const struct Contact *contact, const struct Configuration *w, const lanes s, lanes beat);
+int aims_at_event(const struct Contact *contact, int lane);
+void note_beat(struct Contact *contact, const struct Configuration *w, int lane, double t, double h, enum Ended ended);
+
 /* advance.c: from value[VAR_TIME] on by `step`, s telling how far it went; the point reached is room[now],
  * where known. */
 struct Patience {
@@ -329,6 +339,10 @@ struct Patience {
     double taken, most; /* steps in it */
     double events, most_events; /* a cycle has a dozen; forces that chase one another have no end of them */
 };
+/* patience.c: begin or go on with a stretch; is the step that begins at s, the n-th of this communication step, one too
+ * many? */
+void take_patience(const struct Contact *contact, const struct Configuration *w, struct Patience *p);
+int worn_out(const struct Contact *contact, struct Patience *p, double step, const lanes s, double n);
 struct Course {
     struct Room {
         ON_LINES struct Point point;
@@ -504,6 +518,23 @@ static inline double parabola(double share, double u_0, double u_m, double u_1)
 static inline double jump_time(const struct Configuration *w, int lane)
 {
     return 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][lane];
+}
+
+/* How far apart may the same place of two cycles seem to be, near the time t [s]? */
+static inline double rounding_of(double t) { return 2e-15 * fabs(t); }
+
+/* Do steps of a lane remember the vibration cycle before? See rhythm.c. */
+static inline int keeps_rhythm(const struct Configuration *w, int lane)
+{
+    return w->kinematics != KINEMATICS_EXTERNAL && !w->keeps_past[lane];
+}
+
+/* To which width is an event within a step of h known, near the time t [s]? To a thousandth of the tolerance; where
+ * it is looked for again a cycle on, to roundings of the time, too. */
+static inline double event_width(const struct Configuration *w, int lane, double h, double t)
+{
+    const double rounding = keeps_rhythm(w, lane) ? smaller(rounding_of(t), jump_time(w, lane)) : 0;
+    return 1e-3 * w->p[VAR_RELATIVE_TOLERANCE][lane] * h + rounding;
 }
 
 /* Turns of the vibration at `tau` after value[VAR_TIME], but for whole ones. */

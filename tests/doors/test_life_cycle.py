@@ -224,7 +224,7 @@ def test_a_warning_is_told_once_in_a_run(one: Instance) -> None:
 
 
 def test_the_host_sees_all_memory_and_gets_all_of_it_back(fmi2_fmu: Path, tmp_path: Path) -> None:
-    """FMI 2 lends its memory: an instance and its states take less than 17 kB beside what each keeps of the past, and a thousand of them
+    """FMI 2 lends its memory: an instance and its states take less than 18.5 kB beside what each keeps of the past, and a thousand of them
     leave nothing behind."""
     door, held = Door(fmi2_fmu, tmp_path), dict[int, ct.Array[ct.c_char]]()
     peak = 0
@@ -252,7 +252,7 @@ def test_the_host_sees_all_memory_and_gets_all_of_it_back(fmi2_fmu: Path, tmp_pa
     fields = dict(ffi.typeof("struct Contact").fields)
     past = sum(ffi.sizeof(field.type) for name, field in fields.items() if name.startswith(("past", "surface", "slip_time", "slip_given")))
     copies = 3  # of a contact: the instance's own, what it shows while it is initialized, and the state that is kept
-    assert 2_000 < peak - copies * past < 17_000
+    assert 2_000 < peak - copies * past < 18_500
 
 
 def test_an_instance_without_memory_is_refused(fmi2_fmu: Path, tmp_path: Path) -> None:

@@ -4,7 +4,7 @@
  * An internal step sees the point at its start, middle and end on one and the same side of every event. Where an
  * indicator has changed its sign the step is cut there.
  */
-#include "../stages.h"
+#include "trial.h"
 
 #include <math.h>
 
@@ -43,196 +43,6 @@ static void accumulate(struct Contact *contact, const struct Configuration *w, c
             leave_surface(contact, w, i, a, m, b);
 }
 
-/* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step and the
- * averaging window. Returns whether any lane is still on its way. */
-static int choose_step(const struct Contact *contact, const struct Configuration *w, double step, const lanes s,
-                       const lanes window_ends, const struct Point *start, lanes h, lanes to_window)
-{
-    int running = 0;
-    EACH_LANE {
-        const double left = step - s[i], window = larger(window_ends[i] - contact->value[VAR_TIME][i] - s[i], 0);
-        const double whole = smaller(left, window), wanted = smaller(contact->next_step[i], w->longest[i]);
-        const int last = whole <= wanted;
-        h[i] = left <= 0            ? 0
-               : last               ? whole
-               : whole < 2 * wanted ? 0.5 * whole
-                                    : wanted; /* two even steps, not one and a remnant */
-        to_window[i] = (left > 0) & last & (window <= left);
-        running |= left > 0;
-    }
-    for (int i = 0; w->delays && i < LANES; ++i) {
-        const double part = contact->late_until[i] - s[i];
-        to_window[i] *= h[i] <= part;
-        h[i] = smaller(h[i], part);
-    }
-    for (int i = 0; (w->looks_back || w->meets_again) && i < LANES; ++i) {
-        const double chosen_step = h[i];
-        if (step - s[i] > 0)
-            h[i] = until_late_jump(contact, w, i, contact->value[VAR_TIME][i] + s[i], h[i], start);
-        to_window[i] *= h[i] == chosen_step;
-    }
-    return running;
-}
-
-/* A step is tried again because some lanes ask for it: only they take what they have chosen, the others repeat the step
- * that they had. */
-static void try_again(struct Contact *contact, const int asks[LANES], const lanes next)
-{
-    EACH_LANE
-        contact->next_step[i] = asks[i] ? next[i] : contact->next_step[i];
-}
-
-static int all_finite(const struct Point *x)
-{
-    int lost = 0;
-    EACH_LANE
-        lost |= !(fabs(x->z[i]) < INFINITY) | !(fabs(x->F_p[i]) < INFINITY);
-    return !lost;
-}
-
-/* Steps without end: contact that opens and closes at no speed, forces that chase one another. A stretch of time that
- * the steps pass in `few` where nothing happens may take so many times more. An ellipse takes up to 60 a cycle at the
- * usual tolerance, steps shrink with its fourth root, a law with events of its own may break bonds at each of them,
- * however small they are, so that these count as steps and not as events, and a ripple of friction over a long way has
- * thousands of periods. A record's samples may lie so near to one another that none of them alone shows it: the stretch
- * goes on over them.
- */
-static void take_patience(const struct Contact *contact, const struct Configuration *w, struct Patience *p)
-{
-    const double few = 20, tolerance = w->p[VAR_RELATIVE_TOLERANCE][0],
-                 tight = tolerance < USUAL_TOLERANCE ? sqrt(sqrt(USUAL_TOLERANCE / tolerance)) : 1,
-                 usual = w->current_angle ? 1000 : 4000, breaks = w->law->rest ? 24 * usual : 0;
-    const int goes_on = p->length > 0 && p->length < INFINITY;
-    p->length = few * w->longest[0];
-    p->most = (usual * tight + breaks) * (w->comes_back ? 100 : 1);
-    p->most_events = 200;
-    if (!goes_on) {
-        p->begun = contact->value[VAR_TIME][0];
-        p->taken = p->events = 0;
-    }
-}
-
-/* Is the step that begins at s, the n-th of this communication step, one too many? The slowest lane counts; each lane
- * moves on in each step. Two steps are what a communication step takes in any case. */
-static int worn_out(const struct Contact *contact, struct Patience *p, double step, const lanes s, double n)
-{
-    double slowest = INFINITY;
-    EACH_LANE
-        slowest = s[i] < step ? smaller(slowest, s[i]) : slowest;
-    slowest += contact->value[VAR_TIME][0];
-    if (slowest > p->begun + p->length) {
-        p->begun = slowest;
-        p->taken = p->events = 0;
-    }
-    p->taken += n >= 2;
-    return p->taken > p->most || p->events > p->most_events;
-}
-
-static double shortest_step(const struct Configuration *w, double step)
-{
-    return larger(1e-12 * step, w->current_angle ? jump_time(w, 0) : 0);
-}
-
-/* One internal step while it is tried. */
-struct Trial {
-    struct Point *start, *middle, *end;
-    lanes h, to_window;      /* its length [s]; nonzero where it ends with an averaging window */
-    lanes next, difference;  /* the step that the tolerance asks for [s], and what a lower order would change */
-    double shortest;         /* length at which the tolerance gives way [s] */
-    int cut[LANES];          /* the event that h ends at, NO_EVENT or JUMP */
-    int acted[LANES];        /* whether a jump at its start has been acted on and has changed no side */
-    int fits[LANES];         /* whether it is within the tolerance */
-};
-
-static void compute(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t)
-{
-    try_step(contact, w, s, t->h, t->start, t->middle, t->end, t->difference);
-}
-
-static int is_accurate(const struct Contact *contact, const struct Configuration *w, struct Trial *t)
-{
-    return accurate(contact, w, t->shortest, t->h, t->start, t->middle, t->end, t->difference, t->next, t->fits);
-}
-
-static int is_accurate_in_halves(const struct Contact *contact, const struct Configuration *w, const lanes s,
-                                 struct Trial *t)
-{
-    return accurate_in_halves(contact, w, t->shortest, s, t->h, t->start, t->middle, t->end, t->next, t->fits);
-}
-
-/* The lanes that are beyond the tolerance ask for a shorter step. */
-static void ask_again(struct Contact *contact, const struct Trial *t)
-{
-    int misfits[LANES];
-    EACH_LANE
-        misfits[i] = !t->fits[i];
-    try_again(contact, misfits, t->next);
-}
-
-/* Is a lane beyond the tolerance, by forces that do not settle, at the step that would be tried again? The same step
- * says the same again. */
-static int repeats(const struct Trial *t)
-{
-    int same = 0;
-    EACH_LANE
-        same |= !t->fits[i] & (t->h[i] > 0) & (t->h[i] <= t->shortest) & (t->next[i] >= t->h[i]);
-    return same;
-}
-
-/* Which events fall into the step? It is cut short at the first; true where it is shorter then. */
-static int cut_short(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t)
-{
-    int known[LANES], asked[LANES], any = 0, shorter = 0;
-    lanes wanted;
-    for (int i = 0; i < LANES; ++i) {
-        t->cut[i] = known[i] = NO_EVENT;
-        wanted[i] = t->h[i];
-    }
-    if (!any_event(contact, w, t->start, t->middle, t->end))
-        return 0;
-    for (int i = 0; i < LANES; ++i) {
-        cut_at_touch(contact, w, i, s, t->h, t->start, t->middle, t->end, t->cut);
-        asked[i] = t->cut[i] == NO_EVENT && t->h[i] > 0 && sees_event(contact, w, i, t->start, t->middle, t->end);
-        any |= asked[i];
-    }
-    if (any)
-        cut_at_events(contact, w, asked, known, t->acted, s, t->h, t->start, t->middle, t->end, t->cut);
-    for (int i = 0; i < LANES; ++i) {
-        shorter |= t->h[i] < wanted[i];
-        t->to_window[i] *= t->cut[i] == NO_EVENT;
-    }
-    return shorter;
-}
-
-/* A step that was cut short is computed anew, and may show an event that the long one had at both of its ends, as a
- * narrow band of sticking; 0 where it is beyond the tolerance. */
-static int settle(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t)
-{
-    int shorter = 1;
-    for (int tries = 0; shorter && tries < INDICATORS; ++tries) {
-        int known[LANES], asked[LANES];
-        lanes wanted;
-        compute(contact, w, s, t);
-        if (!is_accurate(contact, w, t) || !is_accurate_in_halves(contact, w, s, t))
-            return 0;
-        shorter = 0;
-        for (int i = 0; i < LANES; ++i) {
-            asked[i] = t->cut[i] >= 0;
-            known[i] = t->cut[i];
-            t->cut[i] = NO_EVENT;
-            wanted[i] = t->h[i];
-        }
-        cut_at_events(contact, w, asked, known, t->acted, s, t->h, t->start, t->middle, t->end, t->cut);
-        for (int i = 0; i < LANES; ++i) {
-            t->cut[i] = t->cut[i] >= 0 ? t->cut[i] : known[i];
-            shorter |= t->h[i] < wanted[i];
-        }
-    }
-    if (shorter)
-        compute(contact, w, s, t);
-    return 1;
-}
-
 /* The step is taken: s moves on, and with it the integrals, the history and the averaging windows. What ends the
  * communication step by a rounding does not stand where the next one begins. */
 static enum Status take(struct Contact *contact, const struct Configuration *w, double step, lanes s, struct Trial *t,
@@ -254,6 +64,9 @@ static enum Status take(struct Contact *contact, const struct Configuration *w, 
         s[i] = t->h[i] == step - s[i] ? step : end;
         windows_ended |= t->to_window[i] != 0;
     }
+    for (int i = 0; w->kinematics != KINEMATICS_EXTERNAL && i < LANES; ++i)
+        if (t->h[i] > 0 && keeps_rhythm(w, i))
+            note_beat(contact, w, i, contact->value[VAR_TIME][i] + s[i], t->h[i], ended_at(contact, t, step, s[i], i));
     for (int i = 0; windows_ended && i < LANES; ++i)
         if (t->to_window[i] != 0) {
             close_window(contact, i);
@@ -309,6 +122,14 @@ static void act_on_jump(struct Contact *contact, const struct Configuration *w, 
     }
 }
 
+static int all_finite(const struct Point *x)
+{
+    int lost = 0;
+    EACH_LANE
+        lost |= !(fabs(x->z[i]) < INFINITY) | !(fabs(x->F_p[i]) < INFINITY);
+    return !lost;
+}
+
 enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
                              lanes s, struct Course *course)
 {
@@ -324,7 +145,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
     lanes quiet_for;
     EACH_LANE {
         quiet_for[i] = INFINITY; /* since the last event [s] */
-        t.acted[i] = 0;
+        t.acted[i] = t.failed[i] = 0;
     }
     take_patience(contact, w, patience);
     if (step < NO_STEP) {
@@ -349,16 +170,14 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         }
     }
     course->known = 0;
-    for (double n = 0; choose_step(contact, w, step, s, course->window_end, t.start, t.h, t.to_window); ++n) {
-        EACH_LANE
-            t.next[i] = contact->next_step[i];
+    for (double n = 0; choose_step(contact, w, step, s, course->window_end, &t); ++n) {
         if (n >= most_steps || worn_out(contact, patience, step, s, n))
             return STATUS_TOO_MANY_STEPS;
-        compute(contact, w, s, &t);
+        compute_trial(contact, w, s, &t);
         if (!all_finite(t.end))
             return STATUS_DIVERGED;
-        if (!is_accurate(contact, w, &t)) {
-            if (repeats(&t))
+        if (!trial_is_accurate(contact, w, &t)) {
+            if (trial_repeats(&t))
                 return STATUS_TOO_MANY_STEPS;
             ask_again(contact, &t);
             continue;
@@ -371,7 +190,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             continue;
         }
         jumps = 0;
-        if (shorter ? !settle(contact, w, s, &t) : !is_accurate_in_halves(contact, w, s, &t)) {
+        if (shorter ? !settle_cut(contact, w, s, &t) : !halves_are_accurate(contact, w, s, &t)) {
             ask_again(contact, &t);
             continue;
         }
@@ -379,7 +198,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         patience->events += event && !(w->law->rest && is_only(t.cut, AT_LAW));
         const enum Status taken = take(contact, w, step, s, &t, course);
         EACH_LANE
-            t.acted[i] = 0;
+            t.acted[i] = t.failed[i] = 0;
         if (taken != STATUS_OK)
             return taken;
         stopped = event && stop_at_events;

@@ -38,7 +38,7 @@ static void locate(const struct Contact *contact, const struct Configuration *w,
     for (int i = 0; i < LANES; ++i) {
         const double side = contact->sign[k][i], high = search->high[i];
         /* the last: rounding of tau */
-        close[i] = 1e-3 * w->p[VAR_RELATIVE_TOLERANCE][i] * (high - s[i]) + 4.4e-16 * high;
+        close[i] = event_width(w, i, high - s[i], w->p[VAR_TIME][i] + high) + 4.4e-16 * high;
         b[i] = bracket(search->low[i], high, side * search->at_low[i], side * search->at_high[i]);
         tau[i] = search->open[i] ? high : s[i];
         open |= search->open[i] && b[i].high - b[i].low > close[i];
@@ -239,7 +239,7 @@ void cut_at_events(const struct Contact *contact, const struct Configuration *w,
         if (any)
             locate(contact, w, k, s, &search, start, before, crossing);
         for (int i = 0; any && i < LANES; ++i) {
-            const double at = crossing[i] - s[i];
+            const double at = crossing[i] == s[i] + step[i] ? step[i] : crossing[i] - s[i];
             if (!search.open[i] || !(at < INFINITY) || !(cut[i] == NO_EVENT || at < step[i]))
                 continue;
             cut[i] = k;

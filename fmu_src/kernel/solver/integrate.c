@@ -126,7 +126,16 @@ static void relax_bristles(int clip, const lanes h, const struct Point *start, c
                            const struct Point *end, lanes z_middle, lanes z_end, lanes difference)
 {
     lanes M, D, to_M[3], to_D[3];
-    int large = 0, far = 0;
+    int large = 0, far = 0, moves = 0;
+    EACH_LANE
+        moves |= (start->rate[i] != 0) | (middle->rate[i] != 0) | (end->rate[i] != 0);
+    if (!moves) { /* as out of contact, where nothing relaxes: to the bit what follows would make of it */
+        EACH_LANE {
+            z_middle[i] = z_end[i] = start->z[i];
+            difference[i] = 0;
+        }
+        return;
+    }
     EACH_LANE {
         path_of(h[i], start->rate[i], middle->rate[i], end->rate[i], &M[i], &D[i]);
         small_moments(to_M, i, M[i]);

@@ -220,9 +220,13 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
 {
     const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers || w->current_angle),
               given = w->kinematics == KINEMATICS_EXTERNAL;
-    int any = 0, averages = 0, all[LANES] = {0};
-    EACH_LANE
+    int any = 0, averages = 0, cuts = 0, all[LANES] = {0};
+    EACH_LANE {
         doubtful[i] = 0;
+        cuts |= a->cutting[i] != 0;
+    }
+    if (!cuts && !given && !w->sensors && !w->looks_back)
+        return 0; /* out of contact there is nothing else to miss */
     if (of_slip)
         hides_law(w, h, a, m, b, next, doubtful);
     EACH_LANE {

@@ -1,0 +1,50 @@
+/* How is an internal step tried? See trial.c. */
+#ifndef TRIAL_H
+#define TRIAL_H
+
+#include "../stages.h"
+
+/* One internal step while it is tried. */
+struct Trial {
+    struct Point *start, *middle, *end;
+    lanes h, to_window;      /* its length [s]; nonzero where it ends with an averaging window */
+    lanes aimed; /* the length with which it was to end where one of the cycle before had ended; 0: none */
+    lanes next, difference; /* the step that the tolerance asks for [s], and what a lower order would change */
+    double shortest; /* length at which the tolerance gives way [s] */
+    int cut[LANES]; /* the event that h ends at, NO_EVENT or JUMP */
+    int acted[LANES]; /* whether a jump at its start has been acted on and has changed no side */
+    int fits[LANES]; /* whether it is within the tolerance */
+    int failed[LANES]; /* whether a longer one was not */
+};
+
+/* Compute it. Is it within the tolerance, by its own points and by those of its halves? */
+static inline void compute_trial(const struct Contact *contact, const struct Configuration *w, const lanes s,
+                                 struct Trial *t)
+{
+    try_step(contact, w, s, t->h, t->start, t->middle, t->end, t->difference);
+}
+
+static inline int trial_is_accurate(const struct Contact *contact, const struct Configuration *w, struct Trial *t)
+{
+    return accurate(contact, w, t->shortest, t->h, t->start, t->middle, t->end, t->difference, t->next, t->fits);
+}
+
+static inline int halves_are_accurate(const struct Contact *contact, const struct Configuration *w, const lanes s,
+                                      struct Trial *t)
+{
+    return accurate_in_halves(contact, w, t->shortest, s, t->h, t->start, t->middle, t->end, t->next, t->fits);
+}
+
+/* What the tolerance asks for, ended where it must or may end; false where no lane is on its way. */
+int choose_step(const struct Contact *contact, const struct Configuration *w, double step, const lanes s,
+                const lanes window_ends, struct Trial *t);
+/* Length at which the tolerance gives way, within a communication step [s]. */
+double shortest_step(const struct Configuration *w, double step);
+/* The lanes that are beyond the tolerance ask for a shorter step. */
+void ask_again(struct Contact *contact, struct Trial *t);
+int trial_repeats(const struct Trial *t);
+int cut_short(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t);
+int settle_cut(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t);
+enum Ended ended_at(const struct Contact *contact, const struct Trial *t, double step, double s, int lane);
+
+#endif
