@@ -216,9 +216,7 @@ class _Constants(ConstantTable):
         1.5, "of the steady deflection", "no bristle is bent further, whatever a mis-tuned model asks for", source="safety limit"
     )
 
-    unsure_start = Constant(
-        0.05, "of what another start changes", "may be wrong in its size, and in how fast it dies away: it does as one model has it"
-    )
+    rate_of_start = Constant(0.25, "e-folds", "by which an unknown start dies away faster or slower than one model has it (sd)")
     least_samples_per_end = Constant(8, "samples", "of a recording, one of which may be unsure at either end", source="safety limit")
 
     # Noise

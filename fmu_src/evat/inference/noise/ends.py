@@ -1,7 +1,7 @@
 """What may be wrong where a record of a given motion begins and ends?
 
-How bristles were bent before is a nuisance of each trial, whose course is that of one model: where other parameters or an effect let it
-die away faster, it is as wrong as they differ. And a clock that is off shows, at the ends, what moved before and after, which nobody
+How bristles were bent before is a nuisance of each trial, whose course is that of one model: other parameters or an effect let it die
+away faster or slower, which is a nuisance, too. And a clock that is off shows, at the ends, what moved before and after, which nobody
 recorded. Either takes a few samples, and is many times the noise: a break-away from rest is the steepest that friction has.
 """
 
@@ -17,11 +17,21 @@ from evat.inference.prediction import Prediction, Segment
 from evat.model import FloatArray
 
 
+def dying_away(prediction: Prediction, segment: Segment) -> FloatArray:
+    """What differs in a segment by how an unknown start dies away, (L, 2): as it is, and faster, by a standard deviation of that rate.
+
+    c = c_0 exp(-rate x) at another rate: c rate x = -c log(c / c_0).
+    """
+    changed = prediction.bent[segment.at]
+    size = np.abs(changed)
+    faster = np.sign(changed) * xlogy(size, size / max(float(np.max(size)), 1e-300))
+    return np.column_stack([changed, CONSTANTS.rate_of_start * faster])
+
+
 def unsure_ends(prediction: Prediction, segment: Segment, predicted: FloatArray) -> FloatArray:
-    """Standard deviation of it in each sample of a segment (L,), [unit of the channel]; predicted : (L,), near the truth."""
-    changed = np.abs(prediction.bent[segment.at])
-    # c = c_0 exp(-rate x), size and rate wrong by a share each: c (1 + rate x), and rate x is log(c_0 / c)
-    unsure: FloatArray = CONSTANTS.unsure_start * (changed - xlogy(changed, changed / max(float(np.max(changed)), 1e-300)))
+    """Standard deviation in each sample of a segment (L,) of what a clock brings in, [unit of the channel]; predicted : (L,), near the
+    truth."""
+    unsure = np.zeros_like(predicted)
     if segment.trial < 0 or not prediction.experiment.trials[segment.trial].inputs or predicted.size < 2:
         return unsure
     step = float(np.median(np.diff(prediction.experiment.trials[segment.trial].times)))
@@ -29,5 +39,5 @@ def unsure_ends(prediction: Prediction, segment: Segment, predicted: FloatArray)
     reached = min(math.ceil(shift), predicted.size // CONSTANTS.least_samples_per_end)
     change = np.abs(np.diff(predicted))
     for end in (slice(None, reached), slice(predicted.size - reached, None)):
-        unsure[end] = np.hypot(unsure[end], shift * np.max(change[end], initial=0.0))
+        unsure[end] = shift * np.max(change[end], initial=0.0)
     return unsure
