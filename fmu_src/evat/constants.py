@@ -216,6 +216,9 @@ class _Constants(ConstantTable):
         1.5, "of the steady deflection", "no bristle is bent further, whatever a mis-tuned model asks for", source="safety limit"
     )
 
+    rate_of_start = Constant(0.25, "e-folds", "by which an unknown start dies away faster or slower than one model has it (sd)")
+    least_samples_per_end = Constant(8, "samples", "of a recording, one of which may be unsure at either end", source="safety limit")
+
     # Noise
     most_lags = Constant(6, "samples", "of an autoregression")
     samples_per_lag = Constant(20, "samples", "for each coefficient of an autoregression; from fewer none is estimated")

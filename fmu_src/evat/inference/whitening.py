@@ -20,6 +20,7 @@ from evat.inference.cycles import cycle_samples
 from evat.inference.law.initial_state import RANDOM
 from evat.inference.noise.autoregression import WHITE, lag_one_correlation
 from evat.inference.noise.discontinuities import Discontinuities
+from evat.inference.noise.ends import dying_away, unsure_ends
 from evat.inference.noise.estimate import Noise, differing
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
@@ -156,7 +157,8 @@ class Whitening:
     def _jumps_of(self, group: Group, predicted: FloatArray) -> Discontinuities:
         """The mean of repeats is as wrong beside a jump as each of them."""
         size = self.noise.sizes[group.members[0]] / math.sqrt(len(group.members))
-        return Discontinuities(predicted[group.at], self._filter_of(group), float(size))
+        unsure = unsure_ends(self.prediction, self.prediction.segments[group.members[0]], predicted[group.at])
+        return Discontinuities(predicted[group.at], self._filter_of(group), float(size), unsure)
 
     def _filter_of(self, group: Group) -> FloatArray:
         return self.noise.filters[group.channel] if group.at.stop - group.at.start > 1 else WHITE
@@ -168,7 +170,8 @@ class Whitening:
             return np.zeros((1, RANDOM))
         times = self.prediction.experiment.trials[self.prediction.segments[group.members[0]].trial].times
         changed = differing(predicted[group.at], times) * self.noise.spread[group.channel]
-        return self._filter(np.column_stack([changed, self.prediction.bent[group.at]]), place)
+        start = dying_away(self.prediction, self.prediction.segments[group.members[0]])
+        return self._filter(np.column_stack([changed, start]), place)
 
     def _filter(self, columns: FloatArray, place: int) -> FloatArray:
         """Innovations of the columns of one segment, by their sd."""

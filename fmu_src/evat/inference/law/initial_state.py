@@ -22,7 +22,7 @@ from evat.required_inputs import MOTION
 
 START, PERIODIC = "initial_state", "periodic"  # a model's variable, and how it begins a cycle that comes back to itself
 SETTLED = "steady"  # how it begins with all that lags (a temperature, a filter) where it has long been
-RANDOM = BETWEEN + 1  # what differs from trial to trial: gain, zero, clock, and how its bristles were bent
+RANDOM = BETWEEN + 2  # what differs from trial to trial: gain, zero, clock, how its bristles were bent, and how fast that dies away
 
 
 def in_motion(prediction: Prediction, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()) -> Prediction:

@@ -1,4 +1,5 @@
-"""What may be wrong beside a jump of a prediction? No model has the place of a jump right to a fraction of a sample.
+"""What may be wrong beside a jump of a prediction, and wherever else a sample is unsure? No model has the place of a jump right to a
+fraction of a sample.
 
 So each sample that stands where the prediction bends is unsure by a share of that bend, on its own. Filtered with the noise, such an error
 reaches as many innovations as the filter has lags: the covariance stays that of the noise but for small blocks.
@@ -17,9 +18,10 @@ from evat.model import FloatArray
 class Discontinuities:
     """The whitening of one segment: `weights` (L,) are what its samples count, `share` what all of them do."""
 
-    def __init__(self, predicted: FloatArray, filter_: FloatArray, size: float) -> None:
-        """predicted : (L,); filter_ : (1, a_1, ...), turns noise into innovations of the sd `size`."""
-        error = np.minimum(CONSTANTS.bend_error * bends(predicted) / size, CONSTANTS.largest_bend_error)
+    def __init__(self, predicted: FloatArray, filter_: FloatArray, size: float, unsure: FloatArray | float = 0.0) -> None:
+        """predicted : (L,); filter_ : (1, a_1, ...), turns noise into innovations of the sd `size`; unsure : (L,), sd of what else may be
+        wrong in each sample on its own."""
+        error = np.minimum(np.hypot(CONSTANTS.bend_error * bends(predicted), unsure) / size, CONSTANTS.largest_bend_error)
         error[error < CONSTANTS.least_bend_error] = 0.0
         self.weights: FloatArray = 1 / np.sqrt(1 + error**2)
         self._blocks = _blocks(error, filter_)

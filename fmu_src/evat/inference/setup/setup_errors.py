@@ -72,6 +72,10 @@ class SetupErrors:
         other.clocks = {channel: clock for channel, clock in clocks.items() if _name(channel, CLOCK) in self.names}
         return other
 
+    def widest_clock(self, channel: str) -> float:
+        """By how much the clock of a channel may be off, either way [s]."""
+        return next((parameter.high for parameter in self.parameters if parameter.name == _name(channel, CLOCK)), 0.0)
+
     def start(self, parameter: Parameter) -> float:
         """Where one of `parameters` is in these runs, in its prior standard deviations."""
         return parameter.place(self._usual(parameter.name))
