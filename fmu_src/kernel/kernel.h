@@ -234,7 +234,7 @@ struct Contact {
     lanes next_step; /* internal step that the tolerance asks for [s] */
     /* Ends of the last steps [s], a ring, and a bit of each whether an event was there; the first of them that lies
      * less than a cycle back, when a step of this cycle may end there (infinity: none), and since when steps have kept
-     * these places [s]. See solver/rhythm.c. Empty where an effect looks back. */
+     * these places [s]. See averaging/rhythm.c. Empty where an effect looks back. */
     lanes beat_count, beat_next, beat_due, beats_from, beat[BEATS];
     uint64_t beat_of_event[LANES];
     lanes largest_difference; /* what relative_tolerance allows a lower order to change in one step */

@@ -25,6 +25,7 @@ from test_hypothesis import TwoLaws
 from test_location import Turning
 from test_objective import Level
 from test_screen import Late
+from test_starts import Damped, Powered
 from test_valleys import TwoValleys, identified
 from toy import Loud, Toy, measured
 
@@ -86,6 +87,11 @@ CASES = {
                             ("k", (1.0, 9.0, 11.0)), ("F", {"k": 9.0, "x": 0.5}), rivals=1),
     "toy that amplifies": Case(lambda _: Loud(), {"k": 9.0, "amplify.gain": 0.2}, Run(TIMES, {"x": SLIP}, ("F",)), ("amplify",),
                                ("k", (1.0, 9.0, 11.0)), ("F", {"k": 9.0, "x": 0.5})),
+    "toy of a power": Case(lambda _: Powered(), {"k": 9.0, "e": 1.2, "bend.c": 0.3}, Run(TIMES, {"x": SLIP}, ("F",)), ("bend",),
+                           ("k", (1.0, 9.0, 11.0)), ("F", {"k": 9.0, "x": 0.5})),
+    "toy with a damper": Case(lambda _: Damped(), {"k": 9.0, "d": 2.0, "bend.c": 0.3},
+                              Run(TIMES, {"x": SLIP, "slip_velocity": SLIP}, ("F",)), ("bend",),
+                              ("k", (1.0, 9.0, 11.0)), ("F", {"k": 9.0, "x": 0.5, "slip_velocity": 0.1})),
     "toy with a lag": Case(lambda _: Late(), {"k": 9.0, "late.T": 0.01}, Run(TIMES, {"x": SLIP}, ("F",)), ("late",),
                            ("k", (1.0, 9.0, 11.0)), ("F", {"k": 9.0, "x": 0.5})),
     "two valleys": Case(lambda _: TwoValleys(), {"p": 1.5}, Run(TIMES, {}, ("F",)), (), ("q", (1.0, 5.0, 9.0)), ("F", {"p": 1.0})),
