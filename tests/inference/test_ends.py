@@ -43,6 +43,12 @@ def test_what_moves_beyond_a_record_is_unsure_as_far_as_a_clock_reaches() -> Non
         assert np.max(error) > 2 * NOISE
 
 
+def test_a_clock_that_reaches_one_sample_leaves_the_first_and_the_last_unsure() -> None:
+    prediction = Prediction(ContactModel(threads=1), replace(in_motion(), setup_sd={"friction_force": SetupSd(clock=0.4 * STEP)}))
+    for segment in prediction.segments:
+        assert np.flatnonzero(unsure_ends(prediction, segment, prediction.measured[segment.at])).tolist() == [0, 499]
+
+
 def test_a_clock_that_is_known_leaves_the_ends_sure() -> None:
     sure = {"friction_force": SetupSd(clock=0.0)}
     prediction = Prediction(ContactModel(threads=1), replace(in_motion(), setup_sd=sure))

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar, Literal
 
+import numpy as np
+
 from evat.model import EvatError, FloatArray, Variable
 from evat.units import base_unit
 
@@ -120,6 +122,11 @@ class Trial:
     outputs: Mapping[str, FloatArray]
     lead_in: Trial | None = None
     noise_sd: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def sampling_interval(self) -> float:
+        """The usual one [s]; of at least two samples."""
+        return float(np.median(np.diff(self.times)))
 
     def __repr__(self) -> str:
         span = f", {self.times[0]:g} to {self.times[-1]:g} s" if self.times.size else ""

@@ -16,7 +16,7 @@ def cycle_time(prediction: Prediction, place: int) -> float:
     own = prediction.model.cycle_time({**prediction.nominal, **trial.values})
     if math.isfinite(own):
         return own
-    step = float(np.median(np.diff(trial.times)))
+    step = trial.sampling_interval
     columns = [column - column.mean() for column in trial.inputs.values() if np.ptp(column) > 0]
     if not columns or trial.times.size < 16:
         return math.nan
@@ -30,5 +30,5 @@ def cycle_samples(prediction: Prediction, place: int) -> float:
     cycle = cycle_time(prediction, place)
     if not math.isfinite(cycle) or trial.times.size < 16:
         return 0.0
-    samples = cycle / float(np.median(np.diff(trial.times)))
+    samples = cycle / trial.sampling_interval
     return samples if 2 < samples <= trial.times.size / 1.5 else 0.0

@@ -92,7 +92,7 @@ def _by_clock(trials: Sequence[Trial]) -> list[tuple[int, IntArray]]:
     first = trials[0]
     if first.times.size < CONSTANTS.fewest_input_samples:
         return []
-    step = float(np.median(np.diff(first.times)))
+    step = first.sampling_interval
     shared, ticks = np.array([], dtype=np.intp), dict[int, IntArray]()
     for place, trial in enumerate(trials):
         tick = np.round((trial.times - first.times[0]) / step)
@@ -109,7 +109,7 @@ def _lag(one: Trial, other: Trial) -> int | None:
     """Samples by which the motion comes later in the other; None where it is another one."""
     if one.times.size < CONSTANTS.fewest_input_samples or other.times.size < CONSTANTS.fewest_input_samples:
         return None
-    steps = [float(np.median(np.diff(trial.times))) for trial in (one, other)]
+    steps = [trial.sampling_interval for trial in (one, other)]
     if abs(steps[0] - steps[1]) > CONSTANTS.clock_jitter * steps[0]:
         return None
     moving = {name: float(np.ptp(column)) for name, column in one.inputs.items() if np.ptp(column) > 0}
@@ -135,7 +135,7 @@ def _one_run(one: Trial, other: Trial) -> bool:
         return False
     if set(one.inputs) != set(other.inputs) or set(one.outputs) != set(other.outputs):
         return False
-    step = float(np.median(np.diff(one.times))) if one.times.size > 1 else 0.0
+    step = one.sampling_interval if one.times.size > 1 else 0.0
     begun = (one.times[0], other.times[0]) if one.inputs else (0.0, 0.0)  # what moves by itself does so by its clock
     apart = np.abs((one.times - begun[0]) - (other.times - begun[1]))
     return float(np.max(apart, initial=0.0)) <= CONSTANTS.clock_jitter * step

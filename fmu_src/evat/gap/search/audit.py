@@ -62,7 +62,7 @@ def too_slow(prediction: Prediction) -> str:
     for trial in prediction.experiment.trials[:1]:
         period = prediction.model.cycle_time({**prediction.nominal, **trial.values})
         if math.isfinite(period) and trial.times.size > 1:
-            step = float(np.median(np.diff(trial.times)))
+            step = trial.sampling_interval
             if step * CONSTANTS.samples_per_cycle > period:
                 return (
                     f"sampled at {1 / step:.4g} Hz, the vibration has {1 / period:.4g} Hz: "

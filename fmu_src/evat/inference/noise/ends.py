@@ -32,12 +32,12 @@ def unsure_ends(prediction: Prediction, segment: Segment, predicted: FloatArray)
     """Standard deviation in each sample of a segment (L,) of what a clock brings in, [unit of the channel]; predicted : (L,), near the
     truth."""
     unsure = np.zeros_like(predicted)
-    if segment.trial < 0 or not prediction.experiment.trials[segment.trial].inputs or predicted.size < 2:
+    trial = prediction.experiment.trials[segment.trial] if segment.trial >= 0 else None
+    if trial is None or not trial.inputs or predicted.size < 2:
         return unsure
-    step = float(np.median(np.diff(prediction.experiment.trials[segment.trial].times)))
-    shift = prediction.setup.widest_clock(segment.channel) / step  # samples
+    shift = prediction.setup.widest_clock(segment.channel) / trial.sampling_interval  # samples
     reached = min(math.ceil(shift), predicted.size // CONSTANTS.least_samples_per_end)
     change = np.abs(np.diff(predicted))
-    for end in (slice(None, reached), slice(predicted.size - reached, None)):
-        unsure[end] = shift * np.max(change[end], initial=0.0)
+    for end in (slice(None, reached), slice(-reached, None)) if reached else ():
+        unsure[end] = shift * np.max(change[end])
     return unsure

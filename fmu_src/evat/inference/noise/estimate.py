@@ -203,7 +203,7 @@ def _stated(prediction: Prediction, channel: str, filter_: FloatArray, sizes: Fl
 
 
 def _step(prediction: Prediction, place: int) -> float:
-    return float(np.median(np.diff(prediction.experiment.trials[prediction.segments[place].trial].times)))
+    return prediction.experiment.trials[prediction.segments[place].trial].sampling_interval
 
 
 def _comparable(prediction: Prediction, places: Sequence[int]) -> list[list[tuple[int, IntArray]]]:
