@@ -68,9 +68,9 @@ static const char *flaw_of_course(const struct Contact *contact)
             return "the next internal step is not above 0";
         if (!is_count(contact->window[i]) || !is_count(contact->served[i]))
             return "a count is no whole number from 0 on";
-        const double beats = contact->beat_count[i] - contact->beat_next[i];
-        if (!is_count(contact->beat_count[i]) || !is_count(contact->beat_next[i]) ||
-            !(beats >= 0 && beats <= (double)BEATS) || isnan(contact->beat_due[i]))
+        const double breakpoints = contact->breakpoint_count[i] - contact->breakpoint_next[i];
+        if (!is_count(contact->breakpoint_count[i]) || !is_count(contact->breakpoint_next[i]) ||
+            !(breakpoints >= 0 && breakpoints <= (double)BREAKPOINTS) || isnan(contact->breakpoint_due[i]))
             return "the steps of the cycle before have no such place";
         for (int n = 0; n < 2; ++n)
             if (!(contact->earlier_time[n][i] < INFINITY)) /* before the first step it is -infinity */
@@ -80,7 +80,7 @@ static const char *flaw_of_course(const struct Contact *contact)
                    FINITE(contact->event_start) && isfinite(contact->window_origin) && contact->flank_depth >= 0 &&
                    contact->flank_depth < 1 && FINITE(contact->cusp) && FINITE(contact->steady_state) &&
                    FINITE(contact->earlier_force) && FINITE(contact->outlives) && FINITE(contact->changes) &&
-                   FINITE(contact->beats_from) && FINITE(contact->beat)
+                   FINITE(contact->breakpoints_from) && FINITE(contact->breakpoint)
                ? NULL
                : "a memory is no finite number";
 }

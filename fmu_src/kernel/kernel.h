@@ -186,7 +186,8 @@ enum Limits {
     MEANS = 10, /* quantities with a mean over the averaging window: two powers, four forces, contact, three measured
                    forces */
     INDICATORS = 4, /* zero crossings that are events: see enum Indicator */
-    BEATS = 64, /* ends of steps that are kept, one bit each in beat_of_event: a cycle has a dozen, 40 at 1e-6 */
+    BREAKPOINTS =
+        64, /* ends of steps that are kept, one bit each in breakpoint_of_event: a cycle has a dozen, 40 at 1e-6 */
     FLANK_FACTS = 6, /* what of an ellipse decides how deep the clearance face stands in the surface */
     INPUT_FIRST = VAR_SLIP_VELOCITY,
     INPUT_END = VAR_TOOL_VELOCITY_Y + 1
@@ -234,9 +235,9 @@ struct Contact {
     lanes next_step; /* internal step that the tolerance asks for [s] */
     /* Ends of the last steps [s], a ring, and a bit of each whether an event was there; the first of them that lies
      * less than a cycle back, when a step of this cycle may end there (infinity: none), and since when steps have kept
-     * these places [s]. See averaging/rhythm.c. Empty where an effect looks back. */
-    lanes beat_count, beat_next, beat_due, beats_from, beat[BEATS];
-    uint64_t beat_of_event[LANES];
+     * these places [s]. See averaging/breakpoints.c. Empty where an effect looks back. */
+    lanes breakpoint_count, breakpoint_next, breakpoint_due, breakpoints_from, breakpoint[BREAKPOINTS];
+    uint64_t breakpoint_of_event[LANES];
     lanes largest_difference; /* what relative_tolerance allows a lower order to change in one step */
     lanes window_start[MEANS]; /* the integrals behind the means when the averaging window opened */
     lanes event_start[MEANS]; /* the same at the last event */

@@ -69,7 +69,7 @@ static enum Status begin(struct Contact *contact)
     EACH_LANE {
         contact->next_step[i] = 1 / (200 * contact->value[VAR_VIBRATION_FREQUENCY][i]);
         contact->largest_difference[i] = largest_difference(contact, i);
-        begin_beats(contact, &w, i);
+        begin_breakpoints(contact, &w, i);
     }
     if (w.law->rest)
         rest_law(&w, contact->memory);

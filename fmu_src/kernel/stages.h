@@ -323,14 +323,16 @@ void act_at_step_end(struct Contact *contact, const struct Configuration *w, con
 void take_law_side(struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
                    const int event[LANES], struct Point *x);
 
-/* rhythm.c: how far ahead of s does the end of a step of the cycle before
+/* breakpoints.c: how far ahead of s does the end of a step of the cycle before
  * lie, a cycle on, at which this one may aim (infinity: none)? Is it of an event? The step of h that has ended at t as
  * one for the next cycle. BY_TOLERANCE: after a longer one was tried. */
 enum Ended { ENDED_ELSEWHERE, BY_TOLERANCE, AT_NEW_EVENT, AT_EVENT_AS_BEFORE };
-void begin_beats(struct Contact *contact, const struct Configuration *w, int lane);
-void look_for_beats(const struct Contact *contact, const struct Configuration *w, const lanes s, lanes beat);
+void begin_breakpoints(struct Contact *contact, const struct Configuration *w, int lane);
+void look_for_breakpoints(const struct Contact *contact, const struct Configuration *w, const lanes s,
+                          lanes breakpoint);
 int aims_at_event(const struct Contact *contact, int lane);
-void note_beat(struct Contact *contact, const struct Configuration *w, int lane, double t, double h, enum Ended ended);
+void note_breakpoint(struct Contact *contact, const struct Configuration *w, int lane, double t, double h,
+                     enum Ended ended);
 
 /* advance.c: from value[VAR_TIME] on by `step`, s telling how far it went; the point reached is room[now],
  * where known. */
@@ -523,8 +525,8 @@ static inline double jump_time(const struct Configuration *w, int lane)
 /* How far apart may the same place of two cycles seem to be, near the time t [s]? */
 static inline double rounding_of(double t) { return 2e-15 * fabs(t); }
 
-/* Do steps of a lane remember the vibration cycle before? See rhythm.c. */
-static inline int keeps_rhythm(const struct Configuration *w, int lane)
+/* Do steps of a lane remember the vibration cycle before? See breakpoints.c. */
+static inline int keeps_breakpoints(const struct Configuration *w, int lane)
 {
     return w->kinematics != KINEMATICS_EXTERNAL && !w->keeps_past[lane];
 }
@@ -533,7 +535,7 @@ static inline int keeps_rhythm(const struct Configuration *w, int lane)
  * it is looked for again a cycle on, to roundings of the time, too. */
 static inline double event_width(const struct Configuration *w, int lane, double h, double t)
 {
-    const double rounding = keeps_rhythm(w, lane) ? smaller(rounding_of(t), jump_time(w, lane)) : 0;
+    const double rounding = keeps_breakpoints(w, lane) ? smaller(rounding_of(t), jump_time(w, lane)) : 0;
     return 1e-3 * w->p[VAR_RELATIVE_TOLERANCE][lane] * h + rounding;
 }
 

@@ -31,8 +31,8 @@ def cycles(
         for name, value in (changes or {}).get(n, {}).items():
             contact.set(name, value)
         if not remembers:
-            contact._contact.beat_count[0] = contact._contact.beat_next[0] = 0
-            contact._contact.beat_due[0] = np.inf
+            contact._contact.breakpoint_count[0] = contact._contact.breakpoint_next[0] = 0
+            contact._contact.breakpoint_due[0] = np.inf
         before = contact.get("step_count")
         contact.advance(PERIOD)
         steps.append(contact.get("step_count") - before)
@@ -103,8 +103,8 @@ def test_steps_that_the_tolerance_lets_through_at_the_shortest_are_no_end(name: 
 
 def ends(contact: Contact) -> FloatArray:
     """Of the steps that are kept, in their order [s]."""
-    count, kept = int(contact._contact.beat_count[0]), len(contact._contact.beat)
-    return np.array([contact._contact.beat[n % kept][0] for n in range(max(count - kept, 0), count)])
+    count, kept = int(contact._contact.breakpoint_count[0]), len(contact._contact.breakpoint)
+    return np.array([contact._contact.breakpoint[n % kept][0] for n in range(max(count - kept, 0), count)])
 
 
 @pytest.mark.parametrize("name", SETS)

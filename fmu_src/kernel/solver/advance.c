@@ -65,8 +65,9 @@ static enum Status take(struct Contact *contact, const struct Configuration *w, 
         windows_ended |= t->to_window[i] != 0;
     }
     for (int i = 0; w->kinematics != KINEMATICS_EXTERNAL && i < LANES; ++i)
-        if (t->h[i] > 0 && keeps_rhythm(w, i))
-            note_beat(contact, w, i, contact->value[VAR_TIME][i] + s[i], t->h[i], ended_at(contact, t, step, s[i], i));
+        if (t->h[i] > 0 && keeps_breakpoints(w, i))
+            note_breakpoint(contact, w, i, contact->value[VAR_TIME][i] + s[i], t->h[i],
+                            ended_at(contact, t, step, s[i], i));
     for (int i = 0; windows_ended && i < LANES; ++i)
         if (t->to_window[i] != 0) {
             close_window(contact, i);

@@ -12,8 +12,8 @@ int choose_step(const struct Contact *contact, const struct Configuration *w, do
                 const lanes window_ends, struct Trial *t)
 {
     int running = 0;
-    lanes beat;
-    look_for_beats(contact, w, s, beat);
+    lanes breakpoint;
+    look_for_breakpoints(contact, w, s, breakpoint);
     EACH_LANE {
         const double left = step - s[i], window = larger(window_ends[i] - contact->value[VAR_TIME][i] - s[i], 0);
         const double whole = smaller(left, window), wanted = smaller(contact->next_step[i], w->longest[i]);
@@ -22,14 +22,15 @@ int choose_step(const struct Contact *contact, const struct Configuration *w, do
                               : last               ? whole
                               : whole < 2 * wanted ? 0.5 * whole
                                                    : wanted; /* two even steps, not one and a remnant */
-        /* not a beat just before the end, and then a step of roundings */
-        const int aims = (beat[i] < (1 - 1e-6) * whole) & (beat[i] <= (t->failed[i] ? 1 : AS_LONG) * chosen);
-        t->h[i] = aims ? beat[i] : chosen;
+        /* not a breakpoint just before the end, and then a step of roundings */
+        const int aims =
+            (breakpoint[i] < (1 - 1e-6) * whole) & (breakpoint[i] <= (t->failed[i] ? 1 : AS_LONG) * chosen);
+        t->h[i] = aims ? breakpoint[i] : chosen;
         t->to_window[i] = (left > 0) & last & (window <= left) & !aims;
         t->aimed[i] = aims ? t->h[i] : 0;
         /* the longer step that has failed there says what it said a cycle ago */
         t->next[i] =
-            aims && !aims_at_event(contact, i) ? smaller(contact->next_step[i], beat[i]) : contact->next_step[i];
+            aims && !aims_at_event(contact, i) ? smaller(contact->next_step[i], breakpoint[i]) : contact->next_step[i];
         running |= left > 0;
     }
     for (int i = 0; w->delays && i < LANES; ++i) {
