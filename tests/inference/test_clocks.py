@@ -12,6 +12,7 @@ from evat.gap import diagnose_with
 from evat.gap.search import compare as comparing
 from evat.identification import Settings, identify
 from evat.inference.clocks import with_clocks
+from evat.inference.noise.ends import unsure_ends
 from evat.inference.prediction import Prediction
 from evat.inference.setup.clock import sample_times
 from evat.model import FloatArray, Run
@@ -28,14 +29,14 @@ LATE = {"principal_force": 0.45 * STEP, "feed_force": -0.4 * STEP}
 FORCES = tuple(LATE)
 
 
-def recorded(late: dict[str, float], noise: float = 0.0) -> Experiment:
-    chance, trials = np.random.default_rng(5), []
+def recorded(late: dict[str, float], noise: float = 0.0, first: float = 3e-5) -> Experiment:
+    chance, trials, times = np.random.default_rng(5), [], first - TIMES[0] + TIMES
     for place, speed in enumerate((0.1, 0.2, 0.35, 0.6)):
         outputs = {}
         for force in FORCES:
-            run = MODEL.simulate(Run(TIMES - late.get(force, 0.0), {}, (force,)), (), {**VALUES, "cutting_speed": speed})
+            run = MODEL.simulate(Run(times - late.get(force, 0.0), {}, (force,)), (), {**VALUES, "cutting_speed": speed})
             outputs[force] = run[force] + noise * chance.normal(size=TIMES.size)
-        trials.append(Trial(f"{place}.csv", f"c{place}", {"cutting_speed": speed}, TIMES, {}, outputs))
+        trials.append(Trial(f"{place}.csv", f"c{place}", {"cutting_speed": speed}, times, {}, outputs))
     signals = {force: Signal(force, force, "N", "output") for force in FORCES}
     sure = {name: 0.1 for name in ("F_C", "F_S", "sigma0", "sigma1", "sigma2", "v_s", "shear_stress")}
     return Experiment(Path(), "cut", "", Nominal(dict(VALUES), (), sure), signals, tuple(trials), None, "")
@@ -52,10 +53,15 @@ def test_one_run_is_sampled_where_each_channel_was() -> None:
 
 def test_a_run_so_sampled_is_the_record() -> None:
     """And interpolation is not: half of the way between two samples friction has one sign or the other."""
-    prediction = Prediction(MODEL, recorded(LATE))
+    prediction = Prediction(MODEL, recorded(LATE, first=0.0))
     names = {f"setup.{force}.clock": late for force, late in LATE.items()}
     held = prediction.sampled_at(LATE)
-    assert np.max(np.abs(held.one() - prediction.measured)[2:]) < 2e-3
+    error = held.one() - prediction.measured
+    for segment in prediction.segments:
+        unsure = unsure_ends(prediction, segment, held.one()[segment.at])
+        assert np.all(np.abs(error[segment.at]) < 2e-3 + unsure)  # a run shows nothing of before it begins
+        assert set(np.flatnonzero(unsure)) <= {0, 1, TIMES.size - 2, TIMES.size - 1}
+    assert np.max(np.abs(error)) > 0.05
     assert np.array_equal(held.one(), held.one(names))
     assert np.max(np.abs(prediction.one(names) - prediction.measured)) > 0.3
     back = held.one(dict.fromkeys(names, 0.0)) - prediction.one()  # what is named counts, in whatever run
@@ -107,3 +113,13 @@ def test_no_parameter_stands_in_for_a_clock() -> None:
     assert abs(away["sigma1"]) < 2
     for force, late in LATE.items():
         assert comparison.recalibrated.values[f"setup.{force}.clock"] == pytest.approx(late, abs=0.15 * STEP)
+
+
+def test_what_a_late_force_shows_of_before_the_run_moves_no_parameter(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first sample of a late channel is of before the record, where no run is: sigma0 stood in for it, by 15 sd."""
+    monkeypatch.setattr(comparing, "_offered", lambda _: [])
+    recalibrated = comparing.compare(Prediction(MODEL, recorded({"feed_force": 0.63 * STEP}, 0.004, first=1e-5))).recalibrated
+    fitted = {name: value for name, value in VALUES.items() if name in recalibrated.sd}
+    assert {"F_C", "sigma0", "shear_stress"} < set(fitted)
+    for name, value in fitted.items():
+        assert recalibrated.values[name] == pytest.approx(value, abs=3 * recalibrated.sd[name]), name

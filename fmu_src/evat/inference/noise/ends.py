@@ -1,4 +1,4 @@
-"""What may be wrong where a record of a given motion begins and ends?
+"""What may be wrong where a record begins and ends?
 
 How bristles were bent before is a nuisance of each trial, whose course is that of one model: other parameters or an effect let it die
 away faster or slower, which is a nuisance, too. And a clock that is off shows, at the ends, what moved before and after, which nobody
@@ -33,7 +33,7 @@ def unsure_ends(prediction: Prediction, segment: Segment, predicted: FloatArray)
     truth."""
     unsure = np.zeros_like(predicted)
     trial = prediction.experiment.trials[segment.trial] if segment.trial >= 0 else None
-    if trial is None or not trial.inputs or predicted.size < 2:
+    if trial is None or predicted.size < 2:
         return unsure
     shift = prediction.setup.widest_clock(segment.channel) / trial.sampling_interval  # samples
     reached = min(math.ceil(shift), predicted.size // CONSTANTS.least_samples_per_end)
