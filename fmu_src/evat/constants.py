@@ -190,8 +190,9 @@ class _Constants(ConstantTable):
     )
     clock_shift = Constant(0.5, "samples", "over which the derivative to a clock is taken: a jump has none")
     tried_clocks = Constant(33, "1", "clocks that are tried of each channel where a model moves by itself", source="budget of work", low=3)
+    searches_of_clocks = Constant(2, "1", "of which each begins where the one before and a fit have led to", source="budget of work", low=1)
     least_gain_of_clock = Constant(0.05, "of the mean square", "that a clock has to take away to be held")
-    least_drift = Constant(0.1, "samples", "over a recording: a clock that drifts by less shows nowhere")
+    least_drift = Constant(0.02, "samples", "over a recording: a clock that drifts by less shows nowhere, not in steep reversals")
     widest_setup_error = Constant(2.0, "sd", "what is further off is no tolerance of a set-up any more")
 
     least_form = Constant(0.05, "of accuracy_of_laws", "a form of a law that does less shows nowhere", high=1.0)
@@ -262,6 +263,11 @@ class _Constants(ConstantTable):
     )
     curve_samples = Constant(5, "samples", "whose middle bend is that of a curve")
     widest_block = Constant(24, "innovations", "of a block whose errors go together")
+
+    # Outliers
+    samples_to_see_an_outlier = Constant(30, "samples", "of a recording, from which on one that stands alone is seen", low=3)
+    outlying_sample = Constant(6.0, "robust sd", "from its neighbours, beyond which a single sample stands alone")
+    most_outliers = Constant(0.005, "of the samples", "that stand alone by accident; more are a part of what goes on", high=1.0)
 
     # Whitening and the model discrepancy
     bands = Constant(20, "1", "of the harmonics, and again as many of all between them; those that no record has are left out")

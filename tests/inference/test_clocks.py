@@ -29,12 +29,13 @@ LATE = {"principal_force": 0.45 * STEP, "feed_force": -0.4 * STEP}
 FORCES = tuple(LATE)
 
 
-def recorded(late: dict[str, float], noise: float = 0.0, first: float = 3e-5) -> Experiment:
+def recorded(late: dict[str, float], noise: float = 0.0, first: float = 3e-5, drift: float = 0.0) -> Experiment:
     chance, trials, times = np.random.default_rng(5), [], first - TIMES[0] + TIMES
     for place, speed in enumerate((0.1, 0.2, 0.35, 0.6)):
         outputs = {}
         for force in FORCES:
-            run = MODEL.simulate(Run(times - late.get(force, 0.0), {}, (force,)), (), {**VALUES, "cutting_speed": speed})
+            shown = times - late.get(force, 0.0) - drift * (times - times[0])
+            run = MODEL.simulate(Run(shown, {}, (force,)), (), {**VALUES, "cutting_speed": speed})
             outputs[force] = run[force] + noise * chance.normal(size=TIMES.size)
         trials.append(Trial(f"{place}.csv", f"c{place}", {"cutting_speed": speed}, times, {}, outputs))
     signals = {force: Signal(force, force, "N", "output") for force in FORCES}
@@ -123,3 +124,25 @@ def test_what_a_late_force_shows_of_before_the_run_moves_no_parameter(monkeypatc
     assert {"F_C", "sigma0", "shear_stress"} < set(fitted)
     for name, value in fitted.items():
         assert recalibrated.values[name] == pytest.approx(value, abs=3 * recalibrated.sd[name]), name
+
+
+def test_a_vibration_has_another_clock_than_its_record(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forces come later and later: by 0.06 of a sample at the end, which is many times the noise where friction reverses."""
+    monkeypatch.setattr(comparing, "_offered", lambda _: [])
+    recalibrated = comparing.compare(Prediction(MODEL, recorded({}, 0.004, drift=2.5e-4))).recalibrated
+    for force in FORCES:
+        told = f"setup.{force}.clock_drift"
+        assert recalibrated.values[told] == pytest.approx(2.5e-4, abs=3 * recalibrated.sd[told])
+        assert recalibrated.sd[told] < 8e-5
+
+
+def test_clocks_are_told_more_finely_beside_a_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An eighth of a sample is what the first search tells; friction that reverses within one stands in for what is left."""
+    monkeypatch.setattr(comparing, "_offered", lambda _: [])
+    late = {"principal_force": 0.44 * STEP, "feed_force": -0.3 * STEP}
+    prediction = Prediction(MODEL, recorded(late, 0.004))
+    first, told = with_clocks(prediction).setup.clocks, comparing.compare(prediction).prediction.setup.clocks
+    assert max(abs(first[force] - late[force]) for force in FORCES) > 0.04 * STEP
+    assert told == pytest.approx(late, abs=0.035 * STEP)
+    sampled = comparing.compare(Prediction(MODEL, recorded({}, 0.004))).prediction.setup.clocks
+    assert max(map(abs, sampled.values()), default=0.0) < 0.035 * STEP

@@ -56,6 +56,6 @@ def test_what_all_trials_share_is_the_set_up(gain: float, zero: float, late: flo
 
 def test_what_is_stated_counts() -> None:
     """A clock that is exact is no parameter; a gain that is known to a tenth has that as its standard deviation."""
-    made = replace(measured(), setup_sd={"F": SetupSd(gain=0.1, zero=0.5, clock=0.0)})
+    made = replace(measured(), setup_sd={"F": SetupSd(gain=0.1, zero=0.5, clock=0.0, clock_drift=0.0)})
     known = {parameter.name: parameter.sd for parameter in Prediction(Toy(), made).setup.parameters}
     assert known == {GAIN: 0.1, ZERO: 0.5}

@@ -77,7 +77,7 @@ TABLES: dict[str, tuple[Key, ...]] = {
         Key("gain", "number", "0.01", "standard deviation of its gain; 0 is exact"),
         Key("zero", "number", "0.01 of its root mean square", "of its zero, in the signal's unit"),
         Key("clock", "number", "one sample", "of its lag, in the unit of the time"),
-        Key("clock_drift", "number", "0.0002", "of the rate at which that lag grows beside a recorded motion"),
+        Key("clock_drift", "number", "0.0002", "of the rate at which that lag grows beside a recorded motion or what drives a vibration"),
     ),
     "[[trials]]": (
         Key("file", "path", "", "inside the folder, written with /", needed=True),

@@ -93,9 +93,13 @@ class Prediction:
         units = {v.name: v.unit for v in model.variables}
         self.setup = SetupErrors(experiment, recordings, self.measured, units)
         self.input_zeros = zeros_of_inputs(experiment, units)
-        self.setup_names = self.setup.names | {ZERO_OF_MOTION}
         self.form_names = frozenset[str]()
         self.apart = False
+
+    @property
+    def setup_names(self) -> frozenset[str]:
+        """Of all set-up errors, that of the recorded motion among them."""
+        return self.setup.names | {ZERO_OF_MOTION}
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -197,13 +201,19 @@ class Prediction:
         other.setup = self.setup.sampled_at(clocks)
         return other
 
+    def set_up_as(self, whole: Prediction) -> Prediction:
+        """The same with the set-up errors of another, of whose records these are parts, and runs sampled as there."""
+        other = copy.copy(self)
+        other.setup = whole.setup.of(self.setup.recordings)
+        return other
+
     def of_model_alone(self, values: Values) -> Values:
         """Values without those of the set-up errors and of forms that no law has."""
         return {name: value for name, value in values.items() if name not in self.setup_names and name not in self.form_names}
 
     def of(self, experiment: Experiment) -> Prediction:
         """Another experiment by the same model, its linearised parameters held; trials of the same files start alike."""
-        other = Prediction(self.model, experiment, self.threads).starting(self.starts, None, self.steady).sampled_at(self.setup.clocks)
+        other = Prediction(self.model, experiment, self.threads).starting(self.starts, None, self.steady).set_up_as(self)
         other.apart = self.apart
         return other.linearise([replace(each, column=np.zeros(other.measured.size)) for each in self.linearised])
 

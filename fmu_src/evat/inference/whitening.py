@@ -22,6 +22,7 @@ from evat.inference.noise.autoregression import WHITE, lag_one_correlation
 from evat.inference.noise.discontinuities import Discontinuities
 from evat.inference.noise.ends import dying_away, unsure_ends
 from evat.inference.noise.estimate import Noise, differing
+from evat.inference.noise.outliers import unsure_outliers
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 
@@ -67,7 +68,7 @@ class Whitening:
         self.groups = self._grouped()
         self.levels = self._levels()
         self.means = self._means(predicted)
-        self.jumps = [self._jumps_of(group, predicted) for group in self.groups]
+        self.jumps = [self._jumps_of(place, predicted) for place in range(len(self.groups))]
         self._own = [_spectrum(self._between(place, predicted)) for place in range(len(self.groups))]
         bands_of = [self._edges(group) for group in self.groups]
         there = sorted(set().union(*bands_of))  # bands of which any group has numbers
@@ -154,11 +155,14 @@ class Whitening:
             means.append(np.asarray(rows.mean(axis=0), dtype=np.float64))
         return means
 
-    def _jumps_of(self, group: Group, predicted: FloatArray) -> Discontinuities:
+    def _jumps_of(self, place: int, predicted: FloatArray) -> Discontinuities:
         """The mean of repeats is as wrong beside a jump as each of them."""
+        group = self.groups[place]
         size = self.noise.sizes[group.members[0]] / math.sqrt(len(group.members))
-        unsure = unsure_ends(self.prediction, self.prediction.segments[group.members[0]], predicted[group.at])
-        return Discontinuities(predicted[group.at], self._filter_of(group), float(size), unsure)
+        own = predicted[group.at]
+        unsure = unsure_ends(self.prediction, self.prediction.segments[group.members[0]], own)
+        unsure = np.hypot(unsure, unsure_outliers(self.residual(predicted, place), own))
+        return Discontinuities(own, self._filter_of(group), float(size), unsure)
 
     def _filter_of(self, group: Group) -> FloatArray:
         return self.noise.filters[group.channel] if group.at.stop - group.at.start > 1 else WHITE

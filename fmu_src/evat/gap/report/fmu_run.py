@@ -46,7 +46,7 @@ def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditio
     whole = comparison.prediction
     part, left_out, runs, samples = _some(whole, conditions or whole.experiment.conditions)
     stored = parameter_sets.load(ssv)
-    through = Prediction(FmuModel(path), part)
+    through = Prediction(FmuModel(path), part).set_up_as(whole)
     parts = [
         slice(segment.at.start, segment.at.start + own.at.stop - own.at.start)
         for segment, own in zip((s for s in whole.segments if s.condition in set(part.conditions)), through.segments, strict=True)
@@ -57,7 +57,7 @@ def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditio
     rows = through.one({**kernel.by_choice(stored.values), **set_up}, stored.effects)
     # Shapes of the law are simulated, as the FMU has them; forms that no law has are left out.
     values = {name: value for name, value in chosen.values.items() if name not in whole.form_names}
-    exact = Prediction(whole.model, part).starting(whole.starts, bent, whole.steady).one(values, chosen.on)
+    exact = Prediction(whole.model, part).set_up_as(whole).starting(whole.starts, bent, whole.steady).one(values, chosen.on)
     predicted, by_library, wanted, worst = chosen.predicted.copy(), chosen.predicted.copy(), set(part.conditions), 0.0
     for here, own in zip(parts, through.segments, strict=True):
         predicted[here], by_library[here] = rows[own.at], exact[own.at]

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from evat.constants import CONSTANTS
+from evat.inference.clocks import likeliest_clocks
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, fit
 from evat.inference.law.initial_state import begun, with_initial_state
@@ -15,6 +16,7 @@ from evat.inference.law.law_form import with_law_forms
 from evat.inference.noise.estimate import Noise, estimate_noise
 from evat.inference.parameters import Parameter, form_parameters, nominal_parameters
 from evat.inference.prediction import Linearised, Prediction
+from evat.inference.setup.setup_errors import CLOCK, by_channel
 from evat.inference.whitening import Whitening
 from evat.inference.zeros_between_trials import tried_zeros
 from evat.model import FloatArray, SimulationError
@@ -49,8 +51,22 @@ def recalibrated_model(
         recalibrated = _trusted(
             prediction, whitening, (*recalibrated.parameters, *free), np.append(recalibrated.point, np.zeros(len(free)))
         )
+    prediction, recalibrated = _clocked(prediction, whitening, recalibrated)
     whitening.forgive(CONSTANTS.form_error * recalibrated.likelihood.size, recalibrated.likelihood.length)
     return prediction, noise, whitening, recalibrated.again(whitening)
+
+
+def _clocked(prediction: Prediction, whitening: Whitening, fitted: Fit) -> tuple[Prediction, Fit]:
+    """The prediction with runs sampled where the fit tells that each channel was, and the fit to these."""
+    for _ in range(CONSTANTS.searches_of_clocks):
+        clocks = likeliest_clocks(prediction, whitening, fitted)
+        if all(late == prediction.setup.clocks.get(channel, 0.0) for channel, late in clocks.items()):
+            break
+        prediction = prediction.sampled_at(clocks)
+        held = {p.name: prediction.setup.start(p) for p in prediction.setup.parameters if by_channel(p.name)[1] == CLOCK}
+        start = np.array([held.get(p.name, u) for p, u in zip(fitted.parameters, fitted.point, strict=True)])
+        fitted = _trusted(prediction, whitening, fitted.parameters, start)
+    return prediction, fitted
 
 
 def _shaped(

@@ -34,14 +34,13 @@ class Recording:
 
 class SetupErrors:
     """measured = (1 + gain) model(t - late) + zero, for each channel, with late = clock + clock_drift (t - t_first). `parameters` are those
-    that its recordings can show: a mean has no clock, and a drift is one beside the clock of a recorded motion. A positive clock is a force
-    that is late, or a motion that is early."""
+    that its recordings can show: a mean has no clock, and a drift is one beside that of a recorded motion or of what drives a vibration. A
+    positive clock is a force that is late, or a motion that is early."""
 
     def __init__(self, experiment: Experiment, recordings: tuple[Recording, ...], measured: FloatArray, units: Mapping[str, str]) -> None:
-        self._recordings = recordings
+        self.recordings = recordings
         self.clocks: Mapping[str, float] = {}
         parameters = list[Parameter]()
-        moved = any(MOTION in trial.inputs for trial in experiment.trials)
         for channel in dict.fromkeys(recording.channel for recording in recordings):
             own = [recording for recording in recordings if recording.channel == channel]
             level = float(np.sqrt(np.mean(np.concatenate([measured[recording.at] for recording in own]) ** 2)))
@@ -54,7 +53,7 @@ class SetupErrors:
                 CLOCK: (stated.clock if stated.clock is not None else float(np.median(steps or [0.0])), "s"),
                 CLOCK_DRIFT: (stated.clock_drift, "1"),
             }
-            if not moved or stated.clock_drift * longest < CONSTANTS.least_drift * float(np.median(steps or [np.inf])):
+            if stated.clock_drift * longest < CONSTANTS.least_drift * float(np.median(steps or [np.inf])):
                 del sizes[CLOCK_DRIFT]
             for kind, (sd, unit) in sizes.items():
                 if sd > 0 and (kind != CLOCK or steps):
@@ -65,6 +64,12 @@ class SetupErrors:
                     )
         self.parameters = tuple(parameters)
         self.names = frozenset(parameter.name for parameter in parameters)
+
+    def of(self, recordings: tuple[Recording, ...]) -> SetupErrors:
+        """The same set-up, known as well, over other recordings: of a part of a record, too short to show a drift, it is none the less."""
+        other = copy.copy(self)
+        other.recordings = recordings
+        return other
 
     def sampled_at(self, clocks: Mapping[str, float]) -> SetupErrors:
         """The same for runs in which each channel is as late as here [s]; values that are not named are these."""
@@ -86,7 +91,7 @@ class SetupErrors:
             return rows
         count = max(rows.shape[0], *(np.size(values.get(name, 0.0)) for name in self.names)) if rows.shape[0] == 1 else rows.shape[0]
         recorded = np.repeat(rows, count // max(rows.shape[0], 1), axis=0) if rows.shape[0] != count else rows.copy()
-        for recording in self._recordings:
+        for recording in self.recordings:
             gain, zero = (self._value(recording.channel, kind, values) for kind in (GAIN, ZERO))
             recorded[:, recording.at] = (1 + gain) * _shifted(rows[:, recording.at], recording.times, *self._late(recording, values)) + zero
         return recorded
@@ -94,7 +99,7 @@ class SetupErrors:
     def slopes(self, row: FloatArray, name: str, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
         """Derivative (N,) of the prediction to one of `names`; row : (N,), of the model alone."""
         slope = np.zeros_like(row)
-        for recording in self._recordings:
+        for recording in self.recordings:
             if not name.startswith(_name(recording.channel, "")):
                 continue
             gain, late = float(self._value(recording.channel, GAIN, values)[0, 0]), self._late(recording, values)
