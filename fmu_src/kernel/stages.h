@@ -336,15 +336,15 @@ void note_breakpoint(struct Contact *contact, const struct Configuration *w, int
 
 /* advance.c: from value[VAR_TIME] on by `step`, s telling how far it went; the point reached is room[now],
  * where known. */
-struct Patience {
+struct ZenoGuard {
     double length, begun; /* of a stretch of time [s], and when it began; length 0: none has */
     double taken, most; /* steps in it */
     double events, most_events; /* a cycle has a dozen; forces that chase one another have no end of them */
 };
-/* patience.c: begin or go on with a stretch; is the step that begins at s, the n-th of this communication step, one too
- * many? */
-void take_patience(const struct Contact *contact, const struct Configuration *w, struct Patience *p);
-int worn_out(const struct Contact *contact, struct Patience *p, double step, const lanes s, double n);
+/* zeno_guard.c: begin or go on with a stretch; is the step that begins at s, the n-th of this communication step, one
+ * too many? */
+void guard_stretch(const struct Contact *contact, const struct Configuration *w, struct ZenoGuard *p);
+int is_without_end(const struct Contact *contact, struct ZenoGuard *p, double step, const lanes s, double n);
 struct Course {
     struct Room {
         ON_LINES struct Point point;
@@ -353,7 +353,7 @@ struct Course {
     int now, known;
     int arrived; /* the point reached stands at the end of the communication step, to the bit */
     double most_steps; /* internal steps that may still be taken, 0: as many as it takes */
-    struct Patience patience;
+    struct ZenoGuard guard;
 };
 enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
                              lanes s, struct Course *course);

@@ -28,7 +28,7 @@ static enum Status run_cycle(struct Contact *contact, struct Configuration *w, d
     }
     wire_time(contact, w);
     course.now = course.known = 0;
-    course.patience.length = 0;
+    course.guard.length = 0;
     course.most_steps = most_steps_of_cycles(contact);
     const enum Status status = advance_internal(contact, w, period_of(contact), 0, s, &course);
     for (int i = 0; i < LANES; ++i) {

@@ -24,7 +24,7 @@ static enum Status pass_cycle(struct Contact *contact)
     struct Course course;
     lanes s = {0};
     course.now = course.known = 0;
-    course.patience.length = 0;
+    course.guard.length = 0;
     course.most_steps = most_steps_of_cycles(contact);
     const enum Status status =
         advance_internal(contact, &w, 1 / contact->value[VAR_VIBRATION_FREQUENCY][0], 0, s, &course);

@@ -134,7 +134,7 @@ static int all_finite(const struct Point *x)
 enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
                              lanes s, struct Course *course)
 {
-    struct Patience *const patience = &course->patience;
+    struct ZenoGuard *const guard = &course->guard;
     const double most_steps = course->most_steps > 0 ? course->most_steps : INFINITY;
     struct Room *const room = course->room;
     static const int other[3][2] = {{1, 2}, {2, 0}, {0, 1}};
@@ -148,7 +148,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         quiet_for[i] = INFINITY; /* since the last event [s] */
         t.acted[i] = t.failed[i] = 0;
     }
-    take_patience(contact, w, patience);
+    guard_stretch(contact, w, guard);
     if (step < NO_STEP) {
         EACH_LANE
             s[i] = step;
@@ -172,7 +172,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
     }
     course->known = 0;
     for (double n = 0; choose_step(contact, w, step, s, course->window_end, &t); ++n) {
-        if (n >= most_steps || worn_out(contact, patience, step, s, n))
+        if (n >= most_steps || is_without_end(contact, guard, step, s, n))
             return STATUS_TOO_MANY_STEPS;
         compute_trial(contact, w, s, &t);
         if (!all_finite(t.end))
@@ -196,7 +196,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             continue;
         }
         const int event = is_any(t.cut, 0);
-        patience->events += event && !(w->law->rest && is_only(t.cut, AT_LAW));
+        guard->events += event && !(w->law->rest && is_only(t.cut, AT_LAW));
         const enum Status taken = take(contact, w, step, s, &t, course);
         EACH_LANE
             t.acted[i] = t.failed[i] = 0;

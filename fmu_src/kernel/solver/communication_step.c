@@ -25,7 +25,7 @@ static enum Status advance_by(const struct Configuration *w, struct Contact *con
                               struct Course *course, double *taken)
 {
     *taken = 0;
-    course->most_steps = course->patience.length = 0;
+    course->most_steps = course->guard.length = 0;
     course->arrived = 0;
     if (!is_step(step))
         return STATUS_BAD_STEP;

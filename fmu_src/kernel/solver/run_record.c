@@ -152,7 +152,7 @@ enum Status kernel_run_record(struct Contact *contact, const struct Record *reco
     struct Course course;
     look_up_in(record, &w);
     course.now = course.known = 0;
-    course.patience.length = 0;
+    course.guard.length = 0;
     course.most_steps = record->most_steps;
     const int averages = kernel_averages(contact);
     const int plainly = shows_plainly(yield->output_count, yield->output_index);

@@ -1,15 +1,15 @@
-/* When are steps without end? Contact that opens and closes at no speed, forces that chase one another. A stretch of
- * time that the steps pass in `few` where nothing happens may take so many times more. An ellipse takes up to 60 a
- * cycle at the usual tolerance, steps shrink with its fourth root, a law with events of its own may break bonds at each
- * of them, however small they are, so that these count as steps and not as events, and a ripple of friction over a long
- * way has thousands of periods. A record's samples may lie so near to one another that none of them alone shows it: the
- * stretch goes on over them.
+/* When are steps without end, as those of Zeno? Contact that opens and closes at no speed, forces that chase one
+ * another. A stretch of time that the steps pass in `few` where nothing happens may take so many times more. An ellipse
+ * takes up to 60 a cycle at the usual tolerance, steps shrink with its fourth root, a law with events of its own may
+ * break bonds at each of them, however small they are, so that these count as steps and not as events, and a ripple of
+ * friction over a long way has thousands of periods. A record's samples may lie so near to one another that none of
+ * them alone shows it: the stretch goes on over them.
  */
 #include "../stages.h"
 
 #include <math.h>
 
-void take_patience(const struct Contact *contact, const struct Configuration *w, struct Patience *p)
+void guard_stretch(const struct Contact *contact, const struct Configuration *w, struct ZenoGuard *p)
 {
     const double few = 20, tolerance = w->p[VAR_RELATIVE_TOLERANCE][0],
                  tight = tolerance < USUAL_TOLERANCE ? sqrt(sqrt(USUAL_TOLERANCE / tolerance)) : 1,
@@ -26,7 +26,7 @@ void take_patience(const struct Contact *contact, const struct Configuration *w,
 
 /* Is the step that begins at s, the n-th of this communication step, one too many? The slowest lane counts; each lane
  * moves on in each step. Two steps are what a communication step takes in any case. */
-int worn_out(const struct Contact *contact, struct Patience *p, double step, const lanes s, double n)
+int is_without_end(const struct Contact *contact, struct ZenoGuard *p, double step, const lanes s, double n)
 {
     double slowest = INFINITY;
     EACH_LANE
