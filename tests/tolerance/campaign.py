@@ -181,7 +181,7 @@ def _worst(lines: Sequence[Line], seed: int, count: int = 20) -> str:
     kernel_seconds, reference_seconds = (sum(getattr(one, name) for one in lines) for name in ("seconds", "reference_seconds"))
     slow = max(lines, key=lambda one: one.seconds)
     rows.append(f"seconds: kernel {kernel_seconds:.1f} (longest {slow.seconds:.3f}, draw {slow.number}), reference {reference_seconds:.1f}")
-    rows.append(_over_the_median(lines))
+    rows += [_over_the_median(lines), _beside_the_reference(lines)]
     return "\n".join(rows)
 
 
@@ -191,6 +191,22 @@ def _over_the_median(lines: Sequence[Line], most: float = 100) -> str:
     slow = [one for one in sorted(lines, key=lambda one: -one.seconds) if one.seconds > most * median]
     head = f"more than {most:g} times the median of {1e3 * median:.2g} ms: {len(slow)} of {len(lines)}"
     rows = [f"  draw {one.number}: {one.seconds / median:.0f} times, {_what(one)}, {one.status}" for one in slow[:20]]
+    return "\n".join([head, *rows])
+
+
+def _beside_the_reference(lines: Sequence[Line], most: float = 100) -> str:
+    """Which draws take so many times more of the reference's time than the median does? A draw is not slow for what happens in it: the
+    reference, of order 9 and with steps of its own, has the same ripples, swings and strokes to follow."""
+    solved = [one for one in lines if is_solved(one)]
+    share = {one.number: one.seconds / max(one.reference_seconds, 1e-6) for one in solved}
+    median = float(np.median(list(share.values())))
+    slow = [one for one in sorted(solved, key=lambda one: -share[one.number]) if share[one.number] > most * median]
+    largest = max(share.values(), default=0.0)
+    head = (
+        f"time of the kernel over that of the reference: median {median:.2g}, largest {largest:.2g}; more than {most:g} times the median: "
+        f"{len(slow)} of {len(solved)}"
+    )
+    rows = [f"  draw {one.number}: {share[one.number] / median:.0f} times, {_what(one)}" for one in slow[:20]]
     return "\n".join([head, *rows])
 
 
