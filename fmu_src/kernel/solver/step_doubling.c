@@ -271,21 +271,23 @@ static struct Forces forces_of(const struct Point *a, const struct Point *early,
 }
 
 /* At the quarters beside the parabola through start, middle and end, which is what is kept of them; and their mean by
- * Simpson's rule. */
-static void force_errors(const struct Configuration *w, const struct Forces *forces, const struct Point *b,
-                         lanes recalled, lanes of_mean)
+ * Simpson's rule. A brief step adds to a mean by its length: so does the size of a peak of which it is a part, beside
+ * the level, which the whole mean is measured by. */
+static void force_errors(const struct Configuration *w, const struct Forces *forces, const lanes share,
+                         const struct Point *b, lanes recalled, lanes of_mean)
 {
     for (int k = 0; k < CHANNELS; ++k)
         EACH_LANE {
             double u[5];
             for (int n = 0; n < 5; ++n)
                 u[n] = (*forces->at[k][n])[i];
-            const double force = larger(level_of(w, b, i), larger(fabs(u[0]), fabs(u[4])));
+            const double level = level_of(w, b, i), force = larger(level, larger(fabs(u[0]), fabs(u[4])));
             const double first = apart(parabola(0.25, u[0], u[2], u[4]), u[1], force),
                          last = apart(parabola(0.75, u[0], u[2], u[4]), u[3], force);
             recalled[i] = larger(recalled[i], larger(first, last));
-            of_mean[i] = larger(of_mean[i], apart((u[0] + 4 * u[2] + u[4]) / 6,
-                                                  (u[0] + 4 * u[1] + 2 * u[2] + 4 * u[3] + u[4]) / 12, force));
+            of_mean[i] = larger(of_mean[i],
+                                apart((u[0] + 4 * u[2] + u[4]) / 6, (u[0] + 4 * u[1] + 2 * u[2] + 4 * u[3] + u[4]) / 12,
+                                      larger(level, share[i] * force)));
         }
 }
 
@@ -337,7 +339,7 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
     if (w->law->relaxes && !w->current_angle)
         hidden_in_target(step, a, &early, &half, &late, b, hidden);
     const struct Forces forces = forces_of(a, &early, m, &late, b);
-    force_errors(w, &forces, b, recalled, of_mean);
+    force_errors(w, &forces, share, b, recalled, of_mean);
     if (w->sensors)
         sensor_error(contact, w, h, step, a, m, b, &early, &half, &late, &whole, behind);
     lanes beside = {0}; /* what is asked of few: levels that states of effects have moved, and that the force shows only
