@@ -309,7 +309,7 @@ def test_a_force_that_is_not_borne_shows_later_what_the_bristle_has_lost(exponen
 def test_a_brief_peak_counts_in_the_mean_by_the_level_and_not_by_its_own_size() -> None:
     """At a reversal nothing holds a bristle whose static friction is a hundredth of the sliding one: damping answers with 500 levels
     for a thousandth of a cycle. Steps that were good to 1e-4 of this peak left its impulse 37 tolerances off in the mean."""
-    values = {
+    values: dict[str, Any] = {
         "kinematics": "internal", "sigma0": 3.5e5, "sigma1": 4.62e6, "sigma2": 24.3, "F_C": 9.97, "F_S": 0.1309, "v_s": 1.63e-4,
         "lugre.presliding_exponent": 3.5590400854736464, "lugre.viscous_exponent": 1.1443879104671928,
         "vibration_frequency": 566.0588336731089, "amplitude_x": 8.870684411403915e-6, "amplitude_y": 7.706574386403106e-6,
