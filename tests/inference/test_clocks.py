@@ -10,11 +10,14 @@ import pytest
 from evat.experiment import Experiment, Nominal, Signal, Trial
 from evat.gap import diagnose_with
 from evat.gap.search import compare as comparing
+from evat.gap.search import recalibration
 from evat.identification import Settings, identify
 from evat.inference.clocks import with_clocks
+from evat.inference.fit import Fit
 from evat.inference.noise.ends import unsure_ends
 from evat.inference.prediction import Prediction
 from evat.inference.setup.clock import sample_times
+from evat.inference.whitening import Whitening
 from evat.model import FloatArray, Run
 from evat.models.contact import ContactModel
 
@@ -146,3 +149,25 @@ def test_clocks_are_told_more_finely_beside_a_fit(monkeypatch: pytest.MonkeyPatc
     assert told == pytest.approx(late, abs=0.035 * STEP)
     sampled = comparing.compare(Prediction(MODEL, recorded({}, 0.004))).prediction.setup.clocks
     assert max(map(abs, sampled.values()), default=0.0) < 0.035 * STEP
+
+
+def test_no_clock_stands_in_for_what_is_still_to_be_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sensor that rings leaves a tenth of the force: clocks beside a fit to that took its lag for theirs, and no effect was seen then."""
+    monkeypatch.setattr(comparing, "_offered", lambda _: [])
+    looked = list[float]()
+
+    def noted(prediction: Prediction, whitening: Whitening, fitted: Fit) -> dict[str, float]:
+        looked.append(fitted.likelihood.size)
+        return {}
+
+    monkeypatch.setattr(recalibration, "likeliest_clocks", noted)
+    plain = recorded(LATE, 0.004)
+    ringing = tuple(
+        replace(trial, outputs={name: force + 0.1 * np.ptp(force) * np.sin(8e5 * trial.times) for name, force in trial.outputs.items()})
+        for trial in plain.trials
+    )
+    told = comparing.compare(Prediction(MODEL, replace(plain, trials=ringing)))
+    assert told.recalibrated.likelihood.size > 0.02
+    assert not looked
+    comparing.compare(Prediction(MODEL, plain))
+    assert looked

@@ -57,7 +57,12 @@ def recalibrated_model(
 
 
 def _clocked(prediction: Prediction, whitening: Whitening, fitted: Fit) -> tuple[Prediction, Fit]:
-    """The prediction with runs sampled where the fit tells that each channel was, and the fit to these."""
+    """The prediction with runs sampled where the fit tells that each channel was, and the fit to these.
+
+    As they are where the fit leaves more than the form of a law does: a clock would stand in for a lag that is still to be found.
+    """
+    if fitted.likelihood.size > CONSTANTS.accuracy_of_laws:
+        return prediction, fitted
     for _ in range(CONSTANTS.searches_of_clocks):
         clocks = likeliest_clocks(prediction, whitening, fitted)
         if all(late == prediction.setup.clocks.get(channel, 0.0) for channel, late in clocks.items()):
