@@ -1,4 +1,4 @@
-"""How late is each channel beside a model that moves by itself, before anything is fitted?
+"""How late is each channel beside a model that moves by itself?
 
 Friction that reverses within a fraction of a sample shows a clock at its jumps only. No slope leads there: so clocks are tried, and the
 runs sampled where the channels were; first beside nominal values, then, more finely, beside those of a fit, which follow as far as they do
