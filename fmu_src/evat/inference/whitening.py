@@ -156,7 +156,7 @@ class Whitening:
         return means
 
     def _jumps_of(self, place: int, predicted: FloatArray) -> Discontinuities:
-        """What samples count. The mean of repeats is as wrong beside a jump as each of them, and unsure at the ends and where one stands alone."""
+        """What samples count: less beside jumps, where a mean of repeats is as wrong as each, at ends, and where one stands alone."""
         group = self.groups[place]
         size = self.noise.sizes[group.members[0]] / math.sqrt(len(group.members))
         own = predicted[group.at]
