@@ -350,7 +350,7 @@ void friction_solved(const struct Contact *contact, const struct Configuration *
     struct Point beside = *x;
     lanes step;
     EACH_LANE {
-        step[i] = 1e-7 * larger(fabs(x->z[i]), w->p[VAR_F_C][i] / w->p[VAR_SIGMA0][i]);
+        step[i] = 1e-7 * larger(fabs(x->z[i]), x->F_C[i] / x->P[i]);
         beside.z[i] = x->z[i] + step[i];
     }
     solve_slip(contact, w, tau, &beside);

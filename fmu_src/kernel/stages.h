@@ -486,6 +486,12 @@ static inline double level_of(const struct Configuration *w, const struct Point 
     return larger(x->F_C[lane], smaller(x->F_S[lane], w->p[VAR_F_S][lane]));
 }
 
+/* The furthest that sliding bends a bristle. */
+static inline double reach_of(const struct Point *x, int lane)
+{
+    return larger(x->F_C[lane], x->F_S[lane]) / x->P[lane];
+}
+
 /* Lane i of `count` rows; the lanes of a point come first in it. */
 enum {
     POINT_LANES = offsetof(struct Point, past) / sizeof(lanes),

@@ -208,3 +208,29 @@ int radau_step(struct Radau *r, double t, double h, const double *y, const doubl
     step->error = fmax(step->error, step->of_states);
     return isfinite(step->error) ? 1 : 0;
 }
+
+int radau_straight(struct Radau *r, double t, double h, const double *y, const double *f, const double *g,
+                   struct Step *step)
+{
+    const int n = r->states;
+    double J[MOST_STATES * MOST_STATES], A[MOST_STATES * MOST_STATES], off[MOST_STATES];
+    int pivot[MOST_STATES];
+    if (!slope(r, t, y, f, J))
+        return 0;
+    step->error = step->of_states = 0;
+    for (int q = 0; q < r->integrals; ++q)
+        step->gain[q] = h * g[q];
+    for (int k = 0; k < S; ++k) {
+        for (int i = 0; i < n; ++i) {
+            off[i] = r->c[k] * h * f[i];
+            for (int j = 0; j < n; ++j)
+                A[i * n + j] = (i == j) - r->c[k] * h * J[i * n + j];
+        }
+        if (!eliminate(n, n, A, pivot))
+            return 0;
+        substitute(n, n, A, pivot, off);
+        for (int i = 0; i < n; ++i)
+            step->node[k][i] = y[i] + off[i];
+    }
+    return 1;
+}

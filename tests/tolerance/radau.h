@@ -32,4 +32,9 @@ void radau_begin(struct Radau *r);
 int radau_step(struct Radau *r, double t, double h, const double *y, const double *f, const double *g,
                struct Step *step);
 
+/* A step too short for anything but its start to matter: along the rates there, of which those that fall steeply with a
+ * state do so within it. 0: there are no rates. */
+int radau_straight(struct Radau *r, double t, double h, const double *y, const double *f, const double *g,
+                   struct Step *step);
+
 #endif

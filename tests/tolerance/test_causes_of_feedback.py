@@ -120,3 +120,35 @@ def test_passes_do_not_go_round_where_a_slip_that_is_solved_for_comes_to_its_bou
     }  # fmt: skip
     case = vibrates(values, ("maxwell_slip",), 1e-6, cycles=1.6, points=20, speed=speed)
     assert worst(case, "friction_force", "bristle_deflection") < 3
+
+
+# ---- damping of thousands of times the stiffness ----
+
+DAMPED: dict[str, Any] = {
+    "kinematics": "internal", "friction_law": "lugre", "sigma0": 3.5e5, "sigma1": 4.62e6, "sigma2": 24.3, "F_C": 9.97, "F_S": 0.1309,
+    "v_s": 1.63e-4,
+}  # fmt: skip
+
+
+def test_a_cycle_has_come_back_where_its_forces_have() -> None:
+    """A deflection that was back to a hundredth of a tolerance left a friction force that was 57 off: damping answers to its rate."""
+    values = {
+        **DAMPED, "damping_mode": "as_published", "lugre.stribeck_exponent": 5.29, "vibration_frequency": 896.5, "amplitude_x": 5.7e-6,
+        "amplitude_y": 2.4e-6, "feed": 7.65e-6, "chip_flow_shear_angle": 0.7, "initial_state": "periodic",
+    }  # fmt: skip
+    assert worst(vibrates(values, (), 1e-5, cycles=3, points=33, speed=0.0412), "friction_force") < 3
+
+
+@pytest.mark.parametrize("speed", [0.08, 0.1])
+def test_a_bristle_that_enters_a_cut_follows_its_level_and_no_further(speed: float) -> None:
+    """Where the level vanishes with the load a bristle may follow it faster than the shortest step, which went straight on by a rate that
+    held for a part of it: a billion tolerances."""
+    values = {
+        **DAMPED, "lugre.stribeck_exponent": 3.8, "lugre.presliding_exponent": 2.1, "lugre.viscous_exponent": 0.5876,
+        "vibration_frequency": 942.1, "amplitude_x": 1.483e-5, "amplitude_y": 2.76e-6, "feed": 1.33e-6, "chip_flow_shear_angle": 0.83,
+        "chip_flow_angle": "current_shear_angle", "load_dependence.n": 2.0, "load_dependence.N_ref": 7.54,
+        "sticking_limit.severity": 0.4348, "sticking_limit.mu": 0.739, "sticking_limit.contact_length": 0.528,
+        "sticking_limit.exponent": 2.01,
+    }  # fmt: skip
+    case = vibrates(values, ("load_dependence", "sticking_limit"), 1e-5, cycles=3, points=20, speed=speed)
+    assert worst(case, "friction_force", "bristle_deflection") < 3

@@ -117,17 +117,6 @@ static void take(struct Course *c, double t, const struct Step *step)
     c->outcome->branches = branches > c->outcome->branches ? branches : c->outcome->branches;
 }
 
-/* A step too short for anything but its start to matter. */
-static void straight(const struct Course *c, double h, struct Step *step)
-{
-    step->error = 0;
-    for (int q = 0; q < c->radau.integrals; ++q)
-        step->gain[q] = h * c->g[q];
-    for (int k = 0; k < STAGES_OF_RADAU; ++k)
-        for (int i = 0; i < c->radau.states; ++i)
-            step->node[k][i] = c->y[i] + c->radau.c[k] * h * c->f[i];
-}
-
 /* One step towards `stop`, up to an event. */
 static enum Verdict advance(struct Course *c, double stop, int *blind)
 {
@@ -148,7 +137,8 @@ static enum Verdict advance(struct Course *c, double stop, int *blind)
         /* rates jump here: where slip is given the kernel shows a point beyond an event on its new side, and no stage
          * lies before it */
         h = fmin(left, 8 * ahead(c));
-        straight(c, h, &step);
+        if (!radau_straight(&c->radau, c->t, h, c->y, c->f, c->g, &step))
+            return NO_RATES;
         *blind = 1;
         break;
     }

@@ -32,14 +32,50 @@ static enum Status pass_cycle(struct Contact *contact)
     return status;
 }
 
+/* A position goes on from cycle to cycle: it begins where it is, and no state of it comes back. */
+static int states_that_come_back(const struct Effect *effect) { return effect->periods ? 0 : effect->states; }
+
+static int unknown_index(const struct Configuration *w, int n)
+{
+    if (n == 0)
+        return VAR_BRISTLE_DEFLECTION;
+    for (int k = 0, left = n - 1; k < w->on_count; left -= states_that_come_back(w->on[k++]))
+        if (left < states_that_come_back(w->on[k]))
+            return w->on_value[k] + left;
+    return -1;
+}
+
+/* A deflection that comes back to a hundredth of a tolerance may leave forces that do not, where damping answers it by
+ * thousands of times the stiffness. A cycle has come back where the forces have, too; that is asked for in a few cycles
+ * more, as forces may go by the steps that a cycle has taken. */
+#define FORCES_COME_BACK 1e-2 /* tolerances */
+#define MORE_CYCLES 3
+
+/* Do the states `from` make the forces of a cycle's end, in its place? */
+static int forces_came_back(const struct Contact *end, const struct Configuration *w, int count, const lanes *from,
+                            int i)
+{
+    static const lanes here;
+    const struct Configuration there = wire(end);
+    struct Contact begun = *end;
+    struct Point a, b;
+    for (int n = 0; n < count; ++n)
+        begun.value[unknown_index(w, n)][i] = from[n][i];
+    point_at(&begun, &there, here, &a);
+    point_at(end, &there, here, &b);
+    const double enough = FORCES_COME_BACK * w->p[VAR_RELATIVE_TOLERANCE][i], level = level_of(&there, &b, i);
+    return fabs(b.F[i] - a.F[i]) <= enough * larger(level, fabs(b.F[i])) &&
+           fabs(b.F_p[i] - a.F_p[i]) <= enough * larger(level, fabs(b.F_p[i]));
+}
+
 /* The bristle deflection that one vibration cycle brings back. For a law that is linear in z one cycle maps z to c + E
  * z, and two cycles give z_0 = c / (1 - E); otherwise the same secant is repeated. */
-static enum Status find_deflection(struct Contact *contact)
+static enum Status find_deflection(struct Contact *contact, const struct Configuration *w)
 {
     const double start = contact->value[VAR_TIME][0];
     struct Contact trial = *contact;
     lanes z = {0}, miss = {0}, z_before, miss_before;
-    int converged = 0, done[LANES] = {0}, given_up = 0;
+    int converged = 0, done[LANES] = {0}, more[LANES] = {0}, given_up = 0;
     for (int n = 0; n < 20 && !converged; ++n) {
         EACH_LANE {
             trial.value[VAR_BRISTLE_DEFLECTION][i] = z[i];
@@ -54,10 +90,12 @@ static enum Status find_deflection(struct Contact *contact)
         if (status != STATUS_OK)
             return status;
         converged = 1;
-        EACH_LANE {
+        for (int i = 0; i < LANES; ++i) {
             const double reach = larger(trial.value[VAR_F_C][i], trial.value[VAR_F_S][i]) / trial.value[VAR_SIGMA0][i];
             miss[i] = trial.value[VAR_BRISTLE_DEFLECTION][i] - z[i];
-            done[i] |= fabs(miss[i]) <= 1e-2 * trial.value[VAR_RELATIVE_TOLERANCE][i] * reach;
+            const int near = fabs(miss[i]) <= 1e-2 * trial.value[VAR_RELATIVE_TOLERANCE][i] * reach;
+            done[i] =
+                done[i] || (near && (forces_came_back(&trial, w, 1, (const lanes *)&z, i) || ++more[i] > MORE_CYCLES));
             const double steps =
                 trial.value[VAR_STEP_COUNT][i] - contact->value[VAR_STEP_COUNT][i]; /* of all cycles so far */
             const int gives_up = !done[i] & (steps * (n + 2) > most_steps_of_cycles(contact) * (n + 1));
@@ -80,19 +118,6 @@ static enum Status find_deflection(struct Contact *contact)
 }
 
 /* ---- with effects that have states of their own: Newton's method on all of them ---- */
-
-/* A position goes on from cycle to cycle: it begins where it is, and no state of it comes back. */
-static int states_that_come_back(const struct Effect *effect) { return effect->periods ? 0 : effect->states; }
-
-static int unknown_index(const struct Configuration *w, int n)
-{
-    if (n == 0)
-        return VAR_BRISTLE_DEFLECTION;
-    for (int k = 0, left = n - 1; k < w->on_count; left -= states_that_come_back(w->on[k++]))
-        if (left < states_that_come_back(w->on[k]))
-            return w->on_value[k] + left;
-    return -1;
-}
 
 static double scale_of(const struct Contact *contact, int index, int i)
 {
@@ -126,7 +151,7 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
     const int count = 1 + kernel_state_count() - BASE_STATES;
     struct Contact trial;
     lanes from[UNKNOWNS] = {{0}}, to[UNKNOWNS], beside[UNKNOWNS], slope[UNKNOWNS][UNKNOWNS], step;
-    int used = 0, converged = 0, done[LANES] = {0}, given_up = 0;
+    int used = 0, converged = 0, done[LANES] = {0}, more[LANES] = {0}, given_up = 0;
     lanes steps = {0};
     while (used < count && unknown_index(w, used) >= 0)
         ++used;
@@ -141,7 +166,8 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
                 const double scale = larger(scale_of(&trial, unknown_index(w, n), i), fabs(from[n][i]));
                 near &= fabs(to[n][i] - from[n][i]) <= 1e-1 * trial.value[VAR_RELATIVE_TOLERANCE][i] * scale;
             }
-            done[i] |= near;
+            done[i] = done[i] ||
+                      (near && (forces_came_back(&trial, w, used, (const lanes *)from, i) || ++more[i] > MORE_CYCLES));
             const double a_cycle = trial.value[VAR_STEP_COUNT][i] - contact->value[VAR_STEP_COUNT][i];
             steps[i] += (1 + used) * a_cycle; /* with the slopes of all states */
             const int gives_up = !done[i] & (steps[i] > most_steps_of_cycles(contact));
@@ -233,7 +259,7 @@ static enum Status fill_history(struct Contact *contact, const struct Configurat
 enum Status find_periodic(struct Contact *contact)
 {
     const struct Configuration w = wire(contact);
-    const enum Status status = w.drivers ? find_states(contact, &w) : find_deflection(contact);
+    const enum Status status = w.drivers ? find_states(contact, &w) : find_deflection(contact, &w);
     if (status == STATUS_TOO_MANY_STEPS) {
         contact->warnings |= WARN_NOT_PERIODIC;
         return STATUS_OK; /* from rest */

@@ -59,7 +59,6 @@ static inline void large_moments(lanes I[3], int i, double D)
         I[k][i] = D > FEW ? part[k] : I[k][i];
 }
 
-static double reach(const struct Point *x, int i) { return larger(x->F_C[i], x->F_S[i]) / x->P[i]; }
 /* Is z surely within it? A product, which is cheaper, and right but for roundings. */
 static int within(const struct Point *x, int i, double z)
 {
@@ -161,7 +160,7 @@ static void relax_bristles(int clip, const lanes h, const struct Point *start, c
     }
     if (clip && far) /* no bristle bends further than its largest target, which the parabola may overshoot */
         EACH_LANE {
-            const double bound = larger(larger(reach(start, i), reach(end, i)), fabs(start->z[i]));
+            const double bound = larger(larger(reach_of(start, i), reach_of(end, i)), fabs(start->z[i]));
             z_end[i] = larger(smaller(z_end[i], bound), -bound);
         }
 }

@@ -145,15 +145,27 @@ static void pass(const struct Contact *contact, const struct Configuration *w, c
     move_states(w, DRIVEN_BY_FORCE, h, start, middle, end);
 }
 
+/* z after t at the rate that is linearised at the start. Where the level vanishes with the load a bristle may follow
+ * it faster than the shortest step, and bends no further than it. */
+static double led_on(int relaxes, const struct Point *start, int i, double t)
+{
+    const double D = relaxes ? t * start->rate[i] : 0, z = start->z[i];
+    double I[3];
+    moments(D, I);
+    const double moved = z + t * start->dz[i] * (D > 0 ? I[0] / D : 1);
+    const double bound = relaxes ? larger(reach_of(start, i), fabs(z)) : INFINITY;
+    return larger(smaller(moved, bound), -bound);
+}
+
 /* Where a slip that is solved for jumps, or begins at an edge where force and load are both 0, rates before and behind
  * go into no step: the shortest of steps go straight on from their start. */
 static void go_straight(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
                         const int brief[LANES], const struct Point *start, struct Point *middle, struct Point *end)
 {
     struct Point half = *start, whole = *start;
-    EACH_LANE {
-        half.z[i] = start->z[i] + 0.5 * h[i] * start->dz[i];
-        whole.z[i] = start->z[i] + h[i] * start->dz[i];
+    for (int i = 0; i < LANES; ++i) {
+        half.z[i] = led_on(w->law->relaxes, start, i, 0.5 * h[i]);
+        whole.z[i] = led_on(w->law->relaxes, start, i, h[i]);
     }
     open_step(contact, w, s, h, start, &half, &whole);
     close_point(contact, w, 1, &half);
