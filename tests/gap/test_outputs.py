@@ -271,7 +271,6 @@ def test_an_fmu_that_differs_is_told_of(
         return replace(trace, columns={name: column + 1.0 for name, column in trace.columns.items()})
 
     monkeypatch.setattr(FmuModel, "simulate", wrong)
-    (_off,) = (error[0] for error in answer.recalibration.setup["slip_velocity"].values())
     ssv, chosen = written / "corrected.ssv", comparison.models[Hypothesis((EFFECT,))]
     run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, answer.closure.held_out)
     level = comparison.whitening.levels["friction_force"]
