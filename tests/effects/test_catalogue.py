@@ -201,6 +201,21 @@ def test_a_mean_tells_of_an_effect_as_long_as_that_is_steady(effect: Effect) -> 
     assert (apart > 1e-5) == effect.unsteady, apart
 
 
+@pytest.mark.parametrize(
+    "effect", [each for each in EFFECTS.values() if each.stage == "measurement" and not each.unsteady], ids=lambda each: each.name
+)
+def test_of_what_a_sensor_does_a_filter_or_a_delay_keeps_means(effect: Effect) -> None:
+    names = ("mean_measured_principal_force", "mean_measured_feed_force")
+    means = list[list[float]]()
+    for on in ((), (effect.name,)):
+        contact = Contact({"initial_state": "periodic", "cutting_speed": 0.2, "relative_tolerance": 3e-6, "sigma1": 5.0}, on)
+        contact.start()
+        contact.advance(100 * PERIOD)
+        means.append([contact.get(name) for name in names])
+    apart = np.max(np.abs(np.subtract(*means)) / np.abs(means[0]))
+    assert (apart < 1e-4) == effect.keeps_mean, apart
+
+
 def test_rivals_together_are_refused() -> None:
     rivals = [(effect.name, rival) for effect in EFFECTS.values() for rival in effect.rivals]
     assert rivals

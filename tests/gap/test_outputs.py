@@ -241,6 +241,7 @@ def test_the_after_figures_are_the_fmus(outcome: tuple[Diagnosis, Comparison], w
     """rms of measured less FMU, as this set-up shows it, taken here from the FMU's own run; and its lines are what the report draws."""
     answer, comparison = outcome
     gain, zero, clock, drift = (errors[0] for errors in answer.recalibration.setup["friction_force"].values())
+    (off,) = (error[0] for error in answer.recalibration.setup["slip_velocity"].values())
     ssv, chosen = written / "corrected.ssv", comparison.models[Hypothesis((EFFECT,))]
     run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, answer.closure.held_out)
     assert run.conditions == answer.closure.held_out
@@ -249,9 +250,8 @@ def test_the_after_figures_are_the_fmus(outcome: tuple[Diagnosis, Comparison], w
     read, squares, count = parameter_sets.load(ssv), 0.0, 0
     for trial in comparison.prediction.experiment.trials:
         if trial.condition in run.conditions:
-            force = drive(
-                fmi2_fmu, Run(trial.times, trial.inputs, ("friction_force",)), {**kernel.by_choice(dict(read.values)), EFFECT: True}
-            )
+            slip = {"slip_velocity": trial.inputs["slip_velocity"] - off}
+            force = drive(fmi2_fmu, Run(trial.times, slip, ("friction_force",)), {**kernel.by_choice(dict(read.values)), EFFECT: True})
             late = clock + drift * (trial.times - trial.times[0])
             shown = (1 + gain) * np.interp(trial.times - late, trial.times, force["friction_force"]) + zero
             squares += float(np.sum((trial.outputs["friction_force"] - shown) ** 2))

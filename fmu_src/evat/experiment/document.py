@@ -17,7 +17,7 @@ from evat.experiment.nominal import read_nominal
 from evat.files.read_toml import TomlError, read_toml
 from evat.files.text import PLAIN, TextForm, known_encoding
 from evat.model import Model, ParameterError, Variable
-from evat.required_inputs import KINEMATICS, MOTION, lacks_motion
+from evat.required_inputs import KINEMATICS, MOTION, PROXY, lacks_motion
 from evat.units import affine, base_unit
 
 FILE = "experiment.toml"
@@ -188,13 +188,18 @@ class _Reader(Checks):
         setups = {}
         for name, entry in table.items():
             where = f"setup_sd.{name}"
-            if self.variable(where, name).causality != "output" and name != MOTION:
-                raise self.error(where, f"set-up errors are those of what was measured; name an output, or {MOTION}.")
-            self.keys(where, self.table(where, entry), keys("[setup_sd.NAME]"), ())
-            if name == MOTION and set(entry) - {"zero"}:
+            causality = self.variable(where, name).causality
+            if causality not in ("output", "input") or name == PROXY:
                 raise self.error(
                     where,
-                    f"only the zero of {MOTION} is a set-up error: its gain is one of the law's parameters, its clock that of the force. "
+                    "set-up errors are those of what was recorded; name an output or an input, not the temperature proxy, whose zero is "
+                    "one with the values at its reference.",
+                )
+            self.keys(where, self.table(where, entry), keys("[setup_sd.NAME]"), ())
+            if causality == "input" and set(entry) - {"zero"}:
+                raise self.error(
+                    where,
+                    f"only the zero of {name} is a set-up error: its gain is one of the law's parameters, its clock that of the force. "
                     "State `zero`, or a clock for the force.",
                 )
             known = {}

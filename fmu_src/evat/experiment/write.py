@@ -22,7 +22,6 @@ from evat.files.table import write_columns
 from evat.files.writing import as_output_error, scratch, usable
 from evat.model import FloatArray
 from evat.native import kernel
-from evat.required_inputs import MOTION
 from evat.units import affine
 
 SUFFIXES = (".csv", ".parquet")
@@ -168,7 +167,7 @@ def _nominal(nominal: Nominal) -> dict[str, Any]:
 
 def _setup_sd(stated: SetupSd, name: str, signals: Mapping[str, Signal]) -> dict[str, float]:
     """What was stated, in the units of the signals."""
-    entries = {} if name == MOTION else {"gain": stated.gain, "clock_drift": stated.clock_drift}
+    entries = {} if kernel.variable(name).causality == "input" else {"gain": stated.gain, "clock_drift": stated.clock_drift}
     for key, value, unit in (("zero", stated.zero, name), ("clock", stated.clock, CLOCK)):
         if value is not None:
             entries[key] = float(_typed(signals[unit], np.array(value))) if unit in signals else value

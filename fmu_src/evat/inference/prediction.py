@@ -20,7 +20,7 @@ from evat.constants import CONSTANTS
 from evat.experiment import Experiment, ExperimentError, Means, Trial
 from evat.inference.parameters import Parameter
 from evat.inference.setup.clock import sample_times
-from evat.inference.setup.setup_errors import ZERO_OF_MOTION, Recording, SetupErrors, without_zero, zeros_of_inputs
+from evat.inference.setup.setup_errors import Recording, SetupErrors, without_zero, zero_of_input, zeros_of_inputs
 from evat.model import FloatArray, Model, Run
 
 Values = Mapping[str, float | str | FloatArray]
@@ -93,13 +93,14 @@ class Prediction:
         units = {v.name: v.unit for v in model.variables}
         self.setup = SetupErrors(experiment, recordings, self.measured, units)
         self.input_zeros = zeros_of_inputs(experiment, units)
+        self._zero_names = frozenset(zero_of_input(name) for trial in experiment.trials for name in trial.inputs)
         self.form_names = frozenset[str]()
         self.apart = False
 
     @property
     def setup_names(self) -> frozenset[str]:
-        """Of all set-up errors, that of the recorded motion among them."""
-        return self.setup.names | {ZERO_OF_MOTION}
+        """Of all set-up errors, those of recorded inputs among them."""
+        return self.setup.names | self._zero_names
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from evat.experiment import Experiment, Trial
 from evat.inference.parameters import Parameter
 from evat.inference.prediction import Prediction
 from evat.inference.setup.rest import rests
+from evat.inference.setup.setup_errors import zero_of_input
 from evat.model import FloatArray, Model
 from evat.required_inputs import MOTION
 
@@ -58,7 +59,10 @@ def _left(model: Model, experiment: Experiment) -> float:
 
 
 def tried_zeros(prediction: Prediction, zero: Parameter) -> FloatArray:
-    """Where the zero of the velocity is looked for, in its prior standard deviations: over all that it may be, and what is read at rest."""
+    """Where the zero of an input is looked for, in its prior standard deviations: that of the velocity over all that it may be, and what is
+    read at rest; any other where it should be, since a force is nearly linear in it."""
+    if zero.name != zero_of_input(MOTION):
+        return np.zeros(1)
     levels = [rest.level for rest in rests(prediction.experiment).values()]
     read = [zero.within(zero.place(float(np.mean(levels))))] if levels else []
     return np.append(np.linspace(zero.within(-math.inf), zero.within(math.inf), CONSTANTS.zeros_tried), read)

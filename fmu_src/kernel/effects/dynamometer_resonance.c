@@ -83,7 +83,7 @@ const struct Effect effect_dynamometer_resonance = {
     .equation = "y'' + 2 zeta w y' + w^2 y = w^2 F, w = 2 pi/natural_period",
     .signature = "entries and exits ring at the natural frequency; harmonics near it are raised, those above it cut "
         "off",
-    .family = "lag",
+    .family = "lag", .keeps_mean = 1,
     .stage = STAGE_MEASUREMENT, .driver = DRIVEN_BY_SENSOR, .states = 2 * CHANNELS, .act = ring, .move = move,
     .rate = rate,
     .remembers = remembers,

@@ -30,7 +30,7 @@ const struct Effect effect_sensor_delay = {
     .equation = "F(t - tau)",
     .signature = "force over velocity opens into a loop that grows with frequency; the wave's form is kept",
     .rivals = "input_delay",
-    .family = "lag",
+    .family = "lag", .keeps_mean = 1,
     .stage = STAGE_MEASUREMENT, .act = wait, .looks_back = looks_back,
     .variables = variables, .count = COUNT,
 };

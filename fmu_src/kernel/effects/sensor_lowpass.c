@@ -54,7 +54,7 @@ static int remembers(const lanes *p, int i) { return p[TIME_CONSTANT][i] >= NO_T
 const struct Effect effect_sensor_lowpass = {
     .equation = "T dy/dt = F - y",
     .signature = "steps of the force become exponentials; gain falls and phase lags with frequency",
-    .family = "lag",
+    .family = "lag", .keeps_mean = 1,
     .stage = STAGE_MEASUREMENT, .driver = DRIVEN_BY_SENSOR, .states = CHANNELS, .act = smooth, .move = move,
     .rate = rate,
     .remembers = remembers,

@@ -42,6 +42,8 @@ def explain(comparison: Comparison, answer: Diagnosis, effect: str) -> str:
         )
     if asked.unsteady and not prediction.experiment.trials:
         return "\n".join([*lines, "It was not tried: it goes by the time or the way itself, of which means tell nothing. Record a trial."])
+    if asked.keeps_mean and not prediction.experiment.trials:
+        return "\n".join([*lines, "It was not tried: it is a filter or a delay, and passes means as they are. Record a trial."])
     if effect in comparison.audit.idle:
         inputs = ", ".join(comparison.audit.idle[effect])
         return "\n".join([*lines, f"It was not tried: {inputs} does not vary, so that it is one with other parameter values. Vary that."])

@@ -148,7 +148,7 @@ def _offered(prediction: Prediction) -> list[Effect]:
         effect
         for effect in model.effects
         if effect.name not in on and allowed(model, (*on, effect.name)) and effect.applies(kinematics, given)
-        if prediction.experiment.trials or not effect.unsteady
+        if prediction.experiment.trials or not (effect.unsteady or effect.keeps_mean)
     ]
 
 

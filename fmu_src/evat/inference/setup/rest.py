@@ -21,10 +21,10 @@ class Rest:
     largest: float
 
 
-def sd_of_zero(experiment: Experiment) -> float:
-    """How far the zero of the recorded velocity may be off, as its owner says, else as rigs are."""
-    columns = [trial.inputs[MOTION] for trial in experiment.trials if MOTION in trial.inputs]
-    stated = experiment.setup_sd.get(MOTION, SetupSd()).zero
+def sd_of_zero(experiment: Experiment, name: str) -> float:
+    """How far the zero of a recorded input may be off, as its owner says, else as rigs are."""
+    columns = [trial.inputs[name] for trial in experiment.trials if name in trial.inputs]
+    stated = experiment.setup_sd.get(name, SetupSd()).zero
     return stated if stated is not None else SetupSd.ZERO_OF_RMS * float(np.sqrt(np.mean(np.concatenate(columns) ** 2)))
 
 
@@ -34,7 +34,7 @@ def rests(experiment: Experiment) -> dict[str, Rest]:
     signal = experiment.signals.get(MOTION)
     if not trials or (signal is not None and signal.of):
         return {}
-    widest = CONSTANTS.widest_setup_error * sd_of_zero(experiment)
+    widest = CONSTANTS.widest_setup_error * sd_of_zero(experiment, MOTION)
     return {trial.file: rest for trial in trials if (rest := _rest(trial.inputs[MOTION], widest)) is not None}
 
 

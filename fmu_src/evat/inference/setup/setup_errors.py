@@ -18,7 +18,7 @@ from evat.experiment import Experiment, SetupSd
 from evat.inference.parameters import Parameter
 from evat.inference.setup.rest import rests, sd_of_zero
 from evat.model import FloatArray
-from evat.required_inputs import MOTION
+from evat.required_inputs import MOTION, PROXY
 
 GAIN, ZERO, CLOCK, CLOCK_DRIFT = "gain", "zero", "clock", "clock_drift"
 
@@ -138,20 +138,33 @@ class SetupErrors:
 
 
 def zeros_of_inputs(experiment: Experiment, units: Mapping[str, str]) -> tuple[Parameter, ...]:
-    """How far the zero of a recorded slip velocity may be off: a contact at rest creeps by it, and where none rests it would stand in for
-    what leans. One that is 0 at rest has none, nor has one that was differentiated from a position. Its gain is one of the law's
-    parameters, its clock that of the force."""
-    resting = rests(experiment).values()
-    sd = sd_of_zero(experiment) if resting else 0.0
-    if sd == 0 or any(rest.largest == 0 for rest in resting):
-        return ()
+    """How far the zero of each recorded input may be off: by that of a slip velocity a contact at rest creeps, and friction reverses before
+    or after it does in the record; that of a load or a thickness leans a force that is proportional to it.
+
+    An input that shows its zero in the record has none, nor one that was differentiated from a position, nor one that stays as it is. Its
+    gain is one of the law's parameters, its clock that of the force; the zero of a temperature proxy is one with the values at its
+    reference.
+    """
+    recorded = dict.fromkeys(name for trial in experiment.trials for name in trial.inputs)
+    return tuple(zero for name in recorded if name != PROXY if (zero := _zero_of_input(experiment, name, units.get(name, "1"))) is not None)
+
+
+def _zero_of_input(experiment: Experiment, name: str, unit: str) -> Parameter | None:
+    columns, signal = [trial.inputs[name] for trial in experiment.trials if name in trial.inputs], experiment.signals.get(name)
+    if (signal is not None and signal.of) or all(np.all(column == columns[0][0]) for column in columns):
+        return None
+    sd = sd_of_zero(experiment, name)
     widest = CONSTANTS.widest_setup_error * sd
-    return (Parameter(ZERO_OF_MOTION, units.get(MOTION, "1"), 0.0, sd, -widest, widest),)
+    if name == MOTION:
+        shown = any(rest.largest == 0 for rest in rests(experiment).values())
+    else:
+        shown = min(float(np.min(column)) for column in columns) <= widest  # out of contact
+    return Parameter(zero_of_input(name), unit, 0.0, sd, -widest, widest) if sd > 0 and not shown else None
 
 
 def without_zero(inputs: Mapping[str, FloatArray], values: Mapping[str, float | str | FloatArray]) -> dict[str, FloatArray]:
     """Inputs, each freed of its zero where `values` has one."""
-    zeros = {name: values[_name(name, ZERO)] for name in inputs if _name(name, ZERO) in values}
+    zeros = {name: values[zero_of_input(name)] for name in inputs if zero_of_input(name) in values}
     return {name: column - float(np.asarray(zeros[name])) if name in zeros else column for name, column in inputs.items()}
 
 
@@ -159,7 +172,9 @@ def _name(channel: str, kind: str) -> str:
     return f"setup.{channel}.{kind}"
 
 
-ZERO_OF_MOTION = _name(MOTION, ZERO)  # whatever part of an experiment is looked at, and whether the contact rests in it
+def zero_of_input(name: str) -> str:
+    """Its set-up error, whatever part of an experiment is looked at, and whether that shows it."""
+    return _name(name, ZERO)
 
 
 def by_channel(name: str) -> tuple[str, str]:
