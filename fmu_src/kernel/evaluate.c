@@ -14,12 +14,16 @@ static const int none[LANES] = {0};
 static void watched_indicators(const struct Contact *contact, const struct Configuration *w, const struct Point *x,
                                lanes indicator[INDICATORS])
 {
-    const double thickness = w->kinematics == KINEMATICS_EXTERNAL ? 1e-6 : 1, slip = w->current_angle ? 1 : 1e-3;
+    const double thickness = w->kinematics == KINEMATICS_EXTERNAL ? 1e-6 : 1;
     const int own =
         w->law->indicator && !w->current_angle; /* a deflection [m] where the law acts on bristles, or a speed */
+    const int engages = w->stages >> STAGE_ENGAGEMENT & 1; /* what turns is the motion, however little it passes on */
     indicators(w, x, indicator);
     EACH_LANE {
-        const double law = !own            ? 1
+        const double slip = w->current_angle ? 1
+                            : engages        ? 1e-3 * x->passed[i]
+                                             : 1e-3,
+                     law = !own            ? 1
                            : w->law->event ? x->F_C[i] / x->P[i]
                                            : 1e-3,
                      unit[INDICATORS] = {thickness, 1, slip, law};

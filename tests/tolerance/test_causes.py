@@ -187,6 +187,16 @@ def test_a_host_of_model_exchange_is_told_that_a_thickness_of_just_0_is_none() -
     assert contact.get("bristle_deflection") == 0
 
 
+def test_a_host_of_model_exchange_sees_a_motion_turn_that_backlash_hardly_passes_on() -> None:
+    """Its indicator was the millionth of the motion that reaches the contact, beside a hysteresis for a whole one: a host, as the reference
+    is, saw friction turn 5 ns late, which is 10 tolerances of its mean."""
+    values = {
+        "kinematics": "internal", "friction_law": "coulomb", "F_C": 7.86, "vibration_frequency": 1428.0, "amplitude_x": 1.6e-6,
+        "amplitude_y": 2.6e-6, "feed": 7.8e-6, "chip_flow_shear_angle": 0.5, "backlash.gap": 1.5e-6,
+    }  # fmt: skip
+    assert worst(vibrates(values, ("backlash",), 1e-6, cycles=2.5, points=10, speed=0.0042), "mean_friction_force") < 1
+
+
 def test_a_thickness_that_is_given_down_to_zero_has_gone() -> None:
     """By its slope it ends a rounding error beside 0, and where that was above the force stood for one communication point more."""
     shown = set()
