@@ -269,6 +269,19 @@ def test_backlash_turns_with_the_slip_that_is_solved_for() -> None:
     assert worst(case, "friction_force", "bristle_deflection") < 3
 
 
+@pytest.mark.parametrize("points", [30, 30.9, 31])
+def test_backlash_goes_back_from_where_a_solved_slip_turns_within_a_step(points: float) -> None:
+    """Way along and way back were set off against each other, in the step and in its halves alike: 24 to 45 tolerances at the next entry, 8
+    with more points."""
+    values = {
+        "kinematics": "internal", "sigma0": 3.9e5, "sigma1": 1.4, "sigma2": 0.0, "F_C": 1.03, "F_S": 1.975, "v_s": 5.6e-4,
+        "vibration_frequency": 661.5, "amplitude_x": 1.944e-5, "amplitude_y": 1.563e-5, "feed": 8.35e-5, "chip_flow_shear_angle": 0.3476,
+        "chip_flow_angle": "current_shear_angle", "release_time": 2.3e-5, "backlash.gap": 6.03e-5,
+    }  # fmt: skip
+    case = vibrates(values, ("backlash",), 1e-4, cycles=2.5, points=points, speed=0.0317)
+    assert worst(case, "friction_force", "bristle_deflection") < 3
+
+
 # ---- a periodic start ----
 
 

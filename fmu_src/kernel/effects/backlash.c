@@ -49,6 +49,14 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
         half[0][i] = crosses ? stop_after(y, s, 2 * to_half / p[GAP][i]) : y;
         whole[0][i] = crosses ? stop_after(y, s, 2 * to_end / p[GAP][i]) : y;
     }
+    for (int i = 0; i < LANES; ++i) {
+        if (a->cutting[i] == 0 || isnan(a->solved_slip[i]) || !(p[GAP][i] >= NO_AMPLITUDE))
+            continue;
+        struct Ways to_half, to_end;
+        ways_that_turn(a->direction[i], h[i], motion(a, i), motion(m, i), motion(b, i), &to_half, &to_end);
+        half[0][i] = stop_along_and_back(from[0][i], a->direction[i], 0.5 * p[GAP][i], to_half);
+        whole[0][i] = stop_along_and_back(from[0][i], a->direction[i], 0.5 * p[GAP][i], to_end);
+    }
 }
 
 static void rate(const lanes *p, const struct Point *x, const lanes *state, lanes *rate)

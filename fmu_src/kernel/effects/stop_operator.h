@@ -9,6 +9,8 @@
 
 #include "../stages.h"
 
+#include <math.h>
+
 #define ROUNDED 0.1 /* share of the limit over which the corner is round */
 
 static inline double stop_rate(double y, double s) { return s * smaller(1, (1 - s * y) / ROUNDED); }
@@ -25,6 +27,33 @@ static inline void ways_of(double s, double h, double v_0, double v_m, double v_
 {
     *whole = larger(s * h / 6 * (v_0 + 4 * v_m + v_1), 0);
     *half = smaller(larger(s * h / 24 * (5 * v_0 + 8 * v_m - v_1), 0), *whole);
+}
+
+/* Along s and back [m]. */
+struct Ways {
+    double along, back;
+};
+
+/* The ways of a slip that is solved for, which no event keeps from turning within a step: the parabola of its speed
+ * goes through 0 once where it ends on the other side. */
+static inline void ways_that_turn(double s, double h, double v_0, double v_m, double v_1, struct Ways *half,
+                                  struct Ways *whole)
+{
+    *half = *whole = (struct Ways){0, 0};
+    ways_of(s, h, v_0, v_m, v_1, &half->along, &whole->along);
+    if (!(s * v_0 > 0 && s * v_1 < 0))
+        return;
+    const double c = s * v_0, b = s * (4 * v_m - 3 * v_0 - v_1), a = 2 * s * (v_0 - 2 * v_m + v_1);
+    const double root = sqrt(larger(b * b - 4 * a * c, 0)), turns = b > 0 ? -(b + root) / (2 * a) : 2 * c / (root - b);
+    const double along = h * turns * (c + turns * (b / 2 + turns * a / 3)), to_half = h / 2 * (c + b / 4 + a / 12),
+                 to_end = h * (c + b / 2 + a / 3);
+    *half = turns < 0.5 ? (struct Ways){along, along - to_half} : (struct Ways){to_half, 0};
+    *whole = (struct Ways){along, along - to_end};
+}
+
+static inline double stop_along_and_back(double y, double s, double unit, struct Ways way)
+{
+    return stop_after(stop_after(y, s, way.along / unit), -s, way.back / unit);
 }
 
 #endif
