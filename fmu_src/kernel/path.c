@@ -28,35 +28,49 @@ double slip_along_rake(const struct Configuration *w, const struct Point *x, int
 
 /* Angle in the previous cycle at which the tool stood at the same place X (in units of amplitude_x) on its way forward:
  * r chi + sin(chi) = X, |chi| <= last. The slope vanishes at `last`, so the search starts from the series there,
- * top - X = bend d^2/2 + r d^3/6 - bend d^4/24 with d = last - chi, and goes on by Halley's rule. `last` where it is
- * not sought. */
+ * top - X = bend d^2/2 + r d^3/6 - bend d^4/24 with d = last - chi, and goes on by Halley's rule. */
+static inline double from_the_end(double X, double r, double last, double bend)
+{
+    const double top = r * last + bend, d = sqrt(2 * larger(top - X, 0) / bend), q = r / bend;
+    return last - d * (1 - d * q / 6 + d * d * (3 + 5 * q * q) / 72);
+}
+
+/* One step on; is it close then? */
+static inline int nearer(double X, double r, double last, double *low, double *high, double *chi)
+{
+    const int inside = (*chi > *low) & (*chi < *high);
+    const double at = inside ? *chi : 0.5 * (*low + *high);
+    double cosine, sine;
+    cos_sin_of(at, &cosine, &sine);
+    const double miss = r * at + sine - X, slope = r + cosine;
+    const double move = miss / (slope + 0.5 * miss * sine / slope);
+    *high = miss > 0 ? at : *high;
+    *low = miss > 0 ? *low : at;
+    *chi = at - move;
+    /* Halley's rule leaves the cube of the move as error; the last: rounding of X */
+    return (fabs(move) < 1e-6 * (last - *chi)) | (*high - *low < 1e-15) | (fabs(miss) < 4e-16);
+}
+
+enum { MOST_NEARER = 60 };
+
+/* In all lanes; `last` where it is not sought. */
 static void angle_at(const lanes X, const struct Turn *t, lanes sought, lanes chi)
 {
     lanes low, high;
     int any = 0;
     EACH_LANE {
-        const double r = t->r[i], last = t->last[i], bend = t->bend[i], top = r * last + bend;
-        const double d = sqrt(2 * larger(top - X[i], 0) / bend), q = r / bend;
-        low[i] = -last;
-        high[i] = last;
-        chi[i] = sought[i] != 0 ? last - d * (1 - d * q / 6 + d * d * (3 + 5 * q * q) / 72) : last;
+        low[i] = -t->last[i];
+        high[i] = t->last[i];
+        chi[i] = sought[i] != 0 ? from_the_end(X[i], t->r[i], t->last[i], t->bend[i]) : t->last[i];
         any |= sought[i] != 0;
     }
-    for (int n = 0; n < 60 && any; ++n) {
+    for (int n = 0; n < MOST_NEARER && any; ++n) {
         any = 0;
         EACH_LANE {
-            const int inside = (chi[i] > low[i]) & (chi[i] < high[i]);
-            const double last = t->last[i], at = inside ? chi[i] : 0.5 * (low[i] + high[i]);
-            double cosine, sine;
-            cos_sin_of(at, &cosine, &sine);
-            const double miss = t->r[i] * at + sine - X[i], slope = t->r[i] + cosine;
-            const double move = miss / (slope + 0.5 * miss * sine / slope);
             const int on = sought[i] != 0;
-            high[i] = miss > 0 ? at : high[i];
-            low[i] = miss > 0 ? low[i] : at;
-            chi[i] = on ? at - move : chi[i];
-            /* Halley's rule leaves the cube of the move as error; the last: rounding of X */
-            const int close = (fabs(move) < 1e-6 * (last - chi[i])) | (high[i] - low[i] < 1e-15) | (fabs(miss) < 4e-16);
+            double next = chi[i];
+            const int close = nearer(X[i], t->r[i], t->last[i], &low[i], &high[i], &next);
+            chi[i] = on ? next : chi[i];
             sought[i] = on & !close;
             any |= on & !close;
         }
@@ -65,14 +79,15 @@ static void angle_at(const lanes X, const struct Turn *t, lanes sought, lanes ch
         chi[i] = smaller(larger(chi[i], -t->last[i]), t->last[i]);
 }
 
-/* The same in one lane, for a place on either side of the middle. */
+/* In one, for a place on either side of the middle. */
 static double angle_of(double X, const struct Turn *t, int lane)
 {
-    lanes place = {0}, sought = {0}, chi;
-    place[lane] = fabs(X); /* the series starts from the far end, where two roots meet */
-    sought[lane] = 1;
-    angle_at(place, t, sought, chi);
-    return X < 0 ? -chi[lane] : chi[lane];
+    const double place = fabs(X), r = t->r[lane], last = t->last[lane]; /* the far end is where two roots meet */
+    double low = -last, high = last, chi = from_the_end(place, r, last, t->bend[lane]);
+    for (int n = 0; n < MOST_NEARER && !nearer(place, r, last, &low, &high, &chi); ++n)
+        continue;
+    chi = smaller(larger(chi, -last), last);
+    return X < 0 ? -chi : chi;
 }
 
 static double cosine_of(double angle)

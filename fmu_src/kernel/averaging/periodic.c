@@ -117,7 +117,12 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
     return STATUS_OK;
 }
 
-/* ---- with effects that have states of their own: Newton's method on all of them ---- */
+/* ---- with effects that have states of their own: Newton's method on all of them, by slopes that are taken by
+ * differences and then follow Broyden's update (Dennis and Schnabel, chapter 8) for as long as steps go by them ---- */
+
+/* A step that leaves more than this of what a cycle misses asks for slopes anew. */
+#define SLOW_STEP 0.3
+#define MOST_TRIES 30
 
 static double scale_of(const struct Contact *contact, int index, int i)
 {
@@ -146,42 +151,89 @@ static enum Status cycle(const struct Contact *contact, const struct Configurati
     return status;
 }
 
+/* A search for the states of a lane that a cycle brings back. */
+struct Search {
+    double miss[UNKNOWNS], scale[UNKNOWNS]; /* what a cycle adds to the states, and what is little of each */
+    double slope[UNKNOWNS][UNKNOWNS]; /* of what a cycle makes of them */
+    double step[UNKNOWNS], missed; /* the next one; the largest miss, by its scale */
+    int knows_slopes, more, done;
+    double steps; /* of the integration */
+};
+
+/* What a cycle missed after a step tells of the slopes along it. */
+static void update_slopes(struct Search *x, int count, const double *miss)
+{
+    double square = 0;
+    for (int n = 0; n < count; ++n)
+        square += x->step[n] / x->scale[n] * (x->step[n] / x->scale[n]);
+    for (int n = 0; n < count && square > 0; ++n) {
+        double wrong = miss[n] - x->miss[n] + x->step[n]; /* of the end of a cycle, less what slopes say of it */
+        for (int c = 0; c < count; ++c)
+            wrong -= x->slope[n][c] * x->step[c];
+        for (int c = 0; c < count; ++c)
+            x->slope[n][c] += wrong * (x->step[c] / (x->scale[c] * x->scale[c])) / square;
+    }
+}
+
+static void solve_step(struct Search *x, int count)
+{
+    double A[UNKNOWNS][UNKNOWNS];
+    for (int n = 0; n < count; ++n) {
+        x->step[n] = x->miss[n];
+        for (int c = 0; c < count; ++c)
+            A[n][c] = (n == c) - x->slope[n][c];
+    }
+    solve_linear(count, A, x->step);
+}
+
+static double furthest(const double *miss, const double *scale, int count)
+{
+    double most = 0;
+    for (int n = 0; n < count; ++n)
+        most = larger(most, fabs(miss[n]) / scale[n]);
+    return most;
+}
+
+static double enough_of(const struct Contact *contact, int i)
+{
+    return 1e-1 * contact->value[VAR_RELATIVE_TOLERANCE][i];
+}
+
 static enum Status find_states(struct Contact *contact, const struct Configuration *w)
 {
     const int count = 1 + kernel_state_count() - BASE_STATES;
     struct Contact trial;
-    lanes from[UNKNOWNS] = {{0}}, to[UNKNOWNS], beside[UNKNOWNS], slope[UNKNOWNS][UNKNOWNS], step;
-    int used = 0, converged = 0, done[LANES] = {0}, more[LANES] = {0}, given_up = 0;
-    lanes steps = {0};
+    struct Search search[LANES];
+    lanes from[UNKNOWNS] = {{0}}, to[UNKNOWNS];
+    int used = 0, converged = 0, given_up = 0;
+    memset(search, 0, sizeof search);
     while (used < count && unknown_index(w, used) >= 0)
         ++used;
-    for (int tries = 0; tries < 12 && !converged; ++tries) {
+    for (int tries = 0; tries < MOST_TRIES && !converged; ++tries) {
         enum Status status = cycle(contact, w, used, (const lanes *)from, to, &trial);
         if (status != STATUS_OK)
             return status;
-        converged = 1;
+        int renew[LANES], any = 0;
         for (int i = 0; i < LANES; ++i) {
-            int near = 1;
-            for (int n = 0; n < used; ++n) {
-                const double scale = larger(scale_of(&trial, unknown_index(w, n), i), fabs(from[n][i]));
-                near &= fabs(to[n][i] - from[n][i]) <= 1e-1 * trial.value[VAR_RELATIVE_TOLERANCE][i] * scale;
-            }
-            done[i] = done[i] ||
-                      (near && (forces_came_back(&trial, w, used, (const lanes *)from, i) || ++more[i] > MORE_CYCLES));
-            const double a_cycle = trial.value[VAR_STEP_COUNT][i] - contact->value[VAR_STEP_COUNT][i];
-            steps[i] += (1 + used) * a_cycle; /* with the slopes of all states */
-            const int gives_up = !done[i] & (steps[i] > most_steps_of_cycles(contact));
-            for (int n = 0; n < used && gives_up; ++n)
-                from[n][i] = to[n][i];
-            given_up |= gives_up;
-            done[i] |= gives_up;
-            converged &= done[i];
-        }
-        for (int c = 0; c < used && !converged; ++c) {
-            lanes other[UNKNOWNS];
+            struct Search *x = &search[i];
+            double miss[UNKNOWNS];
             for (int n = 0; n < used; ++n)
-                EACH_LANE
-                    beside[n][i] = from[n][i];
+                miss[n] = to[n][i] - from[n][i];
+            if (x->knows_slopes && !x->done)
+                update_slopes(x, used, miss);
+            for (int n = 0; n < used && !x->done; ++n) {
+                x->miss[n] = miss[n];
+                x->scale[n] = larger(scale_of(&trial, unknown_index(w, n), i), fabs(from[n][i]));
+            }
+            const double missed = furthest(x->miss, x->scale, used);
+            renew[i] = !x->done && (!x->knows_slopes || missed > larger(SLOW_STEP * x->missed, enough_of(&trial, i)));
+            x->missed = missed;
+            any |= renew[i];
+            x->steps += (1 + renew[i] * used) * (trial.value[VAR_STEP_COUNT][i] - contact->value[VAR_STEP_COUNT][i]);
+        }
+        for (int c = 0; c < used && any; ++c) {
+            lanes beside[UNKNOWNS], other[UNKNOWNS], step;
+            memcpy(beside, from, sizeof beside);
             EACH_LANE {
                 step[i] = 1e-2 * scale_of(&trial, unknown_index(w, c), i);
                 beside[c][i] += step[i];
@@ -190,22 +242,25 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             status = cycle(contact, w, used, (const lanes *)beside, other, &second);
             if (status != STATUS_OK)
                 return status;
-            for (int n = 0; n < used; ++n)
-                EACH_LANE
-                    slope[n][c][i] = (other[n][i] - to[n][i]) / step[i];
+            for (int i = 0; i < LANES; ++i)
+                for (int n = 0; n < used && renew[i]; ++n)
+                    search[i].slope[n][c] = (other[n][i] - to[n][i]) / step[i];
         }
-        for (int i = 0; i < LANES && !converged; ++i) {
-            if (done[i])
+        converged = 1;
+        for (int i = 0; i < LANES; ++i) {
+            struct Search *x = &search[i];
+            x->knows_slopes |= renew[i];
+            if (x->done)
                 continue;
-            double A[UNKNOWNS][UNKNOWNS], x[UNKNOWNS];
-            for (int n = 0; n < used; ++n) {
-                x[n] = to[n][i] - from[n][i];
-                for (int c = 0; c < used; ++c)
-                    A[n][c] = (n == c) - slope[n][c][i];
-            }
-            solve_linear(used, A, x);
-            for (int n = 0; n < used; ++n)
-                from[n][i] += x[n];
+            solve_step(x, used);
+            const int near = larger(x->missed, furthest(x->step, x->scale, used)) <= enough_of(&trial, i);
+            x->done = near && (forces_came_back(&trial, w, used, (const lanes *)from, i) || ++x->more > MORE_CYCLES);
+            const int gives_up = !x->done && x->steps > most_steps_of_cycles(contact);
+            for (int n = 0; n < used && !x->done; ++n)
+                from[n][i] = gives_up ? to[n][i] : from[n][i] + x->step[n];
+            given_up |= gives_up;
+            x->done |= gives_up;
+            converged &= x->done;
         }
     }
     for (int n = 0; n < used; ++n)

@@ -1,0 +1,36 @@
+"""For how many cycles does the search for a periodic start take, where effects have states of their own?"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import pytest
+from evat.native.kernel import Contact, states
+from report import Summary
+from timing import least
+
+pytestmark = pytest.mark.benchmark(timer=time.process_time, group="periodic start")
+
+CYCLES = 40
+PERIOD = 5e-5  # s, at the start values
+
+
+@pytest.mark.parametrize("effect", ["amplitude_loss", "dynamometer_resonance", "holder_compliance", "maxwell_slip", "sensor_lowpass"])
+def test_with_states_of_an_effect(benchmark: Any, summary: Summary, effect: str) -> None:
+    """Limit: a cycle for each state, which tells the slopes by it, and one from the state that is sought."""
+
+    def contact(start: str) -> Contact:
+        begun = Contact({"initial_state": start}, (effect,))
+        begun.start()
+        return begun
+
+    running = contact("periodic")
+    seconds = least(
+        {"at_rest": lambda: contact("at_rest"), "periodic": lambda: contact("periodic"), "cycles": lambda: running.advance(CYCLES * PERIOD)}
+    )
+    benchmark.pedantic(lambda: contact("periodic"), rounds=1)
+    cycles = (seconds["periodic"] - seconds["at_rest"]) / seconds["cycles"] * CYCLES
+    own = sum(name.startswith(effect) for name in states())
+    summary.add(f"periodic start with {effect}", f"{cycles:.0f} cycles", limit=f"{2 + own}")
+    assert cycles < 25
