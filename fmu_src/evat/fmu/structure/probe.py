@@ -80,7 +80,8 @@ class Probe:
         self.initial[[v in self.indicators for v in self.unknowns]] = True  # FMI does not ask; so nothing there is news
         steps = ("initial_state", "averaging", "relative_tolerance", "averaging_window")
         self.of_cycles = {*steps, *(effect.name for effect in kernel.effects())}
-        self.moving = np.array([v.causality == "independent" or v in self.states for v in self.starts])
+        # What follows one of these follows all that a cycle follows; the window: a mean does, which a cycle gives at the start.
+        self.moving = np.array([v.causality == "independent" or v in self.states or v.name == "averaging_window" for v in self.starts])
         self.reinit = np.zeros(len(self.states), dtype=bool)
         self.luck = random.Random(_SEED)
         self.state_places = np.array([v.index for v in self.states])
@@ -120,10 +121,11 @@ class Probe:
         return told
 
     def initial_knowns(self, unknown: Variable) -> list[Variable]:
-        """What the unknown follows after a start: seen at rest; and where it follows a state or the time also all that a cycle follows,
-        which the search for the periodic states and the averaging run, in internal steps that every effect may shorten."""
+        """What the unknown follows after a start: seen at rest; and where it follows a state, the time or a window of means also all that
+        a cycle follows, which the search for the periodic states and the averaging run, in internal steps that every effect may
+        shorten."""
         needed = self._seen_at_rest(unknown)
-        if needed & {"time", *(state.name for state in self.states)}:
+        if needed & {known.name for known, moves in zip(self.starts, self.moving, strict=True) if moves}:
             needed |= {name for rate in self.rates for name in self._seen_at_rest(rate)} | self.of_cycles
         switch = {name: "friction_law" if name in self.laws else owner for name, owner in self.owner.items()}
         needed |= {v.name for v in (*self.fixed, *self.tunable) if switch.get(v.name) in needed}
