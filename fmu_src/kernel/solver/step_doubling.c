@@ -75,6 +75,13 @@ static inline int levels_move(const struct Configuration *w, const struct Point 
            ((low * LITTLE < high) | slows_down(LITTLE, a, m, b, i));
 }
 
+/* Does a stiffness rise from next to nothing, or fall to it, as where bristles that heat had softened begin to cool? The
+ * steady deflection goes by 1/P and the rate by P, and no parabolas of both make the slip of their product. */
+static inline int stiffness_moves(const struct Point *a, const struct Point *m, const struct Point *b, int i)
+{
+    return FACTOR * smaller(smaller(a->P[i], m->P[i]), b->P[i]) < larger(larger(a->P[i], m->P[i]), b->P[i]);
+}
+
 /* Friction force that is not borne. What damping adds to a bristle that comes to its steady deflection falls to a
  * hundredth and less before it is borne again: the force then shows what had been lost of it, which neither the bound
  * nor the bristle, bent nearly as far as it will, showed. */
@@ -209,7 +216,8 @@ static void hides_law(const struct Configuration *w, const lanes h, const struct
         EACH_LANE
             doubtful[i] |=
                 (a->cutting[i] != 0) & (w->levelled[i] != 0) &
-                (levels_bend(w, h[i], a, m, b, i) | levels_move(w, a, m, b, i) | bends_unseen(w, a, m, b, i));
+                (levels_bend(w, h[i], a, m, b, i) | levels_move(w, a, m, b, i) | stiffness_moves(a, m, b, i) |
+                 bends_unseen(w, a, m, b, i));
     for (int i = 0; (w->bends || w->yields || w->current_angle) && i < LANES; ++i)
         doubtful[i] |= a->cutting[i] != 0 &&
                        (w->current_angle || (w->bent[i] && yields_within(w->p[VAR_RELATIVE_TOLERANCE][i], a, m, b, i)));
