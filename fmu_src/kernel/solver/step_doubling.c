@@ -184,6 +184,13 @@ static int turns_its_bend(const struct Configuration *w, double by, double h, co
     return b->s0[i] * fabs(b->z[i] - a->z[i] - h * m->dz[i]) > 0.25 * by * w->p[VAR_RELATIVE_TOLERANCE][i] * force;
 }
 
+/* Does a deflection pass 0 whose power the rate follows? There the force of damping has a kink, which three points may
+ * have between them. */
+static inline int turns_over(const struct Configuration *w, const struct Point *a, const struct Point *b, int i)
+{
+    return (w->bent[i] != 0) & (a->cutting[i] != 0) & (a->z[i] * b->z[i] < 0);
+}
+
 /* Does what a sensor hears bend: the forces now, and those that it is shown late? */
 static int heard(const struct Contact *contact, const struct Configuration *w, double h, const struct Point *a,
                  const struct Point *m, const struct Point *b, int i)
@@ -192,6 +199,7 @@ static int heard(const struct Contact *contact, const struct Configuration *w, d
     const double bent = w->law->relaxes && !given ? CURVED : CURVED_AT_A_KINK;
     return sensors > 1 ||
            (sensors > 0 && (curved(w, bent, a, m, b, i) || turns_its_bend(w, bent, h, a, m, b, i) ||
+                            turns_over(w, a, b, i) ||
                             (w->looks_back && look_back(w, i) > 0 &&
                              3 * late_bend(contact, w, i, a, m, b) > bent * w->p[VAR_RELATIVE_TOLERANCE][i])));
 }
@@ -249,7 +257,8 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
     for (int i = 0; ((given && averages) || w->sensors || w->looks_back || w->by_energy) && i < LANES; ++i)
         doubtful[i] |= (given && w->p[VAR_AVERAGING_WINDOW][i] > 0 && curved(w, CURVED_AT_A_KINK, a, m, b, i)) ||
                        heard(contact, w, h[i], a, m, b, i) || (w->by_energy && is_steep(w, a, m, b, i)) ||
-                       (w->looks_back && look_back(w, i) > 0 && curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i));
+                       (w->looks_back && look_back(w, i) > 0 &&
+                        (curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i) || turns_over(w, a, b, i)));
     EACH_LANE {
         doubtful[i] &= h[i] > 0;
         any |= doubtful[i];
