@@ -266,6 +266,19 @@ def test_a_late_force_has_the_kink_of_a_deflection_that_passes_0(exponent: float
     assert worst(slides(times, slip, values, ("sensor_delay",), 1e-5, stepped=False), "measured_friction_force") < 3
 
 
+def test_a_sensor_hears_an_element_of_maxwell_slip_give_way() -> None:
+    """Its corner is between the points of a step that three points call smooth: 22 tolerances behind a resonance as fast as the steps."""
+    values = {
+        "kinematics": "internal", "friction_law": "dahl", "sigma0": 1.6686e6, "F_C": 0.777, "F_S": 0.777, "vibration_frequency": 250.0,
+        "amplitude_x": 1.532e-6, "amplitude_y": 3.784e-6, "feed": 1.7606e-6, "chip_flow_shear_angle": 0.6272, "rake_angle": 0.054,
+        "maxwell_slip.share": 0.9, "maxwell_slip.stroke": 1.27e-5, "maxwell_slip.ratio": 3.1,
+        "dynamometer_resonance.natural_period": 1.467e-4, "dynamometer_resonance.damping_ratio": 0.0375,
+    }  # fmt: skip
+    on = ("maxwell_slip", "dynamometer_resonance")
+    cases = [vibrates(values, on, 1e-4, cycles=2.2, points=points, speed=0.00165) for points in (20, 33.5, 40)]
+    assert max(worst(case, "measured_friction_force") for case in cases) < 3
+
+
 # ---- a slip that is solved for, and what follows it ----
 
 

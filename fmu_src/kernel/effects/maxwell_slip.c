@@ -52,6 +52,8 @@ static void replace(const lanes *p, const lanes *state, struct Point *x)
         const double load = (state[0][i] + state[1][i] + state[2][i] + state[3][i]) / (double)ELEMENTS;
         x->instead[i] += share * x->s0[i] * fabs(x->target[i]) * load;
         x->kept[i] *= 1 - share;
+        for (int k = 0; k < ELEMENTS; ++k)
+            mark_side(x, i, share != 0 && gives_way(state[k][i], x->direction[i]));
     }
 }
 

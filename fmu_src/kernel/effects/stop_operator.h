@@ -15,6 +15,8 @@
 
 static inline double stop_rate(double y, double s) { return s * smaller(1, (1 - s * y) / ROUNDED); }
 
+static inline int gives_way(double y, double s) { return s * y > 1 - ROUNDED; }
+
 /* Exact, whatever the speed was. */
 static inline double stop_after(double y, double s, double way)
 {
