@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+enum { SLIDES }; /* has it since the last event? */
+
 static double z_0(const struct Point *x, int i) { return x->F_C[i] / x->P[i]; }
 
 /* Sliding ends only where the slip turns round, also while F_C or P change. */
@@ -35,14 +37,17 @@ static void force(const lanes *p, struct Point *x)
     }
 }
 
-/* While it slides the bristle stays, whatever F_C and P do; where it sticks again it stands no further than z0. */
+/* While it slides the bristle stays, whatever F_C and P do; where it sticks again it stands no further than z0. It does
+ * so once: other events, which only some hosts have, say nothing to a bristle that sticks while z0 comes down. */
 static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
 {
-    (void)p, (void)memory;
+    (void)p;
     EACH_LANE {
         const double bound =
             z_0(x, i) * (1 + 1e-12); /* beyond z0 by more than roundings: it slides, whoever looks again */
-        z[i] = x->stuck[i] != 0 ? smaller(larger(z[i], -bound), bound) : z[i];
+        const int sticks_again = (x->stuck[i] != 0) & (memory[SLIDES][i] != 0);
+        z[i] = sticks_again ? smaller(larger(z[i], -bound), bound) : z[i];
+        memory[SLIDES][i] = x->stuck[i] == 0;
     }
 }
 
