@@ -78,7 +78,8 @@ static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
             continue;
         for (int n = 0; n < BONDS; ++n) {
             double deflection = z[i] + memory[n][i];
-            if (fabs(deflection) >= limit * (1 - 1e-9)) { /* hosts stop at the event to some roundings */
+            const int breaks = fabs(x->z[i] + memory[n][i]) >= limit; /* where the side of the event is taken, too */
+            if (breaks || fabs(deflection) >= limit * (1 - 1e-9)) { /* hosts stop at the event to some roundings */
                 deflection = limit * scatter(p[SEED][i], memory[BROKEN][i]);
                 memory[BROKEN][i] += 1;
             }
