@@ -530,6 +530,10 @@ struct Effect {
      * that its three points could not tell from another; may be NULL. */
     double (*periods)(const lanes *p, const lanes *from, const lanes *to, int lane);
     double (*looks_back)(const lanes *p, int lane);
+    /* Which way the contact slips over a step between two states [m], of an effect that passes the motion on in a part
+     * of the way that the points of the step may not show; may be NULL. */
+    double (*slip_way)(const lanes *p, double h, const struct Point *start, const struct Point *middle,
+                       const struct Point *end, const lanes *from, const lanes *to, int lane);
     /* By how much the slip comes later than its input [s], below 0: earlier; may be NULL. */
     double (*delays)(const lanes *p, int lane);
     /* Of a sensor: do its states follow the forces late? NULL: it has none. */

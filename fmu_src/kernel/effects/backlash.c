@@ -33,6 +33,7 @@ static void cross(const lanes *p, const lanes *state, struct Point *x)
     EACH_LANE {
         const double s = x->v[i] < 0 ? -1 : 1, free = s * stop_rate(state[0][i], s);
         x->passed[i] *= p[GAP][i] >= NO_AMPLITUDE ? 1 - (1 - LEAK) * larger(free, 0) : 1;
+        mark_side(x, i, p[GAP][i] >= NO_AMPLITUDE && gives_way(state[0][i], x->direction[i]));
     }
 }
 
@@ -59,6 +60,16 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
     }
 }
 
+/* A motion that turns just within a round corner slips there, and neither before nor after. */
+static double slip_way(const lanes *p, double h, const struct Point *a, const struct Point *m, const struct Point *b,
+                       const lanes *from, const lanes *to, int i)
+{
+    struct Ways half, whole;
+    ways_that_turn(a->direction[i], h, motion(a, i), motion(m, i), motion(b, i), &half, &whole);
+    const double across = p[GAP][i] >= NO_AMPLITUDE ? (1 - LEAK) * 0.5 * p[GAP][i] * (to[0][i] - from[0][i]) : 0;
+    return a->direction[i] * (whole.along - whole.back) - across;
+}
+
 static void rate(const lanes *p, const struct Point *x, const lanes *state, lanes *rate)
 {
     EACH_LANE {
@@ -75,7 +86,7 @@ const struct Effect effect_backlash = {
     .applies_to = "external",
     .family = "lag",
     .stage = STAGE_ENGAGEMENT, .driver = DRIVEN_BY_FORCE, .states = 1, .forgets = 1, .settles = 1,
-    .act = cross, .move = move, .rate = rate,
+    .act = cross, .move = move, .rate = rate, .slip_way = slip_way,
     .variables = variables, .count = COUNT,
 };
 /* clang-format on */

@@ -75,8 +75,8 @@ static inline int levels_move(const struct Configuration *w, const struct Point 
            ((low * LITTLE < high) | slows_down(LITTLE, a, m, b, i));
 }
 
-/* Does a stiffness rise from next to nothing, or fall to it, as where bristles that heat had softened begin to cool? The
- * steady deflection goes by 1/P and the rate by P, and no parabolas of both make the slip of their product. */
+/* Does a stiffness rise from next to nothing, or fall to it, as where bristles that heat had softened begin to cool?
+ * The steady deflection goes by 1/P and the rate by P, and no parabolas of both make the slip of their product. */
 static inline int stiffness_moves(const struct Point *a, const struct Point *m, const struct Point *b, int i)
 {
     return FACTOR * smaller(smaller(a->P[i], m->P[i]), b->P[i]) < larger(larger(a->P[i], m->P[i]), b->P[i]);
@@ -198,10 +198,10 @@ static int heard(const struct Contact *contact, const struct Configuration *w, d
     const int sensors = w->sensors > 0 ? sensors_that_remember(w, i) : 0, given = w->kinematics == KINEMATICS_EXTERNAL;
     const double bent = w->law->relaxes && !given ? CURVED : CURVED_AT_A_KINK;
     return sensors > 1 ||
-           (sensors > 0 && (curved(w, bent, a, m, b, i) || turns_its_bend(w, bent, h, a, m, b, i) ||
-                            turns_over(w, a, b, i) ||
-                            (w->looks_back && look_back(w, i) > 0 &&
-                             3 * late_bend(contact, w, i, a, m, b) > bent * w->p[VAR_RELATIVE_TOLERANCE][i])));
+           (sensors > 0 &&
+            (curved(w, bent, a, m, b, i) || turns_its_bend(w, bent, h, a, m, b, i) || turns_over(w, a, b, i) ||
+             (w->looks_back && look_back(w, i) > 0 &&
+              3 * late_bend(contact, w, i, a, m, b) > bent * w->p[VAR_RELATIVE_TOLERANCE][i])));
 }
 
 /* May the law do something between the points that they do not show? */
@@ -222,10 +222,9 @@ static void hides_law(const struct Configuration *w, const lanes h, const struct
     }
     if (w->stages >> STAGE_FRICTION & 1)
         EACH_LANE
-            doubtful[i] |=
-                (a->cutting[i] != 0) & (w->levelled[i] != 0) &
-                (levels_bend(w, h[i], a, m, b, i) | levels_move(w, a, m, b, i) | stiffness_moves(a, m, b, i) |
-                 bends_unseen(w, a, m, b, i));
+            doubtful[i] |= (a->cutting[i] != 0) & (w->levelled[i] != 0) &
+                           (levels_bend(w, h[i], a, m, b, i) | levels_move(w, a, m, b, i) |
+                            stiffness_moves(a, m, b, i) | bends_unseen(w, a, m, b, i));
     for (int i = 0; (w->bends || w->yields || w->current_angle) && i < LANES; ++i)
         doubtful[i] |= a->cutting[i] != 0 &&
                        (w->current_angle || (w->bent[i] && yields_within(w->p[VAR_RELATIVE_TOLERANCE][i], a, m, b, i)));
@@ -343,6 +342,24 @@ static double state_error(const struct Configuration *w, const struct Point *b, 
     return worst;
 }
 
+/* How much of the way that the contact slips do the points not show to the bristle? */
+static double unseen_way(const struct Configuration *w, double h, const struct Point *a, const struct Point *early,
+                         const struct Point *m, const struct Point *late, const struct Point *b, int i)
+{
+    double most = 0;
+    if (a->cutting[i] == 0 || (a->drive[i] == 0 && m->drive[i] == 0 && b->drive[i] == 0))
+        return 0;
+    for (int n = 0; n < w->on_count; ++n) {
+        const int at = w->on_state[n];
+        if (!w->on[n]->slip_way)
+            continue;
+        const double seen = h / 12 * (a->v[i] + 4 * early->v[i] + 2 * m->v[i] + 4 * late->v[i] + b->v[i]);
+        const double way = w->on[n]->slip_way(w->on_p[n], h, a, m, b, a->state + at, b->state + at, i);
+        most = larger(most, fabs(way - seen));
+    }
+    return most;
+}
+
 void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES],
                          const lanes s, const lanes h, const struct Point *a, const struct Point *m,
                          const struct Point *b, lanes error)
@@ -379,7 +396,8 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
     EACH_LANE {
         const double reach = larger(b->F_C[i], b->F_S[i]) / b->P[i], force = larger(level_of(w, b, i), fabs(b->F[i]));
         const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
-        const double of_z = apart(b->z[i], whole.z[i], z) + hidden[i] / z;
+        const double of_z =
+            apart(b->z[i], whole.z[i], z) + (hidden[i] + unseen_way(w, h[i], a, &early, m, &late, b, i)) / z;
         const double of_force =
             larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i]))));
         const double worst = larger(larger(beside[i], of_z), share[i] * larger(of_force, of_mean[i]));
