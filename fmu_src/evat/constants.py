@@ -446,9 +446,12 @@ class _Constants(ConstantTable):
     chance_structure = Constant(2.0, "sd", "of a structural square by noise alone: so much few numbers may leave")
     unseen_share = Constant(0.2, "1", "that a model with much evidence is held to leave of a gap that is too small to look at", high=1.0)
     irregularity_slope = Constant(20.0, "log-odds", "per share of irregularity: noise has next to none")
-    least_named_probability = Constant(0.55, "of what is not unknown", "a set with less is one of several", high=0.999)
+    least_named_probability = Constant(0.55, "of what the library knows to act", "a set with less is one of several", high=0.999)
     least_effect_probability = Constant(
-        0.65, "of what is not unknown", "an effect with more in all its sets together is named, whatever may act beside it", high=0.999
+        0.65,
+        "of what the library knows to act",
+        "an effect with more in all its sets together is named, whatever may act beside it",
+        high=0.999,
     )
     calibration_prior_sd = Constant(
         0.14, "1, or of the logarithm", "of each fitted weight about its start: simulated cases are not real ones"

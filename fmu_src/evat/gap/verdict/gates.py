@@ -8,7 +8,17 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from evat.constants import CONSTANTS
-from evat.gap.verdict.judgement import MISTUNED, NO_GAP, Judgement, by_effect, in_most_sets, judge, steps, unexplained_channels
+from evat.gap.verdict.judgement import (
+    MISTUNED,
+    NO_GAP,
+    Judgement,
+    by_effect,
+    in_most_sets,
+    judge,
+    least_to_name,
+    steps,
+    unexplained_channels,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,8 +184,9 @@ def _verdicts(judgement: Judgement, counts: bool) -> list[Gate]:
     step = steps(judgement.features, judgement.constants)
     unknown, known, none = step.unknown, step.structural - step.unknown, 1 - step.structural
     count, most = len(judgement.likely), max((p for on, p in judgement.probabilities.items() if on), default=0.0)
-    is_unknown, acts, sure = unknown > max(known, none), known > none, CONSTANTS.least_named_probability * (1 - unknown)
-    common = in_most_sets(judgement.probabilities, unknown) in step.scores
+    is_unknown, acts = unknown > max(known, none), known > none
+    sure = least_to_name(CONSTANTS.least_named_probability, unknown, step.structural)
+    common = in_most_sets(judgement.probabilities, unknown, step.structural) in step.scores
     chain = [
         Gate(
             "known_is_likelier", "probability of something unknown", unknown, "at most", max(known, none),
@@ -192,7 +203,11 @@ def _verdicts(judgement: Judgement, counts: bool) -> list[Gate]:
         word = "the verdict is effect: no other hypothesis is likely" if count <= 1 else "several hypotheses are likely"
         chain.append(Gate("one_is_likely", "hypotheses that hold 90 % of what is not unknown", count, "at most", 1, word, False))
         if count > 1:
-            word = "the verdict is effect: it is likelier than all others together" if most > sure else "none is far before the others"
+            word = (
+                "the verdict is effect: it stands out among all that are known, and is likelier than none and than something unknown"
+                if most > sure
+                else "none is far before the others"
+            )
             chain.append(Gate("one_stands_out", "probability of the likeliest hypothesis", most, "above", sure, word, False))
         if count > 1 and most <= sure:
             each = by_effect(judgement.probabilities)
@@ -202,7 +217,8 @@ def _verdicts(judgement: Judgement, counts: bool) -> list[Gate]:
                 if common
                 else "the verdict is ambiguous: these data cannot tell them apart"
             )
-            quantity, least = f"probability of {likeliest} in all hypotheses together", CONSTANTS.least_effect_probability * (1 - unknown)
+            quantity = f"probability of {likeliest} in all hypotheses together"
+            least = least_to_name(CONSTANTS.least_effect_probability, unknown, step.structural)
             chain.append(Gate("one_is_in_most", quantity, each.get(likeliest, 0.0), "above", least, word, False))
     reasons = judgement.features.doubts.get(judgement.chosen, ())
     if not is_unknown and acts and reasons and (count <= 1 or most > sure or common):

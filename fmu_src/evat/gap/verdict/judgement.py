@@ -165,15 +165,20 @@ def judge(features: Features, constants: Constants, reverse: Collection[str] = (
     if 1 - structural >= structural - unknown:
         return judgement(NO_GAP if step.no_gap > 0.5 else MISTUNED)
     chosen = next(on for on in ranked if on)
-    sure = probabilities[chosen] > CONSTANTS.least_named_probability * (1 - unknown) or len(likely) == 1
-    if not sure and (in_all := in_most_sets(probabilities, unknown)) in scores:
+    sure = probabilities[chosen] > least_to_name(CONSTANTS.least_named_probability, unknown, structural) or len(likely) == 1
+    if not sure and (in_all := in_most_sets(probabilities, unknown, structural)) in scores:
         chosen, sure = in_all, True
     return judgement(EFFECT if sure and not features.doubts.get(chosen) else AMBIGUOUS_SETS, chosen)
 
 
-def in_most_sets(probabilities: Mapping[Hypothesis, float], unknown: float) -> Hypothesis:
+def least_to_name(share: float, unknown: float, structural: float) -> float:
+    """Above it an effect is named: a share of what the library knows to act, and no less than of nothing, or of something unknown."""
+    return max(share * (structural - unknown), 1 - structural, unknown)
+
+
+def in_most_sets(probabilities: Mapping[Hypothesis, float], unknown: float, structural: float) -> Hypothesis:
     """The effects that are likely whatever acts beside them: each by the probability of all sets that it is in."""
-    least = CONSTANTS.least_effect_probability * (1 - unknown)
+    least = least_to_name(CONSTANTS.least_effect_probability, unknown, structural)
     return Hypothesis(tuple(name for name, probability in by_effect(probabilities).items() if probability > least))
 
 
