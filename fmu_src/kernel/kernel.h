@@ -531,9 +531,10 @@ struct Effect {
     double (*periods)(const lanes *p, const lanes *from, const lanes *to, int lane);
     double (*looks_back)(const lanes *p, int lane);
     /* Which way the contact slips over a step between two states [m], of an effect that passes the motion on in a part
-     * of the way that the points of the step may not show; may be NULL. */
+     * of the way that the points of the step may not show; `seen` [m] is the way by those points, and the answer where
+     * there is no such part; may be NULL. */
     double (*slip_way)(const lanes *p, double h, const struct Point *start, const struct Point *middle,
-                       const struct Point *end, const lanes *from, const lanes *to, int lane);
+                       const struct Point *end, const lanes *from, const lanes *to, double seen, int lane);
     /* By how much the slip comes later than its input [s], below 0: earlier; may be NULL. */
     double (*delays)(const lanes *p, int lane);
     /* Of a sensor: do its states follow the forces late? NULL: it has none. */

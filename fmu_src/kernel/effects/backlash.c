@@ -62,11 +62,13 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
 
 /* A motion that turns just within a round corner slips there, and neither before nor after. */
 static double slip_way(const lanes *p, double h, const struct Point *a, const struct Point *m, const struct Point *b,
-                       const lanes *from, const lanes *to, int i)
+                       const lanes *from, const lanes *to, double seen, int i)
 {
+    if (!(p[GAP][i] >= NO_AMPLITUDE))
+        return seen;
     struct Ways half, whole;
     ways_that_turn(a->direction[i], h, motion(a, i), motion(m, i), motion(b, i), &half, &whole);
-    const double across = p[GAP][i] >= NO_AMPLITUDE ? (1 - LEAK) * 0.5 * p[GAP][i] * (to[0][i] - from[0][i]) : 0;
+    const double across = (1 - LEAK) * 0.5 * p[GAP][i] * (to[0][i] - from[0][i]);
     return a->direction[i] * (whole.along - whole.back) - across;
 }
 

@@ -354,7 +354,7 @@ static double unseen_way(const struct Configuration *w, double h, const struct P
         if (!w->on[n]->slip_way)
             continue;
         const double seen = h / 12 * (a->v[i] + 4 * early->v[i] + 2 * m->v[i] + 4 * late->v[i] + b->v[i]);
-        const double way = w->on[n]->slip_way(w->on_p[n], h, a, m, b, a->state + at, b->state + at, i);
+        const double way = w->on[n]->slip_way(w->on_p[n], h, a, m, b, a->state + at, b->state + at, seen, i);
         most = larger(most, fabs(way - seen));
     }
     return most;
