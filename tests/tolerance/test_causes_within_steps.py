@@ -48,6 +48,20 @@ def test_a_level_that_a_load_moves_is_looked_at_closer() -> None:
     assert loads(*corners, own, 1e-5) < 3
 
 
+@pytest.mark.parametrize("on", [("thermal_softening",), ("flow_stress_softening", "thermal_softening")])
+def test_a_bristle_is_behind_by_the_slope_of_its_stiffness_at_the_end(on: tuple[str, ...]) -> None:
+    """The contact heats by 140 K in one step and cools in the next, and a stiffness that bends loses most of itself at the peak: a steady
+    deflection that is followed by a parabola of it rises there by another slope than it has: 37 and 26 tolerances."""
+    values = {
+        **LOADED, "sigma0": 1.479e6, "F_C": 0.876, "F_S": 0.876, "rate_stiffness": "thermal", "proxy_source": "contact_temperature",
+        "thermal_softening.k_Q": 2.889, "thermal_softening.Q": 3.748, "flow_stress_softening.C": 0.0159,
+        "flow_stress_softening.v_ref": 2.36e-3, "flow_stress_softening.softening": 0.174, "flow_stress_softening.exponent": 1.0,
+    }  # fmt: skip
+    slip, temperature = np.array([0.0556, 0.0681, 0.0805]), np.array([446.0, 586.0, 374.0])
+    motion = Motion.record(np.array([0, 0.011, 0.022]), {"slip_velocity": slip, "contact_temperature": temperature}, stepped=True)
+    assert worst(Case("test", values, on, motion, 1e-6), "friction_force", "bristle_deflection") < 3
+
+
 # ---- what lies between the three points of a step ----
 
 

@@ -82,6 +82,16 @@ static inline int stiffness_moves(const struct Point *a, const struct Point *m, 
     return FACTOR * smaller(smaller(a->P[i], m->P[i]), b->P[i]) < larger(larger(a->P[i], m->P[i]), b->P[i]);
 }
 
+/* Or does it bend within a step over which the bristle follows it? How far that is behind goes by the slope of its
+ * steady deflection at the end, which a parabola of one over the stiffness does not have. */
+static inline int stiffness_bends(const struct Configuration *w, double h, const struct Point *a, const struct Point *m,
+                                  const struct Point *b, int i)
+{
+    const double bend = fabs(a->P[i] - 2 * m->P[i] + b->P[i]);
+    return (h * m->rate[i] > 1) &
+           (bend > BENT_LEVELS * w->p[VAR_RELATIVE_TOLERANCE][i] * smaller(smaller(a->P[i], m->P[i]), b->P[i]));
+}
+
 /* Friction force that is not borne. What damping adds to a bristle that comes to its steady deflection falls to a
  * hundredth and less before it is borne again: the force then shows what had been lost of it, which neither the bound
  * nor the bristle, bent nearly as far as it will, showed. */
@@ -222,9 +232,10 @@ static void hides_law(const struct Configuration *w, const lanes h, const struct
     }
     if (w->stages >> STAGE_FRICTION & 1)
         EACH_LANE
-            doubtful[i] |= (a->cutting[i] != 0) & (w->levelled[i] != 0) &
-                           (levels_bend(w, h[i], a, m, b, i) | levels_move(w, a, m, b, i) |
-                            stiffness_moves(a, m, b, i) | bends_unseen(w, a, m, b, i));
+            doubtful[i] |=
+                (a->cutting[i] != 0) & (w->levelled[i] != 0) &
+                (levels_bend(w, h[i], a, m, b, i) | levels_move(w, a, m, b, i) | stiffness_moves(a, m, b, i) |
+                 stiffness_bends(w, h[i], a, m, b, i) | bends_unseen(w, a, m, b, i));
     for (int i = 0; (w->bends || w->yields || w->current_angle) && i < LANES; ++i)
         doubtful[i] |= a->cutting[i] != 0 &&
                        (w->current_angle || (w->bent[i] && yields_within(w->p[VAR_RELATIVE_TOLERANCE][i], a, m, b, i)));
