@@ -143,6 +143,17 @@ void valleys_at(struct Turn *t, int i)
         t->valley_backward[i] = r * (backward - PI) - sine_of(backward);
 }
 
+/* Does the left end of a forward stroke lie below the place where the stroke before meets it? On one valley, which is
+ * alike to both sides of its lowest point, that is so on the far side of the place as high as the left end. The strokes
+ * always meet: half a turn's advance is less than half a stroke's reach. */
+static int rises_at_left(const struct Turn *t, int lane, double tilt, double met, double left)
+{
+    const double r = t->r[lane], last = t->last[lane], as_high = last - 2 * tilt;
+    if (fabs(tilt) > PI - last)
+        return left < cosine_of(angle_of(met, t, lane) + t->lead[lane]);
+    return as_high <= -last || (as_high < last && met > r * as_high + sine_of(as_high));
+}
+
 /* Where strokes may cut below another: with its right end rising, its left end falling, and the left end above what the
  * cycle before left there, a forward stroke is one valley, and where it is below the valley before, it is below all
  * that is older and below the backward strokes, which are hills over their ends. */
@@ -153,9 +164,8 @@ static void crossings_at(struct Turn *t, int i)
     reverse(t, &back, i);
     const double tilt = tilt_of(lead), stroke_ends = 2 * t->fastest[i] - t->begins[i];
     const double left = cosine_of(lead - last), right = cosine_of(lead + last);
-    const double met = 2 * PI * r < 2 * top ? cosine_of(angle_of(2 * PI * r - top, t, i) + lead) : INFINITY;
     const double backward = lowest_backward(tilt);
-    const int falls_there = sine_of(last + tilt) < 0, rises_here = left < met;
+    const int falls_there = sine_of(last + tilt) < 0, rises_here = rises_at_left(t, i, tilt, 2 * PI * r - top, left);
     if (falls_there || rises_here)
         t->dips[i] = fabs(backward) < back.last[i] ? -1 : smaller(falls_there ? right : 1, rises_here ? left : 1);
     const int one_valley = fabs(tilt) <= PI - last, one_turn = t->begins[i] >= -PI && stroke_ends <= PI;
