@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from evat.model import FloatArray, ParameterError, Run
+from evat.native import batch as batches
 from evat.native import kernel
 from evat.native.batch import Batch, Cancelled, run_many
 from evat.native.compile import MANY_LANES, kernel_library_path
@@ -36,6 +37,32 @@ def alone(values: dict[str, float | str], run: Run, on: tuple[str, ...] = ()) ->
     contact = Contact({**values, **{name: float(column[0]) for name, column in run.inputs.items()}}, on)
     contact.start(float(run.times[0]))
     return contact.run(run.times, run.inputs, run.outputs)
+
+
+@pytest.mark.parametrize(
+    ("start", "on", "beside"),
+    [
+        ("periodic", ("amplitude_loss",), False),
+        ("periodic", ("maxwell_slip", "holder_compliance"), False),
+        ("at_rest", ("amplitude_loss",), True),
+        ("periodic", ("maxwell_slip",), True),
+    ],
+)
+def test_searches_of_a_tool_that_forces_move_go_one_by_one(
+    start: str, on: tuple[str, ...], beside: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beside each other all would go on for as long as the longest."""
+    lanes = set[int]()
+    follow = batches._follow
+
+    def seen(plan: Any, places: Any, count: int, room: Any, stop: Any) -> Any:
+        lanes.add(count)
+        return follow(plan, places, count, room, stop)
+
+    monkeypatch.setattr(batches, "_follow", seen)
+    values = {"initial_state": start, "F_C": np.linspace(6, 10, MANY_LANES)}
+    assert not run_many(Run(np.array([0.0, 5e-5]), {}, ("mean_feed_force",)), values, on, threads=1).failed
+    assert lanes == {MANY_LANES if beside else 1}
 
 
 STATEFUL = ("elasto_plastic", "dwell_strengthening", "dynamometer_resonance")

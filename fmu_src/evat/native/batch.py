@@ -137,6 +137,7 @@ class _Plan:
     columns: Mapping[int, FloatArray]
     give: Give
     most_steps: float
+    one_by_one: bool
 
 
 def value_sets(
@@ -204,6 +205,14 @@ def _columns(run: Run, clock: FloatArray, count: int) -> tuple[tuple[int, ...], 
         np.empty((clock.size, 0)),
         np.stack([np.broadcast_to(column, (count, clock.size)) for column in columns], axis=-1),
     )
+
+
+def _search_apart(constants: Mapping[int, float], on: Sequence[str]) -> bool:
+    """Whether the sets search for periodic starts of a tool that their forces move: beside each other all go on for as long as the longest
+    search, in twice the time that each takes alone."""
+    start = kernel.variable("initial_state")
+    searches = constants.get(start.index) == start.choices.index("periodic")
+    return searches and any(effect.states and effect.stage == "path" for effect in kernel.effects() if effect.name in on)
 
 
 def _blocks(count: int, columns: Mapping[int, FloatArray], lanes: int) -> Iterator[np.ndarray[Any, np.dtype[np.intp]]]:
@@ -359,7 +368,7 @@ def run_many(
             raise ParameterError(f"data need {kept.size} values for outputs that are asked for; found {unknown or shapes}.")
         table = np.column_stack([np.asarray(data.get(name, np.full(kept.size, np.nan)), dtype=np.float64) for name in names])
     indices = tuple(kernel.variable(name).index for name in names)
-    plan = _Plan(clock, keep, inputs, shared, each, indices, table, constants, columns, give, most_steps)
+    plan = _Plan(clock, keep, inputs, shared, each, indices, table, constants, columns, give, most_steps, _search_apart(constants, on))
     batch = _gathered(plan, names, count, threads, progress, cancelled)
     differed = {kernel.variables()[index].name: column for index, column in columns.items()}
     return replace(batch, varied=differed, units={name: kernel.variable(name).unit for name in (*names, *differed)})
@@ -391,7 +400,7 @@ def _gathered(
         return status
 
     def work(places: np.ndarray[Any, np.dtype[np.intp]]) -> int:
-        if places.size >= FEWEST and follow(places, MANY_LANES) in (loaded.STATUS_OK, loaded.STATUS_STOPPED):
+        if places.size >= FEWEST and not plan.one_by_one and follow(places, MANY_LANES) in (loaded.STATUS_OK, loaded.STATUS_STOPPED):
             return places.size
         for place in places:  # too few, or one of them spoils the block: each alone
             status = follow(np.array([place]), 1)
