@@ -333,6 +333,10 @@ void look_for_breakpoints(const struct Contact *contact, const struct Configurat
 int aims_at_event(const struct Contact *contact, int lane);
 void note_breakpoint(struct Contact *contact, const struct Configuration *w, int lane, double t, double h,
                      enum Ended ended);
+/* A cycle begins at value[VAR_TIME] that is like the one which was run last, wherever that lay: steps of this one may
+ * end where those did. What is known of cycles, to another contact. */
+void repeat_breakpoints(struct Contact *contact, const struct Configuration *w, int lane);
+void copy_breakpoints(struct Contact *to, const struct Contact *from, int lane);
 
 /* advance.c: from value[VAR_TIME] on by `step`, s telling how far it went; the point reached is room[now],
  * where known. */
@@ -430,6 +434,9 @@ void find_steady_states(struct Contact *contact, const struct Configuration *w, 
 void slow_states_after(const struct Contact *contact, const struct Configuration *w, double h, const lanes *from,
                        lanes *to);
 void settle_sensors(struct Contact *contact, double period, const lanes *force);
+/* What the states of the n-th effect that is on make of each other within h, moved by nothing else: M[after][before].
+ */
+void own_slopes(const struct Configuration *w, int n, double h, lanes M[EFFECT_STATES][EFFECT_STATES]);
 /* initial_state = steady: what lags or remembers stands where a motion and a force as those at the start lead to. */
 enum Status settle_states(struct Contact *contact);
 void measured_now(struct Contact *contact, const lanes *force, lanes *measured);

@@ -89,13 +89,14 @@ def test_a_step_costs_one_cycle_whatever_its_length() -> None:
 
 @pytest.mark.parametrize("values", [{"release_time": 1e-4}, {"amplitude_x": 1e-6}])
 def test_bristles_that_outlive_a_cycle_cost_a_second_one_now_and_then(values: Values) -> None:
-    """What it tells serves 30 steps in which little changes: 200 steps of 1 ms cost little more than 200 cycles, of 4000. Impulses agree to
-    the half cycle by which the cycle may lie beside the middle: 25 us of 200 ms in which the forces rise by a quarter."""
+    """What it tells serves 30 steps in which little changes: 200 steps of 1 ms cost little more than 200 cycles, of 4000; events that move
+    on from step to step are aimed at in vain, for a short step each. Impulses agree to the half cycle by which the cycle may lie beside
+    the middle: 25 us of 200 ms in which the forces rise by a quarter."""
     values = {**values, "initial_state": "periodic", "relative_tolerance": 1e-6}
     times = 1e-3 * np.arange(201)
     rising = 0.2 + 0.5 * times
     resolved, averaged = (run(averaging, values, (), times, rising, ("step_count", *IMPULSES)) for averaging in ("resolved", "cycle"))
-    assert averaged[-1, 0] < 1.15 * resolved[-1, 0] / 20
+    assert averaged[-1, 0] < 1.25 * resolved[-1, 0] / 20
     assert averaged[-1, 1:] == pytest.approx(resolved[-1, 1:], rel=3e-5)
 
 

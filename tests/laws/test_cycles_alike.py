@@ -125,3 +125,26 @@ def test_where_a_past_is_kept_steps_remember_none(effect: str) -> None:
     contact.start()
     contact.advance(40 * PERIOD)
     assert ends(contact).size == 0
+
+
+@pytest.mark.parametrize("effect", [(), ("thermal_softening",), ("maxwell_slip",), ("amplitude_loss",)], ids=str)
+def test_steps_after_a_periodic_start_end_where_those_of_its_search_did(effect: tuple[str, ...]) -> None:
+    """The search has run this very cycle; but where it ends in a little, an event lies a little elsewhere."""
+    contact = Contact({"initial_state": "periodic"}, effect)
+    contact.start()
+    searched = ends(contact)
+    contact.advance(PERIOD)
+    last = ends(contact)
+    last = last[last > 0]
+    assert last.size >= 5
+    nearest = np.min(np.abs(np.subtract.outer(last - PERIOD, searched)), axis=1)
+    assert np.mean(nearest < 1e-6 * PERIOD) >= 0.8
+
+
+def test_averaged_cycles_go_by_those_of_the_steps_before() -> None:
+    """However far apart the steps of the machine are: the ends that are kept are those of one cycle after the other."""
+    contact = Contact({"averaging": "cycle", "initial_state": "periodic"})
+    contact.start()
+    for _ in range(20):
+        contact.advance(1e-3)
+    assert np.ptp(ends(contact)) < 20 * PERIOD

@@ -58,12 +58,26 @@ static int64_t next_breakpoint(const struct Contact *contact, const struct Confi
     return next;
 }
 
+/* At which of them may a step end next, after the time t? */
+static void expect_breakpoint(struct Contact *contact, const struct Configuration *w, int lane, double t)
+{
+    const double period = period_of(w, lane), alike = (t - contact->breakpoints_from[lane]) / period;
+    const int64_t count = whole_count(contact->breakpoint_count[lane]),
+                  next = next_breakpoint(contact, w, lane, t, count);
+    if (!(alike >= 0 && alike < CYCLES_ALIKE + CYCLES_ANEW))
+        contact->breakpoints_from[lane] = t;
+    const int anew = alike >= CYCLES_ALIKE && alike < CYCLES_ALIKE + CYCLES_ANEW,
+              known = rounding_of(t) <= jump_time(w, lane);
+    contact->breakpoint_next[lane] = (double)next;
+    contact->breakpoint_due[lane] =
+        next < count && !anew && known ? contact->breakpoint[next % BREAKPOINTS][lane] + period : INFINITY;
+}
+
 void note_breakpoint(struct Contact *contact, const struct Configuration *w, int lane, double t, double h,
                      enum Ended ended)
 {
     if (ended == ENDED_ELSEWHERE && contact->breakpoint_due[lane] - t > FAR * w->longest[lane])
         return;
-    const double period = period_of(w, lane);
     int64_t count = whole_count(contact->breakpoint_count[lane]);
     if (ended != ENDED_ELSEWHERE) {
         const double past = ended == AT_NEW_EVENT ? JUST_PAST * event_width(w, lane, h, t) : 0;
@@ -73,14 +87,30 @@ void note_breakpoint(struct Contact *contact, const struct Configuration *w, int
                                                                    : contact->breakpoint_of_event[lane] | bit;
         count += 1;
     }
-    const int64_t next = next_breakpoint(contact, w, lane, t, count);
     contact->breakpoint_count[lane] = (double)count;
-    contact->breakpoint_next[lane] = (double)next;
-    const double alike = (t - contact->breakpoints_from[lane]) / period;
-    if (!(alike >= 0 && alike < CYCLES_ALIKE + CYCLES_ANEW))
-        contact->breakpoints_from[lane] = t;
-    const int anew = alike >= CYCLES_ALIKE && alike < CYCLES_ALIKE + CYCLES_ANEW,
-              known = rounding_of(t) <= jump_time(w, lane);
-    contact->breakpoint_due[lane] =
-        next < count && !anew && known ? contact->breakpoint[next % BREAKPOINTS][lane] + period : INFINITY;
+    expect_breakpoint(contact, w, lane, t);
+}
+
+void repeat_breakpoints(struct Contact *contact, const struct Configuration *w, int lane)
+{
+    const int64_t count = whole_count(contact->breakpoint_count[lane]);
+    if (count == 0)
+        return;
+    const double t = contact->value[VAR_TIME][lane], period = period_of(w, lane),
+                 later = period * floor((t - contact->breakpoint[(count - 1) % BREAKPOINTS][lane]) / period);
+    for (int n = 0; n < BREAKPOINTS; ++n)
+        contact->breakpoint[n][lane] += later;
+    contact->breakpoints_from[lane] += later;
+    expect_breakpoint(contact, w, lane, t);
+}
+
+void copy_breakpoints(struct Contact *to, const struct Contact *from, int lane)
+{
+    for (int n = 0; n < BREAKPOINTS; ++n)
+        to->breakpoint[n][lane] = from->breakpoint[n][lane];
+    to->breakpoint_of_event[lane] = from->breakpoint_of_event[lane];
+    to->breakpoint_count[lane] = from->breakpoint_count[lane];
+    to->breakpoint_next[lane] = from->breakpoint_next[lane];
+    to->breakpoint_due[lane] = from->breakpoint_due[lane];
+    to->breakpoints_from[lane] = from->breakpoints_from[lane];
 }

@@ -25,6 +25,7 @@ static enum Status run_cycle(struct Contact *contact, struct Configuration *w, d
     EACH_LANE {
         contact->value[VAR_TIME][i] = begin;
         z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
+        repeat_breakpoints(contact, w, i);
     }
     wire_time(contact, w);
     course.now = course.known = 0;

@@ -68,6 +68,16 @@ static int forces_came_back(const struct Contact *end, const struct Configuratio
            fabs(b.F_p[i] - a.F_p[i]) <= enough * larger(level, fabs(b.F_p[i]));
 }
 
+/* What a cycle of a search tells of the steps of the next, which begins at the same time. All cycles of a search are
+ * one to the count of those that are alike. */
+static void learn_steps(struct Contact *contact, const struct Contact *trial, const struct Configuration *w, int i)
+{
+    contact->next_step[i] = trial->next_step[i];
+    copy_breakpoints(contact, trial, i);
+    contact->breakpoints_from[i] += 1 / contact->value[VAR_VIBRATION_FREQUENCY][i];
+    repeat_breakpoints(contact, w, i);
+}
+
 /* The bristle deflection that one vibration cycle brings back. For a law that is linear in z one cycle maps z to c + E
  * z, and two cycles give z_0 = c / (1 - E); otherwise the same secant is repeated. */
 static enum Status find_deflection(struct Contact *contact, const struct Configuration *w)
@@ -82,6 +92,8 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
             trial.value[VAR_TIME][i] = start;
             trial.value[VAR_SLIDING_DISTANCE][i] = contact->value[VAR_SLIDING_DISTANCE][i]; /* what goes by it stays */
             trial.past.count[i] = trial.past.first[i] = trial.past.settled[i] = trial.past.joined[i] = 0;
+            trial.next_step[i] = contact->next_step[i];
+            copy_breakpoints(&trial, contact, i);
             z_before[i] = n == 0 ? 0 : z_before[i];
             miss_before[i] = n == 0 ? 0 : miss_before[i];
         }
@@ -106,10 +118,14 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
             z[i] -= done[i] ? 0 : slope < 0 && !gives_up ? miss[i] / slope : -miss[i];
             done[i] |= gives_up;
             converged &= done[i];
+            if (n == 0 && !done[i])
+                learn_steps(contact, &trial, w, i);
         }
     }
-    EACH_LANE
+    EACH_LANE {
         contact->value[VAR_BRISTLE_DEFLECTION][i] = z[i];
+        learn_steps(contact, &trial, w, i);
+    }
     for (int n = 0; n < MEMORY; ++n)
         EACH_LANE
             contact->memory[n][i] = trial.memory[n][i];
@@ -199,16 +215,44 @@ static double enough_of(const struct Contact *contact, int i)
     return 1e-1 * contact->value[VAR_RELATIVE_TOLERANCE][i];
 }
 
+/* What is known of the slopes before a cycle is run: where forces move nothing, a separation forgets bristles and what
+ * goes with them, and what a sensor does of itself is linear. The others are sought by differences; their number. Where
+ * there is no separation, or one sensor hears another, the next cycle shows that the slopes are others. */
+static int foresee_slopes(const struct Contact *contact, const struct Configuration *w, int sought[UNKNOWNS],
+                          struct Search search[LANES])
+{
+    const int heard_or_felt = w->feedback || w->sensors; /* how the bristle begins moves other states, too */
+    int at = 1, count = heard_or_felt;
+    sought[0] = heard_or_felt;
+    for (int k = 0; k < w->on_count; ++k) {
+        const struct Effect *effect = w->on[k];
+        const int states = states_that_come_back(effect), heard = effect->driver == DRIVEN_BY_SENSOR;
+        lanes M[EFFECT_STATES][EFFECT_STATES];
+        if (heard && states)
+            own_slopes(w, k, 1 / contact->value[VAR_VIBRATION_FREQUENCY][0], M);
+        for (int c = 0; c < states; ++c) {
+            sought[at + c] = !heard && (w->feedback || !effect->forgets);
+            count += sought[at + c];
+            for (int r = 0; heard && r < states; ++r)
+                for (int i = 0; i < LANES; ++i)
+                    search[i].slope[at + r][at + c] = M[r][c][i];
+        }
+        at += states;
+    }
+    return count;
+}
+
 static enum Status find_states(struct Contact *contact, const struct Configuration *w)
 {
     const int count = 1 + kernel_state_count() - BASE_STATES;
     struct Contact trial;
     struct Search search[LANES];
     lanes from[UNKNOWNS] = {{0}}, to[UNKNOWNS];
-    int used = 0, converged = 0, given_up = 0;
+    int used = 0, converged = 0, given_up = 0, sought[UNKNOWNS];
     memset(search, 0, sizeof search);
     while (used < count && unknown_index(w, used) >= 0)
         ++used;
+    const int to_seek = foresee_slopes(contact, w, sought, search);
     for (int tries = 0; tries < MOST_TRIES && !converged; ++tries) {
         enum Status status = cycle(contact, w, used, (const lanes *)from, to, &trial);
         if (status != STATUS_OK)
@@ -229,10 +273,13 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             renew[i] = !x->done && (!x->knows_slopes || missed > larger(SLOW_STEP * x->missed, enough_of(&trial, i)));
             x->missed = missed;
             any |= renew[i];
-            x->steps += (1 + renew[i] * used) * (trial.value[VAR_STEP_COUNT][i] - contact->value[VAR_STEP_COUNT][i]);
+            x->steps += (1 + renew[i] * (tries == 0 ? to_seek : used)) *
+                        (trial.value[VAR_STEP_COUNT][i] - contact->value[VAR_STEP_COUNT][i]);
         }
         for (int c = 0; c < used && any; ++c) {
             lanes beside[UNKNOWNS], other[UNKNOWNS], step;
+            if (tries == 0 && !sought[c])
+                continue;
             memcpy(beside, from, sizeof beside);
             EACH_LANE {
                 step[i] = 1e-2 * scale_of(&trial, unknown_index(w, c), i);
@@ -263,6 +310,8 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             converged &= x->done;
         }
     }
+    EACH_LANE
+        learn_steps(contact, &trial, w, i);
     for (int n = 0; n < used; ++n)
         EACH_LANE
             contact->value[unknown_index(w, n)][i] = from[n][i];

@@ -8,6 +8,7 @@
 #include "../stages.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { SENSOR_STEPS = 16 }; /* in which filters and delays are taken through a communication step */
 #define MOST_SENSOR_STEPS 4096 /* where a sensor asks for short ones: beyond, what it adds has no mean but rounding */
@@ -47,6 +48,13 @@ static void affine_move(const struct Configuration *w, int n, double h, const st
             EACH_LANE
                 move->M[r][k][i] = whole[r][i] - move->c[r][i];
     }
+}
+
+void own_slopes(const struct Configuration *w, int n, double h, lanes M[EFFECT_STATES][EFFECT_STATES])
+{
+    struct Affine move;
+    affine_move(w, n, h, &still, &move);
+    memcpy(M, move.M, sizeof move.M);
 }
 
 /* The states that a move leaves as they are: (1 - M) x = c. */
