@@ -18,6 +18,7 @@ from evat.constants import CONSTANTS
 from evat.experiment.read import read_experiment, scan_experiment
 from evat.gap import diagnose
 from evat.models.contact import ContactModel
+from peak_memory import peak
 
 ROWS = 1 << 18  # written at a time
 DOCUMENT = """format = 1
@@ -59,13 +60,6 @@ def write(folder: Path, megabytes: float, suffix: str) -> None:
         writer.write_table(table)
         at += ROWS
     writer.close()
-
-
-def peak() -> float:
-    """Most memory that this process has held [bytes]."""
-    import resource
-
-    return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) * (1 if sys.platform == "darwin" else 1024)
 
 
 def read(folder: Path, what: str) -> dict[str, float]:

@@ -170,13 +170,14 @@ def test_a_long_record(benchmark: Any, summary: Summary) -> None:
 
 
 MEMORY = """
-import resource, sys
+import sys
 sys.path.insert(0, sys.argv[1])
 from evat.identification import Settings, identify
+from peak_memory import peak
 from test_identify import EIGHT, ON, SIGNED, rig
 prediction, _ = rig(100_000)
 identify(prediction.experiment, prediction.model, EIGHT, Settings(on=ON, bounds=SIGNED, search="ga", generations=2, seed=1, profiles=False))
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+print(peak() / 2**20)
 """
 
 
