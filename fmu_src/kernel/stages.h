@@ -305,12 +305,13 @@ int any_event(const struct Contact *contact, const struct Configuration *w, cons
               const struct Point *middle, const struct Point *end);
 /* event_search.c: does an event fall into the step? In the lanes that are asked, and say NO_EVENT before: if so h is
  * shortened to it and `cut` says which; JUMP: it has happened already, before the start; `acted`: which has been acted
- * on and has changed nothing. The event `known` to lie at the end is passed over. cut_at_touch: the same of one lane
+ * on and has changed nothing; `wait`: after how long a contact that was passed over so is looked at again [s]. The
+ * event `known` to lie at the end is passed over. cut_at_touch: the same of one lane
  * for a contact that start, middle and end do not show. */
 enum Cut { NO_EVENT = -1, JUMP = -2 };
 void cut_at_events(const struct Contact *contact, const struct Configuration *w, const int asked[LANES],
-                   const int known[LANES], const int acted[LANES], const lanes s, lanes h, const struct Point *start,
-                   const struct Point *middle, const struct Point *end, int cut[LANES]);
+                   const int known[LANES], const int acted[LANES], const lanes wait, const lanes s, lanes h,
+                   const struct Point *start, const struct Point *middle, const struct Point *end, int cut[LANES]);
 void cut_at_touch(const struct Contact *contact, const struct Configuration *w, int lane, const lanes s, lanes h,
                   const struct Point *start, const struct Point *middle, const struct Point *end, int cut[LANES]);
 

@@ -31,6 +31,20 @@ def test_passes_over_a_step_have_settled_at_its_middle_as_well() -> None:
     assert worst(Case("test", values, ("holder_compliance", "stribeck"), motion, 1e-3), "friction_force") < 3
 
 
+def test_a_contact_that_ends_and_begins_at_one_moment_is_not_passed_over() -> None:
+    """The tool turns on a holder just as the work pushes it away: it leaves and comes back at once, and the path alone would have it leave.
+    So it was held to be out of contact over the 7 us in which it was in it: 400 tolerances of friction from there on."""
+    values = {
+        "kinematics": "combined", "vibration_frequency": 2099.2516806327344, "amplitude_x": 1.1265148046285132e-5,
+        "amplitude_y": 3.295486662192366e-6, "feed": 9.311763738547674e-6, "chip_flow_shear_angle": 0.6543975961810182,
+        "phase_x": -1.6172619861210347, "phase_y": 3.1465183223917013, "holder_compliance.compliance_x": 2.46008824421e-8,
+        "holder_compliance.compliance_y": 1.97461235737e-8, "holder_compliance.natural_frequency": 4367.74068425,
+        "holder_compliance.damping_ratio": 0.0474442287675,
+    }  # fmt: skip
+    motion = Motion.record(9.30386891371e-5 * np.arange(17), {"cutting_speed": np.full(17, 0.141369072075)})
+    assert worst(Case("test", values, ("holder_compliance",), motion, 1e-6), "friction_force", "bristle_deflection") < 3
+
+
 def held_in(samples: int, law: str, mode: str, tolerance: float) -> Case:
     """A tool on a holder, caught by stiff damping under a slow slip."""
     times = np.linspace(0, 0.02, samples)

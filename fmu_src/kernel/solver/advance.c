@@ -123,6 +123,13 @@ static void act_on_jump(struct Contact *contact, const struct Configuration *w, 
     }
 }
 
+/* After how long a contact that was passed over is looked at again: ever longer where contact and its end follow on one
+ * another at once. */
+static double next_wait(double wait, double quiet, int chased, double first)
+{
+    return chased ? 2 * wait : quiet > 2 * wait ? first : wait;
+}
+
 static int all_finite(const struct Point *x)
 {
     int lost = 0;
@@ -161,7 +168,10 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             return felt;
         course->known = 0;
     }
-    const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][0];
+    const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][0],
+                 first_wait = 1e3 * ahead;
+    EACH_LANE
+        t.wait[i] = first_wait;
     if (!course->known) {
         point_at(contact, w, s, t.start);
         let_go(contact, w);
@@ -212,6 +222,8 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             const double quiet = quiet_for[i] + t.h[i];
             acts[i] = t.cut[i] >= 0;
             chased[i] = quiet < ahead;
+            if (acts[i])
+                t.wait[i] = next_wait(t.wait[i], quiet, chased[i], first_wait);
             quiet_for[i] = acts[i] ? 0 : quiet;
         }
         int turns = 0;

@@ -199,8 +199,8 @@ static int look_before_turn(const struct Contact *contact, const struct Configur
 }
 
 void cut_at_events(const struct Contact *contact, const struct Configuration *w, const int asked[LANES],
-                   const int known[LANES], const int acted[LANES], const lanes s, lanes h, const struct Point *start,
-                   const struct Point *middle, const struct Point *end, int cut[LANES])
+                   const int known[LANES], const int acted[LANES], const lanes wait, const lanes s, lanes h,
+                   const struct Point *start, const struct Point *middle, const struct Point *end, int cut[LANES])
 {
     lanes at_start[INDICATORS], at_middle[INDICATORS], at_end[INDICATORS], step, before, crossing;
     indicators(w, middle, at_middle);
@@ -239,7 +239,9 @@ void cut_at_events(const struct Contact *contact, const struct Configuration *w,
         if (any)
             locate(contact, w, k, s, &search, start, before, crossing);
         for (int i = 0; any && i < LANES; ++i) {
-            const double at = crossing[i] == s[i] + step[i] ? step[i] : crossing[i] - s[i];
+            const int passed_over = search.open[i] && k == AT_CONTACT && w->feedback && contact->sign[k][i] < 0 &&
+                                    !(crossing[i] < INFINITY) && wait[i] < search.high[i] - s[i];
+            const double at = passed_over ? wait[i] : crossing[i] == s[i] + step[i] ? step[i] : crossing[i] - s[i];
             if (!search.open[i] || !(at < INFINITY) || !(cut[i] == NO_EVENT || at < step[i]))
                 continue;
             cut[i] = k;

@@ -98,7 +98,7 @@ int cut_short(const struct Contact *contact, const struct Configuration *w, cons
         any |= asked[i];
     }
     if (any)
-        cut_at_events(contact, w, asked, known, t->acted, s, t->h, t->start, t->middle, t->end, t->cut);
+        cut_at_events(contact, w, asked, known, t->acted, t->wait, s, t->h, t->start, t->middle, t->end, t->cut);
     for (int i = 0; i < LANES; ++i) {
         shorter |= t->h[i] < wanted[i];
         t->to_window[i] *= t->cut[i] == NO_EVENT;
@@ -124,7 +124,7 @@ int settle_cut(const struct Contact *contact, const struct Configuration *w, con
             t->cut[i] = NO_EVENT;
             wanted[i] = t->h[i];
         }
-        cut_at_events(contact, w, asked, known, t->acted, s, t->h, t->start, t->middle, t->end, t->cut);
+        cut_at_events(contact, w, asked, known, t->acted, t->wait, s, t->h, t->start, t->middle, t->end, t->cut);
         for (int i = 0; i < LANES; ++i) {
             t->cut[i] = t->cut[i] >= 0 ? t->cut[i] : known[i];
             shorter |= t->h[i] < wanted[i];

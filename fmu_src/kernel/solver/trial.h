@@ -13,6 +13,7 @@ struct Trial {
     double shortest; /* length at which the tolerance gives way [s] */
     int cut[LANES]; /* the event that h ends at, NO_EVENT or JUMP */
     int acted[LANES]; /* whether a jump at its start has been acted on and has changed no side */
+    lanes wait; /* after which a contact that was passed over is looked at again [s] */
     int fits[LANES]; /* whether it is within the tolerance */
     int failed[LANES]; /* whether a longer one was not */
 };
