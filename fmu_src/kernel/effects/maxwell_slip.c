@@ -67,10 +67,10 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
     for (int k = ELEMENTS - 1; k >= 0; --k)
         EACH_LANE {
             const double s = a->direction[i], y = from[k][i], left = exponential(-0.5 * h[i] * a->rate[i]);
-            double to_half, to_end;
-            ways_of(s, h[i], a->v[i], m->v[i], b->v[i], &to_half, &to_end);
-            half[k][i] = a->cutting[i] != 0 ? stop_after(y, s, to_half / stroke[i]) : y * left;
-            whole[k][i] = a->cutting[i] != 0 ? stop_after(y, s, to_end / stroke[i]) : y * left * left;
+            struct Ways to_half, to_end;
+            ways_that_turn(s, h[i], a->v[i], m->v[i], b->v[i], &to_half, &to_end);
+            half[k][i] = a->cutting[i] != 0 ? stop_along_and_back(y, s, stroke[i], to_half) : y * left;
+            whole[k][i] = a->cutting[i] != 0 ? stop_along_and_back(y, s, stroke[i], to_end) : y * left * left;
             stroke[i] /= p[RATIO][i];
         }
 }

@@ -5,6 +5,12 @@
 #include <math.h>
 #include <string.h>
 
+/* Does a state of an effect follow a slip that is solved for? */
+static inline int follows_slip(const struct Configuration *w, int i)
+{
+    return w->current_angle && w->acting[i] >> DRIVEN_BY_MOTION & 1;
+}
+
 /* How far a pass has moved the states that follow a slip which is solved for, in units of what is allowed. */
 static double moved_states(double allowed, const struct Point *x, const struct Point *before, int i)
 {
@@ -32,9 +38,7 @@ static double moved(const struct Configuration *w, const struct Point *x, const 
     const double allowed = 1e-3 * w->p[VAR_RELATIVE_TOLERANCE][i];
     const double of_z = bent ? fabs(x->z[i] - before->z[i]) / (allowed * larger(fabs(x->z[i]), 1e-300)) : 0;
     if (!w->feedback)
-        return w->current_angle && w->acting[i] >> DRIVEN_BY_MOTION & 1
-                   ? larger(of_z, moved_states(allowed, x, before, i))
-                   : of_z;
+        return follows_slip(w, i) ? larger(of_z, moved_states(allowed, x, before, i)) : of_z;
     return passes->astray[i] ? INFINITY : larger(of_z, passes->miss[i] / enough(w, x, i));
 }
 
@@ -242,8 +246,10 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
             all &= done[i];
         }
     }
-    for (int i = 0; i < LANES; ++i)
-        difference[i] = (w->feedback || w->bends || w->yields) && !settled[i] ? INFINITY : difference[i];
+    for (int i = 0; i < LANES; ++i) {
+        const int shows = w->feedback || w->bends || w->yields || follows_slip(w, i);
+        difference[i] = shows && !settled[i] ? INFINITY : difference[i];
+    }
     if (w->feedback)
         return; /* closed by the last pass */
     close_point(contact, w, 1, middle);
