@@ -188,6 +188,9 @@ class _Constants(ConstantTable):
     law_shape_sd = Constant(
         0.5, "of the logarithm", "prior standard deviation of a shape of the base law: Stribeck exponents of 0.5 to 4 were published"
     )
+    usual_form = Constant(
+        0.5, "1", "prior probability that a shape of the base law, or its form as a whole, is exactly the textbook's", high=0.99
+    )
     clock_shift = Constant(0.5, "samples", "over which the derivative to a clock is taken: a jump has none")
     tried_clocks = Constant(33, "1", "clocks that are tried of each channel where a model moves by itself", source="budget of work", low=3)
     searches_of_clocks = Constant(2, "1", "of which each begins where the one before and a fit have led to", source="budget of work", low=1)
@@ -300,6 +303,9 @@ class _Constants(ConstantTable):
     )
     frozen_steps = Constant(5, "steps", "of a first fit of an effect alone, slopes of the nominal parameters held")
     finishing_steps = Constant(4, "steps", "of a fit that begins where that to a part ended")
+    evidence_of_form = Constant(
+        3.0, "log evidence", "by which a form of the base law has to be better than none: a priori it is no likelier than an effect"
+    )
     form_error = Constant(
         0.07, "of the gap", "that recalibration leaves: what no effect explains any closer, since its form in the world is another"
     )

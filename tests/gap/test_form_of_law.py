@@ -63,7 +63,25 @@ def test_beside_a_little_of_it_an_effect_stands_alone_also_where_it_was_not_fitt
     fitted = comparison.models[pair]
     base, kept, _ = with_form_of_law(prediction, comparison.whitening, comparison.recalibrated, {pair: fitted})
     assert base is comparison.recalibrated
-    assert kept == {Hypothesis(("lean",)): fitted}
+    (rest, told_of), *others = kept.items()
+    assert rest == Hypothesis(("lean",))
+    assert not others
+    assert told_of.point is fitted.point
+    assert told_of.likelihood.evidence == fitted.likelihood.evidence - CONSTANTS.evidence_of_form
+
+
+@pytest.mark.parametrize("better", [True, False])
+def test_a_form_is_the_base_law_where_it_is_better_than_what_is_usual_by_as_much_as_an_effect_has_to_be(better: bool) -> None:
+    """It took its place at whatever was better, and what an effect did beside it, which nothing else does, was no longer seen."""
+    _, comparison = diagnose_with(measured(["bend"], {"bend.c": 0.03}, conditions=5, noise=0.05), Toy())
+    prediction, recalibrated = copy.copy(comparison.prediction), comparison.recalibrated
+    prediction.model = formed()
+    fitted = comparison.models[Hypothesis(("bend",))]
+    evidence = recalibrated.likelihood.evidence + CONSTANTS.evidence_of_form + (0.1 if better else -0.1)
+    rival = replace(fitted, likelihood=replace(fitted.likelihood, evidence=evidence))
+    base, kept, _ = with_form_of_law(prediction, comparison.whitening, recalibrated, {Hypothesis(("bend",)): rival})
+    assert not kept
+    assert base.on == (("bend",) if better else ())
 
 
 def test_much_of_it_is_named() -> None:

@@ -46,7 +46,7 @@ def test_elements_go_back_from_where_a_slip_that_is_solved_for_turns_within_a_st
 
 
 def test_a_step_is_taken_only_where_the_slip_that_bends_elements_has_settled() -> None:
-    """Passes between a slip that is solved for and an element that it bends went round, and the step was taken as it stood: 40 tolerances."""
+    """Passes between a slip that is solved for and an element that it bends went round, and the step was taken so: 40 tolerances."""
     values = {
         "kinematics": "internal", "sigma0": 308969.82808460924, "sigma1": 2.031064902890347, "sigma2": 0.0, "F_C": 10.30842630386666,
         "F_S": 12.405953921417902, "v_s": 0.0030421384070552916, "vibration_frequency": 272.3659057116878,

@@ -17,6 +17,7 @@ from evat.inference.discrepancy import Likelihood, likelihood
 from evat.inference.least_squares import least_squares
 from evat.inference.parameters import Parameter
 from evat.inference.prediction import OWN, Prediction
+from evat.inference.spike_and_slab import log_evidence_of_spikes
 from evat.inference.whitening import Sums, Whitening
 from evat.model import BoolArray, FloatArray
 
@@ -66,7 +67,8 @@ class Fit(Look):
 
     def again(self, whitening: Whitening) -> Fit:
         """The same point, judged by what is forgiven now."""
-        return replace(self, likelihood=charged(likelihood(whitening, self.sums, self.point), self.fixed, self.on))
+        judged = likelihood(whitening, self.sums, self.point)
+        return replace(self, likelihood=charged(judged, self.parameters, self.point, self.fixed, self.on))
 
 
 def fit(
@@ -95,7 +97,7 @@ def fit(
             return None
         slopes = np.nan_to_num(slopes)
         sums = whitening.sums(predicted, slopes)
-        here = charged(likelihood(whitening, sums, point, held_out=held_out), fixed, on)
+        here = charged(likelihood(whitening, sums, point, held_out=held_out), parameters, point, fixed, on)
         return Fit(point, sums, here, tuple(on), tuple(parameters), predicted, slopes, fixed)
 
     def keep(point: FloatArray) -> FloatArray:
@@ -104,10 +106,14 @@ def fit(
     return likeliest(look, keep, start, CONSTANTS.most_steps if most_steps is None else most_steps)
 
 
-def charged(likelihood: Likelihood, fixed: Mapping[str, float | str], on: Sequence[str]) -> Likelihood:
-    """With what the values cost that conditions or trials have by themselves: each was fitted, too, before."""
+def charged(
+    likelihood: Likelihood, parameters: Sequence[Parameter], point: FloatArray, fixed: Mapping[str, float | str], on: Sequence[str]
+) -> Likelihood:
+    """With what the spikes of the parameters add to the evidence, and what the values cost that conditions or trials have by themselves:
+    each was fitted, too, before."""
     own = {value for name, value in fixed.items() if OWN in name and name.partition(".")[0] in on}
-    return replace(likelihood, evidence=likelihood.evidence - CONSTANTS.cost_of_own_value * len(own))
+    spikes = log_evidence_of_spikes(parameters, point + likelihood.step, likelihood.covariance)
+    return replace(likelihood, evidence=likelihood.evidence + spikes - CONSTANTS.cost_of_own_value * len(own))
 
 
 def likeliest(

@@ -20,7 +20,8 @@ from evat.model import Effect, FloatArray, Model, Variable
 
 @dataclass(frozen=True)
 class Parameter:
-    """value = mean + sd u, or mean exp(sd u) where `logarithmic`; u is standard normal a priori. `low` and `high` bound the value."""
+    """value = mean + sd u, or mean exp(sd u) where `logarithmic`; u is standard normal a priori, or, of what has a `spike`, exactly 0 with
+    the probability CONSTANTS.usual_form: those of one name together. `low` and `high` bound the value."""
 
     name: str
     unit: str
@@ -29,6 +30,7 @@ class Parameter:
     low: float
     high: float
     logarithmic: bool = False
+    spike: str = ""
 
     def value(self, u: float) -> float:
         value = self.mean * math.exp(self.sd * u) if self.logarithmic else self.mean + self.sd * u
@@ -75,7 +77,7 @@ def form_parameters(model: Model, experiment: Experiment) -> tuple[Parameter, ..
     """Shapes of the base law that nobody knows exactly: outside of all effects, with a neutral value above 0, and not given by the user."""
     own = {variable.name for effect in model.effects for variable in effect.variables}
     return tuple(
-        Parameter(v.name, v.unit, v.neutral, CONSTANTS.law_shape_sd, v.min, v.max, True)
+        Parameter(v.name, v.unit, v.neutral, CONSTANTS.law_shape_sd, v.min, v.max, True, spike=v.name)
         for v in model.variables
         if v.name not in own and v.name not in experiment.nominal.values and v.type == "real" and v.variability == "tunable"
         if math.isfinite(v.neutral) and v.neutral > 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,10 +36,15 @@ def with_form_of_law(
         del kept[on]
         if not rest:
             shares.update(dict.fromkeys(own, share))
-            base = max(base, whole, key=lambda each: each.likelihood.evidence)
+            base = max(base, _formed(whole), key=lambda each: each.likelihood.evidence)
         else:
-            kept[rest] = max(kept.get(rest, beside), whole, key=lambda each: each.likelihood.evidence)
+            kept[rest] = max(kept.get(rest, beside), _formed(whole), key=lambda each: each.likelihood.evidence)
     return base, kept, shares
+
+
+def _formed(whole: Fit) -> Fit:
+    """As unlikely a priori as another form of the base law is."""
+    return replace(whole, likelihood=replace(whole.likelihood, evidence=whole.likelihood.evidence - CONSTANTS.evidence_of_form))
 
 
 def without(prediction: Prediction, whitening: Whitening, whole: Fit, effects: Collection[str]) -> Fit | None:

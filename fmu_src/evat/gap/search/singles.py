@@ -127,7 +127,10 @@ def _frozen(prediction: Prediction, whitening: Whitening, base: Fit, start: Star
             return None
         predicted = predicted + base.slopes @ (point[:fitted] - base.point)
         sums = whitening.sums(predicted, np.column_stack([base.slopes, np.nan_to_num(slopes)]))
-        return Look(point, sums, charged(likelihood(whitening, sums, point), start.fixed, (start.effect.name,)))
+        judged = charged(
+            likelihood(whitening, sums, point), (*base.parameters, *start.parameters), point, start.fixed, (start.effect.name,)
+        )
+        return Look(point, sums, judged)
 
     return likeliest(look, keep, np.concatenate([base.point, start.point]), CONSTANTS.frozen_steps)
 

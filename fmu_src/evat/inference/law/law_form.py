@@ -60,5 +60,6 @@ def _linear_parameters(
         column = np.zeros(prediction.measured.size)
         column[at] = left[:, place] * np.sqrt(at.size) * size * level
         widest, number = CONSTANTS.widest_form, before + place + 1
-        forms.append(Linearised(Parameter(f"form_of_law.{number}", "1", 0.0, 1.0, -widest, widest), 0.0, column))
+        parameter = Parameter(f"form_of_law.{number}", "1", 0.0, 1.0, -widest, widest, spike="form_of_law")
+        forms.append(Linearised(parameter, 0.0, column))
     return forms
