@@ -169,7 +169,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         course->known = 0;
     }
     const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][0],
-                 first_wait = 1e3 * ahead;
+                 first_wait = 1e3 * ahead; /* a millionth of a cycle: far less than any contact lasts */
     EACH_LANE
         t.wait[i] = first_wait;
     if (!course->known) {
