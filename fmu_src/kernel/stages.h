@@ -164,17 +164,22 @@ enum Status feel_slip_now(struct Contact *contact, const struct Configuration *w
 double slip_lead(const struct Configuration *w, int lane);
 
 /* linear_response.c: exact answers of linear states to a drive that is a parabola over the step, through u at start,
- * middle and end. first_order_response: dy/dt = (u - y)/T after half and whole of h; second_order_response: d2y/dt2 =
+ * middle and end. first_order_response: dy/dt = (u - y)/T after half and whole of h; second_order_responses: d2y/dt2 =
  * w^2 (u - y) - 2 zeta w dy/dt for y and its rate. */
 void first_order_response(double h, double T, double u_0, double u_m, double u_1, double y, double *half,
                           double *whole);
-void second_order_response(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2],
-                           double half[2], double whole[2]);
+enum { OF_PLACE, OF_SPEED };
+struct Oscillators { /* two of one frequency and damping */
+    double start[2], middle[2], end[2]; /* u of each, */
+    double at[2][2];                    /* and its place and speed at the start */
+};
+void second_order_responses(double h, double w, double zeta, const struct Oscillators *oscillators, double half[2][2],
+                            double whole[2][2]);
 /* The same of a sensor: what stands for the middle gives the mean by Simpson's rule. */
 void first_order_response_in_mean(double h, double T, double u_0, double u_m, double u_1, double y, double *half,
                                   double *whole);
-void second_order_response_in_mean(double h, double w, double zeta, double u_0, double u_m, double u_1,
-                                   const double y[2], double half[2], double whole[2]);
+void second_order_responses_in_mean(double h, double w, double zeta, const struct Oscillators *oscillators,
+                                    double half[2][2], double whole[2][2]);
 
 /* path.c: r = v_c / (a w), the phase of y where the tool is fastest, b / a. */
 void turn_at(const struct Configuration *w, double r, double lead, double aspect, struct Turn *turn, int lane);
@@ -240,21 +245,42 @@ void act_on_event(struct Contact *contact, const struct Configuration *w, const 
                   const int chased[LANES], struct Point *x);
 
 /* step.c: one trial step of h[i] from s[i]: fills middle and end from start; `difference` is what a lower order would
- * have changed. */
+ * have changed. Where forces move the tool, passes begin with what is known of their feedback, and leave there what
+ * they have found; NULL: nothing is, and nobody asks. */
+struct Feedback;
 void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
-              const struct Point *start, struct Point *middle, struct Point *end, lanes difference);
+              const struct Point *start, struct Feedback *known, struct Point *middle, struct Point *end,
+              lanes difference);
 
 /* step.c: the same way in two halves of step[i], beside the step that middle and end are of. Where a time alone says
  * what the rates are there, they are those that stand in middle and end, and only the quarters are new. */
 void try_halves(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes step,
-                const struct Point *start, const struct Point *middle, const struct Point *end, struct Point *early,
-                struct Point *half, struct Point *late, struct Point *whole);
+                const struct Feedback *known, const struct Point *start, const struct Point *middle,
+                const struct Point *end, struct Point *early, struct Point *half, struct Point *late,
+                struct Point *whole);
 
 /* anderson.c: passes over a step, by the forces (friction, principal, feed; at middle and end) that each begins with
- * and misses. begin_passes: middle and end where the forces of the start would move them; note_pass: what a pass has
- * led to, which is as good as it has to be where it misses no more than will_do [N]; begin_pass: where the next one
- * begins. */
+ * and misses. begin_passes: middle and end where the predicted forces would move them, or those of the start;
+ * note_pass: what a pass has led to, which is as good as it has to be where it misses no more than will_do [N];
+ * begin_pass: where the next one begins. */
 enum { PASSED_FORCES = 2 * CHANNELS, DIFFERENCES = 3 };
+/* What is known before the passes over a step: the forces, and what came back of which differences between forces in
+ * another step. */
+struct Feedback {
+    lanes force[PASSED_FORCES];
+    lanes predicted; /* 1 where the forces are */
+    lanes begun[DIFFERENCES][PASSED_FORCES], returned[DIFFERENCES][PASSED_FORCES]; /* [N], and by that step [N/s] */
+    lanes count;      /* of differences */
+    int first_may_do; /* a first pass is enough where little of what it misses comes back */
+};
+enum { FEEDBACK_LANES = offsetof(struct Feedback, first_may_do) / sizeof(lanes) };
+/* At start, middle and end of a step of some length; and predicted from them, at these shares of it. */
+struct StepForces {
+    lanes length, at[3][CHANNELS];
+};
+void note_forces(double length, const struct Point *a, const struct Point *m, const struct Point *b, int lane,
+                 struct StepForces *forces);
+void predict_forces(const struct StepForces *forces, double at_middle, double at_end, int lane, struct Feedback *known);
 struct Passes {
     lanes begun[PASSED_FORCES];
     lanes from[PASSED_FORCES], missed[PASSED_FORCES], miss; /* of the pass that stands, and the most that it misses */
@@ -265,11 +291,14 @@ struct Passes {
     int first[LANES];  /* none has been made yet */
     int astray[LANES]; /* the last one does not stand */
 };
-void begin_passes(const struct Configuration *w, const lanes h, const struct Point *start, struct Point *middle,
-                  struct Point *end, struct Passes *p);
+void begin_passes(const struct Configuration *w, const lanes h, const struct Point *start, const struct Feedback *known,
+                  struct Point *middle, struct Point *end, struct Passes *p);
 void note_pass(const lanes will_do, struct Point *middle, struct Point *end, struct Passes *p);
 void begin_pass(const struct Configuration *w, const lanes h, const struct Point *start, struct Point *middle,
                 struct Point *end, struct Passes *p);
+/* What comes back of a force in a step of h, by the newest difference; infinity where none is known. */
+double loop_gain(const struct Feedback *known, double h, int lane);
+void note_feedback(const struct Passes *p, double h, int lane, struct Feedback *found);
 
 /* tolerance.c: is the step within the tolerance? Chooses each lane's next step; where it is not, fits says in which
  * lanes it is, and the others' next step is the shorter one to try again with; a step of `shortest` is taken as it is.
@@ -291,11 +320,11 @@ void show_curve(const struct Configuration *w, const lanes h, const struct Point
 int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
              const struct Point *m, const struct Point *b, lanes next, int doubtful[LANES]);
 void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES],
-                         const lanes s, const lanes h, const struct Point *a, const struct Point *m,
-                         const struct Point *b, lanes error);
-int accurate_in_halves(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes s,
-                       const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end,
-                       lanes next, int fits[LANES]);
+                         const struct Feedback *known, const lanes s, const lanes h, const struct Point *a,
+                         const struct Point *m, const struct Point *b, lanes error);
+int accurate_in_halves(const struct Contact *contact, const struct Configuration *w, double shortest,
+                       const struct Feedback *known, const lanes s, const lanes h, const struct Point *start,
+                       const struct Point *middle, const struct Point *end, lanes next, int fits[LANES]);
 
 /* event_search.c: does a lane see an event, by the signs at middle and end? And does any, or may it have touched the
  * work in between? Most steps see none, and need not ask each lane. */

@@ -66,6 +66,8 @@ CASES: dict[str, dict[str, float | str]] = {  # what lanes of a block have in co
     "external": {"kinematics": "external", "thermal_damping": 1, "proxy_source": "contact_temperature", "relative_tolerance": 1e-6},
     "combined": {"kinematics": "combined", "relative_tolerance": 1e-4, "release_time": 1e-5},
     "own angle": {"chip_flow_angle": "current_shear_angle", "relative_tolerance": 1e-3},
+    "compliant holder": {"holder_compliance": 1, "relative_tolerance": 1e-5},
+    "held stiffly": {"holder_compliance": 1, "sigma1": 3e4, "relative_tolerance": 1e-4},
 }
 every_law = pytest.mark.parametrize("law", LAWS)
 every_case = pytest.mark.parametrize("case", CASES)

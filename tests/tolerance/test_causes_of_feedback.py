@@ -31,6 +31,20 @@ def test_passes_over_a_step_have_settled_at_its_middle_as_well() -> None:
     assert worst(Case("test", values, ("holder_compliance", "stribeck"), motion, 1e-3), "friction_force") < 3
 
 
+def test_a_step_knows_from_the_one_before_how_stiffly_friction_holds_the_tool() -> None:
+    """Each step got to know it anew, in passes that settled in short ones only: ten thousand steps."""
+    values = {
+        **STIFF, "damping_mode": "as_published", "lugre.stribeck_exponent": 5.894, "holder_compliance.compliance_x": 1.04e-8,
+        "holder_compliance.compliance_y": 7.14e-8, "holder_compliance.natural_frequency": 2515.9,
+        "holder_compliance.damping_ratio": 0.0388,
+    }  # fmt: skip
+    times = np.array([0, 1.46456e-3, 5.11038e-3, 9.32271e-3, 1.025352e-2, 1.166161e-2])
+    slip = np.array([3.4e-5, 3.4e-5, -3.31e-5, -3.31e-5, 3e-5, 3e-5])
+    case = Case("test", values, ("holder_compliance",), Motion.record(times, {"slip_velocity": slip}, stepped=True), 1e-4)
+    assert worst(case, "friction_force") < 3
+    assert answer(case).steps < 3000
+
+
 def test_elements_go_back_from_where_a_slip_that_is_solved_for_turns_within_a_step() -> None:
     """Only the way forth less the way back bent an element of Maxwell slip, which had given way on the way forth: 13 tolerances."""
     values = {

@@ -52,18 +52,26 @@ static void ring(const lanes *p, const lanes *state, struct Point *x)
 static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b,
                  const lanes *from, lanes *half, lanes *whole)
 {
-    for (int k = 0; k < CHANNELS; ++k)
+    for (int k = 0; k < CHANNELS; k += 2) { /* two channels at a time; the last is alone, and done twice */
+        const int l = k + 1 < CHANNELS ? k + 1 : k;
         EACH_LANE {
-            const double y[2] = {from[2 * k][i], from[2 * k + 1][i]};
-            double at_half[2] = {m->measured[k][i], 0}, at_end[2] = {b->measured[k][i], 0};
+            const struct Oscillators channels = {
+                .start = {a->measured[k][i], a->measured[l][i]},
+                .middle = {m->measured[k][i], m->measured[l][i]},
+                .end = {b->measured[k][i], b->measured[l][i]},
+                .at = {{from[2 * k][i], from[2 * l][i]}, {from[2 * k + 1][i], from[2 * l + 1][i]}}};
+            double at_half[2][2] = {{channels.middle[0], channels.middle[1]}, {0, 0}},
+                   at_end[2][2] = {{channels.end[0], channels.end[1]}, {0, 0}};
             if (p[PERIOD][i] >= NO_TIME)
-                second_order_response_in_mean(h[i], omega(p, i), p[DAMPING_RATIO][i], a->measured[k][i],
-                                              m->measured[k][i], b->measured[k][i], y, at_half, at_end);
+                second_order_responses_in_mean(h[i], omega(p, i), p[DAMPING_RATIO][i], &channels, at_half, at_end);
             for (int n = 0; n < 2; ++n) {
-                half[2 * k + n][i] = at_half[n];
-                whole[2 * k + n][i] = at_end[n];
+                half[2 * k + n][i] = at_half[n][0];
+                half[2 * l + n][i] = at_half[n][1];
+                whole[2 * k + n][i] = at_end[n][0];
+                whole[2 * l + n][i] = at_end[n][1];
             }
         }
+    }
 }
 
 static void rate(const lanes *p, const struct Point *x, const lanes *state, lanes *rate)

@@ -57,14 +57,19 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
 {
     EACH_LANE {
         const double c_x = -p[COMPLIANCE_X][i], c_y = p[COMPLIANCE_Y][i], w = omega(p, i), zeta = p[DAMPING_RATIO][i];
-        const double x[2] = {from[DX][i], from[DU_X][i]}, y[2] = {from[DY][i], from[DU_Y][i]};
-        double later[2][2];
-        second_order_response(h[i], w, zeta, c_x * a->F_p[i], c_x * m->F_p[i], c_x * b->F_p[i], x, later[0], later[1]);
-        for (int k = 0; k < 2; ++k)
-            (k ? whole : half)[DX][i] = later[k][0], (k ? whole : half)[DU_X][i] = later[k][1];
-        second_order_response(h[i], w, zeta, c_y * a->F_f[i], c_y * m->F_f[i], c_y * b->F_f[i], y, later[0], later[1]);
-        for (int k = 0; k < 2; ++k)
-            (k ? whole : half)[DY][i] = later[k][0], (k ? whole : half)[DU_Y][i] = later[k][1];
+        const struct Oscillators modes = {.start = {c_x * a->F_p[i], c_y * a->F_f[i]},
+                                          .middle = {c_x * m->F_p[i], c_y * m->F_f[i]},
+                                          .end = {c_x * b->F_p[i], c_y * b->F_f[i]},
+                                          .at = {{from[DX][i], from[DY][i]}, {from[DU_X][i], from[DU_Y][i]}}};
+        double later[2][2][2];
+        second_order_responses(h[i], w, zeta, &modes, later[0], later[1]);
+        for (int k = 0; k < 2; ++k) {
+            lanes *const to = k ? whole : half;
+            to[DX][i] = later[k][OF_PLACE][0];
+            to[DU_X][i] = later[k][OF_SPEED][0];
+            to[DY][i] = later[k][OF_PLACE][1];
+            to[DU_Y][i] = later[k][OF_SPEED][1];
+        }
     }
 }
 

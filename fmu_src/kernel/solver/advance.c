@@ -7,6 +7,7 @@
 #include "trial.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Integral by Simpson's rule of what start, middle and end show. */
 #define SUM(field) (sixth * (a->field[i] + 4 * m->field[i] + b->field[i]))
@@ -120,6 +121,8 @@ static void act_on_jump(struct Contact *contact, const struct Configuration *w, 
         for (int k = 0; k < INDICATORS; ++k)
             same &= before[k][i] == contact->sign[k][i];
         t->acted[i] |= same;
+        if (w->feedback && acts[i])
+            forget_feedback(t, i);
     }
 }
 
@@ -145,7 +148,9 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
     const double most_steps = course->most_steps > 0 ? course->most_steps : INFINITY;
     struct Room *const room = course->room;
     static const int other[3][2] = {{1, 2}, {2, 0}, {0, 1}};
-    struct Trial t = {.start = &room[course->now].point,
+    struct LoopMemory loop;
+    struct Trial t = {.loop = &loop,
+                      .start = &room[course->now].point,
                       .middle = &room[other[course->now][0]].point,
                       .end = &room[other[course->now][1]].point,
                       .shortest = shortest_step(w, step)};
@@ -155,6 +160,8 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         quiet_for[i] = INFINITY; /* since the last event [s] */
         t.acted[i] = t.failed[i] = 0;
     }
+    if (w->feedback)
+        memset(&loop, 0, sizeof loop);
     guard_stretch(contact, w, guard);
     if (step < NO_STEP) {
         EACH_LANE
@@ -215,6 +222,9 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         stopped = event && stop_at_events;
         if (stopped)
             break;
+        for (int i = 0; w->feedback && i < LANES; ++i)
+            if (t.h[i] > 0)
+                keep_feedback(&t, i);
         struct Point *const reached = t.end;
         t.end = t.start;
         t.start = reached;
@@ -242,6 +252,9 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             point_at(contact, w, s, t.start);
             take_law_side(contact, w, s, t.h, acts, t.start);
         }
+        for (int i = 0; w->feedback && i < LANES; ++i)
+            if (acts[i])
+                forget_feedback(&t, i);
         if (event || turns)
             act_in_lanes(contact, w, s, ahead, chased, acts, t.start);
     }

@@ -8,6 +8,10 @@
  * of passes serve. A pass that has led astray is taken back: its difference counts like any other, and by as many times
  * as it has missed more the next ones follow less of what they miss. A force without bristles jumps where the slip
  * turns, and has no such mean: there each pass begins with what the one before has led to, and its end alone counts.
+ *
+ * The longer a step, the further a force moves the tool, and the more comes back of it: what differences of passes say
+ * holds, in proportion to its length, of the step that is tried next, too, as long as no event lies between them. A
+ * stiff contact that every step had to get to know anew settled in much shorter ones only.
  */
 #include "../stages.h"
 
@@ -22,8 +26,61 @@ static lanes *force_of(struct Point *middle, struct Point *end, int k)
     return k % CHANNELS == 0 ? &x->F : k % CHANNELS == 1 ? &x->F_p : &x->F_f;
 }
 
-void begin_passes(const struct Configuration *w, const lanes h, const struct Point *start, struct Point *middle,
-                  struct Point *end, struct Passes *p)
+void note_forces(double length, const struct Point *a, const struct Point *m, const struct Point *b, int i,
+                 struct StepForces *forces)
+{
+    const struct Point *const points[3] = {a, m, b};
+    forces->length[i] = length;
+    for (int n = 0; n < 3; ++n) {
+        forces->at[n][0][i] = points[n]->F[i];
+        forces->at[n][1][i] = points[n]->F_p[i];
+        forces->at[n][2][i] = points[n]->F_f[i];
+    }
+}
+
+void predict_forces(const struct StepForces *forces, double at_middle, double at_end, int i, struct Feedback *known)
+{
+    for (int k = 0; k < PASSED_FORCES; ++k) {
+        const int c = k % CHANNELS;
+        known->force[k][i] =
+            parabola(k < CHANNELS ? at_middle : at_end, forces->at[0][c][i], forces->at[1][c][i], forces->at[2][c][i]);
+    }
+    known->predicted[i] = 1;
+}
+
+/* What is known, as it holds in a step of h. */
+static void recall_differences(const struct Feedback *known, double h, int i, struct Passes *p)
+{
+    p->count[i] = (int)known->count[i];
+    for (int n = 0; n < p->count[i]; ++n)
+        for (int k = 0; k < PASSED_FORCES; ++k) {
+            p->by_from[n][k][i] = known->begun[n][k][i];
+            p->by_missed[n][k][i] = h * known->returned[n][k][i] - known->begun[n][k][i];
+        }
+}
+
+void note_feedback(const struct Passes *p, double h, int i, struct Feedback *known)
+{
+    known->count[i] = h > 0 ? p->count[i] : 0;
+    for (int n = 0; n < known->count[i]; ++n)
+        for (int k = 0; k < PASSED_FORCES; ++k) {
+            known->begun[n][k][i] = p->by_from[n][k][i];
+            known->returned[n][k][i] = (p->by_from[n][k][i] + p->by_missed[n][k][i]) / h;
+        }
+}
+
+double loop_gain(const struct Feedback *known, double h, int i)
+{
+    double begun = 0, returned = 0;
+    for (int k = 0; known->count[i] > 0 && k < PASSED_FORCES; ++k) {
+        begun = larger(begun, fabs(known->begun[0][k][i]));
+        returned = larger(returned, fabs(known->returned[0][k][i]));
+    }
+    return begun > 0 ? h * returned / begun : INFINITY;
+}
+
+void begin_passes(const struct Configuration *w, const lanes h, const struct Point *start, const struct Feedback *known,
+                  struct Point *middle, struct Point *end, struct Passes *p)
 {
     p->mixes = w->law->relaxes || w->law->event != NULL;
     for (int i = 0; i < LANES; ++i) {
@@ -35,9 +92,15 @@ void begin_passes(const struct Configuration *w, const lanes h, const struct Poi
     if (!p->mixes)
         return;
     *middle = *end = *start;
+    for (int i = 0; known && i < LANES; ++i)
+        recall_differences(known, h[i], i, p);
     for (int k = 0; k < PASSED_FORCES; ++k)
-        for (int i = 0; i < LANES; ++i)
-            p->begun[k][i] = force_of(middle, end, k)[0][i];
+        for (int i = 0; i < LANES; ++i) {
+            double *const force = &force_of(middle, end, k)[0][i];
+            if (known && known->predicted[i] != 0)
+                *force = known->force[k][i];
+            p->begun[k][i] = *force;
+        }
     move_states(w, DRIVEN_BY_FORCE, h, start, middle, end);
 }
 

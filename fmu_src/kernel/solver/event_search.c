@@ -13,7 +13,7 @@ void point_within(const struct Contact *contact, const struct Configuration *w, 
         lanes h, difference;
         EACH_LANE
             h[i] = tau[i] - s[i];
-        try_step(contact, w, s, h, start, &middle, x, difference);
+        try_step(contact, w, s, h, start, NULL, &middle, x, difference);
     } else
         path_at(contact, w, tau, x);
 }

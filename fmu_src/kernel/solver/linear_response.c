@@ -50,32 +50,39 @@ void first_order_response_in_mean(double h, double T, double u_0, double u_m, do
 }
 
 /* Short steps, where the coefficients of the parabola would cancel: the series of place and speed over the share of the
- * step, to rounding. */
-static void second_order_series(double turn, double zeta, double u_0, double u_m, double u_1, const double y[2],
-                                double half[2], double whole[2])
+ * step, to rounding; of both oscillators at once, which a processor's vectors hold. */
+static void second_order_series(double turn, double zeta, const struct Oscillators *o, double half[2][2],
+                                double whole[2][2])
 {
     enum { TERMS = 11 }; /* (2 zeta turn)^11/11! of them is left out */
-    const double drive[3] = {u_0, 4 * u_m - 3 * u_0 - u_1, 2 * (u_0 - 2 * u_m + u_1)};
-    double x = y[0], s = y[1], share = 1;
-    half[0] = whole[0] = x;
-    half[1] = whole[1] = s;
+    double drive[3][2], x[2], s[2], share = 1;
+    for (int n = 0; n < 2; ++n) {
+        drive[0][n] = o->start[n];
+        drive[1][n] = 4 * o->middle[n] - 3 * o->start[n] - o->end[n];
+        drive[2][n] = 2 * (o->start[n] - 2 * o->middle[n] + o->end[n]);
+        half[OF_PLACE][n] = whole[OF_PLACE][n] = x[n] = o->at[OF_PLACE][n];
+        half[OF_SPEED][n] = whole[OF_SPEED][n] = s[n] = o->at[OF_SPEED][n];
+    }
     for (int k = 0; k < TERMS - 1; ++k) {
-        const double part = turn / (k + 1), next = part * ((k < 3 ? drive[k] : 0) - x - 2 * zeta * s);
-        x = part * s;
-        s = next;
+        const double part = turn / (k + 1);
         share *= 0.5;
-        whole[0] += x;
-        whole[1] += s;
-        half[0] += share * x;
-        half[1] += share * s;
+        for (int n = 0; n < 2; ++n) {
+            const double next = part * ((k < 3 ? drive[k][n] : 0) - x[n] - 2 * zeta * s[n]);
+            x[n] = part * s[n];
+            s[n] = next;
+            whole[OF_PLACE][n] += x[n];
+            whole[OF_SPEED][n] += s[n];
+            half[OF_PLACE][n] += share * x[n];
+            half[OF_SPEED][n] += share * s[n];
+        }
     }
 }
 
 /* In units of 1/w: x'' + 2 zeta x' + x = c_0 + c_1 s + c_2 s^2, solved by a parabola and a free oscillation. */
-static void second_order_after(double turn, double zeta, const double c[3], const double y[2], double after[2])
+static void second_order_after(double turn, double zeta, const double c[3][2], const struct Oscillators *o,
+                               double after[2][2])
 {
-    const double p_2 = c[2], p_1 = c[1] - 4 * zeta * p_2, p_0 = c[0] - 2 * zeta * p_1 - 2 * p_2;
-    const double x = y[0] - p_0, s = y[1] - p_1, square = 1 - zeta * zeta;
+    const double square = 1 - zeta * zeta;
     double cosine, sine; /* e^(-zeta turn) cos(n turn), and the sine over n; n^2 = 1 - zeta^2 */
     const double q = square * turn * turn;
     if (fabs(q) < 1e-4) { /* of the series what is above rounding: the quotients below lose digits here */
@@ -92,31 +99,48 @@ static void second_order_after(double turn, double zeta, const double c[3], cons
         cosine = 0.5 * (slow + fast);
         sine = 0.5 * (slow - fast) / n;
     }
-    after[0] = x * (cosine + zeta * sine) + s * sine + p_0 + p_1 * turn + p_2 * turn * turn;
-    after[1] = s * (cosine - zeta * sine) - x * sine + p_1 + 2 * p_2 * turn;
-}
-
-void second_order_response(double h, double w, double zeta, double u_0, double u_m, double u_1, const double y[2],
-                           double half[2], double whole[2])
-{
-    const double turn = w * h, from[2] = {y[0], y[1] / w};
-    if (turn < 0.05)
-        second_order_series(turn, zeta, u_0, u_m, u_1, from, half, whole);
-    else {
-        const double c[3] = {u_0, (4 * u_m - 3 * u_0 - u_1) / turn, 2 * (u_0 - 2 * u_m + u_1) / (turn * turn)};
-        second_order_after(0.5 * turn, zeta, c, from, half);
-        second_order_after(turn, zeta, c, from, whole);
+    for (int n = 0; n < 2; ++n) {
+        const double p_2 = c[2][n], p_1 = c[1][n] - 4 * zeta * p_2, p_0 = c[0][n] - 2 * zeta * p_1 - 2 * p_2;
+        const double x = o->at[OF_PLACE][n] - p_0, s = o->at[OF_SPEED][n] - p_1;
+        after[OF_PLACE][n] = x * (cosine + zeta * sine) + s * sine + p_0 + p_1 * turn + p_2 * turn * turn;
+        after[OF_SPEED][n] = s * (cosine - zeta * sine) - x * sine + p_1 + 2 * p_2 * turn;
     }
-    half[1] *= w;
-    whole[1] *= w;
 }
 
-void second_order_response_in_mean(double h, double w, double zeta, double u_0, double u_m, double u_1,
-                                   const double y[2], double half[2], double whole[2])
+void second_order_responses(double h, double w, double zeta, const struct Oscillators *oscillators, double half[2][2],
+                            double whole[2][2])
 {
     const double turn = w * h;
-    second_order_response(h, w, zeta, u_0, u_m, u_1, y, half, whole);
-    if (turn > SHORT)
-        half[0] = middle_of((u_0 + 4 * u_m + u_1) / 6 - (2 * zeta * (whole[0] - y[0]) + (whole[1] - y[1]) / w) / turn,
-                            y[0], whole[0]);
+    struct Oscillators o = *oscillators;
+    for (int n = 0; n < 2; ++n)
+        o.at[OF_SPEED][n] /= w;
+    if (turn < 0.05)
+        second_order_series(turn, zeta, &o, half, whole);
+    else {
+        double c[3][2];
+        for (int n = 0; n < 2; ++n) {
+            c[0][n] = o.start[n];
+            c[1][n] = (4 * o.middle[n] - 3 * o.start[n] - o.end[n]) / turn;
+            c[2][n] = 2 * (o.start[n] - 2 * o.middle[n] + o.end[n]) / (turn * turn);
+        }
+        second_order_after(0.5 * turn, zeta, c, &o, half);
+        second_order_after(turn, zeta, c, &o, whole);
+    }
+    for (int n = 0; n < 2; ++n) {
+        half[OF_SPEED][n] *= w;
+        whole[OF_SPEED][n] *= w;
+    }
+}
+
+void second_order_responses_in_mean(double h, double w, double zeta, const struct Oscillators *o, double half[2][2],
+                                    double whole[2][2])
+{
+    const double turn = w * h;
+    second_order_responses(h, w, zeta, o, half, whole);
+    for (int n = 0; turn > SHORT && n < 2; ++n) {
+        const double moved = whole[OF_PLACE][n] - o->at[OF_PLACE][n],
+                     sped = (whole[OF_SPEED][n] - o->at[OF_SPEED][n]) / w,
+                     mean = (o->start[n] + 4 * o->middle[n] + o->end[n]) / 6 - (2 * zeta * moved + sped) / turn;
+        half[OF_PLACE][n] = middle_of(mean, o->at[OF_PLACE][n], whole[OF_PLACE][n]);
+    }
 }

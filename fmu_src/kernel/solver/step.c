@@ -30,16 +30,16 @@ static double enough(const struct Configuration *w, const struct Point *x, int i
 }
 
 /* How far a pass has moved what it repeats for, in units of what is allowed: the deflection, and where forces feed back
- * these, at the middle as well as at the end. */
+ * these, at the middle as well as at the end: as much of it as comes back. */
 static double moved(const struct Configuration *w, const struct Point *x, const struct Point *before,
-                    const struct Passes *passes, int i)
+                    const struct Passes *passes, double gain, int i)
 {
     const int bent = w->current_angle || w->bends || w->yields;
     const double allowed = 1e-3 * w->p[VAR_RELATIVE_TOLERANCE][i];
     const double of_z = bent ? fabs(x->z[i] - before->z[i]) / (allowed * larger(fabs(x->z[i]), 1e-300)) : 0;
     if (!w->feedback)
         return follows_slip(w, i) ? larger(of_z, moved_states(allowed, x, before, i)) : of_z;
-    return passes->astray[i] ? INFINITY : larger(of_z, passes->miss[i] / enough(w, x, i));
+    return passes->astray[i] || !(gain < INFINITY) ? INFINITY : larger(of_z, gain * passes->miss[i] / enough(w, x, i));
 }
 
 /* How far the contact has slid at middle and end, by the parabola of its speed: effects may ask. */
@@ -192,6 +192,12 @@ static void bend_again(const struct Configuration *w, const lanes h, const struc
     bristle_step(w->law->relaxes, 1, h, start, middle, end, middle->z, end->z, difference);
 }
 
+/* How much comes back of what a first pass misses, where that is asked. */
+static double first_gain(const struct Feedback *known, double h, int i)
+{
+    return known && known->first_may_do && known->predicted[i] != 0 ? loop_gain(known, h, i) : INFINITY;
+}
+
 /* Passes in which none has come closer by a tenth than one before: it goes round, as where the slip jumps. */
 #define ROUNDABOUT 6
 
@@ -199,13 +205,14 @@ static void bend_again(const struct Configuration *w, const lanes h, const struc
  * that. A lane that is done keeps its bits, whatever the others still do; `difference` is infinite where it has not
  * settled. */
 static void settle(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
-                   const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
+                   const struct Point *start, struct Feedback *known, struct Point *middle, struct Point *end,
+                   lanes difference)
 {
     int settled[LANES] = {0}, done[LANES] = {0}, nearest[LANES] = {0}, all = 0;
     lanes last, least;
     struct Passes passes;
     if (w->feedback)
-        begin_passes(w, h, start, middle, end, &passes);
+        begin_passes(w, h, start, known, middle, end, &passes);
     EACH_LANE
         last[i] = least[i] = INFINITY;
     for (int n = 0; n < 30 && !all; ++n) {
@@ -234,8 +241,8 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
                 continue;
             }
             /* linearised rates come closer by the same ratio again, or faster: that pass need not be made to be seen */
-            const double now = n == 0 && w->feedback ? INFINITY : moved(w, end, &before, &passes, i),
-                         ratio = n > 0 ? smaller(now / last[i], 1) : 1;
+            const double gain = n > 0 ? 1 : first_gain(known, h[i], i);
+            const double now = moved(w, end, &before, &passes, gain, i), ratio = n > 0 ? smaller(now / last[i], 1) : 1;
             settled[i] = !w->iterated[i] || now <= 1 || (!w->feedback && now * ratio <= 0.01);
             last[i] = now;
             if (now < 0.9 * least[i]) {
@@ -243,6 +250,8 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
                 nearest[i] = n;
             }
             done[i] = settled[i] || n - nearest[i] >= ROUNDABOUT;
+            if (done[i] && known && w->feedback)
+                note_feedback(&passes, h[i], i, known);
             all &= done[i];
         }
     }
@@ -272,7 +281,8 @@ static void wait_where_arrived(const struct Configuration *w, const lanes h, con
 }
 
 void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
-              const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
+              const struct Point *start, struct Feedback *known, struct Point *middle, struct Point *end,
+              lanes difference)
 {
     EACH_LANE {
         difference[i] = 0;
@@ -289,8 +299,10 @@ void try_step(const struct Contact *contact, const struct Configuration *w, cons
         all_brief &= brief[i];
         any_brief |= brief[i];
     }
-    if (!all_brief)
-        (w->iterates ? settle : pass)(contact, w, s, h, start, middle, end, difference);
+    if (!all_brief && w->iterates)
+        settle(contact, w, s, h, start, known, middle, end, difference);
+    else if (!all_brief)
+        pass(contact, w, s, h, start, middle, end, difference);
     if (any_brief)
         go_straight(contact, w, s, h, brief, start, middle, end);
     for (int i = 0; any_brief && i < LANES; ++i)
@@ -341,8 +353,9 @@ static void halves_between(const struct Contact *contact, const struct Configura
 }
 
 void try_halves(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes step,
-                const struct Point *start, const struct Point *middle, const struct Point *end, struct Point *early,
-                struct Point *half, struct Point *late, struct Point *whole)
+                const struct Feedback *known, const struct Point *start, const struct Point *middle,
+                const struct Point *end, struct Point *early, struct Point *half, struct Point *late,
+                struct Point *whole)
 {
     const int stand = !w->drivers && !w->held;
     int some = 0, all = 1;
@@ -357,8 +370,18 @@ void try_halves(const struct Contact *contact, const struct Configuration *w, co
     lanes from, ignored;
     EACH_LANE
         from[i] = s[i] + step[i];
-    try_step(contact, w, s, step, start, early, half, ignored);
-    try_step(contact, w, from, step, half, late, whole, ignored);
+    struct Feedback of_half[2];
+    struct StepForces forces;
+    for (int i = 0; w->feedback && i < LANES; ++i)
+        note_forces(2 * step[i], start, middle, end, i, &forces);
+    for (int k = 0; w->feedback && k < 2; ++k) {
+        of_half[k] = *known;
+        of_half[k].first_may_do = 1; /* halves show what the whole step has missed, and nobody goes on from them */
+        for (int i = 0; i < LANES; ++i)
+            predict_forces(&forces, k ? 0.75 : 0.25, k ? 1 : 0.5, i, &of_half[k]);
+    }
+    try_step(contact, w, s, step, start, w->feedback ? &of_half[0] : NULL, early, half, ignored);
+    try_step(contact, w, from, step, half, w->feedback ? &of_half[1] : NULL, late, whole, ignored);
     if (!stand || all)
         return;
     struct Point own[4]; /* of the lanes that would do so alone */

@@ -372,15 +372,15 @@ static double unseen_way(const struct Configuration *w, double h, const struct P
 }
 
 void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES],
-                         const lanes s, const lanes h, const struct Point *a, const struct Point *m,
-                         const struct Point *b, lanes error)
+                         const struct Feedback *known, const lanes s, const lanes h, const struct Point *a,
+                         const struct Point *m, const struct Point *b, lanes error)
 {
     struct Point early, half, late, whole;
     lanes share, step, hidden = {0}, behind = {0}, recalled = {0}, of_mean = {0};
     force_shares(w, h, share);
     EACH_LANE
         step[i] = doubtful[i] ? 0.5 * h[i] : 0;
-    try_halves(contact, w, s, step, a, m, b, &early, &half, &late, &whole);
+    try_halves(contact, w, s, step, known, a, m, b, &early, &half, &late, &whole);
     if (w->law->relaxes && !w->current_angle)
         hidden_in_target(step, a, &early, &half, &late, b, hidden);
     const struct Forces forces = forces_of(a, &early, m, &late, b);

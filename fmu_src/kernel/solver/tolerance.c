@@ -140,15 +140,15 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
     return all;
 }
 
-int accurate_in_halves(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes s,
-                       const lanes h, const struct Point *start, const struct Point *middle, const struct Point *end,
-                       lanes next, int fits[LANES])
+int accurate_in_halves(const struct Contact *contact, const struct Configuration *w, double shortest,
+                       const struct Feedback *known, const lanes s, const lanes h, const struct Point *start,
+                       const struct Point *middle, const struct Point *end, lanes next, int fits[LANES])
 {
     int doubtful[LANES], all = 1;
     lanes error;
     if (!in_doubt(contact, w, h, start, middle, end, next, doubtful))
         return 1;
-    step_doubling_error(contact, w, doubtful, s, h, start, middle, end, error);
+    step_doubling_error(contact, w, doubtful, known, s, h, start, middle, end, error);
     EACH_LANE {
         /* the error of a step is of fifth order; beyond the tolerance that says little, and halves are tried */
         const double factor = error[i] > 1e-3 ? 0.9 * one_over_root(5, error[i]) : 4;

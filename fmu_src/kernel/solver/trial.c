@@ -47,6 +47,42 @@ int choose_step(const struct Contact *contact, const struct Configuration *w, do
     return running;
 }
 
+#define FARTHEST 2 /* lengths of the step before, as far as which forces go on as they did */
+
+/* What the step before says of the feedback in this one. All lengths that are tried begin with the same: a lane does
+ * not know how often others have asked it to try again. */
+static void recall_feedback(struct Trial *t, int i)
+{
+    copy_lane((lanes *)&t->loop->found, (const lanes *)&t->loop->known, FEEDBACK_LANES, i);
+    const double share = t->loop->before.length[i] > 0 ? t->h[i] / t->loop->before.length[i] : INFINITY;
+    if (share <= FARTHEST)
+        predict_forces(&t->loop->before, 1 + 0.5 * share, 1 + share, i, &t->loop->found);
+}
+
+void compute_trial(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t)
+{
+    for (int i = 0; w->feedback && i < LANES; ++i)
+        recall_feedback(t, i);
+    try_step(contact, w, s, t->h, t->start, w->feedback ? &t->loop->found : NULL, t->middle, t->end, t->difference);
+}
+
+void forget_feedback(struct Trial *t, int i)
+{
+    t->loop->known.predicted[i] = t->loop->known.count[i] = 0;
+    t->loop->before.length[i] = 0;
+}
+
+void keep_feedback(struct Trial *t, int i)
+{
+    if (!(t->difference[i] < INFINITY)) {
+        forget_feedback(t, i);
+        return;
+    }
+    copy_lane((lanes *)&t->loop->known, (const lanes *)&t->loop->found, FEEDBACK_LANES, i);
+    t->loop->known.predicted[i] = 0;
+    note_forces(t->h[i], t->start, t->middle, t->end, i, &t->loop->before);
+}
+
 /* A step is tried again because some lanes ask for it: only they take what they have chosen, the others repeat the step
  * that they had. */
 static void try_again(struct Contact *contact, const int asks[LANES], const lanes next)

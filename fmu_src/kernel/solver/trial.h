@@ -4,6 +4,13 @@
 
 #include "../stages.h"
 
+/* What is known of forces that move the tool: by the step before, and as a step was computed last; and the forces of the
+ * step before. */
+struct LoopMemory {
+    struct Feedback known, found;
+    struct StepForces before;
+};
+
 /* One internal step while it is tried. */
 struct Trial {
     struct Point *start, *middle, *end;
@@ -16,14 +23,10 @@ struct Trial {
     lanes wait; /* after which a contact that was passed over is looked at again [s] */
     int fits[LANES]; /* whether it is within the tolerance */
     int failed[LANES]; /* whether a longer one was not */
+    struct LoopMemory *loop; /* where forces move the tool */
 };
 
-/* Compute it. Is it within the tolerance, by its own points and by those of its halves? */
-static inline void compute_trial(const struct Contact *contact, const struct Configuration *w, const lanes s,
-                                 struct Trial *t)
-{
-    try_step(contact, w, s, t->h, t->start, t->middle, t->end, t->difference);
-}
+/* Is it within the tolerance, by its own points and by those of its halves? */
 
 static inline int trial_is_accurate(const struct Contact *contact, const struct Configuration *w, struct Trial *t)
 {
@@ -33,12 +36,16 @@ static inline int trial_is_accurate(const struct Contact *contact, const struct 
 static inline int halves_are_accurate(const struct Contact *contact, const struct Configuration *w, const lanes s,
                                       struct Trial *t)
 {
-    return accurate_in_halves(contact, w, t->shortest, s, t->h, t->start, t->middle, t->end, t->next, t->fits);
+    return accurate_in_halves(contact, w, t->shortest, &t->loop->found, s, t->h, t->start, t->middle, t->end, t->next, t->fits);
 }
 
 /* What the tolerance asks for, ended where it must or may end; false where no lane is on its way. */
 int choose_step(const struct Contact *contact, const struct Configuration *w, double step, const lanes s,
                 const lanes window_ends, struct Trial *t);
+void compute_trial(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t);
+/* What is known of the feedback in a lane does not hold any more; or is what the step has found that is taken. */
+void forget_feedback(struct Trial *t, int lane);
+void keep_feedback(struct Trial *t, int lane);
 /* Length at which the tolerance gives way, within a communication step [s]. */
 double shortest_step(const struct Configuration *w, double step);
 /* The lanes that are beyond the tolerance ask for a shorter step. */
