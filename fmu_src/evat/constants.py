@@ -208,6 +208,8 @@ class _Constants(ConstantTable):
     fewest_rest_samples = Constant(5, "samples", "of rest, that tell of a zero")
     nearest_rest = Constant(2.0, "of the widest zero", "a velocity that is further from 0 is no rest")
     flat_rest = Constant(0.5, "of the widest zero", "the velocity may range over so much at rest")
+    noise_at_rest = Constant(4.0, "sd", "of its noise: a velocity that is no further from what it reads at rest, for a while, is rest")
+    rest_before_creep = Constant(1.01, "times what is left", "by a contact that creeps: one that rests is taken for as good")
     zeros_tried = Constant(9, "values", "of the zero of a velocity, before it enters linearly")
 
     # How bristles were bent at the start

@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 from evat.experiment import Experiment
 from evat.gap import diagnose_with
-from evat.inference.zeros_between_trials import more_at_rest, without_zeros_between_trials, zeroed
+from evat.inference.recorded_inputs import smoothed_inputs
+from evat.inference.zeros_between_trials import (
+    more_at_rest,
+    where_at_rest,
+    with_slow_motions_as_likeliest,
+    without_zeros_between_trials,
+    zeroed,
+)
 from evat.models.contact import ContactModel
 from independent_lugre import NOISE, TIMES, lugre, world
 
@@ -70,3 +77,39 @@ def test_what_ran_before_a_recording_has_its_zero() -> None:
     (trial,) = zeroed(replace(made, trials=(first,)), {first.file: ZEROS[1]}).trials
     assert trial.lead_in is not None
     assert trial.lead_in.inputs["slip_velocity"] == pytest.approx(0.0, abs=1e-15)
+
+
+STEP, SD = 6e-5, 1.5e-5  # m/s: the last bit of a velocity, and its noise: at rest it reads 0, and now and then one bit less or more
+
+
+def coarse(made: Experiment, offset: float = -2e-5) -> Experiment:
+    """As a converter reads a velocity."""
+    luck, trials = np.random.default_rng(5), []
+    for trial in made.trials:
+        read = trial.inputs["slip_velocity"] + offset + SD * luck.normal(size=TIMES.size)
+        trials.append(replace(trial, inputs={"slip_velocity": STEP * np.round(read / STEP)}))
+    return replace(made, trials=tuple(trials))
+
+
+def test_a_contact_whose_velocity_reads_no_more_than_noise_rests() -> None:
+    recorded = smoothed_inputs(coarse(world((0.0, 0.0, 0.0), "relaxed", WAIT)))
+    slow = with_slow_motions_as_likeliest(model(), recorded, {"slip_velocity": "m/s"})
+    waits = TIMES[0] + 0.9 * WAIT > TIMES
+    for trial in slow.experiment.trials:
+        assert not np.any(trial.inputs["slip_velocity"][waits])
+    assert any(np.any(trial.inputs["slip_velocity"][waits]) for trial in recorded.experiment.trials)
+    assert slow.perturbed is not None
+    assert not np.any(slow.perturbed.trials[0].inputs["slip_velocity"][waits])
+    assert "the contact was taken to rest" in slow.said
+
+
+def test_slow_motions_within_the_noise_are_no_rests() -> None:
+    made, trials = world((0.0, 0.0, 0.0), "relaxed", WAIT), []
+    for trial in made.trials:
+        v = trial.inputs["slip_velocity"] + {"c0": 2e-5, "c1": 5e-5, "c2": 4e-5}[trial.condition]
+        force = lugre(v, 0.0) + NOISE * np.random.default_rng(3).normal(size=TIMES.size)
+        trials.append(replace(trial, inputs={"slip_velocity": v}, outputs={"friction_force": force}))
+    recorded = smoothed_inputs(coarse(replace(made, trials=tuple(trials)), 0.0))
+    assert where_at_rest(recorded.experiment, recorded.noise["slip_velocity"])
+    slow = with_slow_motions_as_likeliest(model(), recorded, {"slip_velocity": "m/s"})
+    assert "taken to rest" not in slow.said

@@ -34,7 +34,7 @@ from evat.inference.law.initial_state import beginnings
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import smoothed_inputs
 from evat.inference.setup.setup_errors import by_channel
-from evat.inference.zeros_between_trials import more_at_rest, without_zeros_between_trials, zeroed, zeros_in_words
+from evat.inference.zeros_between_trials import with_slow_motions_as_likeliest
 from evat.model import Model
 from evat.required_inputs import unread_inputs
 
@@ -54,15 +54,11 @@ def diagnose_with(
     """The same, with everything that was fitted on the way: what the report draws."""
     check_clocks(experiment)
     recorded = smoothed_inputs(experiment)
-    freed, more = without_zeros_between_trials(model, recorded.experiment)
-    looked_at, cut = portion(freed, model)
-    perturbed = recorded.perturbed
-    if perturbed is not None and more:
-        perturbed = zeroed(perturbed, more_at_rest(perturbed))
-    other = None if perturbed is None else Prediction(model, portion(perturbed, model)[0])
     units = {variable.name: variable.unit for variable in model.variables}
-    said = [cut, *(f"{name} is noisy, {sd:.3g} {units[name]}: it was smoothed" for name, sd in recorded.noise.items())]
-    said += [zeros_in_words(more, units)] if more else []
+    slow = with_slow_motions_as_likeliest(model, recorded, units)
+    looked_at, cut = portion(slow.experiment, model)
+    other = None if slow.perturbed is None else Prediction(model, portion(slow.perturbed, model)[0])
+    said = [cut, *(f"{name} is noisy, {sd:.3g} {units[name]}: it was smoothed" for name, sd in recorded.noise.items()), slow.said]
     with threadpool_limits(1):  # sums over short rows gain nothing from threads, and their last bits would depend on them
         known, origin = (constants, "given") if constants else stored()
         version = f"{version}; constants {origin}".removeprefix("; ")

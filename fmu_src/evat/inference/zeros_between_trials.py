@@ -1,4 +1,4 @@
-"""By how much more does the velocity of one recording read at rest than that of another? Zeros that drift from trial to trial.
+"""Did the contact rest where its recorded velocity reads next to nothing? Zeros that drift from trial to trial, and noise at rest.
 
 A hundredth of a percent of the speed bends resting bristles by all that they can bend in a second, and each recording creeps in its own
 way: then repeats differ by what is no noise, and no law with one zero fits them all.
@@ -8,18 +8,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import binary_opening
 
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Trial
 from evat.inference.parameters import Parameter
 from evat.inference.prediction import Prediction
+from evat.inference.recorded_inputs import RecordedInputs
 from evat.inference.setup.rest import rests
 from evat.inference.setup.setup_errors import zero_of_input
-from evat.model import FloatArray, Model
+from evat.model import BoolArray, FloatArray, Model
 from evat.required_inputs import MOTION
+
+
+@dataclass(frozen=True, slots=True)
+class SlowMotions:
+    """An experiment whose slow motions are as they are likeliest to have been, the same by other noise (None where no input had any), and
+    what was done to it, in a sentence."""
+
+    experiment: Experiment
+    perturbed: Experiment | None
+    said: str
 
 
 def more_at_rest(experiment: Experiment) -> dict[str, float]:
@@ -38,6 +50,46 @@ def without_zeros_between_trials(model: Model, experiment: Experiment) -> tuple[
     more = more_at_rest(experiment)
     freed = zeroed(experiment, more)
     return (freed, more) if more and _left(model, freed) <= _left(model, experiment) else (experiment, {})
+
+
+def where_at_rest(experiment: Experiment, noise: float) -> dict[str, BoolArray]:
+    """By the trial's file, (n,): true where its velocity reads for a while what it reads of a contact at rest, but for noise of this
+    standard deviation; without trials that never do, and all of them where a velocity has no noise."""
+    if not noise > 0:
+        return {}
+    masks = dict[str, BoolArray]()
+    for file, rest in rests(experiment).items():
+        velocity = next(trial.inputs[MOTION] for trial in experiment.trials if trial.file == file)
+        near = np.abs(velocity - rest.level) <= CONSTANTS.noise_at_rest * noise
+        size = max(math.ceil(CONSTANTS.least_rest * velocity.size), CONSTANTS.fewest_rest_samples)
+        mask: BoolArray = binary_opening(near, np.ones(size))
+        if np.any(velocity[mask]):
+            masks[file] = mask
+    return masks
+
+
+def held_at_rest(experiment: Experiment, masks: Mapping[str, BoolArray]) -> Experiment:
+    """Velocities of 0 there, by the trials' files."""
+
+    def of(trial: Trial, mask: BoolArray) -> Trial:
+        return replace(trial, inputs={**trial.inputs, MOTION: np.where(mask, 0.0, trial.inputs[MOTION])})
+
+    return replace(experiment, trials=tuple(of(trial, masks[trial.file]) if trial.file in masks else trial for trial in experiment.trials))
+
+
+def with_slow_motions_as_likeliest(model: Model, recorded: RecordedInputs, units: Mapping[str, str]) -> SlowMotions:
+    """The experiment as recorded, freed of zeros between trials, or with contacts at rest where their velocities read no more than noise
+    does: whichever the nominal model is nearest to. Bristles at rest sum up all that a velocity reads, its noise and its last bit too."""
+    freed, more = without_zeros_between_trials(model, recorded.experiment)
+    perturbed = recorded.perturbed
+    masks = where_at_rest(recorded.experiment, recorded.noise.get(MOTION, 0.0))
+    held = held_at_rest(recorded.experiment, masks)
+    if masks and _left(model, held) <= CONSTANTS.rest_before_creep * _left(model, freed):
+        said = f"{MOTION}: where it reads no more than noise does, in {len(masks)} recordings, the contact was taken to rest"
+        return SlowMotions(held, None if perturbed is None else held_at_rest(perturbed, masks), said)
+    if more:
+        return SlowMotions(freed, None if perturbed is None else zeroed(perturbed, more_at_rest(perturbed)), zeros_in_words(more, units))
+    return SlowMotions(freed, perturbed, "")
 
 
 def _left(model: Model, experiment: Experiment) -> float:
