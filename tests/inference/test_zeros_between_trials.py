@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from evat.experiment import Experiment
+from evat.experiment import Experiment, Signal
 from evat.gap import diagnose_with
 from evat.inference.recorded_inputs import smoothed_inputs
 from evat.inference.zeros_between_trials import (
@@ -113,3 +113,15 @@ def test_slow_motions_within_the_noise_are_no_rests() -> None:
     assert where_at_rest(recorded.experiment, recorded.noise["slip_velocity"])
     slow = with_slow_motions_as_likeliest(model(), recorded, {"slip_velocity": "m/s"})
     assert "taken to rest" not in slow.said
+
+
+def test_a_zero_that_changes_nothing_is_in_no_fit() -> None:
+    """The load, which no friction level here follows. In the fit of the set-up alone it was held where it had been looked for."""
+    made = world((0.0, 0.0, 0.0), "relaxed", WAIT)
+    load = 50 + 5 * np.sin(30 * TIMES)
+    trials = tuple(replace(trial, inputs={**trial.inputs, "normal_load": load}) for trial in made.trials)
+    signals = {**made.signals, "normal_load": Signal("normal_load", "N", "N", "input")}
+    _, comparison = diagnose_with(replace(made, trials=trials, signals=signals), model())
+    names = {parameter.name for parameter in comparison.recalibrated.parameters}
+    assert any("normal_load" in each.parameter.name for each in comparison.prediction.linearised)
+    assert {parameter.name for parameter in comparison.set_up.parameters} <= names

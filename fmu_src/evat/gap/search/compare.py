@@ -79,7 +79,8 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
     prediction, noise, whitening, recalibrated = recalibrated_model(prediction, whitening, numerical, by_inputs)
     nominal = must(fit(prediction.sampled_at({}), whitening, (), np.empty(0)))
     errors = [(parameter, prediction.setup.start(parameter)) for parameter in prediction.setup.parameters]
-    errors += [(each.parameter, each.at) for each in prediction.linearised if each.parameter.name in prediction.setup_names]
+    does = prediction.setup_names.intersection(p.name for p in recalibrated.parameters)  # a zero that changes nothing is nowhere
+    errors += [(each.parameter, each.at) for each in prediction.linearised if each.parameter.name in does]
     set_up = must(fit(prediction, whitening, [parameter for parameter, _ in errors], np.array([at for _, at in errors])))
 
     searched = _searched(prediction, whitening, recalibrated, audited, numerical, by_inputs, tell)
