@@ -446,7 +446,12 @@ class _Constants(ConstantTable):
     glimpsed_gap_size = Constant(
         0.3, "of what nobody would look at", "of a larger structural rms, what an effect leaves of it says something"
     )
-    few_numbers = Constant(60.0, "1", "measured numbers, of which evidence overstates half as much as of many")
+    few_numbers = Constant(150.0, "1", "measured numbers, of which evidence overstates half as much as of many")
+    evidence_of_other_forms = Constant(
+        2.0,
+        "times",
+        "the evidence that simulated cases ask of an effect: in a world whose laws are others than the library's, forms feign more",
+    )
     evidence_for_what_is_left = Constant(4.5, "1", "times more evidence is asked of an effect that leaves all of what can be seen")
     worse_gap = Constant(
         1.03, "of the gap that recalibration leaves", "a model that leaves more makes it worse, whatever its evidence", low=1.0

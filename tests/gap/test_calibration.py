@@ -64,6 +64,7 @@ def _features(
         (_features(0.01, {"a": (-2, 1.0)}, exact=15, foreign=0.9), UNKNOWN, ()),
         (_features(0.01, {"a": (-2, 1.0)}, exact=15, foreign=0.1), NO_GAP, ()),
         (_features(0.04, {"a": (200, 0.9)}, exact=-50), "effect", ("a",)),  # too small to look at, but evident
+        (_features(0.04, {"a": (50, 0.55)}, exact=-50), NO_GAP, ()),  # a base law of another form feigns as much
         (_features(30, {"a": (300, 0.02), "a+b": (320, 0.02)}), "effect", ("a",)),  # nothing left for a second one
         (_features(30, {"a": (300, 0.3), "a+b": (500, 0.01)}), "effect", ("a", "b")),
     ],

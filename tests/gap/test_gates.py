@@ -91,12 +91,12 @@ def test_an_effect_that_is_in_most_sets_is_named_whatever_acts_beside_it() -> No
 
 def test_an_effect_stands_out_among_what_the_library_knows() -> None:
     """Whether anything acts at all is a question of its own: a is nearly six in ten of what may, and likelier than nothing."""
-    judgement = judge(features(4, {"a": (30, 0.05), "b": (24, 0.05)}, exact=-50), Constants())
+    judgement = judge(features(4, {"a": (50, 0.05), "b": (44, 0.05)}, exact=-50), Constants())
     a, structural = judgement.probabilities[Hypothesis(("a",))], 1 - judgement.probabilities[NOMINAL]
     assert a < 0.55 < a / structural
     assert (judgement.verdict, judgement.chosen) == ("effect", Hypothesis(("a",)))
     assert told(judgement)["one_stands_out"].threshold == pytest.approx(0.55 * (structural - judgement.unknown))
-    small = judge(features(2, {"a": (20, 0.05), "b": (14, 0.05)}, exact=-50), Constants())  # as far before b, but less likely than nothing
+    small = judge(features(2, {"a": (38, 0.05), "b": (32, 0.05)}, exact=-50), Constants())  # as far before b, but less likely than nothing
     assert small.probabilities[Hypothesis(("a",))] > 0.55 * (1 - small.probabilities[NOMINAL])
     assert small.verdict == "ambiguous"
 

@@ -90,7 +90,8 @@ def fit_constants(cases: Sequence[CalibrationCase], start: Constants | None = No
 
     def loss(point: FloatArray) -> float:
         held = constants(point)
-        each = np.array([-math.log(max(probability(case, held), CONSTANTS.least_calibrated_probability)) for case in cases])
+        with CONSTANTS.replaced(evidence_of_other_forms=1.0):  # their world is the library's own
+            each = np.array([-math.log(max(probability(case, held), CONSTANTS.least_calibrated_probability)) for case in cases])
         return float(weights @ each) + 0.5 * float(point @ point) / len(cases)
 
     optimum = minimize(loss, np.zeros(len(names)), method="Powell", options={"maxiter": 20, "xtol": 0.02, "ftol": 1e-4})

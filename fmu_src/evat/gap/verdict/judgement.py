@@ -114,7 +114,8 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
         # A gap that is too small to look at is one where an effect has much evidence; the more, the more it leaves of what can be seen.
         best = max(scores, key=lambda on: scores[on])
         glimpsed = math.exp(2 * size) / (math.exp(2 * size) + CONSTANTS.glimpsed_gap_size**2)
-        needed = constants.evident * (1 + CONSTANTS.evidence_for_what_is_left * glimpsed * shares[best] * overstated)
+        asked = CONSTANTS.evidence_of_other_forms * constants.evident
+        needed = asked * (1 + CONSTANTS.evidence_for_what_is_left * glimpsed * shares[best] * overstated)
         needed = overstated * needed + (1 - overstated) * CONSTANTS.chance_evidence
         evident = _sigmoid((features.gain[best] - needed) * 3 / needed)
         if "evident_effect" not in reverse:
