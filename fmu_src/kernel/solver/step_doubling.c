@@ -241,6 +241,15 @@ static void hides_law(const struct Configuration *w, const lanes h, const struct
                        (w->current_angle || (w->bent[i] && yields_within(w->p[VAR_RELATIVE_TOLERANCE][i], a, m, b, i)));
 }
 
+/* Does the force answer to the rate of the bristle, and hardly to its deflection, as with damping as published? An
+ * error of the deflection that is far within its own tolerance then moves the force by many. */
+#define HOLDS 10
+
+static inline int damping_holds(const struct Point *x, int i)
+{
+    return (x->cutting[i] != 0) & (x->s1[i] * x->rate[i] > HOLDS * x->s0[i]);
+}
+
 int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
              const struct Point *m, const struct Point *b, lanes next, int doubtful[LANES])
 {
@@ -256,7 +265,7 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
     if (of_slip)
         hides_law(w, h, a, m, b, next, doubtful);
     EACH_LANE {
-        doubtful[i] |= has_kink(a, m, b, i);
+        doubtful[i] |= has_kink(a, m, b, i) | damping_holds(b, i);
         averages |= w->p[VAR_AVERAGING_WINDOW][i] > 0;
     }
     if (!w->held) {
