@@ -34,7 +34,7 @@ def test_passes_over_a_step_have_settled_at_its_middle_as_well() -> None:
 def test_a_step_knows_from_the_one_before_how_stiffly_friction_holds_the_tool() -> None:
     """Each step got to know it anew, in passes that settled in short ones only: ten thousand steps."""
     values = {
-        **STIFF, "damping_mode": "as_published", "lugre.stribeck_exponent": 5.894, "holder_compliance.compliance_x": 1.04e-8,
+        **STIFF, "theta_ref": 1 / 60, "lugre.stribeck_exponent": 5.894, "holder_compliance.compliance_x": 1.04e-8,
         "holder_compliance.compliance_y": 7.14e-8, "holder_compliance.natural_frequency": 2515.9,
         "holder_compliance.damping_ratio": 0.0388,
     }  # fmt: skip
@@ -84,6 +84,21 @@ def test_a_contact_that_ends_and_begins_at_one_moment_is_not_passed_over() -> No
     }  # fmt: skip
     motion = Motion.record(9.30386891371e-5 * np.arange(17), {"cutting_speed": np.full(17, 0.141369072075)})
     assert worst(Case("test", values, ("holder_compliance",), motion, 1e-6), "friction_force", "bristle_deflection") < 3
+
+
+def test_a_contact_that_is_back_at_once_begins_at_once() -> None:
+    """A holder springs back as the chip lets go. What was missed of the contact until it was looked at again, a millionth of a cycle, was
+    missing in a bristle that damping holds: 66 tolerances of friction."""
+    values = {
+        "kinematics": "internal", "sigma0": 9966000.0, "sigma1": 8940.0, "sigma2": 31.38, "F_C": 0.1127, "F_S": 0.1135, "v_s": 3.316667e-4,
+        "theta_ref": 1 / 60, "damping_mode": "as_published", "vibration_frequency": 650.9852360891111, "amplitude_x": 3.5611943325474184e-6,
+        "amplitude_y": 1.5025543923280397e-6, "feed": 1.716381294817914e-5, "chip_flow_shear_angle": 0.5119335211352303,
+        "shear_angle_principle": "minimum_energy", "holder_compliance.compliance_x": 6.320217877762198e-8,
+        "holder_compliance.compliance_y": 2.4973575033450608e-8, "holder_compliance.natural_frequency": 3444.916887939782,
+        "holder_compliance.damping_ratio": 0.10752147266156942,
+    }  # fmt: skip
+    motion = Motion.record(np.array([0, 4.95738271e-4]), {"cutting_speed": np.array([2.22828586e-3, 2.39569929e-3])}, stepped=True)
+    assert worst(Case("test", values, ("holder_compliance",), motion, 1e-5), "friction_force") < 3
 
 
 def held_in(samples: int, law: str, mode: str, tolerance: float) -> Case:

@@ -176,7 +176,8 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         course->known = 0;
     }
     const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][0],
-                 first_wait = 1e3 * ahead; /* a millionth of a cycle: far less than any contact lasts */
+                 first_wait =
+                     10 * ahead; /* a hundred-millionth of a cycle: what is missed of a contact that is back at once */
     EACH_LANE
         t.wait[i] = first_wait;
     if (!course->known) {
