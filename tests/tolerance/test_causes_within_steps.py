@@ -82,6 +82,19 @@ def test_a_bristle_that_begins_to_yield_within_a_step_is_looked_at_closer() -> N
     assert worst(slides(times, slip, own, ("elasto_plastic",), 1e-3, stepped=True), "bristle_deflection") < 3
 
 
+def test_a_memory_is_followed_while_its_level_is_at_its_floor() -> None:
+    """There no force shows it, and the logarithm of a speed that passes 0 lies on no parabola: 31 tolerances once the level rose again."""
+    values = {
+        "kinematics": "internal", "friction_law": "amontons", "sigma0": 3282955.6621582, "sigma1": 29.450123815872733,
+        "sigma2": 0.17583703755763436, "vibration_frequency": 27751.98222878201, "amplitude_x": 2.0347364679472408e-6,
+        "amplitude_y": 1.9810581079629535e-5, "feed": 7.506473028874045e-6, "chip_flow_shear_angle": 0.8731306458993803,
+        "release_time": 7.51872962516317e-5, "rate_and_state.a": 0.07126906839700993, "rate_and_state.b": 0.16974873914544058,
+        "rate_and_state.v_0": 7.193661444271806e-5, "rate_and_state.d_c": 9.043018824712718e-6,
+    }  # fmt: skip
+    motion = Motion.record(1.40646228e-6 * np.arange(76), {"cutting_speed": np.full(76, 0.4186366062029391)}, stepped=True)
+    assert worst(Case("test", values, ("rate_and_state",), motion, 1e-5), "friction_force") < 3
+
+
 def test_a_level_that_bends_within_a_step_is_looked_at_closer() -> None:
     """At one and the same speed the contact forgets another one, and a stiff bristle follows: 15 tolerances."""
     values = {

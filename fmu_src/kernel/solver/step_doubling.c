@@ -21,14 +21,34 @@
 #define BENT_TARGET 200    /* tolerances */
 #define BENT_LEVELS 20
 
+/* Does a state that follows the motion bend over the step, by more than this share of itself? Where it does not, a step
+ * is as right as a parabola through it. */
+#define STRAIGHT 0.1 /* times what the tolerance allows a force or a deflection to bend */
+
+static int states_bend(const struct Configuration *w, double share, const struct Point *a, const struct Point *m,
+                       const struct Point *b, int i)
+{
+    int bends = 0;
+    for (int n = 0; n < w->on_count; ++n)
+        for (int k = 0; w->on[n]->driver == DRIVEN_BY_MOTION && k < w->on[n]->states; ++k) {
+            const lanes *const at = a->state + w->on_state[n] + k, *const mid = m->state + w->on_state[n] + k,
+                               *const end = b->state + w->on_state[n] + k;
+            bends |= fabs((*at)[i] - 2 * (*mid)[i] + (*end)[i]) > share * fabs((*end)[i]);
+        }
+    return bends;
+}
+
 /* By which the slip speed may change over a step that is believed as it is. A parabola that comes within a third of its
  * slowest point to a reversal between the points differs at them by a factor of 6 at least. */
-static void doubtful_factors(const struct Configuration *w, lanes factor)
+static void doubtful_factors(const struct Contact *contact, const struct Configuration *w, const struct Point *a,
+                             const struct Point *m, const struct Point *b, lanes factor)
 {
     EACH_LANE {
         const double tight = smaller(w->p[VAR_RELATIVE_TOLERANCE][i] / USUAL_TOLERANCE, 1);
         const double usual = tight < 1 ? 1 + (FACTOR - 1) / one_over_root(3, tight) : FACTOR;
-        factor[i] = w->acting[i] >> DRIVEN_BY_MOTION & 1 ? LITTLE : usual;
+        const int bends = w->acting[i] >> DRIVEN_BY_MOTION & 1 &&
+                          states_bend(w, STRAIGHT * contact->largest_difference[i], a, m, b, i);
+        factor[i] = bends ? LITTLE : usual;
     }
 }
 
@@ -215,12 +235,13 @@ static int heard(const struct Contact *contact, const struct Configuration *w, d
 }
 
 /* May the law do something between the points that they do not show? */
-static void hides_law(const struct Configuration *w, const lanes h, const struct Point *a, const struct Point *m,
-                      const struct Point *b, lanes next, int doubtful[LANES])
+static void hides_law(const struct Contact *contact, const struct Configuration *w, const lanes h,
+                      const struct Point *a, const struct Point *m, const struct Point *b, lanes next,
+                      int doubtful[LANES])
 {
     int curved = 0, shown[LANES];
     lanes factor;
-    doubtful_factors(w, factor);
+    doubtful_factors(contact, w, a, m, b, factor);
     EACH_LANE {
         doubtful[i] = (a->cutting[i] != 0) & slows_down(factor[i], a, m, b, i);
         curved |= doubtful[i];
@@ -263,7 +284,7 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
     if (!cuts && !given && !w->sensors && !w->looks_back)
         return 0; /* out of contact there is nothing else to miss */
     if (of_slip)
-        hides_law(w, h, a, m, b, next, doubtful);
+        hides_law(contact, w, h, a, m, b, next, doubtful);
     EACH_LANE {
         doubtful[i] |= has_kink(a, m, b, i) | damping_holds(b, i);
         averages |= w->p[VAR_AVERAGING_WINDOW][i] > 0;
@@ -346,14 +367,18 @@ static void sensor_error(const struct Contact *contact, const struct Configurati
         }
 }
 
-/* Of the states that forces drive, as shares of their nominal or of themselves: where the slip is solved for no event
- * says that it turns, and from there on a state may go the other way. */
-static double state_error(const struct Configuration *w, const struct Point *b, const struct Point *whole, int i)
+#define OF_MOTION 0.3 /* where a force shows a state it says how right it has to be */
+
+/* Of the states of one driver, as shares of their nominal or of themselves. Where the slip is solved for no event says
+ * that it turns, and from there on a state that forces drive may go the other way. What a state that follows the motion
+ * misses while a level is at its floor no force shows before it comes off it. */
+static double state_error(const struct Configuration *w, enum Driver driver, const struct Point *b,
+                          const struct Point *whole, int i)
 {
     double worst = 0;
     for (int n = 0; n < w->on_count; ++n) {
         const struct Effect *const effect = w->on[n];
-        for (int k = 0; effect->driver == DRIVEN_BY_FORCE && k < effect->states; ++k) {
+        for (int k = 0; effect->driver == driver && k < effect->states; ++k) {
             const double nominal = effect->variables[effect->count - 2 * effect->states + k].nominal,
                          here = b->state[w->on_state[n] + k][i], there = whole->state[w->on_state[n] + k][i];
             worst = larger(worst, apart(here, there, larger(nominal > 0 ? nominal : 1, fabs(here))));
@@ -402,8 +427,11 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
         const double highest = larger(b->F_C[i], b->F_S[i]), most = larger(highest, fabs(b->F[i]));
         const double levels =
             w->acting[i] ? larger(apart(b->F_C[i], whole.F_C[i], most), apart(b->F_S[i], whole.F_S[i], most)) : 0;
-        const double driven =
-            w->current_angle && w->acting[i] >> DRIVEN_BY_FORCE & 1 ? state_error(w, b, &whole, i) : 0;
+        const double by_force =
+            w->current_angle && w->acting[i] >> DRIVEN_BY_FORCE & 1 ? state_error(w, DRIVEN_BY_FORCE, b, &whole, i) : 0;
+        const double by_motion =
+            w->acting[i] >> DRIVEN_BY_MOTION & 1 ? OF_MOTION * state_error(w, DRIVEN_BY_MOTION, b, &whole, i) : 0;
+        const double driven = larger(by_force, by_motion);
         const double remembered = w->looks_back && look_back(w, i) > 0 ? RECALLED_ONCE * recalled[i] : 0;
         const double heard = w->sensors && sensors_that_remember(w, i) > 0 ? SENSORS_REMEMBER * behind[i] : 0;
         beside[i] = larger(larger(levels, driven), larger(remembered, heard));
