@@ -82,6 +82,18 @@ def test_a_bristle_that_begins_to_yield_within_a_step_is_looked_at_closer() -> N
     assert worst(slides(times, slip, own, ("elasto_plastic",), 1e-3, stepped=True), "bristle_deflection") < 3
 
 
+def test_a_kink_of_the_surface_is_in_the_mean_of_a_host_whose_steps_are_long_there() -> None:
+    """Where communication points leave a long step across it the mean force was 12 tolerances off, another amount in each cycle."""
+    values = {
+        "kinematics": "internal", "sigma0": 296695.77995278133, "sigma1": 32.53045768182918, "sigma2": 1.1476974359146477,
+        "F_C": 1.9730913251954276, "F_S": 2.371141485825602, "v_s": 0.01371156181852901, "lugre.stribeck_exponent": 1.5,
+        "vibration_frequency": 4184.628384137045, "amplitude_x": 1.5810782111600787e-5, "amplitude_y": 1.4957312933390304e-5,
+        "feed": 1.1171137413044107e-5, "chip_flow_shear_angle": 0.5981017055842934,
+    }  # fmt: skip
+    motion = Motion.record(8.86984233e-6 * np.arange(132), {"cutting_speed": np.full(132, 0.12867225)}, stepped=True)
+    assert worst(Case("test", values, (), motion, 1e-4), "mean_principal_force", "mean_feed_force") < 3
+
+
 def test_a_memory_is_followed_while_its_level_is_at_its_floor() -> None:
     """There no force shows it, and the logarithm of a speed that passes 0 lies on no parabola: 31 tolerances once the level rose again."""
     values = {

@@ -190,6 +190,18 @@ static void count_all_kinks(const struct Configuration *w, int all[LANES])
         all[i] |= sensors_that_remember(w, i) > 0;
 }
 
+/* Might a kink between the three points move the mean over a cycle? By a twelfth of what they bend, over as much of the
+ * cycle as the step takes: a host's communication points may lie such that a step there is a long one. */
+#define IN_MEAN 0.35 /* tolerances */
+
+static inline int shows_in_mean(const struct Configuration *w, double h, const struct Point *a, const struct Point *m,
+                                const struct Point *b, int i)
+{
+    const double bend = fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]) / 12,
+                 of_cycle = h * w->p[VAR_VIBRATION_FREQUENCY][i];
+    return of_cycle * bend > IN_MEAN * w->p[VAR_RELATIVE_TOLERANCE][i] * level_of(w, b, i);
+}
+
 /* Does the step pass a kink of what the effects do, or of these two? Where friction follows the thickness the surface
  * counts, too. */
 static inline int changes_side(const struct Configuration *w, int all, const struct Point *a, const struct Point *m,
@@ -292,7 +304,7 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
     if (!w->held) {
         count_all_kinks(w, all);
         EACH_LANE
-            doubtful[i] |= changes_side(w, all[i], a, m, b, i);
+            doubtful[i] |= changes_side(w, all[i] || (!given && shows_in_mean(w, h[i], a, m, b, i)), a, m, b, i);
     }
     for (int i = 0; ((given && averages) || w->sensors || w->looks_back || w->by_energy) && i < LANES; ++i)
         doubtful[i] |= (given && w->p[VAR_AVERAGING_WINDOW][i] > 0 && curved(w, CURVED_AT_A_KINK, a, m, b, i)) ||
