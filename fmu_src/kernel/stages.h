@@ -298,7 +298,7 @@ void begin_pass(const struct Configuration *w, const lanes h, const struct Point
                 struct Point *end, struct Passes *p);
 /* What comes back of a force in a step of h, by the newest difference; infinity where none is known. */
 double loop_gain(const struct Feedback *known, double h, int lane);
-void note_feedback(const struct Passes *p, double h, int lane, struct Feedback *found);
+void note_feedback(const struct Passes *p, double h, int lane, struct Feedback *known);
 
 /* tolerance.c: is the step within the tolerance? Chooses each lane's next step; where it is not, fits says in which
  * lanes it is, and the others' next step is the shorter one to try again with; a step of `shortest` is taken as it is.

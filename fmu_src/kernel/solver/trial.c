@@ -53,17 +53,17 @@ int choose_step(const struct Contact *contact, const struct Configuration *w, do
  * not know how often others have asked it to try again. */
 static void recall_feedback(struct Trial *t, int i)
 {
-    copy_lane((lanes *)&t->loop->found, (const lanes *)&t->loop->known, FEEDBACK_LANES, i);
+    copy_lane((lanes *)&t->loop->latest, (const lanes *)&t->loop->known, FEEDBACK_LANES, i);
     const double share = t->loop->before.length[i] > 0 ? t->h[i] / t->loop->before.length[i] : INFINITY;
     if (share <= FARTHEST)
-        predict_forces(&t->loop->before, 1 + 0.5 * share, 1 + share, i, &t->loop->found);
+        predict_forces(&t->loop->before, 1 + 0.5 * share, 1 + share, i, &t->loop->latest);
 }
 
 void compute_trial(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t)
 {
     for (int i = 0; w->feedback && i < LANES; ++i)
         recall_feedback(t, i);
-    try_step(contact, w, s, t->h, t->start, w->feedback ? &t->loop->found : NULL, t->middle, t->end, t->difference);
+    try_step(contact, w, s, t->h, t->start, w->feedback ? &t->loop->latest : NULL, t->middle, t->end, t->difference);
 }
 
 void forget_feedback(struct Trial *t, int i)
@@ -78,7 +78,7 @@ void keep_feedback(struct Trial *t, int i)
         forget_feedback(t, i);
         return;
     }
-    copy_lane((lanes *)&t->loop->known, (const lanes *)&t->loop->found, FEEDBACK_LANES, i);
+    copy_lane((lanes *)&t->loop->known, (const lanes *)&t->loop->latest, FEEDBACK_LANES, i);
     t->loop->known.predicted[i] = 0;
     note_forces(t->h[i], t->start, t->middle, t->end, i, &t->loop->before);
 }

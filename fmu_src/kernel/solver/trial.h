@@ -4,10 +4,10 @@
 
 #include "../stages.h"
 
-/* What is known of forces that move the tool: by the step before, and as a step was computed last; and the forces of the
- * step before. */
+/* What is known of forces that move the tool: by the step before, and as a step was computed last; and the forces of
+ * the step before. */
 struct LoopMemory {
-    struct Feedback known, found;
+    struct Feedback known, latest;
     struct StepForces before;
 };
 
@@ -36,7 +36,8 @@ static inline int trial_is_accurate(const struct Contact *contact, const struct 
 static inline int halves_are_accurate(const struct Contact *contact, const struct Configuration *w, const lanes s,
                                       struct Trial *t)
 {
-    return accurate_in_halves(contact, w, t->shortest, &t->loop->found, s, t->h, t->start, t->middle, t->end, t->next, t->fits);
+    return accurate_in_halves(contact, w, t->shortest, &t->loop->latest, s, t->h, t->start, t->middle, t->end, t->next,
+                              t->fits);
 }
 
 /* What the tolerance asks for, ended where it must or may end; false where no lane is on its way. */
