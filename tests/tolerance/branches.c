@@ -10,7 +10,7 @@
 #include <math.h>
 
 #define FLATTEST 0.02
-#define STEEPEST 1.5
+#define STEEPEST 1.5 /* less the rake angle */
 #define DECADES 10
 #define PER_DECADE 12
 
@@ -47,8 +47,7 @@ int branches_at(const struct Contact *contact)
 {
     struct Probe probe = {*contact, contact->value[VAR_RAKE_ANGLE][0]};
     probe.contact.value[VAR_CHIP_FLOW_ANGLE][0] = CONSTANT_ANGLE;
-    const double flat = tan(FLATTEST - probe.rake), steep = tan(STEEPEST - probe.rake),
-                 rest = at_rest(&probe, flat, steep);
+    const double flat = tan(FLATTEST - probe.rake), steep = tan(STEEPEST), rest = at_rest(&probe, flat, steep);
     int count = 0, places = 2 * DECADES * PER_DECADE;
     double before = 1; /* beyond the flattest plane it is always the steeper one that is asked for */
     for (int n = 0; n <= places + 1; ++n) {

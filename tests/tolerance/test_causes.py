@@ -371,3 +371,16 @@ def test_a_draw_has_more_than_one_answer_where_three_slips_go_with_a_state() -> 
     for angle, F_S, count in (("current_shear_angle", 2.461, 3), ("current_shear_angle", 1.605, 1), ("constant", 2.461, 1)):
         case = vibrates({**values, "chip_flow_angle": angle, "F_S": F_S}, (), 1e-4, cycles=0.7, points=20, speed=0.0612)
         assert slips(case) == count
+
+
+def test_slips_that_go_with_a_state_are_counted_up_to_the_steepest_plane() -> None:
+    """The plane's bound is that of its angle less the rake angle: where a large damping against the flow makes it as steep as that, two of
+    the three lie beyond 1.5 rad."""
+    values = {
+        "kinematics": "internal", "sigma0": 9.63e5, "sigma1": 5.11e4, "sigma2": 0.954, "F_C": 8.97, "F_S": 7.49, "v_s": 1.645e-4,
+        "damping_mode": "as_published", "vibration_frequency": 2214.13, "amplitude_x": 3.3927e-6, "amplitude_y": 4.7502e-6,
+        "feed": 4.3786e-5, "chip_flow_angle": "current_shear_angle", "shear_angle_principle": "minimum_energy", "rake_angle": 0.1598,
+        "kienzle_force.severity": 0.25, "kienzle_force.exponent": 0.52, "kienzle_force.h_ref": 5.6e-5,
+    }  # fmt: skip
+    case = vibrates(values, ("kienzle_force",), 1e-4, cycles=0.42, points=20, speed=0.033147)
+    assert slips(case) == 3

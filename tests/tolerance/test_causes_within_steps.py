@@ -417,3 +417,19 @@ def test_a_brief_peak_counts_in_the_mean_by_the_level_and_not_by_its_own_size() 
     motion = Motion.record(times, {"cutting_speed": np.linspace(0.04694811970788344, 0.02657592292547549, 71)}, stepped=True)
     case = Case("ellipse", values, (), motion, 1e-4)
     assert worst(case, "friction_force", *MEANS) < 3
+
+
+def test_a_tool_that_turns_for_a_moment_leaves_the_work_there() -> None:
+    """Its own motion takes it back for 0.4 us within a step, in which the surface of the cycle before ends, too: contact ended at the later
+    of the two moments at which it turns: 600 tolerances of a mean force."""
+    values = {
+        "kinematics": "combined", "friction_law": "dahl", "vibration_frequency": 16457.24, "amplitude_x": 1.243809e-6,
+        "amplitude_y": 3.734766e-6, "feed": 6.67211e-5, "chip_flow_shear_angle": 0.275623,
+    }  # fmt: skip
+    times = 6.40713e-6 * np.arange(22)
+    turns = 23790.565 * times - 1.8745
+    columns = {
+        "cutting_speed": np.full(times.shape, 0.12657879), "tool_velocity_x": 0.0069775 * np.sin(turns),
+        "tool_velocity_y": 0.011076 * np.cos(turns),
+    }  # fmt: skip
+    assert worst(Case("test", values, (), Motion.record(times, columns), 1e-5), "mean_principal_force") < 3

@@ -98,10 +98,18 @@ static double field_dip(double side, const lanes a, const lanes m, const lanes b
     return dip(side * a[i], side * m[i], side * b[i]);
 }
 
+/* May the tool leave the work and be back within the step? Where its forces move it step doubling tells. */
+static int may_leave(const struct Contact *contact, const struct Configuration *w, int i, const struct Point *a,
+                     const struct Point *m, const struct Point *b)
+{
+    return contact->sign[AT_CONTACT][i] > 0 && !w->held && !w->feedback &&
+           field_dip(1, a->contact, m->contact, b->contact, i) > 0;
+}
+
 /* May the slip turn twice, or a law that knows no more than the slip change its side twice, within the step? Of laws
  * with bristles step doubling tells. */
-static int may_dip(const struct Contact *contact, const struct Configuration *w, int i, const struct Point *a,
-                   const struct Point *m, const struct Point *b)
+static int may_turn(const struct Contact *contact, const struct Configuration *w, int i, const struct Point *a,
+                    const struct Point *m, const struct Point *b)
 {
     return contact->sign[AT_CONTACT][i] > 0 && !w->current_angle && !w->law->relaxes && !w->held &&
            (field_dip(contact->sign[AT_SLIP][i], a->v, m->v, b->v, i) > 0 ||
@@ -112,7 +120,7 @@ int sees_event(const struct Contact *contact, const struct Configuration *w, int
                const struct Point *middle, const struct Point *end)
 {
     return path_event(contact, i, middle, end) || (!w->current_angle && slip_event(contact, i, middle, end)) ||
-           may_dip(contact, w, i, start, middle, end);
+           may_leave(contact, w, i, start, middle, end) || may_turn(contact, w, i, start, middle, end);
 }
 
 int any_event(const struct Contact *contact, const struct Configuration *w, const struct Point *start,
@@ -127,8 +135,10 @@ int any_event(const struct Contact *contact, const struct Configuration *w, cons
     if (!w->current_angle)
         EACH_LANE
             any |= slip_event(contact, i, middle, end);
+    for (int i = 0; i < LANES; ++i)
+        any |= may_leave(contact, w, i, start, middle, end);
     for (int i = 0; !w->law->relaxes && i < LANES; ++i)
-        any |= may_dip(contact, w, i, start, middle, end);
+        any |= may_turn(contact, w, i, start, middle, end);
     return any;
 }
 
@@ -140,8 +150,8 @@ static int look_into_dips(const struct Contact *contact, const struct Configurat
     lanes tau, share, now[INDICATORS];
     int any = 0;
     for (int i = 0; i < LANES; ++i) {
-        const int sought =
-            asked[i] && cut[i] != JUMP && k != known[i] && watched(contact, k, i) && !search->open[i] && h[i] > 0;
+        const int in_contact = contact->sign[AT_CONTACT][i] > 0; /* out of it touches_within() looks */
+        const int sought = asked[i] && cut[i] != JUMP && k != known[i] && in_contact && !search->open[i] && h[i] > 0;
         share[i] = sought ? field_dip(contact->sign[k][i], *at[0], *at[1], *at[2], i) : 0;
         tau[i] = s[i] + share[i] * h[i];
         any |= share[i] > 0;
@@ -229,7 +239,7 @@ void cut_at_events(const struct Contact *contact, const struct Configuration *w,
             search.at_low[i] = search.blind[i] ? 0 : early ? at_start[k][i] : at_middle[k][i];
             search.at_high[i] = early ? at_middle[k][i] : at_end[k][i];
         }
-        if (!w->law->relaxes && !w->held && (k == AT_SLIP || k == AT_LAW)) {
+        if (!w->held && ((k == AT_CONTACT && !w->feedback) || (!w->law->relaxes && (k == AT_SLIP || k == AT_LAW)))) {
             const lanes *const at[3] = {&at_start[k], &at_middle[k], &at_end[k]};
             any |= look_into_dips(contact, w, k, s, h, start, at, asked, known, cut, &search);
         }
