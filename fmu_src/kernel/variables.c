@@ -104,7 +104,7 @@ const struct Variable base_variables[BASE_COUNT] = {
         .source = "the paper, eq. 8, changes the force equation only"},
     [VAR_INITIAL_STATE] = {.name = "initial_state", .start = AT_REST, .max = 2, FIXED_CHOICE(initial_states),
         .meaning = "at_rest: bristle_deflection as set, and all that lags or remembers at 0; periodic: the steady state of the "
-            "vibration cycle; steady: bristle_deflection as set, and what lags or remembers (the states that effects add: "
+            "vibration cycle, or at_rest with a warning where none is found; steady: bristle_deflection as set, and what lags or remembers (the states that effects add: "
             "temperatures, filters, slacks) where it would be had all been for long as it is at the start",
         .source = DEFINITION},
     [VAR_AVERAGING] = {.name = "averaging", .start = RESOLVED, .max = 1, FIXED_CHOICE(averagings),

@@ -225,9 +225,9 @@ def test_a_bristle_that_enters_a_cut_follows_its_level_and_no_further(speed: flo
 
 
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-5])
-def test_a_force_that_damping_holds_is_as_right_as_the_rate_of_its_bristle(tolerance: float) -> None:
-    """A deflection that was off by a thousandth of its own tolerance left a force that was 37 off, and the load that takes the amplitude
-    back by 12; at 1e-4 the search came to a cycle that is none."""
+def test_where_no_cycle_comes_back_the_contact_begins_at_rest(tolerance: float) -> None:
+    """The load takes the vibration away, and with it what made the load: a search for the cycle goes astray, and what it left hung on the
+    tolerance: 37 tolerances of friction at 1e-5, seven million at 1e-4."""
     values = {
         **DAMPED, "damping_mode": "as_published", "vibration_frequency": 10555.63, "amplitude_x": 6.7565e-6, "amplitude_y": 1.7372e-6,
         "feed": 2.83853e-6, "chip_flow_shear_angle": 0.42667, "phase_x": -1.48414, "phase_y": 3.00436, "initial_state": "periodic",

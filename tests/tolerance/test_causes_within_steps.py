@@ -433,3 +433,15 @@ def test_a_tool_that_turns_for_a_moment_leaves_the_work_there() -> None:
         "tool_velocity_y": 0.011076 * np.cos(turns),
     }  # fmt: skip
     assert worst(Case("test", values, (), Motion.record(times, columns), 1e-5), "mean_principal_force") < 3
+
+
+def test_a_gap_closes_as_late_as_the_way_across_it_is_off() -> None:
+    """No force shows the way before it is over, and then it leaps: 11 tolerances of a friction force whose state was right to one."""
+    values = {
+        "kinematics": "internal", "sigma0": 1.018814e5, "sigma1": 141.77, "sigma2": 0.0, "F_C": 0.6312, "F_S": 1.1448, "v_s": 0.011969,
+        "lugre.stribeck_exponent": 3.0, "vibration_frequency": 371.4905, "amplitude_x": 5.19164e-6, "amplitude_y": 2.122356e-6,
+        "feed": 1.510248e-6, "chip_flow_shear_angle": 0.385686, "chip_flow_angle": "current_shear_angle", "rake_angle": 0.08456834,
+        "release_time": 3.98e-5, "backlash.gap": 5.94122e-5,
+    }  # fmt: skip
+    case = vibrates(values, ("backlash",), 1e-5, cycles=1.3, points=40, speed=0.0158918)
+    assert worst(case, "friction_force", "bristle_deflection") < 3

@@ -140,6 +140,10 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
 #define SLOW_STEP 0.3
 #define MOST_TRIES 30
 
+/* A search that ends within this of a cycle leaves what is nearest to one; else it has gone astray, and what it leaves
+ * says more of its tolerance than of the contact, which then begins at rest. */
+#define ASTRAY 0.1
+
 static double scale_of(const struct Contact *contact, int index, int i)
 {
     const double nominal = kernel_variable(index)->nominal,
@@ -310,14 +314,14 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             converged &= x->done;
         }
     }
-    EACH_LANE
+    for (int i = 0; i < LANES; ++i) {
+        if (!search[i].done && !(search[i].missed <= ASTRAY))
+            continue;
         learn_steps(contact, &trial, w, i);
-    for (int n = 0; n < used; ++n)
-        EACH_LANE
+        for (int n = 0; n < used; ++n)
             contact->value[unknown_index(w, n)][i] = from[n][i];
-    for (int n = 0; n < MEMORY; ++n)
-        EACH_LANE
-            contact->memory[n][i] = trial.memory[n][i];
+        copy_lane(contact->memory, (const lanes *)trial.memory, MEMORY, i);
+    }
     contact->warnings |= converged && !given_up ? 0u : WARN_NOT_PERIODIC;
     return STATUS_OK;
 }

@@ -274,15 +274,6 @@ static void hides_law(const struct Contact *contact, const struct Configuration 
                        (w->current_angle || (w->bent[i] && yields_within(w->p[VAR_RELATIVE_TOLERANCE][i], a, m, b, i)));
 }
 
-/* Does the force answer to the rate of the bristle, and hardly to its deflection, as with damping as published? An
- * error of the deflection that is far within its own tolerance then moves the force by many. */
-#define HOLDS 10
-
-static inline int damping_holds(const struct Point *x, int i)
-{
-    return (x->cutting[i] != 0) & (x->s1[i] * x->rate[i] > HOLDS * x->s0[i]);
-}
-
 int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
              const struct Point *m, const struct Point *b, lanes next, int doubtful[LANES])
 {
@@ -298,7 +289,7 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
     if (of_slip)
         hides_law(contact, w, h, a, m, b, next, doubtful);
     EACH_LANE {
-        doubtful[i] |= has_kink(a, m, b, i) | damping_holds(b, i);
+        doubtful[i] |= has_kink(a, m, b, i);
         averages |= w->p[VAR_AVERAGING_WINDOW][i] > 0;
     }
     if (!w->held) {
@@ -380,6 +371,7 @@ static void sensor_error(const struct Contact *contact, const struct Configurati
 }
 
 #define OF_MOTION 0.3 /* where a force shows a state it says how right it has to be */
+#define BY_FORCE 5 /* where none does before the contact gives way, it does so as much too late as the state is off */
 
 /* Of the states of one driver, as shares of their nominal or of themselves. Where the slip is solved for no event says
  * that it turns, and from there on a state that forces drive may go the other way. What a state that follows the motion
@@ -439,8 +431,9 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
         const double highest = larger(b->F_C[i], b->F_S[i]), most = larger(highest, fabs(b->F[i]));
         const double levels =
             w->acting[i] ? larger(apart(b->F_C[i], whole.F_C[i], most), apart(b->F_S[i], whole.F_S[i], most)) : 0;
-        const double by_force =
-            w->current_angle && w->acting[i] >> DRIVEN_BY_FORCE & 1 ? state_error(w, DRIVEN_BY_FORCE, b, &whole, i) : 0;
+        const double by_force = w->current_angle && w->acting[i] >> DRIVEN_BY_FORCE & 1
+                                    ? BY_FORCE * state_error(w, DRIVEN_BY_FORCE, b, &whole, i)
+                                    : 0;
         const double by_motion =
             w->acting[i] >> DRIVEN_BY_MOTION & 1 ? OF_MOTION * state_error(w, DRIVEN_BY_MOTION, b, &whole, i) : 0;
         const double driven = larger(by_force, by_motion);
