@@ -37,7 +37,9 @@ void proxy_open(const struct Contact *contact, const struct Configuration *w, co
     }
 }
 
-#define LEAST_SHARE 1e-6 /* of friction, what a law's bristles need to be bent at all where nothing is borne */
+/* Of friction, what a law's bristles need to be bent at all where nothing is borne. They yield the faster the less that
+ * is: far below this it would go by the roundings of the moment at which a chip ends how much of them is left. */
+#define LEAST_SHARE 1e-4
 
 /* What is borne bounds the laws' limits, so that bristles yield at it, and the force, in which damping and viscous
  * friction stand beside the bristles. With limits no larger than that the bounded force still takes energy: as v > 0,

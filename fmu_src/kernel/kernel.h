@@ -393,8 +393,8 @@ struct Point {
     /* path: what the ellipse runs with, and the motion of its centre beside the cutting speed */
     lanes a, b; /* amplitudes [m] */
     lanes phase_y; /* [rad] */
-    lanes centre_y; /* [m] */
     lanes centre_u_x, centre_u_y; /* [m/s] */
+    lanes centre_y; /* [m] */
     lanes cos_x; /* x of the vibration over its amplitude */
     lanes raised; /* nominal surface above its mean height [m] */
     lanes left; /* height of the surface that the last revolution left here [m] */

@@ -27,67 +27,87 @@ double slip_along_rake(const struct Configuration *w, const struct Point *x, int
 }
 
 /* Angle in the previous cycle at which the tool stood at the same place X (in units of amplitude_x) on its way forward:
- * r chi + sin(chi) = X, |chi| <= last. The slope vanishes at `last`, so the search starts from the series there,
- * top - X = bend d^2/2 + r d^3/6 - bend d^4/24 with d = last - chi, and goes on by Halley's rule. */
-static inline double from_the_end(double X, double r, double last, double bend)
+ * r chi + sin(chi) = X, |chi| <= last. The slope vanishes at `last`, so the search starts from there, d = last - |chi|
+ * as a polynomial of the root s of 2 (top - |X|)/bend, bend d^2/2 + r d^3/6 - bend d^4/24 + ... = top - |X|: its series
+ * to s^3, and two terms that make value and slope right in the middle. It goes on by Halley's rule. */
+static void shape_at(struct Turn *t, int i)
 {
-    const double top = r * last + bend, d = sqrt(2 * larger(top - X, 0) / bend), q = r / bend;
-    return last - d * (1 - d * q / 6 + d * d * (3 + 5 * q * q) / 72);
+    const double r = t->r[i], last = t->last[i], bend = t->bend[i], q = r / bend,
+                 middle = sqrt(2 * (r * last + bend) / bend), cube = middle * middle * middle;
+    const double second = -q / 6, third = (3 + 5 * q * q) / 72;
+    const double value = last / middle - 1 - middle * (second + middle * third),
+                 slope = middle * bend / (1 + r) - 1 - middle * (2 * second + 3 * middle * third);
+    t->shape[0][i] = second;
+    t->shape[1][i] = third;
+    t->shape[2][i] = (5 * value - slope) / cube;
+    t->shape[3][i] = (slope - 4 * value) / (cube * middle);
 }
 
-/* One step on; is it close then? */
-static inline int nearer(double X, double r, double last, double *low, double *high, double *chi)
+static inline double from_the_end(double X, const struct Turn *t, int i)
+{
+    const double top = t->r[i] * t->last[i] + t->bend[i], s = sqrt(2 * larger(top - fabs(X), 0) / t->bend[i]);
+    const double chi =
+        t->last[i] - s * (1 + s * (t->shape[0][i] + s * (t->shape[1][i] + s * (t->shape[2][i] + s * t->shape[3][i]))));
+    return chosen_of(X < 0, -chi, chi);
+}
+
+/* One step on, and cosine and sine there by those of the place before. Is it close? */
+static inline int nearer(double X, double r, double last, double *low, double *high, double *chi, double *cosine,
+                         double *sine)
 {
     const int inside = (*chi > *low) & (*chi < *high);
     const double at = inside ? *chi : 0.5 * (*low + *high);
-    double cosine, sine;
-    cos_sin_of(at, &cosine, &sine);
-    const double miss = r * at + sine - X, slope = r + cosine;
-    const double move = miss / (slope + 0.5 * miss * sine / slope);
+    double c, s;
+    cos_sin_of(at, &c, &s);
+    const double miss = r * at + s - X, slope = r + c;
+    const double move = miss / (slope + 0.5 * miss * s / slope);
     *high = miss > 0 ? at : *high;
     *low = miss > 0 ? *low : at;
     *chi = at - move;
+    *cosine = c + move * (s - 0.5 * move * c);
+    *sine = s - move * (c + 0.5 * move * s);
     /* Halley's rule leaves the cube of the move as error; the last: rounding of X */
     return (fabs(move) < 1e-6 * (last - *chi)) | (*high - *low < 1e-15) | (fabs(miss) < 4e-16);
 }
 
 enum { MOST_NEARER = 60 };
 
-/* In all lanes; `last` where it is not sought. */
-static void angle_at(const lanes X, const struct Turn *t, lanes sought, lanes chi)
+/* Cosine and sine of it, in all lanes; of `last` where it is not sought. */
+static void angle_at(const lanes X, const struct Turn *t, lanes sought, lanes cosine, lanes sine)
 {
-    lanes low, high;
+    lanes low, high, chi;
     int any = 0;
     EACH_LANE {
         low[i] = -t->last[i];
         high[i] = t->last[i];
-        chi[i] = sought[i] != 0 ? from_the_end(X[i], t->r[i], t->last[i], t->bend[i]) : t->last[i];
+        chi[i] = from_the_end(X[i], t, i);
+        cosine[i] = -t->r[i];
+        sine[i] = t->bend[i];
         any |= sought[i] != 0;
     }
     for (int n = 0; n < MOST_NEARER && any; ++n) {
         any = 0;
         EACH_LANE {
             const int on = sought[i] != 0;
-            double next = chi[i];
-            const int close = nearer(X[i], t->r[i], t->last[i], &low[i], &high[i], &next);
+            double next = chi[i], c, s;
+            const int close = nearer(X[i], t->r[i], t->last[i], &low[i], &high[i], &next, &c, &s);
             chi[i] = on ? next : chi[i];
+            cosine[i] = on ? c : cosine[i];
+            sine[i] = on ? s : sine[i];
             sought[i] = on & !close;
             any |= on & !close;
         }
     }
-    EACH_LANE
-        chi[i] = smaller(larger(chi[i], -t->last[i]), t->last[i]);
 }
 
-/* In one, for a place on either side of the middle. */
+/* The angle itself, in one. */
 static double angle_of(double X, const struct Turn *t, int lane)
 {
-    const double place = fabs(X), r = t->r[lane], last = t->last[lane]; /* the far end is where two roots meet */
-    double low = -last, high = last, chi = from_the_end(place, r, last, t->bend[lane]);
-    for (int n = 0; n < MOST_NEARER && !nearer(place, r, last, &low, &high, &chi); ++n)
+    const double r = t->r[lane], last = t->last[lane];
+    double low = -last, high = last, chi = from_the_end(X, t, lane), cosine, sine;
+    for (int n = 0; n < MOST_NEARER && !nearer(X, r, last, &low, &high, &chi, &cosine, &sine); ++n)
         continue;
-    chi = smaller(larger(chi, -last), last);
-    return X < 0 ? -chi : chi;
+    return smaller(larger(chi, -last), last);
 }
 
 static double cosine_of(double angle)
@@ -111,6 +131,7 @@ static void reverse(const struct Turn *t, struct Turn *back, int lane)
     *back = *t;
     back->r[lane] = -t->r[lane];
     back->last[lane] = PI - t->last[lane];
+    shape_at(back, lane);
 }
 
 /* When the tool moves into the material: approach over a w is r cos(alpha) + A cos(psi - fastest). */
@@ -181,6 +202,8 @@ void turn_at(const struct Configuration *w, double r, double lead, double aspect
     turn->aspect[lane] = aspect;
     turn->last[lane] = r < 1 ? acos(-r) : 0;
     turn->bend[lane] = r < 1 ? sqrt(1 - r * r) : 0;
+    shape_at(turn, lane);
+    cos_sin_of(lead, &turn->cos_lead[lane], &turn->sin_lead[lane]);
     turn->alone[lane] = 1;
     turn->fastest[lane] = turn->begins[lane] = turn->always[lane] = 0;
     turn->dips[lane] = INFINITY;
@@ -299,7 +322,7 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
                             struct Point *x)
 {
     const lanes *p = w->p;
-    lanes X, there, on_left, sought, angle;
+    lanes X, on_left, sought, angle;
     int passing = 0, others = 0, older = 0;
     EACH_LANE {
         on_left[i] = (x->speed_ratio[i] < 1) & (x->a[i] > 0) & (x->approach[i] > 0);
@@ -346,13 +369,12 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
         x->always[i] = t->always[i];
     }
     if (met) {
-        angle_at(X, t, sought, there);
+        lanes cos_there, sin_there;
+        angle_at(X, t, sought, cos_there, sin_there);
         EACH_LANE {
             const double nominal = p[VAR_FEED][i] - p[VAR_AMPLITUDE_Y][i] + x->raised[i] - x->centre_y[i],
                          y = nominal - x->h[i];
-            const double lead = x->phase_y[i] - p[VAR_PHASE_X][i] - PI / 2;
-            double cosine, sine;
-            cos_sin_of(there[i] + lead, &cosine, &sine);
+            const double cosine = cos_there[i] * t->cos_lead[i] - sin_there[i] * t->sin_lead[i];
             const double height = x->speed_ratio[i] > 0 ? x->b[i] * cosine : y, left = smaller(nominal, height) - y;
             x->surface_piece[i] = (on_left[i] != 0) & (height < nominal);
             x->h[i] = on_left[i] != 0 ? left : x->h[i];

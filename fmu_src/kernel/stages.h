@@ -32,7 +32,9 @@
 /* What an ellipse leaves that does not change from cycle to cycle; see path.c. Heights in amplitudes b. */
 struct Turn {
     lanes r, lead, aspect; /* of the ellipse: speed ratio, phase of y where the tool is fastest, b / a */
+    lanes cos_lead, sin_lead;
     lanes last, bend; /* where it stops moving forward: last = acos(-r), and bend = sin(last), of r < 1; else 0 */
+    lanes shape[4];   /* of the way to there, see from_the_end() */
     lanes alone; /* 1 where only the stroke of the cycle before may have left what is cut, else 0 */
     lanes begins, fastest; /* angles at which it begins to move into the material, and does so fastest */
     lanes valley_forward, valley_backward; /* places of the lowest points of both strokes; NAN: none within it */

@@ -67,7 +67,7 @@ def test_a_reset_integrator_sticks_slides_and_turns() -> None:
 
 
 def test_a_bristle_under_a_limit_that_grows_from_nothing() -> None:
-    """As a chip begins sticking_limit is L = r t from a millionth of F_C on, so that dz/dt = v - sigma0 v z/L has powers of the time for
+    """As a chip begins sticking_limit is L = r t from 1e-4 of F_C on, so that dz/dt = v - sigma0 v z/L has powers of the time for
     its solution, and before that an exponential: rates change by their own size within 1e-9 to 1e-13 s, which is no jump."""
     bears = 0.5 * kernel.variable("shear_stress").start * kernel.variable("width").start
     own = {"friction_law": "dahl", "release_time": 1e3, "sticking_limit.exponent": 0.0, "sticking_limit.contact_length": 0.5}
@@ -77,7 +77,7 @@ def test_a_bristle_under_a_limit_that_grows_from_nothing() -> None:
         thickness = np.interp(times, [0, 1e-3, 1.1e-3, entry - 1e-6 / rise, last], [1e-4, 1e-4, -1e-6, -1e-6, 1e-6])
         case = given(times, np.full(times.shape, v), {**PRESLIDING, **own}, ("sticking_limit",), uncut_thickness=thickness)
         z = column(case, "bristle_deflection")
-        rate, least = bears * rise, 2e-6
+        rate, least = bears * rise, 2e-4
         power, first = 2e5 * v / rate, least / rate
         at_first = least / 2e5 + (z[3] - least / 2e5) * math.exp(-power)
         steady = power / (power + 1) * rate / 2e5
