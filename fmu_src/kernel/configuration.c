@@ -181,6 +181,7 @@ struct Configuration wire(const struct Contact *contact)
         const double tight = USUAL_TOLERANCE / w.p[VAR_RELATIVE_TOLERANCE][i];
         w.decayed[i] = tight > 1 ? DECAYED + log(tight) : DECAYED;
         w.root_decayed[i] = tight > 1 ? sqrt(w.decayed[i]) : ROOT_DECAYED;
+        w.finer[i] = tight > 1 ? sqrt(sqrt(tight)) : 1;
     }
     w.ends = NAN;
     wire_time(contact, &w);

@@ -74,7 +74,7 @@ void load_at(const struct Contact *contact, const struct Configuration *w, const
     EACH_LANE {
         x->tau_s[i] = p[VAR_SHEAR_STRESS][i];
         x->w[i] = p[VAR_WIDTH][i];
-        x->edge_p[i] = x->edge_f[i] = x->piece[i] = 0;
+        x->edge_p[i] = x->edge_f[i] = 0;
     }
     act(w, STAGE_SHEAR, x);
     EACH_LANE

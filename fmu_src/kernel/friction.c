@@ -189,8 +189,10 @@ static void slip_passed_on(const struct Configuration *w, const lanes tan_flow, 
 
 static void answer(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
-    EACH_LANE
+    EACH_LANE {
         x->direction[i] = x->v[i] < 0 ? -1 : 1;
+        x->piece[i] = x->path_piece[i];
+    }
     pass_on(w, x);
     proxy_open(contact, w, tau, x);
     load_at(contact, w, tau, x);

@@ -303,7 +303,7 @@ static void open_path(const struct Contact *contact, const struct Configuration 
         x->phase_y[i] = w->p[VAR_PHASE_Y][i];
         x->passed[i] = 1;
         x->tan_clearance[i] = w->tan_clearance[i];
-        x->centre_y[i] = x->centre_u_x[i] = x->centre_u_y[i] = x->raised[i] = x->left[i] = 0;
+        x->centre_y[i] = x->centre_u_x[i] = x->centre_u_y[i] = x->raised[i] = x->left[i] = x->piece[i] = 0;
     }
     if (carried)
         EACH_LANE {
@@ -460,7 +460,7 @@ static void given_alone(const struct Contact *contact, const lanes tau, struct P
         x->v[i] = given_then(contact->value[VAR_SLIP_VELOCITY][i], slope[i] * tau[i]);
         x->h[i] = given_then(contact->value[VAR_UNCUT_THICKNESS][i], thicker[i] * tau[i]);
         x->surface[i] = x->approach[i] = 1;
-        x->flank[i] = x->always[i] = 0;
+        x->flank[i] = x->always[i] = x->piece[i] = 0;
         x->a[i] = x->u_x[i] = x->u_y[i] = x->speed_ratio[i] = 0;
     }
 }
@@ -493,6 +493,8 @@ void path_at(const struct Contact *contact, const struct Configuration *w, const
     }
     open_path(contact, w, tau, x);
     act(w, STAGE_PATH, x);
+    EACH_LANE
+        x->path_piece[i] = x->piece[i];
     if (given)
         given_at(contact, w, tau, x);
     else

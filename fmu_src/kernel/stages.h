@@ -74,6 +74,8 @@ struct Configuration {
     char dissipative, thermal_rate;
     char current_angle; /* chip_flow_angle = current_shear_angle: slip and force are solved together */
     lanes longest; /* internal step that resolves vibration and effects [s] */
+    lanes
+        finer; /* times as many steps as at the usual tolerance: its fourth root over relative_tolerance, 1 at least */
     lanes decayed, root_decayed; /* x from which on e^-x is less than the tolerance asks for, and its root */
     lanes cycle; /* place in the vibration cycle at value[VAR_TIME], 0..1 */
     double ends; /* of the communication step [s]; NAN: points there need not stand as the next one begins */
@@ -173,7 +175,7 @@ void first_order_response(double h, double T, double u_0, double u_m, double u_1
 enum { OF_PLACE, OF_SPEED };
 struct Oscillators { /* two of one frequency and damping */
     double start[2], middle[2], end[2]; /* u of each, */
-    double at[2][2];                    /* and its place and speed at the start */
+    double at[2][2]; /* and its place and speed at the start */
 };
 void second_order_responses(double h, double w, double zeta, const struct Oscillators *oscillators, double half[2][2],
                             double whole[2][2]);
@@ -272,7 +274,7 @@ struct Feedback {
     lanes force[PASSED_FORCES];
     lanes predicted; /* 1 where the forces are */
     lanes begun[DIFFERENCES][PASSED_FORCES], returned[DIFFERENCES][PASSED_FORCES]; /* [N], and by that step [N/s] */
-    lanes count;      /* of differences */
+    lanes count; /* of differences */
     int first_may_do; /* a first pass is enough where little of what it misses comes back */
 };
 enum { FEEDBACK_LANES = offsetof(struct Feedback, first_may_do) / sizeof(lanes) };
@@ -287,10 +289,10 @@ struct Passes {
     lanes begun[PASSED_FORCES];
     lanes from[PASSED_FORCES], missed[PASSED_FORCES], miss; /* of the pass that stands, and the most that it misses */
     lanes by_from[DIFFERENCES][PASSED_FORCES], by_missed[DIFFERENCES][PASSED_FORCES]; /* between passes */
-    int mixes;         /* friction has bristles, and does not jump */
-    lanes share;       /* of what is missed that the next one follows */
-    int count[LANES];  /* of differences */
-    int first[LANES];  /* none has been made yet */
+    int mixes; /* friction has bristles, and does not jump */
+    lanes share; /* of what is missed that the next one follows */
+    int count[LANES]; /* of differences */
+    int first[LANES]; /* none has been made yet */
     int astray[LANES]; /* the last one does not stand */
 };
 void begin_passes(const struct Configuration *w, const lanes h, const struct Point *start, const struct Feedback *known,
@@ -332,6 +334,8 @@ int accurate_in_halves(const struct Contact *contact, const struct Configuration
  * work in between? Most steps see none, and need not ask each lane. */
 int sees_event(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *start,
                const struct Point *middle, const struct Point *end);
+int shows_slip_event(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *early,
+                     const struct Point *late);
 int any_event(const struct Contact *contact, const struct Configuration *w, const struct Point *start,
               const struct Point *middle, const struct Point *end);
 /* event_search.c: does an event fall into the step? In the lanes that are asked, and say NO_EVENT before: if so h is

@@ -72,6 +72,22 @@ def test_asking_for_an_event_out_of_the_work_breaks_no_bond() -> None:
     assert without == pytest.approx(asked, rel=1e-6)
 
 
+def test_asking_for_an_event_out_of_the_work_bends_no_bristle_back() -> None:
+    """Of a reset_integrator that slid up to where the chip ended: asked where the load is 0, it was cut to the limit of none."""
+    own = {"friction_law": "reset_integrator", "sigma0": 1e5, "F_C": 1.0, "F_S": 1.5, "release_time": 1e-3}
+    own |= {"load_dependence.n": 0.7, "load_dependence.N_ref": 6.8}
+    contact = Contact({**GIVEN, **own, "slip_velocity": 2e-2, "normal_load": 10.0}, ("load_dependence",))
+    contact.start(0.0)
+    contact.advance(1e-2)
+    contact.set("uncut_thickness", -1e-5)
+    contact.advance(1e-5)
+    contact.set("normal_load", 0.0)
+    before = contact.get("bristle_deflection")
+    contact.event()
+    assert before > 1e-6
+    assert contact.get("bristle_deflection") == before
+
+
 def test_bonds_begin_alike_whenever_the_tool_is_looked_at() -> None:
     """Out of the work, where friction goes by the speed of the moment: the next contact must not hang on the communication steps."""
     values: dict[str, Any] = {

@@ -22,10 +22,13 @@ static const struct Variable variables[COUNT] = {
 };
 /* clang-format on */
 
+#define LEAST 0.01 /* of the amplitudes is left under any load */
+
 static void shrink(const lanes *p, const lanes *state, struct Point *x)
 {
     EACH_LANE {
-        const double left = larger(1 - p[KAPPA][i] * state[0][i] / p[F_REF][i], 0.01);
+        const double linear = 1 - p[KAPPA][i] * state[0][i] / p[F_REF][i], left = larger(linear, LEAST);
+        mark_side(x, i, linear < LEAST);
         x->a[i] *= left;
         x->b[i] *= left;
     }

@@ -38,16 +38,18 @@ static void force(const lanes *p, struct Point *x)
 }
 
 /* While it slides the bristle stays, whatever F_C and P do; where it sticks again it stands no further than z0. It does
- * so once: other events, which only some hosts have, say nothing to a bristle that sticks while z0 comes down. */
+ * so once: other events, which only some hosts have, say nothing to a bristle that sticks while z0 comes down, nor to
+ * one that is out of the work. */
 static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
 {
     (void)p;
     EACH_LANE {
         const double bound =
             z_0(x, i) * (1 + 1e-12); /* beyond z0 by more than roundings: it slides, whoever looks again */
-        const int sticks_again = (x->stuck[i] != 0) & (memory[SLIDES][i] != 0);
+        const int in_contact = x->cutting[i] != 0,
+                  sticks_again = in_contact & (x->stuck[i] != 0) & (memory[SLIDES][i] != 0);
         z[i] = sticks_again ? smaller(larger(z[i], -bound), bound) : z[i];
-        memory[SLIDES][i] = x->stuck[i] == 0;
+        memory[SLIDES][i] = in_contact ? x->stuck[i] == 0 : memory[SLIDES][i];
     }
 }
 

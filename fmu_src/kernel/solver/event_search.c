@@ -80,6 +80,12 @@ static inline int slip_event(const struct Contact *contact, int i, const struct 
                                                  (law_side * middle->law[i] < 0) | (law_side * end->law[i] < 0));
 }
 
+int shows_slip_event(const struct Contact *contact, const struct Configuration *w, int i, const struct Point *early,
+                     const struct Point *late)
+{
+    return !w->current_angle && slip_event(contact, i, early, late);
+}
+
 /* Where in a step an indicator that starts, is and ends on its side comes nearest to 0, as the parabola says, if that
  * is near: as a share of the step; 0: nowhere. */
 #define NEAR 0.5 /* of the least that the three points show */

@@ -409,6 +409,10 @@ static double unseen_way(const struct Configuration *w, double h, const struct P
     return most;
 }
 
+/* An event at the quarters, which start, middle and end do not show, has happened twice: as where the slip comes out of
+ * a band of sticking when a gap closes, and falls back into it. As an error it asks for a step of half the length. */
+#define UNSEEN_EVENT 32
+
 void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES],
                          const struct Feedback *known, const lanes s, const lanes h, const struct Point *a,
                          const struct Point *m, const struct Point *b, lanes error)
@@ -455,5 +459,9 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
             larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i]))));
         const double worst = larger(larger(beside[i], of_z), share[i] * larger(of_force, of_mean[i]));
         error[i] = doubtful[i] ? worst / (0.5 * w->p[VAR_RELATIVE_TOLERANCE][i]) : 0;
+    }
+    for (int i = 0; i < LANES; ++i) {
+        const int unseen = doubtful[i] && shows_slip_event(contact, w, i, &early, &late);
+        error[i] = unseen ? larger(error[i], UNSEEN_EVENT) : error[i];
     }
 }

@@ -91,8 +91,8 @@ static double swings(const struct Configuration *w, int i, int feed, double h, c
     for (int n = 0; n < w->on_count; ++n)
         if (w->on[n]->driver == DRIVEN_BY_FORCE && w->on[n]->longest_step)
             part = larger(part, h / w->on[n]->longest_step(w->on_p[n], i));
-    const double tight = sqrt(sqrt(USUAL_TOLERANCE / tolerance));
-    return bend > QUIET * tolerance * part * part ? part * part * part * tight * tight * tight : 0;
+    const double finer = w->finer[i];
+    return bend > QUIET * tolerance * part * part ? part * part * part * finer * finer * finer : 0;
 }
 
 int accurate(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes h,

@@ -11,12 +11,10 @@
 
 void guard_stretch(const struct Contact *contact, const struct Configuration *w, struct ZenoGuard *p)
 {
-    const double few = 20, tolerance = w->p[VAR_RELATIVE_TOLERANCE][0],
-                 tight = tolerance < USUAL_TOLERANCE ? sqrt(sqrt(USUAL_TOLERANCE / tolerance)) : 1,
-                 usual = w->current_angle ? 1000 : 4000, breaks = w->law->rest ? 24 * usual : 0;
+    const double few = 20, usual = w->current_angle ? 1000 : 4000, breaks = w->law->rest ? 24 * usual : 0;
     const int goes_on = p->length > 0 && p->length < INFINITY;
     p->length = few * w->longest[0];
-    p->most = (usual * tight + breaks) * (w->comes_back ? 100 : 1);
+    p->most = (usual * w->finer[0] + breaks) * (w->comes_back ? 100 : 1);
     p->most_events = 200;
     if (!goes_on) {
         p->begun = contact->value[VAR_TIME][0];
