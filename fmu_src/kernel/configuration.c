@@ -78,24 +78,25 @@ static void wire_effects(const struct Contact *contact, struct Configuration *w)
     uint64_t left = contact->effects_on;
     for (int n = 0, at = kernel_effect_switch(0), state = 0; n < EFFECT_COUNT && left; ++n, left >>= 1) {
         const struct Effect *effect = kernel_effect(n);
+        const enum Driver driver = driver_of(w, effect);
         if (left & 1) {
             w->on[w->on_count] = effect;
             w->on_p[w->on_count] = contact->value + at;
             w->on_state[w->on_count] = state;
             w->on_value[w->on_count++] = at + effect->count - 2 * effect->states;
             w->stages |= 1 << effect->stage;
-            w->drivers |= (effect->driver != NO_STATES) << effect->driver;
+            w->drivers |= (driver != NO_STATES) << driver;
             const int keeps_past = effect->looks_back || effect->meets_again;
-            for (int i = 0; i < LANES && (effect->driver != NO_STATES || effect->stage == STAGE_FRICTION ||
-                                          effect->bends || keeps_past);
+            for (int i = 0;
+                 i < LANES && (driver != NO_STATES || effect->stage == STAGE_FRICTION || effect->bends || keeps_past);
                  ++i) {
                 const int active = acts(effect, contact->value + at, i);
-                w->acting[i] |= effect->driver != NO_STATES ? active << effect->driver : 0;
+                w->acting[i] |= driver != NO_STATES ? active << driver : 0;
                 w->levelled[i] |= active & (effect->stage == STAGE_FRICTION);
                 w->bent[i] |= active & effect->bends;
                 w->keeps_past[i] |= active & keeps_past;
             }
-            w->sensors += effect->driver == DRIVEN_BY_SENSOR;
+            w->sensors += driver == DRIVEN_BY_SENSOR;
             w->looks_back |= effect->looks_back != NULL;
             w->comes_back |= effect->periods != NULL;
             w->delays |= effect->delays != NULL && w->kinematics == KINEMATICS_EXTERNAL;

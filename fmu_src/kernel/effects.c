@@ -20,11 +20,17 @@ static void move_one(const struct Configuration *w, int n, const lanes h, const 
     w->on[n]->move(w->on_p[n], h, start, middle, end, start->state + at, middle->state + at, end->state + at);
 }
 
+/* Where the slip is solved for, all of the motion waits for the forces. */
+enum Driver driver_of(const struct Configuration *w, const struct Effect *effect)
+{
+    return effect->driver == DRIVEN_BY_APPROACH && w->current_angle ? DRIVEN_BY_FORCE : effect->driver;
+}
+
 void move_states(const struct Configuration *w, enum Driver driver, const lanes h, const struct Point *start,
                  struct Point *middle, struct Point *end)
 {
     for (int n = 0; n < w->on_count && w->drivers >> driver & 1; ++n)
-        if (w->on[n]->driver == driver)
+        if (driver_of(w, w->on[n]) == driver)
             move_one(w, n, h, start, middle, end);
 }
 
@@ -52,7 +58,7 @@ void lead_states(const struct Configuration *w, enum Driver driver, double ahead
     for (int n = 0; n < w->on_count; ++n) {
         const struct Effect *effect = w->on[n];
         lanes rate[EFFECT_STATES];
-        if (effect->driver != driver)
+        if (driver_of(w, effect) != driver)
             continue;
         effect->rate(w->on_p[n], x, x->state + w->on_state[n], rate);
         for (int k = 0; k < effect->states; ++k)

@@ -168,7 +168,7 @@ void friction_force(const struct Configuration *w, struct Point *x)
 }
 
 /* What of a motion reaches the contact goes by the way that the slip itself turns, which is tried for. */
-static void pass_on(const struct Configuration *w, struct Point *x)
+static void part_passed_on(const struct Configuration *w, struct Point *x)
 {
     if (!(w->stages >> STAGE_ENGAGEMENT & 1))
         return;
@@ -182,7 +182,7 @@ static void slip_passed_on(const struct Configuration *w, const lanes tan_flow, 
 {
     EACH_LANE
         x->v[i] = slip_along_rake(w, x, i, tan_flow[i]);
-    pass_on(w, x);
+    part_passed_on(w, x);
     EACH_LANE
         x->v[i] *= x->passed[i];
 }
@@ -193,7 +193,7 @@ static void answer(const struct Contact *contact, const struct Configuration *w,
         x->direction[i] = x->v[i] < 0 ? -1 : 1;
         x->piece[i] = x->path_piece[i];
     }
-    pass_on(w, x);
+    part_passed_on(w, x);
     proxy_open(contact, w, tau, x);
     load_at(contact, w, tau, x);
     friction_open(contact, w, tau, x);

@@ -421,8 +421,9 @@ struct Point {
     lanes tau_s; /* shear stress [Pa] */
     lanes w; /* width of cut [m] */
     lanes k; /* shear load tau_s w h [N] */
-    lanes surface_piece, path_piece, piece; /* of what has kinks, which side is on: of the surface that is met, and of what the
-                                   effects do, a binary digit each in their order; opened where an effect is on */
+    lanes surface_piece, path_piece,
+        piece; /* of what has kinks, which side is on: of the surface that is met, and of what the
+      effects do, a binary digit each in their order; opened where an effect is on */
     lanes edge_p, edge_f; /* forces of the edge and the flank on the tool, beside those of the chip [N] */
     lanes load; /* normal load on the contact: given, or that of a chip without friction [N] */
     lanes distance; /* slid so far [m] */
@@ -490,9 +491,9 @@ struct FrictionLaw {
     void (*rest)(const lanes *p, const struct Point *x, lanes *memory);
 };
 
-/* What moves an effect's states: nothing (it has none), the motion (path, slip, temperature), the forces, which feed
- * back within the step, or what is measured. */
-enum Driver { NO_STATES, DRIVEN_BY_MOTION, DRIVEN_BY_FORCE, DRIVEN_BY_SENSOR };
+/* What moves an effect's states: nothing (it has none), the motion (path, slip, temperature), the motion before the
+ * states say how much of it reaches the contact, the forces, which feed back within the step, or what is measured. */
+enum Driver { NO_STATES, DRIVEN_BY_MOTION, DRIVEN_BY_APPROACH, DRIVEN_BY_FORCE, DRIVEN_BY_SENSOR };
 
 /* A switchable effect. variables[0] is its Boolean switch and says name, meaning and source; then come its parameters,
  * named

@@ -503,6 +503,10 @@ void path_at(const struct Contact *contact, const struct Configuration *w, const
         engage_given(x);
     else
         engage_ellipse(w, x);
+}
+
+void pass_on(const struct Configuration *w, struct Point *x)
+{
     if (!(w->stages >> STAGE_ENGAGEMENT & 1))
         return;
     act(w, STAGE_ENGAGEMENT, x);

@@ -29,8 +29,7 @@ static void coast(const struct Configuration *w, struct Point *x)
     x->warnings = 0;
 }
 
-/* Motion and temperature: all that does not wait for the bristle. */
-void engage_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
+static void approach(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     path_at(contact, w, tau, x);
     EACH_LANE {
@@ -41,7 +40,30 @@ void engage_point(const struct Contact *contact, const struct Configuration *w, 
         x->law[i] = 1;
         x->distance[i] = contact->value[VAR_SLIDING_DISTANCE][i];
     }
+}
+
+static void meet(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
+{
+    pass_on(w, x);
     proxy_open(contact, w, tau, x);
+}
+
+/* Motion and temperature: all that does not wait for the bristle. */
+void engage_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
+{
+    approach(contact, w, tau, x);
+    meet(contact, w, tau, x);
+}
+
+/* The same of a step's middle and end: how much of the motion reaches the contact goes by states that it has moved. */
+void engage_step(const struct Contact *contact, const struct Configuration *w, const lanes h, const lanes half,
+                 const lanes whole, const struct Point *start, struct Point *middle, struct Point *end)
+{
+    approach(contact, w, half, middle);
+    approach(contact, w, whole, end);
+    move_states(w, DRIVEN_BY_APPROACH, h, start, middle, end);
+    meet(contact, w, half, middle);
+    meet(contact, w, whole, end);
 }
 
 /* Stages up to the rates, z given in x. passing: a point within a step, whose outputs nobody looks at. */

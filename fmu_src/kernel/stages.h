@@ -100,6 +100,7 @@ void wire_step(double step, struct Configuration *w);
 /* effects.c: let the effects of a stage act; move the states of one driver over a step; show states and their rates;
  * the longest step that resolves what is on. */
 void act(const struct Configuration *w, enum Stage stage, struct Point *x);
+enum Driver driver_of(const struct Configuration *w, const struct Effect *effect);
 void move_states(const struct Configuration *w, enum Driver driver, const lanes h, const struct Point *start,
                  struct Point *middle, struct Point *end);
 void measure(const struct Contact *contact, const struct Configuration *w, struct Point *x);
@@ -192,6 +193,8 @@ void valleys_at(struct Turn *turn, int lane);
 double lowest_left(const struct Turn *turn, int lane, double begun, double place, double ends);
 /* path.c: u, h, approach, slip, the path's indicators, at `tau` [s] after value[VAR_TIME]; uses the states in x. */
 void path_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
+/* path.c: which part of the slip reaches the contact. */
+void pass_on(const struct Configuration *w, struct Point *x);
 /* path.c: chip slip along the rake; tan_flow: of the shear angle less the rake angle. */
 double slip_along_rake(const struct Configuration *w, const struct Point *x, int lane, double tan_flow);
 
@@ -231,6 +234,8 @@ double shear_angle(const struct Configuration *w, const struct Point *x, int lan
  * motion and theta; open: up to the rates; bend: the rates anew, of all that was opened what goes by z within a step;
  * close: the rest. passing: a point within a step, whose outputs nobody looks at. */
 void engage_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
+void engage_step(const struct Contact *contact, const struct Configuration *w, const lanes h, const lanes half,
+                 const lanes whole, const struct Point *start, struct Point *middle, struct Point *end);
 void open_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, int passing,
                 struct Point *x);
 void bend_point(const struct Configuration *w, struct Point *x);

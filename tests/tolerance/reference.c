@@ -75,7 +75,8 @@ enum Verdict reference_run(struct Contact *contact, const struct Motion *motion,
         c.sums[q] = c.opened[q] = contact->value[c.integral[q]][0];
     c.moved = (int)parameter(&c, VAR_CHIP_FLOW_ANGLE) == CURRENT_ANGLE || c.turn > 0;
     for (int n = 0; n < kernel_effect_count(); ++n)
-        c.moved |= contact->value[kernel_effect_switch(n)][0] != 0 && kernel_effect(n)->driver == DRIVEN_BY_FORCE;
+        c.moved |= contact->value[kernel_effect_switch(n)][0] != 0 &&
+                   (kernel_effect(n)->driver == DRIVEN_BY_APPROACH || kernel_effect(n)->driver == DRIVEN_BY_FORCE);
     c.window = parameter(&c, VAR_AVERAGING_WINDOW);
     if (!(c.window > 0) && (int)parameter(&c, VAR_KINEMATICS) != KINEMATICS_EXTERNAL)
         c.window = 1 / parameter(&c, VAR_VIBRATION_FREQUENCY);

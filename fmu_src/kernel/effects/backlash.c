@@ -87,7 +87,7 @@ const struct Effect effect_backlash = {
     .signature = "after each reversal the force stands still over a way that is the same at any speed, and then turns",
     .applies_to = "external",
     .family = "lag",
-    .stage = STAGE_ENGAGEMENT, .driver = DRIVEN_BY_FORCE, .states = 1, .forgets = 1, .settles = 1,
+    .stage = STAGE_ENGAGEMENT, .driver = DRIVEN_BY_APPROACH, .states = 1, .forgets = 1, .settles = 1,
     .act = cross, .move = move, .rate = rate, .slip_way = slip_way,
     .variables = variables, .count = COUNT,
 };

@@ -61,18 +61,36 @@ static void replace(const lanes *p, const lanes *state, struct Point *x)
 static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b,
                  const lanes *from, lanes *half, lanes *whole)
 {
-    lanes stroke;
-    EACH_LANE
+    lanes stroke, left;
+    struct Ways to_half[LANES], to_end[LANES];
+    int back = 0, apart = 0;
+    for (int i = 0; i < LANES; ++i) {
         stroke[i] = p[STROKE][i];
-    for (int k = ELEMENTS - 1; k >= 0; --k)
+        ways_that_turn(a->direction[i], h[i], a->v[i], m->v[i], b->v[i], &to_half[i], &to_end[i]);
+        back |= to_end[i].back != 0;
+        apart |= a->cutting[i] == 0;
+    }
+    if (apart)
+        EACH_LANE
+            left[i] = exponential(-0.5 * h[i] * a->rate[i]);
+    for (int k = ELEMENTS - 1; k >= 0; --k) {
         EACH_LANE {
-            const double s = a->direction[i], y = from[k][i], left = exponential(-0.5 * h[i] * a->rate[i]);
-            struct Ways to_half, to_end;
-            ways_that_turn(s, h[i], a->v[i], m->v[i], b->v[i], &to_half, &to_end);
-            half[k][i] = a->cutting[i] != 0 ? stop_along_and_back(y, s, stroke[i], to_half) : y * left;
-            whole[k][i] = a->cutting[i] != 0 ? stop_along_and_back(y, s, stroke[i], to_end) : y * left * left;
-            stroke[i] /= p[RATIO][i];
+            half[k][i] = stop_after(from[k][i], a->direction[i], to_half[i].along / stroke[i]);
+            whole[k][i] = stop_after(from[k][i], a->direction[i], to_end[i].along / stroke[i]);
         }
+        if (back)
+            EACH_LANE {
+                half[k][i] = stop_after(half[k][i], -a->direction[i], to_half[i].back / stroke[i]);
+                whole[k][i] = stop_after(whole[k][i], -a->direction[i], to_end[i].back / stroke[i]);
+            }
+        if (apart)
+            EACH_LANE {
+                half[k][i] = a->cutting[i] != 0 ? half[k][i] : from[k][i] * left[i];
+                whole[k][i] = a->cutting[i] != 0 ? whole[k][i] : from[k][i] * left[i] * left[i];
+            }
+        EACH_LANE
+            stroke[i] /= p[RATIO][i];
+    }
 }
 
 static void rate(const lanes *p, const struct Point *x, const lanes *state, lanes *rate)

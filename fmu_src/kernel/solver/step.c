@@ -76,8 +76,7 @@ static void open_step(const struct Contact *contact, const struct Configuration 
         half[i] = s[i] + 0.5 * h[i];
         whole[i] = s[i] + h[i];
     }
-    engage_point(contact, w, half, middle);
-    engage_point(contact, w, whole, end);
+    engage_step(contact, w, h, half, whole, start, middle, end);
     if (w->on_count > 0 && w->current_angle) {
         slip_as_solved(w, middle);
         slip_as_solved(w, end);

@@ -382,7 +382,7 @@ static double state_error(const struct Configuration *w, enum Driver driver, con
     double worst = 0;
     for (int n = 0; n < w->on_count; ++n) {
         const struct Effect *const effect = w->on[n];
-        for (int k = 0; effect->driver == driver && k < effect->states; ++k) {
+        for (int k = 0; driver_of(w, effect) == driver && k < effect->states; ++k) {
             const double nominal = effect->variables[effect->count - 2 * effect->states + k].nominal,
                          here = b->state[w->on_state[n] + k][i], there = whole->state[w->on_state[n] + k][i];
             worst = larger(worst, apart(here, there, larger(nominal > 0 ? nominal : 1, fabs(here))));
