@@ -12,11 +12,11 @@ static inline int follows_slip(const struct Configuration *w, int i)
 }
 
 /* How far a pass has moved the states that follow a slip which is solved for, in units of what is allowed. */
-static double moved_states(double allowed, const struct Point *x, const struct Point *before, int i)
+static double moved_states(double allowed, const struct Point *x, const lanes *before, int i)
 {
     double worst = 0;
     for (int k = 0; k < EFFECT_STATES; ++k) {
-        const double move = fabs(x->state[k][i] - before->state[k][i]);
+        const double move = fabs(x->state[k][i] - before[k][i]);
         worst = move > 0 ? larger(worst, move / (allowed * fabs(x->state[k][i]))) : worst;
     }
     return worst;
@@ -29,16 +29,28 @@ static double enough(const struct Configuration *w, const struct Point *x, int i
            larger(larger(x->F_C[i], x->F_S[i]), larger(fabs(x->F[i]), fabs(x->F_p[i])));
 }
 
+/* What a pass may move, as the one before has left it. */
+struct PassBefore {
+    lanes z, state[EFFECT_STATES];
+};
+
+static void note_before(const struct Configuration *w, const struct Point *end, struct PassBefore *before)
+{
+    memcpy(before->z, end->z, sizeof before->z);
+    if (w->current_angle && w->drivers)
+        memcpy(before->state, end->state, sizeof before->state);
+}
+
 /* How far a pass has moved what it repeats for, in units of what is allowed: the deflection, and where forces feed back
  * these, at the middle as well as at the end: as much of it as comes back. */
-static double moved(const struct Configuration *w, const struct Point *x, const struct Point *before,
+static double moved(const struct Configuration *w, const struct Point *x, const struct PassBefore *before,
                     const struct Passes *passes, double gain, int i)
 {
     const int bent = w->current_angle || w->bends || w->yields;
     const double allowed = 1e-3 * w->p[VAR_RELATIVE_TOLERANCE][i];
     const double of_z = bent ? fabs(x->z[i] - before->z[i]) / (allowed * larger(fabs(x->z[i]), 1e-300)) : 0;
     if (!w->feedback)
-        return follows_slip(w, i) ? larger(of_z, moved_states(allowed, x, before, i)) : of_z;
+        return follows_slip(w, i) ? larger(of_z, moved_states(allowed, x, before->state, i)) : of_z;
     return passes->astray[i] || !(gain < INFINITY) ? INFINITY : larger(of_z, gain * passes->miss[i] / enough(w, x, i));
 }
 
@@ -207,18 +219,22 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
                    const struct Point *start, struct Feedback *known, struct Point *middle, struct Point *end,
                    lanes difference)
 {
-    int settled[LANES] = {0}, done[LANES] = {0}, nearest[LANES] = {0}, all = 0;
-    lanes last, least;
+    int settled[LANES] = {0}, done[LANES] = {0}, nearest[LANES] = {0}, all = 0, some = 0;
+    lanes last, least, kept_difference;
+    struct Point kept[2]; /* of lanes that are done while others go on */
     struct Passes passes;
     if (w->feedback)
         begin_passes(w, h, start, known, middle, end, &passes);
     EACH_LANE
         last[i] = least[i] = INFINITY;
     for (int n = 0; n < 30 && !all; ++n) {
-        const struct Point before = *end, before_middle = *middle;
-        lanes before_difference;
-        for (int i = 0; i < LANES; ++i)
-            before_difference[i] = difference[i];
+        struct PassBefore before;
+        note_before(w, end, &before);
+        if (some) {
+            kept[0] = *middle;
+            kept[1] = *end;
+            memcpy(kept_difference, difference, sizeof kept_difference);
+        }
         if (n > 0 && w->feedback)
             begin_pass(w, h, start, middle, end, &passes);
         if (n == 0 || w->feedback || w->current_angle)
@@ -234,9 +250,9 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
         all = 1;
         for (int i = 0; i < LANES; ++i) {
             if (done[i]) {
-                copy_lane((lanes *)middle, (const lanes *)&before_middle, POINT_LANES, i);
-                copy_lane((lanes *)end, (const lanes *)&before, POINT_LANES, i);
-                difference[i] = before_difference[i];
+                copy_lane((lanes *)middle, (const lanes *)&kept[0], POINT_LANES, i);
+                copy_lane((lanes *)end, (const lanes *)&kept[1], POINT_LANES, i);
+                difference[i] = kept_difference[i];
                 continue;
             }
             /* linearised rates come closer by the same ratio again, or faster: that pass need not be made to be seen */
@@ -252,6 +268,7 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
             if (done[i] && known && w->feedback)
                 note_feedback(&passes, h[i], i, known);
             all &= done[i];
+            some |= done[i];
         }
     }
     for (int i = 0; i < LANES; ++i) {
