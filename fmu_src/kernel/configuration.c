@@ -184,6 +184,8 @@ struct Configuration wire(const struct Contact *contact)
         w.root_decayed[i] = tight > 1 ? sqrt(w.decayed[i]) : ROOT_DECAYED;
         w.finer[i] = tight > 1 ? sqrt(sqrt(tight)) : 1;
     }
+    if (w.law->prepare)
+        w.law->prepare(w.law_p, &w);
     w.ends = NAN;
     wire_time(contact, &w);
     return w;

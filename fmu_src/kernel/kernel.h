@@ -477,6 +477,7 @@ struct FrictionLaw {
     void (*level)(const lanes *p, struct Point *x);
     /* Is its target, in this lane, as smooth in the slip speed as e^-(v/v_s)^2? NULL: nobody says so. */
     int (*smooth)(const lanes *p, int lane);
+    void (*prepare)(const lanes *p, struct Configuration *w); /* what follows from parameters alone; may be NULL */
     int relaxes; /* z strives for target at rate; else it integrates drive */
     void (*rates)(const lanes *p, struct Point *x); /* rate, drive, target from v, direction, speed, stuck */
     /* Does the rate depend on the deflection, in this lane? And how: rate, drive, target linearised at z. Solved by

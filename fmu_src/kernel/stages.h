@@ -76,6 +76,7 @@ struct Configuration {
     lanes longest; /* internal step that resolves vibration and effects [s] */
     lanes
         finer; /* times as many steps as at the usual tolerance: its fourth root over relative_tolerance, 1 at least */
+    lanes flat_share, damping_room; /* of lugre.c: slip without static friction over v_s; how much damping dissipates */
     lanes decayed, root_decayed; /* x from which on e^-x is less than the tolerance asks for, and its root */
     lanes cycle; /* place in the vibration cycle at value[VAR_TIME], 0..1 */
     double ends; /* of the communication step [s]; NAN: points there need not stand as the next one begins */

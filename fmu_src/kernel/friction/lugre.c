@@ -30,41 +30,39 @@ static const struct Variable variables[COUNT] = {
 };
 /* clang-format on */
 
+/* With a presliding exponent n, the least of S^(n + 1)/(S^n - 1) over deflections S beyond the steady one; 4 of 1. */
+static void prepare(const lanes *p, struct Configuration *w)
+{
+    for (int i = 0; i < LANES; ++i) {
+        const double exponent = p[STRIBECK_EXPONENT][i], n = p[PRESLIDING_EXPONENT][i];
+        w->flat_share[i] = exponent == 2 ? w->root_decayed[i] : power_of(w->decayed[i], 1 / exponent);
+        w->damping_room[i] = n == 1 ? 4 : power_of(n + 1, (n + 1) / n) / n;
+    }
+}
+
 /* (v/v_s)^exponent, and the slip from which on it leaves no static friction. */
 static void powers(const lanes *p, struct Point *x, lanes power)
 {
-    const struct Configuration *const w = x->configuration;
     int other = 0;
     EACH_LANE {
         const double ratio = x->speed[i] / x->v_s[i];
         power[i] = ratio * ratio;
-        x->flat_from[i] = x->v_s[i] * w->root_decayed[i];
+        x->flat_from[i] = x->v_s[i] * x->configuration->flat_share[i];
         other |= p[STRIBECK_EXPONENT][i] != 2;
     }
-    for (int i = 0; other && i < LANES; ++i) {
-        if (p[STRIBECK_EXPONENT][i] == 2)
-            continue;
-        power[i] = power_of(x->speed[i] / x->v_s[i], p[STRIBECK_EXPONENT][i]);
-        x->flat_from[i] = x->v_s[i] * power_of(w->decayed[i], 1 / p[STRIBECK_EXPONENT][i]);
-    }
+    for (int i = 0; other && i < LANES; ++i)
+        if (p[STRIBECK_EXPONENT][i] != 2)
+            power[i] = power_of(x->speed[i] / x->v_s[i], p[STRIBECK_EXPONENT][i]);
 }
 
 /* The damping that stands in the force: with damping_mode = dissipative |v| s1 <= 4 c g, from which v F is at least
- * what the bristles store; with s0 below P that bound shrinks by s0/P. `most`: steady deflection g(v)/P. With another
- * presliding exponent n the 4 is the least of S^(n + 1)/(S^n - 1) over deflections S beyond the steady one. */
-static void limit_damping(const lanes *p, struct Point *x, const lanes most)
+ * what the bristles store; with s0 below P that bound shrinks by s0/P. `most`: steady deflection g(v)/P. */
+static void limit_damping(struct Point *x, const lanes most)
 {
     lanes bound;
-    int bounded = 0, other = 0;
-    EACH_LANE {
-        bound[i] = 4 * x->margin[i] * most[i] * x->s0[i];
-        other |= p[PRESLIDING_EXPONENT][i] != 1;
-    }
-    for (int i = 0; other && i < LANES; ++i) {
-        const double n = p[PRESLIDING_EXPONENT][i];
-        if (n != 1)
-            bound[i] *= power_of(n + 1, (n + 1) / n) / n / 4;
-    }
+    int bounded = 0;
+    EACH_LANE
+        bound[i] = x->configuration->damping_room[i] * x->margin[i] * most[i] * x->s0[i];
     EACH_LANE {
         x->limited[i] = x->s1[i] * x->speed[i] > bound[i];
         bounded |= x->s1[i] * x->speed[i] > 0.999 * bound[i];
@@ -85,7 +83,7 @@ static void rates(const lanes *p, struct Point *x)
         x->rate[i] = x->speed[i] / most[i];
         x->target[i] = x->direction[i] * most[i];
     }
-    limit_damping(p, x, most);
+    limit_damping(x, most);
 }
 
 static int smooth(const lanes *p, int lane) { return p[STRIBECK_EXPONENT][lane] == 2; }
@@ -129,7 +127,7 @@ const struct FrictionLaw friction_lugre = {
         "exp(-(|v|/v_s)^stribeck_exponent);  F = s0 z + s1 dz/dt + sigma2 v |v/viscous_reference|^(viscous_exponent - 1)",
     .source = "Canudas de Wit et al. 1995, eqs. 2 to 5; the paper, eq. 8",
     .reads = "sigma0, sigma1, sigma2, F_C, F_S, v_s",
-    .relaxes = 1, .smooth = smooth, .rates = rates, .yields = yields, .yield = yield, .force = force,
+    .relaxes = 1, .smooth = smooth, .prepare = prepare, .rates = rates, .yields = yields, .yield = yield, .force = force,
     .variables = variables, .count = COUNT,
 };
 /* clang-format on */

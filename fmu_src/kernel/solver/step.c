@@ -296,6 +296,17 @@ static void wait_where_arrived(const struct Configuration *w, const lanes h, con
     keep_arrived(h, (const lanes *)start + beside, POINT_LANES - beside, (lanes *)x + beside);
 }
 
+/* Where passes begin: at what the rate that is linearised at the start makes of the deflection. */
+static void foresee(const lanes h, const struct Point *start, struct Point *middle, struct Point *end)
+{
+    EACH_LANE {
+        const double half = exponential(-0.5 * h[i] * start->rate[i]), away = start->z[i] - start->target[i];
+        const int known = fabs(start->target[i]) < INFINITY;
+        middle->z[i] = known ? start->target[i] + away * half : start->z[i];
+        end->z[i] = known ? start->target[i] + away * half * half : start->z[i];
+    }
+}
+
 void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
               const struct Point *start, struct Feedback *known, struct Point *middle, struct Point *end,
               lanes difference)
@@ -309,6 +320,8 @@ void try_step(const struct Contact *contact, const struct Configuration *w, cons
     for (int k = 0; w->drivers && k < EFFECT_STATES; ++k)
         EACH_LANE
             middle->state[k][i] = end->state[k][i] = start->state[k][i];
+    if (w->iterates && w->law->relaxes && !w->feedback)
+        foresee(h, start, middle, end);
     int brief[LANES], all_brief = 1, any_brief = 0;
     for (int i = 0; i < LANES; ++i) {
         brief[i] = w->current_angle && h[i] <= jump_time(w, i);
