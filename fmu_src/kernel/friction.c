@@ -100,6 +100,9 @@ void friction_open(const struct Contact *contact, const struct Configuration *w,
         EACH_LANE
             x->P[i] = x->s0[i];
     x->warnings |= softest ? WARN_STIFFNESS_FLOOR : 0u;
+    if (w->stages >> STAGE_BRISTLE & 1)
+        EACH_LANE
+            x->open_piece[i] = x->piece[i];
 }
 
 /* Out of contact nothing drives the bristles: they relax, or (release_time 0) were let go at separation. */
@@ -112,6 +115,7 @@ void friction_rates(const struct Configuration *w, struct Point *x)
         EACH_LANE {
             x->kept[i] = 1;
             x->instead[i] = 0;
+            x->piece[i] = x->open_piece[i];
         }
         act(w, STAGE_BRISTLE, x);
     }

@@ -421,9 +421,9 @@ struct Point {
     lanes tau_s; /* shear stress [Pa] */
     lanes w; /* width of cut [m] */
     lanes k; /* shear load tau_s w h [N] */
-    lanes surface_piece, path_piece,
-        piece; /* of what has kinks, which side is on: of the surface that is met, and of what the
-      effects do, a binary digit each in their order; opened where an effect is on */
+    /* of what has kinks, which side is on: of the surface that is met, and of what the effects do, a binary digit each
+     * in their order: of those on the path, of those before the bristle, of all; opened where an effect is on */
+    lanes surface_piece, path_piece, open_piece, piece;
     lanes edge_p, edge_f; /* forces of the edge and the flank on the tool, beside those of the chip [N] */
     lanes load; /* normal load on the contact: given, or that of a chip without friction [N] */
     lanes distance; /* slid so far [m] */

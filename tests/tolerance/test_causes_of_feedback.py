@@ -235,3 +235,18 @@ def test_where_no_cycle_comes_back_the_contact_begins_at_rest(tolerance: float) 
     }  # fmt: skip
     case = vibrates(values, ("amplitude_loss",), tolerance, cycles=3, points=40, speed=0.168951)
     assert worst(case, "friction_force", "bristle_deflection") < 3
+
+
+def test_a_search_that_takes_too_long_and_is_astray_leaves_the_contact_at_rest() -> None:
+    """The resonances of a dynamometer beside such a load: given up after 20 000 steps, it left a friction force that was 90 000 off."""
+    values = {
+        "kinematics": "internal", "friction_law": "lugre", "sigma0": 482200.0, "sigma1": 5899980.0, "sigma2": 31.38, "F_C": 0.7379,
+        "F_S": 2.56, "v_s": 7.8e-5, "damping_mode": "as_published", "lugre.stribeck_exponent": 1.0, "lugre.presliding_exponent": 1.615127,
+        "lugre.viscous_exponent": 1.519605, "vibration_frequency": 2299.163, "amplitude_x": 2.32421e-6, "amplitude_y": 2.552892e-6,
+        "feed": 5.630604e-6, "chip_flow_shear_angle": 0.610702, "phase_x": -1.544757, "phase_y": 3.16549, "initial_state": "periodic",
+        "shear_angle_principle": "minimum_energy", "rake_angle": 0.168292, "amplitude_loss.kappa": 0.0468938,
+        "amplitude_loss.F_ref": 4.406836, "amplitude_loss.response_time": 4.25465e-4, "dynamometer_resonance.natural_period": 9.793806e-4,
+        "dynamometer_resonance.damping_ratio": 0.05,
+    }  # fmt: skip
+    case = vibrates(values, ("amplitude_loss", "dynamometer_resonance"), 1e-4, cycles=2, points=40, speed=0.0428738)
+    assert worst(case, "friction_force", "bristle_deflection") < 3

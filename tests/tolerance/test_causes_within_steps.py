@@ -484,3 +484,16 @@ def test_a_tool_whose_amplitude_comes_to_its_least_has_a_kink_there() -> None:
     }  # fmt: skip
     case = vibrates(values, ("amplitude_loss",), 1e-6, cycles=1.4, points=50.916, speed=0.0993917)
     assert worst(case, "friction_force", "bristle_deflection") < 3
+
+
+def test_a_bristle_that_begins_to_yield_at_the_end_of_a_step_has_a_kink_there() -> None:
+    """Nothing that bends by more than 40 tolerances shows that elasto_plastic gives way in the last fiftieth of it: 12 of the force."""
+    values = {
+        "kinematics": "combined", "sigma0": 147060.467, "sigma1": 1.489, "sigma2": 1.1647, "F_C": 0.852355, "F_S": 1.300467,
+        "v_s": 0.013687, "lugre.presliding_exponent": 1.378257, "lugre.viscous_exponent": 0.624473, "vibration_frequency": 884.582,
+        "amplitude_x": 6.380016e-6, "amplitude_y": 1.3992887e-5, "feed": 1.01785663e-4, "chip_flow_shear_angle": 0.306832,
+        "shear_angle_principle": "minimum_energy", "elasto_plastic.share": 0.88650978, "elasto_plastic.break_away": 0.67531794,
+    }  # fmt: skip
+    times = np.concatenate([[0], 2.1e-5 + 3.3629261e-5 * np.arange(1, 40)])
+    motion = Motion.record(times, {"cutting_speed": np.full(times.shape, 0.0046)}, stepped=True)
+    assert worst(Case("test", values, ("elasto_plastic",), motion, 1e-6), "friction_force", "bristle_deflection") < 3

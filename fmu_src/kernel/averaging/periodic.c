@@ -140,8 +140,9 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
 #define SLOW_STEP 0.3
 #define MOST_TRIES 30
 
-/* A search that ends within this of a cycle leaves what is nearest to one; else it has gone astray, and what it leaves
- * says more of its tolerance than of the contact, which then begins at rest. */
+/* A search that ends within this of a cycle leaves what is nearest to one, and one that has taken too long for a second
+ * cycle what the first has made of a start at rest; else it has gone astray, and what it leaves says more of its
+ * tolerance than of the contact, which then begins at rest. */
 #define ASTRAY 0.1
 
 static double scale_of(const struct Contact *contact, int index, int i)
@@ -176,7 +177,7 @@ struct Search {
     double miss[UNKNOWNS], scale[UNKNOWNS]; /* what a cycle adds to the states, and what is little of each */
     double slope[UNKNOWNS][UNKNOWNS]; /* of what a cycle makes of them */
     double step[UNKNOWNS], missed; /* the next one; the largest miss, by its scale */
-    int knows_slopes, more, done;
+    int knows_slopes, more, done, lost;
     double steps; /* of the integration */
 };
 
@@ -307,6 +308,7 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             const int near = larger(x->missed, furthest(x->step, x->scale, used)) <= enough_of(&trial, i);
             x->done = near && (forces_came_back(&trial, w, used, (const lanes *)from, i) || ++x->more > MORE_CYCLES);
             const int gives_up = !x->done && x->steps > most_steps_of_cycles(contact);
+            x->lost = !x->done && !(x->missed <= ASTRAY) && !(gives_up && tries == 0);
             for (int n = 0; n < used && !x->done; ++n)
                 from[n][i] = gives_up ? to[n][i] : from[n][i] + x->step[n];
             given_up |= gives_up;
@@ -315,7 +317,7 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
         }
     }
     for (int i = 0; i < LANES; ++i) {
-        if (!search[i].done && !(search[i].missed <= ASTRAY))
+        if (search[i].lost)
             continue;
         learn_steps(contact, &trial, w, i);
         for (int n = 0; n < used; ++n)

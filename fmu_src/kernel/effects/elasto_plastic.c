@@ -39,6 +39,8 @@ static void yield(const lanes *p, const lanes *state, struct Point *x)
     EACH_LANE {
         double slope;
         const double s = x->direction[i] * x->z[i], alpha = plastic(s, p[BREAK_AWAY][i], fabs(x->target[i]), &slope);
+        mark_side(x, i, (p[SHARE][i] > 0) & (alpha > 0));
+        mark_side(x, i, (p[SHARE][i] > 0) & (alpha >= 1));
         const double share = p[SHARE][i], part = 1 - share * (1 - alpha), steep = larger(part + share * slope * s, 1);
         x->target[i] = (x->target[i] + (steep - part) * x->z[i]) / steep;
         x->drive[i] += (steep - part) * x->rate[i] * x->z[i];
