@@ -218,12 +218,14 @@ double late_bend(const struct Contact *contact, const struct Configuration *w, i
         if (!w->on[n]->looks_back)
             continue;
         const double late = w->on[n]->looks_back(w->on_p[n], lane);
-        for (int k = 0; k < CHANNELS && b->t[lane] - a->t[lane] > 1e-12 * (fabs(b->t[lane]) + late); ++k) {
-            double u[3];
-            for (int j = 0; j < 3; ++j)
-                u[j] = recall_in(&past, at[j], k, lane, at[j]->t[lane] - late);
-            const double force = larger(larger(fabs(u[0]), fabs(u[2])), larger(b->F_C[lane], b->F_S[lane]));
-            worst = larger(worst, fabs(u[0] - 2 * u[1] + u[2]) / (3 * force));
+        double u[3][CHANNELS];
+        if (!(b->t[lane] - a->t[lane] > 1e-12 * (fabs(b->t[lane]) + late)))
+            continue;
+        for (int j = 0; j < 3; ++j)
+            recall(&past, at[j], lane, at[j]->t[lane] - late, u[j]);
+        for (int k = 0; k < CHANNELS; ++k) {
+            const double force = larger(larger(fabs(u[0][k]), fabs(u[2][k])), larger(b->F_C[lane], b->F_S[lane]));
+            worst = larger(worst, fabs(u[0][k] - 2 * u[1][k] + u[2][k]) / (3 * force));
         }
     }
     return worst;

@@ -137,10 +137,8 @@ struct Past {
 void remember(struct Contact *contact, const struct Configuration *w, int lane, double h, const struct Point *start,
               const struct Point *middle, const struct Point *end);
 void remember_host_step(struct Contact *contact, const struct Configuration *w, int lane, const struct Point *x);
-/* Measured channel `channel` of the chip's forces at time t <= x->t; before all that is known, the first that is known.
- */
-double recall(const struct Point *x, int channel, int lane, double t);
-double recall_in(const struct Past *past, const struct Point *x, int channel, int lane, double t);
+/* The chip's forces, as channels are measured, at time t <= x->t; before all that is known, the first that is known. */
+void recall(const struct Past *past, const struct Point *x, int lane, double t, double force[CHANNELS]);
 /* The first time in (from, to) at which the forces of the past have jumped, up to the step that begins with start; else
  * infinity. */
 double recall_jump(const struct Contact *contact, const struct Configuration *w, int lane, const struct Point *start,

@@ -17,10 +17,14 @@ static const struct Variable variables[COUNT] = {
 static void wait(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
-    for (int k = 0; k < CHANNELS; ++k)
-        EACH_LANE
-            if (p[TIME_LATE][i] >= NO_TIME)
-                x->measured[k][i] += recall(x, k, i, x->t[i] - p[TIME_LATE][i]) - x->measured[k][i];
+    for (int i = 0; i < LANES; ++i) {
+        double late[CHANNELS];
+        if (!(p[TIME_LATE][i] >= NO_TIME))
+            continue;
+        recall(x->past, x, i, x->t[i] - p[TIME_LATE][i], late);
+        for (int k = 0; k < CHANNELS; ++k)
+            x->measured[k][i] += late[k] - x->measured[k][i];
+    }
 }
 
 static double looks_back(const lanes *p, int i) { return or_none(p[TIME_LATE][i], NO_TIME); }

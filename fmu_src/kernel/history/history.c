@@ -97,33 +97,43 @@ void remember_host_step(struct Contact *contact, const struct Configuration *w, 
     ring_append(&reel, count > 0 ? piece_end(&reel.pieces, count - 1) : x->t[lane], x->t[lane], force);
 }
 
-double recall(const struct Point *x, int channel, int lane, double t)
+static void forces_at_point(const struct Point *x, int lane, double force[CHANNELS])
 {
-    return recall_in(x->past, x, channel, lane, t);
+    for (int k = 0; k < CHANNELS; ++k)
+        force[k] = (*forces_of(x, k))[lane];
 }
 
-double recall_in(const struct Past *past, const struct Point *x, int channel, int lane, double t)
+void recall(const struct Past *past, const struct Point *x, int lane, double t, double force[CHANNELS])
 {
     const struct Contact *contact = past->contact;
     const struct Point *a = past->start, *m = past->middle, *b = past->end;
-    const double now = (*forces_of(x, channel))[lane];
     const int64_t count = ring_count(&contact->past, lane);
+    const int in_step = a && t >= a->t[lane];
+    forces_at_point(x, lane, force);
     if (t >= x->t[lane])
-        return now;
-    if (a && t >= a->t[lane]) {
+        return;
+    if (in_step || count == 0) {
+        double from[CHANNELS], half[CHANNELS], to[CHANNELS];
+        if (!a)
+            return;
+        forces_at_point(a, lane, from);
+        forces_at_point(m, lane, half);
+        forces_at_point(b, lane, to);
         const double length = b->t[lane] - a->t[lane], share = length > 0 ? (t - a->t[lane]) / length : 1;
-        return parabola(share, (*forces_of(a, channel))[lane], (*forces_of(m, channel))[lane],
-                        (*forces_of(b, channel))[lane]);
+        for (int k = 0; k < CHANNELS; ++k)
+            force[k] = in_step ? parabola(share, from[k], half[k], to[k]) : from[k];
+        return;
     }
-    if (count == 0)
-        return a ? (*forces_of(a, channel))[lane] : now;
     const struct Pieces p = forces_kept(contact, period_of_cycles(contact, past->w, lane), lane);
-    const double end = piece_end(&p, count - 1);
-    if (t >= end) { /* a host's step that is not completed yet: straight on from the last one */
-        const double last = piece_nodes(&p, count - 1, channel)[NODES - 1][lane], span = x->t[lane] - end;
-        return span > 0 ? last + (now - last) * (t - end) / span : last;
+    const double end = piece_end(&p, count - 1), span = x->t[lane] - end;
+    if (t < end) {
+        ring_values(&p, t, force);
+        return;
     }
-    return ring_value(&p, channel, t);
+    for (int k = 0; k < CHANNELS; ++k) { /* a host's step that is not completed yet: straight on from the last one */
+        const double last = piece_nodes(&p, count - 1, k)[NODES - 1][lane];
+        force[k] = span > 0 ? last + (force[k] - last) * (t - end) / span : last;
+    }
 }
 
 /* It is as long as nothing has been overwritten. */

@@ -149,6 +149,14 @@ double ring_value(const struct Pieces *p, int channel, double t)
     return value_at(p, channel, &place);
 }
 
+void ring_values(const struct Pieces *p, double t, double *value)
+{
+    double until;
+    const struct Place place = place_of(p, t, &until);
+    for (int k = 0; k < p->channels; ++k)
+        value[k] = value_at(p, k, &place);
+}
+
 double ring_value_between(const struct Pieces *p, int channel, double t, int64_t last, int64_t next)
 {
     struct Place place = {.t = t};

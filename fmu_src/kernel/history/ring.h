@@ -40,6 +40,7 @@ int gap_before(const struct Pieces *p, int64_t n);
 int drifts_before(const struct Pieces *p, int64_t n);
 /* ring.c: a value at t, not after the last piece; before the first: as that begins. */
 double ring_value(const struct Pieces *p, int channel, double t);
+void ring_values(const struct Pieces *p, double t, double *value); /* of all channels */
 /* ring.c: the value at t if between the pieces `last` and `next` there were none, and cycles drifted. */
 double ring_value_between(const struct Pieces *p, int channel, double t, int64_t last, int64_t next);
 /* ring.c: the first time in (from, to) at which a value jumps; after the last piece stands `beyond`. */
