@@ -327,9 +327,9 @@ void show_curve(const struct Configuration *w, const lanes h, const struct Point
  * too, within the tolerance? As accurate(). */
 int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
              const struct Point *m, const struct Point *b, lanes next, int doubtful[LANES]);
-void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES],
-                         const struct Feedback *known, const lanes s, const lanes h, const struct Point *a,
-                         const struct Point *m, const struct Point *b, lanes error);
+void step_doubling_error(const struct Contact *contact, const struct Configuration *w, double shortest,
+                         const int doubtful[LANES], const struct Feedback *known, const lanes s, const lanes h,
+                         const struct Point *a, const struct Point *m, const struct Point *b, lanes error);
 int accurate_in_halves(const struct Contact *contact, const struct Configuration *w, double shortest,
                        const struct Feedback *known, const lanes s, const lanes h, const struct Point *start,
                        const struct Point *middle, const struct Point *end, lanes next, int fits[LANES]);

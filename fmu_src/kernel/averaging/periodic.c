@@ -247,6 +247,18 @@ static int foresee_slopes(const struct Contact *contact, const struct Configurat
     return count;
 }
 
+/* Slopes lead nowhere where each cycle adds as much as the one before until a limit is met, as a gap that closes in
+ * some cycles: then these are passed, from rest. */
+static void begin_anew(struct Search *x, int count, lanes *from, int i)
+{
+    if (x->done)
+        return;
+    memset(x->slope, 0, sizeof x->slope);
+    x->steps = x->more = 0;
+    for (int n = 0; n < count; ++n)
+        from[n][i] = 0;
+}
+
 static enum Status find_states(struct Contact *contact, const struct Configuration *w)
 {
     const int count = 1 + kernel_state_count() - BASE_STATES;
@@ -258,8 +270,15 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
     while (used < count && unknown_index(w, used) >= 0)
         ++used;
     const int to_seek = foresee_slopes(contact, w, sought, search);
-    for (int tries = 0; tries < MOST_TRIES && !converged; ++tries) {
+    for (int tries = 0; tries < 2 * MOST_TRIES && !converged; ++tries) {
+        const int by_slopes = tries < MOST_TRIES;
+        for (int i = 0; tries == MOST_TRIES && i < LANES; ++i)
+            begin_anew(&search[i], used, from, i);
         enum Status status = cycle(contact, w, used, (const lanes *)from, to, &trial);
+        if (status == STATUS_TOO_MANY_STEPS && by_slopes && tries > 0) {
+            tries = MOST_TRIES - 1; /* they have led where no contact is */
+            continue;
+        }
         if (status != STATUS_OK)
             return status;
         int renew[LANES], any = 0;
@@ -268,14 +287,15 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             double miss[UNKNOWNS];
             for (int n = 0; n < used; ++n)
                 miss[n] = to[n][i] - from[n][i];
-            if (x->knows_slopes && !x->done)
+            if (by_slopes && x->knows_slopes && !x->done)
                 update_slopes(x, used, miss);
             for (int n = 0; n < used && !x->done; ++n) {
                 x->miss[n] = miss[n];
                 x->scale[n] = larger(scale_of(&trial, unknown_index(w, n), i), fabs(from[n][i]));
             }
             const double missed = furthest(x->miss, x->scale, used);
-            renew[i] = !x->done && (!x->knows_slopes || missed > larger(SLOW_STEP * x->missed, enough_of(&trial, i)));
+            renew[i] = by_slopes && !x->done &&
+                       (!x->knows_slopes || missed > larger(SLOW_STEP * x->missed, enough_of(&trial, i)));
             x->missed = missed;
             any |= renew[i];
             x->steps += (1 + renew[i] * (tries == 0 ? to_seek : used)) *

@@ -274,6 +274,13 @@ static void hides_law(const struct Contact *contact, const struct Configuration 
                        (w->current_angle || (w->bent[i] && yields_within(w->p[VAR_RELATIVE_TOLERANCE][i], a, m, b, i)));
 }
 
+/* Does a way add up that no difference shows, to less than the steps of an ellipse leave of it anyway? */
+static inline int crosses_unseen(const struct Configuration *w, int i)
+{
+    return (w->acting[i] >> DRIVEN_BY_APPROACH & 1) & (w->kinematics != KINEMATICS_EXTERNAL) &
+           (w->p[VAR_RELATIVE_TOLERANCE][i] < USUAL_TOLERANCE);
+}
+
 int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
              const struct Point *m, const struct Point *b, lanes next, int doubtful[LANES])
 {
@@ -289,7 +296,7 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
     if (of_slip)
         hides_law(contact, w, h, a, m, b, next, doubtful);
     EACH_LANE {
-        doubtful[i] |= has_kink(a, m, b, i);
+        doubtful[i] |= has_kink(a, m, b, i) | crosses_unseen(w, i);
         averages |= w->p[VAR_AVERAGING_WINDOW][i] > 0;
     }
     if (!w->held) {
@@ -410,12 +417,13 @@ static double unseen_way(const struct Configuration *w, double h, const struct P
 }
 
 /* An event at the quarters, which start, middle and end do not show, has happened twice: as where the slip comes out of
- * a band of sticking when a gap closes, and falls back into it. As an error it asks for a step of half the length. */
+ * a band of sticking when a gap closes, and falls back into it. As an error it asks for a step of half the length; for
+ * a moment beside an event that has just been acted upon it is of roundings. */
 #define UNSEEN_EVENT 32
 
-void step_doubling_error(const struct Contact *contact, const struct Configuration *w, const int doubtful[LANES],
-                         const struct Feedback *known, const lanes s, const lanes h, const struct Point *a,
-                         const struct Point *m, const struct Point *b, lanes error)
+void step_doubling_error(const struct Contact *contact, const struct Configuration *w, double shortest,
+                         const int doubtful[LANES], const struct Feedback *known, const lanes s, const lanes h,
+                         const struct Point *a, const struct Point *m, const struct Point *b, lanes error)
 {
     struct Point early, half, late, whole;
     lanes share, step, hidden = {0}, behind = {0}, recalled = {0}, of_mean = {0};
@@ -438,9 +446,11 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
         const double by_force = w->current_angle && w->acting[i] >> DRIVEN_BY_FORCE & 1
                                     ? BY_FORCE * state_error(w, DRIVEN_BY_FORCE, b, &whole, i)
                                     : 0;
+        const double by_approach =
+            w->acting[i] >> DRIVEN_BY_APPROACH & 1 ? BY_FORCE * state_error(w, DRIVEN_BY_APPROACH, b, &whole, i) : 0;
         const double by_motion =
             w->acting[i] >> DRIVEN_BY_MOTION & 1 ? OF_MOTION * state_error(w, DRIVEN_BY_MOTION, b, &whole, i) : 0;
-        const double driven = larger(by_force, by_motion);
+        const double driven = larger(larger(by_force, by_approach), by_motion);
         const double remembered = w->looks_back && look_back(w, i) > 0 ? RECALLED_ONCE * recalled[i] : 0;
         const double heard = w->sensors && sensors_that_remember(w, i) > 0 ? SENSORS_REMEMBER * behind[i] : 0;
         beside[i] = larger(larger(levels, driven), larger(remembered, heard));
@@ -461,7 +471,8 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
         error[i] = doubtful[i] ? worst / (0.5 * w->p[VAR_RELATIVE_TOLERANCE][i]) : 0;
     }
     for (int i = 0; i < LANES; ++i) {
-        const int unseen = doubtful[i] && shows_slip_event(contact, w, i, &early, &late);
+        const double moment = larger(1e3 * shortest, w->longest[i] < INFINITY ? 1e-8 * w->longest[i] : 0);
+        const int unseen = doubtful[i] && h[i] > moment && shows_slip_event(contact, w, i, &early, &late);
         error[i] = unseen ? larger(error[i], UNSEEN_EVENT) : error[i];
     }
 }

@@ -148,7 +148,7 @@ int accurate_in_halves(const struct Contact *contact, const struct Configuration
     lanes error;
     if (!in_doubt(contact, w, h, start, middle, end, next, doubtful))
         return 1;
-    step_doubling_error(contact, w, doubtful, known, s, h, start, middle, end, error);
+    step_doubling_error(contact, w, shortest, doubtful, known, s, h, start, middle, end, error);
     EACH_LANE {
         /* the error of a step is of fifth order; beyond the tolerance that says little, and halves are tried */
         const double factor = error[i] > 1e-3 ? 0.9 * one_over_root(5, error[i]) : 4;
