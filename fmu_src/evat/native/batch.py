@@ -208,11 +208,11 @@ def _columns(run: Run, clock: FloatArray, count: int) -> tuple[tuple[int, ...], 
 
 
 def _search_apart(constants: Mapping[int, float], on: Sequence[str]) -> bool:
-    """Whether the sets search for periodic starts of a tool that their forces move: beside each other all go on for as long as the longest
-    search, in twice the time that each takes alone."""
+    """Whether the sets search for periodic starts of a tool that their forces move, or whose motion comes through a gap: beside each other
+    all go on for as long as the longest search, in twice the time that each takes alone, and begin anew where one is led astray."""
     start = kernel.variable("initial_state")
     searches = constants.get(start.index) == start.choices.index("periodic")
-    return searches and any(effect.states and effect.stage == "path" for effect in kernel.effects() if effect.name in on)
+    return searches and any(effect.states and effect.stage in ("path", "engagement") for effect in kernel.effects() if effect.name in on)
 
 
 def _blocks(count: int, columns: Mapping[int, FloatArray], lanes: int) -> Iterator[np.ndarray[Any, np.dtype[np.intp]]]:

@@ -274,7 +274,8 @@ static void hides_law(const struct Contact *contact, const struct Configuration 
                        (w->current_angle || (w->bent[i] && yields_within(w->p[VAR_RELATIVE_TOLERANCE][i], a, m, b, i)));
 }
 
-/* Does a way add up that no difference shows, to less than the steps of an ellipse leave of it anyway? */
+/* Does the way across a gap add up unseen? What Simpson's rule leaves of it over a twentieth of a cycle is within the
+ * usual tolerance, and not within a tighter one. */
 static inline int crosses_unseen(const struct Configuration *w, int i)
 {
     return (w->acting[i] >> DRIVEN_BY_APPROACH & 1) & (w->kinematics != KINEMATICS_EXTERNAL) &
