@@ -35,8 +35,10 @@ void wire_time(const struct Contact *contact, struct Configuration *w)
         const double lead = w->p[VAR_PHASE_Y][i] - w->p[VAR_PHASE_X][i] - PI / 2,
                      aspect = a > 0 ? w->p[VAR_AMPLITUDE_Y][i] / a : 0;
         w->cycle[i] = place_in_cycle(w, i, w->p[VAR_TIME][i]);
-        if (!(w->turn.r[i] == r))
+        if (!(w->turn.r[i] == r)) {
             turn_at(w, r, lead, aspect, &w->turn, i);
+            shape_at(&w->turn, i);
+        }
     }
 }
 
@@ -120,7 +122,7 @@ static void wire_angles(const struct Contact *contact, struct Configuration *w)
         if (p[VAR_RAKE_ANGLE][i] != 0)
             cos_sin_of(p[VAR_RAKE_ANGLE][i], &w->cos_rake[i], &w->sin_rake[i]);
         w->tan_clearance[i] = p[VAR_CLEARANCE_ANGLE][i] != 0 ? tan(p[VAR_CLEARANCE_ANGLE][i]) : 0;
-        w->turn.r[i] = NAN;
+        w->turn.r[i] = w->turn.lead[i] = NAN;
         w->tan_flow[i] = w->cot_flow[i] = 0;
     }
     for (int i = 0; given && i < LANES; ++i)

@@ -29,16 +29,22 @@ double slip_along_rake(const struct Configuration *w, const struct Point *x, int
 /* Angle in the previous cycle at which the tool stood at the same place X (in units of amplitude_x) on its way forward:
  * r chi + sin(chi) = X, |chi| <= last. The slope vanishes at `last`, so the search starts from there, d = last - |chi|
  * as a polynomial of the root s of 2 (top - |X|)/bend, bend d^2/2 + r d^3/6 - bend d^4/24 + ... = top - |X|: its series
- * to s^3, and two terms that make value and slope right in the middle. It goes on by Halley's rule. */
-static void shape_at(struct Turn *t, int i)
+ * to s^3, and for an ellipse that is asked for many angles two terms that make value and slope right in the middle. It
+ * goes on by Halley's rule. */
+static void series_at(struct Turn *t, int i)
 {
-    const double r = t->r[i], last = t->last[i], bend = t->bend[i], q = r / bend,
-                 middle = sqrt(2 * (r * last + bend) / bend), cube = middle * middle * middle;
-    const double second = -q / 6, third = (3 + 5 * q * q) / 72;
+    const double q = t->r[i] / t->bend[i];
+    t->shape[0][i] = -q / 6;
+    t->shape[1][i] = (3 + 5 * q * q) / 72;
+    t->shape[2][i] = t->shape[3][i] = 0;
+}
+
+void shape_at(struct Turn *t, int i)
+{
+    const double r = t->r[i], last = t->last[i], bend = t->bend[i], middle = sqrt(2 * (r * last + bend) / bend),
+                 cube = middle * middle * middle, second = t->shape[0][i], third = t->shape[1][i];
     const double value = last / middle - 1 - middle * (second + middle * third),
                  slope = middle * bend / (1 + r) - 1 - middle * (2 * second + 3 * middle * third);
-    t->shape[0][i] = second;
-    t->shape[1][i] = third;
     t->shape[2][i] = (5 * value - slope) / cube;
     t->shape[3][i] = (slope - 4 * value) / (cube * middle);
 }
@@ -131,7 +137,7 @@ static void reverse(const struct Turn *t, struct Turn *back, int lane)
     *back = *t;
     back->r[lane] = -t->r[lane];
     back->last[lane] = PI - t->last[lane];
-    shape_at(back, lane);
+    series_at(back, lane);
 }
 
 /* When the tool moves into the material: approach over a w is r cos(alpha) + A cos(psi - fastest). */
@@ -197,13 +203,14 @@ static void crossings_at(struct Turn *t, int i)
 
 void turn_at(const struct Configuration *w, double r, double lead, double aspect, struct Turn *turn, int lane)
 {
+    if (!(turn->lead[lane] == lead))
+        cos_sin_of(lead, &turn->cos_lead[lane], &turn->sin_lead[lane]);
     turn->r[lane] = r;
     turn->lead[lane] = lead;
     turn->aspect[lane] = aspect;
     turn->last[lane] = r < 1 ? acos(-r) : 0;
     turn->bend[lane] = r < 1 ? sqrt(1 - r * r) : 0;
-    shape_at(turn, lane);
-    cos_sin_of(lead, &turn->cos_lead[lane], &turn->sin_lead[lane]);
+    series_at(turn, lane);
     turn->alone[lane] = 1;
     turn->fastest[lane] = turn->begins[lane] = turn->always[lane] = 0;
     turn->dips[lane] = INFINITY;

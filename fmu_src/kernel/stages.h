@@ -185,8 +185,10 @@ void first_order_response_in_mean(double h, double T, double u_0, double u_m, do
 void second_order_responses_in_mean(double h, double w, double zeta, const struct Oscillators *oscillators,
                                     double half[2][2], double whole[2][2]);
 
-/* path.c: r = v_c / (a w), the phase of y where the tool is fastest, b / a. */
+/* path.c: r = v_c / (a w), the phase of y where the tool is fastest, b / a; and beyond that where angles are sought
+ * from, of an ellipse that is asked for many. */
 void turn_at(const struct Configuration *w, double r, double lead, double aspect, struct Turn *turn, int lane);
+void shape_at(struct Turn *turn, int lane);
 /* path.c: places of the lowest points of both strokes; and the lowest height that any stroke has left at a place. */
 void valleys_at(struct Turn *turn, int lane);
 double lowest_left(const struct Turn *turn, int lane, double begun, double place, double ends);
