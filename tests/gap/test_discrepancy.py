@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from evat.gap.search.starts.linear import moved
-from evat.inference.discrepancy import known, likelihood
+from evat.inference.discrepancy import Likelihood, known, likelihood
 from evat.inference.law.initial_state import RANDOM
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.prediction import Prediction
@@ -87,3 +87,14 @@ def test_sums_after_a_step_are_those_taken_there() -> None:
     shifted = moved(whitening.sums(prediction.one(), slopes).grams, step)
     there = whitening.sums(prediction.one() + slopes @ step, slopes).grams
     assert np.allclose(shifted, there, rtol=1e-9, atol=1e-9 * np.max(np.abs(there)))
+
+
+def test_a_direction_that_roundings_take_for_less_than_exact_has_squares() -> None:
+    """A law a thousand times the noise away fixes one direction to 1e-8 of the others; its variance came out at -8e-17."""
+    turned = np.array([[0.6, 0.8], [-0.8, 0.6]])
+    covariance = turned @ np.diag([1.0, -8e-17]) @ turned.T
+    at = Likelihood(1.0, 0, -1e8, -1e8, 0.1 * turned[:, 0], covariance, np.ones((1, 1)))
+    row, slopes = at.squares
+    assert np.all(np.isfinite(row))
+    assert row @ row == pytest.approx(2e8)
+    assert turned[:, 0] @ slopes[:-1].T @ slopes[:-1] @ turned[:, 0] == pytest.approx(1.0)

@@ -31,6 +31,7 @@ from evat.gap.verdict.small import small_effect
 from evat.inference.checks import check_clocks
 from evat.inference.fit import Fit
 from evat.inference.law.initial_state import beginnings
+from evat.inference.parameters import references
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import smoothed_inputs
 from evat.inference.setup.setup_errors import by_channel
@@ -152,6 +153,7 @@ def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:
     idle = {p.name for p, slope in zip(best.parameters, best.slopes.T, strict=True) if not np.any(slope)}
     values = {name: value for name, value in best.values.items() if name not in idle}
     own = {effect.name: {variable.name for variable in effect.variables} for effect in comparison.prediction.model.effects}
+    references_of = {effect.name: references(effect) for effect in comparison.prediction.model.effects}
     units = {variable.name: variable.unit for variable in comparison.prediction.model.variables}
     fitted_by_law = {p.name for p in best.parameters} - {p.name for p in comparison.recalibrated.parameters} - set().union(*own.values())
     named = []
@@ -164,6 +166,9 @@ def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:
             for variable in values
             if variable in own.get(name, fitted_by_law)
         }
+        for variable in references_of.get(name, ()):
+            told_at = float(comparison.prediction.nominal.get(variable.name, variable.start))
+            parameters.setdefault(variable.name, (told_at, 0.0, variable.unit))
         own_names = {key.removeprefix(f"{name}."): value for key, value in parameters.items()}
         named.append(Named(name, probability, own_names, tuple(twins), name == judgement.chosen.law))
     return tuple(named)

@@ -35,10 +35,20 @@ class Likelihood:
     def squares(self) -> tuple[FloatArray, FloatArray]:
         """Numbers (p + 1,) whose squares add up to -2 `log`, and their slopes (p + 1, p) by the parameters, whose information they
         are a factor of."""
-        factor = np.linalg.cholesky(np.linalg.inv(self.covariance)).T
+        factor = _factor_of_inverse(self.covariance)
         short = -factor @ self.step
         rest = np.sqrt(max(-2 * self.log - float(short @ short), 0.0))
         return np.append(short, rest), np.vstack([factor, np.zeros(self.step.size)])
+
+
+def _factor_of_inverse(covariance: FloatArray) -> FloatArray:
+    """L (p, p) with L' L the inverse. Where a law lies a thousand times the noise away, roundings may leave directions that the data fix
+    most with a variance of just below 0: they have as much as roundings let one tell."""
+    try:
+        return np.linalg.cholesky(np.linalg.inv(covariance)).T
+    except np.linalg.LinAlgError:
+        variances, directions = np.linalg.eigh(covariance)
+        return (directions / np.sqrt(np.maximum(variances, np.finfo(float).eps * variances[-1]))).T
 
 
 def likelihood(

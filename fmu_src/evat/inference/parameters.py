@@ -86,9 +86,10 @@ def form_parameters(model: Model, experiment: Experiment) -> tuple[Parameter, ..
 
 def at_usual_references(model: Model, experiment: Experiment) -> Experiment:
     """The same, with references that nobody stated (`Variable.reference`) at the usual magnitude of the record: there, other shapes of the
-    law do as much as its parameters say."""
+    law, and effects, do as much as their parameters say. Not of an effect of the nominal model, which stands as it is."""
     usual = Scales(model, experiment).usual
-    stated = {v.name: usual[v.unit] for v in model.variables if v.reference and v.unit in usual}
+    acting = {v.name for effect in model.effects if effect.name in experiment.nominal.effects for v in effect.variables}
+    stated = {v.name: usual[v.unit] for v in model.variables if v.reference and v.unit in usual and v.name not in acting}
     return replace(experiment, nominal=replace(experiment.nominal, values={**stated, **experiment.nominal.values}))
 
 
@@ -97,7 +98,12 @@ def amplitudes(effect: Effect) -> tuple[Variable, ...]:
 
 
 def shapes(effect: Effect) -> tuple[Variable, ...]:
-    return tuple(variable for variable in effect.variables if not math.isfinite(variable.neutral) and variable.type == "real")
+    """What is not known of it beside its amplitudes. A reference is none: it says at what an amplitude is told."""
+    return tuple(v for v in effect.variables if not math.isfinite(v.neutral) and v.type == "real" and not v.reference)
+
+
+def references(effect: Effect) -> tuple[Variable, ...]:
+    return tuple(variable for variable in effect.variables if variable.reference)
 
 
 class Scales:

@@ -11,6 +11,7 @@ from evat.gap.report.words import sentence, with_unit
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.judgement import fitted
 from evat.inference.law.initial_state import PERIODIC, SETTLED, START
+from evat.inference.parameters import references
 
 SSV = "corrected.ssv"
 
@@ -26,7 +27,9 @@ def content(answer: Diagnosis, comparison: Comparison) -> ssv.Content:
     experiment, known = prediction.experiment, {variable.name: variable for variable in prediction.model.variables}
     switches = dict.fromkeys((*experiment.nominal.effects, *chosen.on), 1.0)
     own = {v.name for effect in prediction.model.effects if effect.name in chosen.on for v in effect.variables}
+    off = {v.name for effect in prediction.model.effects if effect.name not in switches for v in references(effect)}
     every: dict[str, float | str] = {**prediction.nominal, **chosen.values, **switches}
+    every = {name: value for name, value in every.items() if name not in off}
     sources, sd = dict[str, str](), chosen.sd
     nominal = experiment.nominal
     for name, value in every.items():
@@ -35,6 +38,8 @@ def content(answer: Diagnosis, comparison: Comparison) -> ssv.Content:
         unit = known[name].unit
         if name in chosen.on or name in chosen.fixed:
             sources[name] = "found by the diagnosis"
+        elif name in own and known[name].reference:
+            sources[name] = "at which the effect's amplitude is told: the usual magnitude of the records"
         elif name in own:
             sources[name] = f"of the effect, found by the diagnosis{_spread(sd.get(name), unit)}"
         elif name in sd:
