@@ -89,7 +89,8 @@ def at_usual_references(model: Model, experiment: Experiment) -> Experiment:
     law, and effects, do as much as their parameters say. Not of an effect of the nominal model, which stands as it is."""
     usual = Scales(model, experiment).usual
     acting = {v.name for effect in model.effects if effect.name in experiment.nominal.effects for v in effect.variables}
-    stated = {v.name: usual[v.unit] for v in model.variables if v.reference and v.unit in usual and v.name not in acting}
+    unstated = [v for v in model.variables if v.reference and v.unit in usual and v.name not in acting]
+    stated = {v.name: min(max(usual[v.unit], v.min), v.max) for v in unstated}  # a dead sensor shows no force
     return replace(experiment, nominal=replace(experiment.nominal, values={**stated, **experiment.nominal.values}))
 
 
