@@ -45,10 +45,11 @@ def _factor_of_inverse(covariance: FloatArray) -> FloatArray:
     """L (p, p) with L' L the inverse. Where a law lies a thousand times the noise away, roundings may leave directions that the data fix
     most with a variance of just below 0: they have as much as roundings let one tell."""
     try:
-        return np.linalg.cholesky(np.linalg.inv(covariance)).T
+        factor: FloatArray = np.linalg.cholesky(np.linalg.inv(covariance)).T
     except np.linalg.LinAlgError:
         variances, directions = np.linalg.eigh(covariance)
-        return (directions / np.sqrt(np.maximum(variances, np.finfo(float).eps * variances[-1]))).T
+        factor = (directions / np.sqrt(np.maximum(variances, np.finfo(float).eps * variances[-1]))).T
+    return factor
 
 
 def likelihood(
