@@ -72,8 +72,9 @@ static inline int nearer(double X, double r, double last, double *low, double *h
     *chi = at - move;
     *cosine = c + move * (s - 0.5 * move * c);
     *sine = s - move * (c + 0.5 * move * s);
-    /* Halley's rule leaves the cube of the move as error; the last: rounding of X */
-    return (fabs(move) < 1e-6 * (last - *chi)) | (*high - *low < 1e-15) | (fabs(miss) < 4e-16);
+    /* Halley's rule leaves the cube of the move as error, over the square of the way to an end, where two roots meet;
+     * the last: rounding of X */
+    return (fabs(move) < 1e-6 * (last - fabs(*chi))) | (*high - *low < 1e-15) | (fabs(miss) < 4e-16);
 }
 
 enum { MOST_NEARER = 60 };
