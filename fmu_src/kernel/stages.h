@@ -403,6 +403,9 @@ struct Course {
 };
 enum Status advance_internal(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
                              lanes s, struct Course *course);
+/* cycle_jump.c: the same, but for cycles that would be the last one over again. */
+enum Status advance_cycles(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
+                           lanes s, struct Course *course);
 /* communication_step.c: time and inputs, s later. */
 void move_on(struct Contact *contact, const lanes s);
 /* event_search.c: the motion at tau, and where the forces move the path or `forces` asks for them all of the point,

@@ -29,9 +29,12 @@ def test_with_states_of_an_effect(benchmark: Any, summary: Summary, effect: str,
         return begun
 
     running = contact("periodic")
-    seconds = least(
-        {"at_rest": lambda: contact("at_rest"), "periodic": lambda: contact("periodic"), "cycles": lambda: running.advance(CYCLES * PERIOD)}
-    )
+
+    def pass_cycles() -> None:
+        for _ in range(CYCLES // 4):
+            running.advance(4 * PERIOD)  # so few that none is skipped
+
+    seconds = least({"at_rest": lambda: contact("at_rest"), "periodic": lambda: contact("periodic"), "cycles": pass_cycles})
     benchmark.pedantic(lambda: contact("periodic"), rounds=1)
     cycles = (seconds["periodic"] - seconds["at_rest"]) / seconds["cycles"] * CYCLES
     summary.add(f"periodic start with {effect}", f"{cycles:.0f} cycles", limit=f"{2 + slopes}")

@@ -132,3 +132,17 @@ def test_lanes_step_like_contacts(library: Any, case: str, law: str) -> None:
     for step in (1e-7, 1.3e-5, 4e-5, 1.1e-4):
         lanes.advance(step)
         assert lanes.differing() == []
+
+
+@every_law
+@pytest.mark.parametrize("case", [case for case in CASES if case != "external"])
+def test_lanes_jump_over_cycles_like_contacts(library: Any, case: str, law: str) -> None:
+    """In long steps lanes wait for those that have not settled, whose input rises or whose averaging window ends. To the last bit."""
+    sets = drawn(np.random.default_rng([LAWS.index(law), len(case), 1]), law, case)
+    sets[3]["averaging_window"] = 7e-4
+    lanes = Block(library, sets)
+    for count in (31, 24.3):
+        for contact, lane in ((lanes.block, 5), (lanes.alone[5]._contact, 0)):
+            contact.slope[kernel.variable("cutting_speed").index - lanes.c.INPUT_FIRST][lane] = 0.1
+        lanes.advance(count / 20e3)
+        assert lanes.differing() == []

@@ -24,8 +24,14 @@ enum { MOST_SERVED = 30 }; /* steps that go by what an earlier one has found of 
 
 static inline double period_of(const struct Contact *contact) { return 1 / contact->value[VAR_VIBRATION_FREQUENCY][0]; }
 
-/* Cycles from `begin`, again and again from the same slow states, until each lane knows how so many would go on. A lane
- * that does stays as it is, to the last bit. Effects that are on: all but sensors. */
+/* periodic.c: the n-th state that cycles bring back, -1 behind the last; what is much of it; does nothing go by the
+ * time itself, so that cycles are alike? */
+int unknown_index(const struct Configuration *w, int n);
+double scale_of(const struct Contact *contact, int index, int i);
+int is_steady(const struct Configuration *w);
+
+/* cycles.c: cycles from `begin`, again and again from the same slow states, until each lane knows how so many would go
+ * on. A lane that does stays as it is, to the last bit. Effects that are on: all but sensors. */
 enum Status run_cycles(struct Contact *contact, struct Configuration *w, double begin, double cycles,
                        struct CycleSums *seen);
 /* Do the cycles that the lane has run tell of so many? They are so many, or the others are known from them. */

@@ -1,5 +1,5 @@
 /* From which state does one vibration cycle come back to itself? */
-#include "../stages.h"
+#include "cycles.h"
 
 #include <math.h>
 #include <string.h>
@@ -35,7 +35,7 @@ static enum Status pass_cycle(struct Contact *contact)
 /* A position goes on from cycle to cycle: it begins where it is, and no state of it comes back. */
 static int states_that_come_back(const struct Effect *effect) { return effect->periods ? 0 : effect->states; }
 
-static int unknown_index(const struct Configuration *w, int n)
+int unknown_index(const struct Configuration *w, int n)
 {
     if (n == 0)
         return VAR_BRISTLE_DEFLECTION;
@@ -145,7 +145,7 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
  * tolerance than of the contact, which then begins at rest. */
 #define ASTRAY 0.1
 
-static double scale_of(const struct Contact *contact, int index, int i)
+double scale_of(const struct Contact *contact, int index, int i)
 {
     const double nominal = kernel_variable(index)->nominal,
                  reach = larger(contact->value[VAR_F_C][i], contact->value[VAR_F_S][i]) / contact->value[VAR_SIGMA0][i];
@@ -348,8 +348,7 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
     return STATUS_OK;
 }
 
-/* Does nothing go by the time itself, so that all cycles before were alike? */
-static int is_steady(const struct Configuration *w)
+int is_steady(const struct Configuration *w)
 {
     int steady = 1;
     for (int n = 0; n < w->on_count; ++n)

@@ -39,7 +39,7 @@ static enum Status advance_by(const struct Configuration *w, struct Contact *con
             return STATUS_AHEAD;
     if (w->delays)
         note_slip_now(contact, w);
-    const enum Status status = advance_internal(contact, w, step, stop_at_events, s, course);
+    const enum Status status = advance_cycles(contact, w, step, stop_at_events, s, course);
     move_on(contact, s);
     if (w->delays)
         note_slip_now(contact, w);

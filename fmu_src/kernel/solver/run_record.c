@@ -173,7 +173,7 @@ enum Status kernel_run_record(struct Contact *contact, const struct Record *reco
             course.known &= was_held || !w.held;
             status = !is_step(step) ? STATUS_BAD_STEP
                      : averages     ? average_step(contact, step)
-                                    : advance_internal(contact, &w, step, 0, s, &course);
+                                    : advance_cycles(contact, &w, step, 0, s, &course);
             if (status == STATUS_OK && record->most_steps > 0)
                 status = within(contact, record->most_steps, &course.most_steps);
         }
