@@ -73,23 +73,26 @@ def test_an_averaged_step_at_a_constant_speed(benchmark: Any, summary: Summary, 
 
 
 def test_two_seconds_through_an_fmu(benchmark: Any, summary: Summary, fmi2: OpenFmu) -> None:
-    """Limit: what fmpy takes for a call, which is soon more than the cycle."""
+    """Limit: what fmpy takes for a call, which is soon more than the cycle. The speed is held for 1 ms; in doSteps of four cycles each cycle
+    is run, and in those of 1 ms three of 20."""
     reference, times = fmi2.reference("cutting_speed"), clock(1e-3)
     speed = changing_speed(times)
 
-    def run(averaging: str) -> None:
+    def run(averaging: str, parts: int) -> None:
         instance = fmi2.started({"averaging": averaging})
         for begin, value in zip(times[:-1], speed[:-1], strict=True):
             instance.setReal([reference], [value])
-            instance.doStep(begin, 1e-3)
+            for part in range(parts):
+                instance.doStep(begin + part * 1e-3 / parts, 1e-3 / parts)
         instance.freeInstance()
 
-    seconds = least({"resolved": lambda: run("resolved"), "cycle": lambda: run("cycle")}, 2)
-    benchmark.pedantic(lambda: run("cycle"), rounds=1)
+    seconds = least({"resolved": lambda: run("resolved", 5), "long": lambda: run("resolved", 1), "cycle": lambda: run("cycle", 1)}, 2)
+    benchmark.pedantic(lambda: run("cycle", 1), rounds=1)
     ratio = seconds["resolved"] / seconds["cycle"]
     summary.add(
         "    through fmpy, 2000 doSteps of 1 ms: averaged",
         f"{1e3 * seconds['cycle']:.0f} ms, {ratio:.1f} times cheaper",
         wanted=">= 10 times",
     )
+    summary.add("    the same, resolved", f"{1e3 * seconds['long']:.0f} ms", limit="3 of 20 cycles")
     assert ratio >= 10

@@ -112,7 +112,8 @@ def test_steps_end_where_those_of_the_cycle_before_did(name: str) -> None:
     """To the rounding of the time, where they do; an event is else known to 1e-7 of a step, and a step shorter than one that was too long
     is no better known."""
     contact = started(name)
-    contact.advance(25 * PERIOD)
+    for _ in range(6):
+        contact.advance(4 * PERIOD)  # so few that none is skipped
     kept = ends(contact)
     last, before = kept[kept > contact.time - PERIOD], kept[kept > contact.time - 2 * PERIOD]
     assert last.size >= 5

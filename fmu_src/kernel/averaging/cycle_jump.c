@@ -6,16 +6,19 @@
  * slope of 0. What goes by the time itself, looks back, or has events of a law's own is run as it is, and so are steps
  * in which a host asks for events.
  *
- * Where cycles have not settled yet two are looked at again when twice as many have been run. A step is cut at the same
- * cycles in every lane, and a lane that has settled waits, so that it ends as it would alone, to the last bit.
+ * The first EACH cycles are looked at one by one, since a change at the start of the step is soon forgotten, then two
+ * when twice as many have been run. A step is cut at the same cycles in every lane, and a lane that has settled waits,
+ * so that it ends as it would alone, to the last bit.
  */
 #include "cycles.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { LOOKED_AT = 2, FEWEST_SKIPPED = 2 };
-#define RUN_AT_THE_END 1.0 /* cycle */
+/* cycles */
+#define EACH 6.0
+#define FEWEST_SKIPPED 2.0
+#define RUN_AT_THE_END 1.0
 #define MAY_ADD 0.1 /* tolerances, of what all cycles that are skipped may change of a state, or one of a force */
 #define MOST_SCATTER 1e3 /* cycles: departures that do not go on as they are or less are of roundings of the steps */
 
@@ -49,9 +52,10 @@ static double may_add(double before, double last, double cycles)
 static int is_impulse(int n) { return (n >= FIRST_FORCE) & (n != DUTY); }
 
 /* Are the cycles that follow the last of these two to a tolerance like it? */
-static int has_settled(const struct Contact *contact, const struct Configuration *w, const struct CycleEnd *a,
-                       const struct CycleEnd *b, double cycles, int i)
+static int has_settled(const struct Contact *contact, const struct Configuration *w, const struct CycleEnd ends[2],
+                       double cycles, int i)
 {
+    const struct CycleEnd *const a = &ends[0], *const b = &ends[1];
     const double enough = MAY_ADD * contact->value[VAR_RELATIVE_TOLERANCE][i],
                  level = larger(contact->value[VAR_F_C][i], contact->value[VAR_F_S][i]) * period_of(contact);
     int settled = 1;
@@ -102,6 +106,26 @@ static enum Status run_to(struct Contact *contact, const struct Configuration *w
     return end > s[0] ? advance_internal(contact, w, end, 0, s, course) : STATUS_OK;
 }
 
+/* Two cycles, of which the second ends the `looked_at`-th of the step. */
+static enum Status run_two(struct Contact *contact, const struct Configuration *w, double looked_at, lanes s,
+                           struct Course *course, struct CycleEnd ends[2])
+{
+    enum Status status = run_to(contact, w, looked_at - 2, s, course);
+    note_end(contact, w, &ends[0]);
+    if (status == STATUS_OK)
+        status = run_to(contact, w, looked_at - 1, s, course);
+    note_end(contact, w, &ends[1]);
+    return status == STATUS_OK ? run_to(contact, w, looked_at, s, course) : status;
+}
+
+static enum Status run_one(struct Contact *contact, const struct Configuration *w, double looked_at, lanes s,
+                           struct Course *course, struct CycleEnd ends[2])
+{
+    ends[0] = ends[1];
+    note_end(contact, w, &ends[1]);
+    return run_to(contact, w, looked_at, s, course);
+}
+
 /* Through the cycles of a step that may repeat, `all` in number. */
 static enum Status pass_cycles(struct Contact *contact, const struct Configuration *w, double all, lanes s,
                                struct Course *course)
@@ -109,25 +133,19 @@ static enum Status pass_cycles(struct Contact *contact, const struct Configurati
     int jumped[LANES] = {0}, running = LANES;
     lanes aside[OWN_ROWS];
     enum Status status = STATUS_OK;
-    for (double done = 0; running && all - done >= LOOKED_AT + FEWEST_SKIPPED;) {
-        struct CycleEnd before[LOOKED_AT];
-        for (int n = 0; n < LOOKED_AT && status == STATUS_OK; ++n) {
-            note_end(contact, w, &before[n]);
-            status = run_to(contact, w, done += 1, s, course);
-        }
-        for (int i = 0; i < LANES && status == STATUS_OK; ++i)
-            if (!jumped[i] && has_settled(contact, w, &before[0], &before[1], all - done, i) &&
+    struct CycleEnd ends[2];
+    for (double n = 2; running && all - n >= FEWEST_SKIPPED; n += n < EACH ? 1 : n + 2) {
+        status = n > 2 && n <= EACH ? run_one(contact, w, n, s, course, ends) : run_two(contact, w, n, s, course, ends);
+        if (status != STATUS_OK)
+            return status;
+        for (int i = 0; i < LANES; ++i)
+            if (!jumped[i] && has_settled(contact, w, ends, all - n, i) &&
                 !window_ends_within(contact, all * period_of(contact), i)) {
-                jump(contact, &before[1], all - done, i);
+                jump(contact, &ends[1], all - n, i);
                 copy_lane(aside, (const lanes *)contact, OWN_ROWS, i);
                 jumped[i] = 1;
                 running -= 1;
             }
-        done += smaller(done, all - done);
-        if (running && status == STATUS_OK)
-            status = run_to(contact, w, done, s, course);
-        if (status != STATUS_OK)
-            return status;
     }
     if (running)
         status = run_to(contact, w, all, s, course);
@@ -144,7 +162,7 @@ enum Status advance_cycles(struct Contact *contact, const struct Configuration *
                            lanes s, struct Course *course)
 {
     const double all = floor(step / period_of(contact) * (1 + 1e-12)) - RUN_AT_THE_END;
-    if (may_jump(w, stop_at_events) && all >= LOOKED_AT + FEWEST_SKIPPED) {
+    if (may_jump(w, stop_at_events) && all >= 2 + FEWEST_SKIPPED) {
         const enum Status status = pass_cycles(contact, w, all, s, course);
         if (status != STATUS_OK)
             return status;

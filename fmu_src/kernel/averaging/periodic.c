@@ -334,6 +334,8 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             given_up |= gives_up;
             x->done |= gives_up;
             converged &= x->done;
+            if (tries == 0 && !x->done)
+                learn_steps(contact, &trial, w, i);
         }
     }
     for (int i = 0; i < LANES; ++i) {
