@@ -301,3 +301,21 @@ def test_a_ramp_that_misses_a_bound_by_a_hair_ends_on_it(fmi2_fmu, tmp_path) -> 
         assert len(one.lines) == said
         one.lines.clear()
     one.free()
+
+
+def test_an_input_stands_still_behind_its_record() -> None:
+    """Its last slope is that of the last two samples, and ends with them."""
+    contact, times, slip = ffi.new("struct Contact *"), np.array([0.0, 1e-3]), np.array([0.1, 0.3])
+    library.kernel_reset(contact)
+    index = {name: kernel.variable(name).index for name in ("kinematics", "slip_velocity", "sliding_distance")}
+    assert library.kernel_set(contact, index["kinematics"], 0, 1.0) == library.STATUS_OK
+    assert library.kernel_start(contact, 0.0) == library.STATUS_OK
+    record, answer = ffi.new("struct Record *"), ffi.new("struct Yield *")
+    led = ffi.new("int *", index["slip_velocity"])
+    record.count, record.times, record.input_count, record.input_index = 2, ffi.from_buffer("double[]", times), 1, led
+    record.inputs = ffi.from_buffer("double[]", slip)
+    assert library.kernel_run_record(contact, record, answer, ffi.NULL) == library.STATUS_OK
+    before = contact.value[index["sliding_distance"]][0]
+    assert library.kernel_advance(contact, 1.0, 0, ffi.new("double *")) == library.STATUS_OK
+    assert contact.value[index["slip_velocity"]][0] == 0.3
+    assert contact.value[index["sliding_distance"]][0] - before == pytest.approx(0.3, rel=1e-12)

@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat.fmu.part_model import model_of
+from evat.native import kernel
+from evat.native.kernel import Contact
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
@@ -172,6 +174,33 @@ def test_a_reversal_at_the_point_is_not_smoothed_over(fmus: dict[str, Path], tmp
     assert one.get("slip_velocity") == [0.0]
     assert told(one, ["sliding_speed", "friction_force"]) == pytest.approx([-125.0, 0.0], rel=1e-6, abs=1e-6)
     one.free()
+
+
+def slope_of_friction(contact: Contact) -> float:
+    """d friction_force / d time [N/s] where the contact stands, asked of the kernel itself."""
+    ffi, loaded = kernel.library()
+    slope, asked_for = ffi.new("double *"), ffi.new("int *", kernel.variable("friction_force").index)
+    assert loaded.kernel_time_derivatives(contact._contact, ffi.new("struct Contact *"), 1, asked_for, slope) == loaded.STATUS_OK
+    return float(slope[0])
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_just_beside_a_reversal_they_are_those_of_that_side(side: int) -> None:
+    """The law's curve has a kink there: differences that reach across it would mix both slopes, a fifth apart."""
+
+    def after(time: float) -> Contact:
+        contact = Contact()
+        contact.start()
+        contact.advance(time)
+        return contact
+
+    reversal = Contact()
+    reversal.start()
+    while abs(reversal.get("slip_velocity_used")) > 1e-6:
+        reversal.advance(5e-5, stop_at_events=True)
+        reversal.event()
+    near, far = (slope_of_friction(after(reversal.time + side * away)) for away in (1e-12, 1e-10))
+    assert near == pytest.approx(far, rel=1e-3)
 
 
 def test_means_are_constant_between_the_ends_of_windows(one: Instance) -> None:
