@@ -73,8 +73,8 @@ def test_an_averaged_step_at_a_constant_speed(benchmark: Any, summary: Summary, 
 
 
 def test_two_seconds_through_an_fmu(benchmark: Any, summary: Summary, fmi2: OpenFmu) -> None:
-    """Limit: what fmpy takes for a call, which is soon more than the cycle. The speed is held for 1 ms; in doSteps of four cycles each cycle
-    is run, and in those of 1 ms three of 20."""
+    """Limit: what fmpy takes for a call, which is soon more than the cycle. The speed is held for 1 ms; in doSteps of four cycles each
+    cycle is run, and in those of 1 ms three of 20."""
     reference, times = fmi2.reference("cutting_speed"), clock(1e-3)
     speed = changing_speed(times)
 
