@@ -161,8 +161,9 @@ static enum Status pass_cycles(struct Contact *contact, const struct Configurati
 enum Status advance_cycles(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
                            lanes s, struct Course *course)
 {
-    const double all = floor(step / period_of(contact) * (1 + 1e-12)) - RUN_AT_THE_END;
-    if (may_jump(w, stop_at_events) && all >= 2 + FEWEST_SKIPPED) {
+    const double cycles = step * contact->value[VAR_VIBRATION_FREQUENCY][0];
+    if (cycles * (1 + 1e-12) >= 2 + FEWEST_SKIPPED + RUN_AT_THE_END && may_jump(w, stop_at_events)) {
+        const double all = floor(cycles * (1 + 1e-12)) - RUN_AT_THE_END;
         const enum Status status = pass_cycles(contact, w, all, s, course);
         if (status != STATUS_OK)
             return status;
