@@ -136,8 +136,12 @@ class Trial:
 
     def head(self, count: int) -> Trial:
         """Its first samples."""
-        inputs, outputs = ({name: column[:count] for name, column in some.items()} for some in (self.inputs, self.outputs))
-        return replace(self, times=self.times[:count], inputs=inputs, outputs=outputs)
+        return self.between(0, count)
+
+    def between(self, begin: int, end: int) -> Trial:
+        """Its samples from `begin` on, up to `end`, with the lead-in of the whole."""
+        inputs, outputs = ({name: column[begin:end] for name, column in some.items()} for some in (self.inputs, self.outputs))
+        return replace(self, times=self.times[begin:end], inputs=inputs, outputs=outputs)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -85,20 +85,32 @@ def losses(objective: Objective, loss: Loss, points: FloatArray) -> FloatArray:
     return np.array(sums)
 
 
-def polish(objective: Objective, points: Sequence[FloatArray], whiten: bool, cancelled: Callable[[], bool] | None = None) -> Optimum:
-    """The best of the optima near `points`, which a short descent from each tells; the noise is estimated along the way."""
+def polish(
+    objective: Objective,
+    points: Sequence[FloatArray],
+    whiten: bool,
+    cancelled: Callable[[], bool] | None = None,
+    searched: Objective | None = None,
+) -> Optimum:
+    """The best of the optima near `points`, which a short descent from each tells; the noise is estimated along the way.
+
+    searched : what the search has looked at, where that is less than the whole; the short descents see no more.
+    """
     free, calls, point = np.ones(points[0].size, dtype=bool), 0, points[0]
-    usual = {channel: 1 / float(np.median(objective.weights[objective.places(channel)])) for channel in objective.channels}
-    plain = Loss(Weights(objective.weights), usual)
+    plain = _plain(objective)
     if len(points) > 1:
-        least = np.inf
+        ends, rough = list[tuple[float, FloatArray]](), searched or objective
         for start in points:
             if cancelled is not None and cancelled():
                 break
-            end, cost, used = descend(objective, plain, start, free, most=20, exact=1e-4)
+            end, cost, used = descend(rough, _plain(rough), start, free, most=20, exact=1e-4)
             calls += used
-            if cost < least:
-                point, least = end, cost
+            ends.append((cost, end))
+        if searched is not None and ends:
+            costs = losses(objective, plain, np.array([end for _, end in ends]))
+            ends = [(float(cost), end) for cost, (_, end) in zip(costs, ends, strict=True)]
+            calls += len(ends)
+        point = min(ends, key=lambda each: each[0], default=(np.inf, point))[1]
     loss = plain if objective.kind == "least_squares" else _loss(objective, point, whiten)
     for _ in range(ROUNDS):
         if cancelled is not None and cancelled():
@@ -110,6 +122,12 @@ def polish(objective: Objective, points: Sequence[FloatArray], whiten: bool, can
         return optimum_at(objective, loss, point, float(losses(objective, loss, point[None, :])[0]), calls + 1)
     point, least, used = descend(objective, loss, point, free)
     return optimum_at(objective, loss, point, least, calls + used)
+
+
+def _plain(objective: Objective) -> Loss:
+    """Least squares by the scales that a search goes by."""
+    usual = {channel: 1 / float(np.median(objective.weights[objective.places(channel)])) for channel in objective.channels}
+    return Loss(Weights(objective.weights), usual)
 
 
 def _loss(objective: Objective, point: FloatArray, whiten: bool) -> Loss:

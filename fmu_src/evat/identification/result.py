@@ -77,7 +77,8 @@ class Identification:
     `values` are complete, with the estimates in them; `predicted` belongs to the trials and means of `experiment`, `units` to its channels.
 
     fits, held_out : by channel, on what was fitted and on the conditions that were kept back; doubts : sentences to read before a number is
-    used; stopped : the search was ended by its user, so this is the best so far.
+    used; stopped : the search was ended by its user, so this is the best so far; searched_points : measured numbers that the search looked
+    at, fewer than `predicted` where it looked at excerpts of long records.
 
     `print` shows a summary as of lmfit, a notebook a table; `plot()` draws the profiles, `to_pandas()` has a line for each estimate,
     `to_arviz()` draws for what ArviZ shows.
@@ -112,6 +113,7 @@ class Identification:
     effects: tuple[str, ...]
     objective: str
     search: str
+    searched_points: int
     cost: float
     fits: Mapping[str, ChannelFit]
     held_out: Mapping[str, ChannelFit]
@@ -164,6 +166,10 @@ class Identification:
             for each in self.estimates
         ]
 
+    def _searched(self) -> str:
+        some = self.search != "none" and self.searched_points < self.predicted.size
+        return f"{self.search} over excerpts of {self.searched_points} data points" if some else self.search
+
     def summary(self) -> str:
         """A text as of lmfit's fit_report: the fit, each variable with its interval, correlations, doubts."""
         errors = {
@@ -173,7 +179,7 @@ class Identification:
         held = {f"{channel}, held out": f"{100 * fit.relative_error:.3g} % (eq. 9)" for channel, fit in self.held_out.items()}
         facts = {
             "experiment": self.experiment.title,
-            "method": f"{self.objective}, search {self.search}{'; stopped, the best so far' if self.stopped else ''}",
+            "method": f"{self.objective}, search {self._searched()}{'; stopped, the best so far' if self.stopped else ''}",
             "data points": str(self.predicted.size),
             "variables": str(len(self.estimates)),
             "evaluations": str(self.evaluations),

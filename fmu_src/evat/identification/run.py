@@ -17,6 +17,7 @@ from evat.identification.objective import Objective
 from evat.identification.polish import polish
 from evat.identification.profile import BetterPoint, Profile, profile
 from evat.identification.result import Identification
+from evat.identification.searching.excerpts import excerpts
 from evat.identification.searching.journal import Journal
 from evat.identification.searching.search import SearchResult, check_size, search
 from evat.identification.settings import Execution, Settings
@@ -50,10 +51,11 @@ def _identified(experiment: Experiment, model: Model, free: Sequence[str], setti
     objective = _objective(model, fitted, free, settings)
     check_signs(objective)
     check_influence(objective, settings.seed)
-    spread = execution.spread
+    spread, some = execution.spread, excerpts(fitted, model, settings.on)
+    searched = objective if some is None else _objective(model, some, free, settings)
     best = search(
         settings.search,
-        objective.costs if spread is None else lambda points: spread(objective, points),
+        searched.costs if spread is None else lambda points: spread(searched, points),
         objective.space.start,
         population=settings.population,
         generations=settings.generations,
@@ -62,7 +64,7 @@ def _identified(experiment: Experiment, model: Model, free: Sequence[str], setti
         progress=lambda done, most, cost: execution.report(f"search, best {cost:.4g}", done / most),
         cancelled=execution.cancelled,
     )
-    optimum, profiles, calls = _optimum(objective, best, settings, execution)
+    optimum, profiles, calls = _optimum(objective, searched, best, settings, execution)
     identified = objective.space.at(optimum.point)
     fits = fits_of(objective.prediction, optimum.residual)
     stopped = best.stopped or execution.stopped()
@@ -74,6 +76,7 @@ def _identified(experiment: Experiment, model: Model, free: Sequence[str], setti
         effects=tuple(dict.fromkeys((*experiment.nominal.effects, *settings.on))),
         objective=settings.objective,
         search=settings.search,
+        searched_points=searched.prediction.measured.size,
         cost=objective.cost(optimum.residual),
         fits=fits,
         held_out=held_out_fits(model, kept, {**settings.values, **identified}, settings.on),
@@ -171,13 +174,14 @@ def _journal(execution: Execution, objective: Objective, settings: Settings) -> 
 
 
 def _optimum(
-    objective: Objective, best: SearchResult, settings: Settings, execution: Execution
+    objective: Objective, searched: Objective, best: SearchResult, settings: Settings, execution: Execution
 ) -> tuple[Optimum, list[Profile | None], int]:
     """The optimum, the profiles of its parameters and the number of runs; from a better point again, where a profile comes across one."""
     points, names, calls = (best.point, *best.others), objective.space.names, 0
     for attempt in range(RESTARTS + 1):
         execution.report("polish", 0.0)
-        optimum = polish(objective, points, settings.whiten, execution.cancelled if not best.stopped else lambda: True)
+        cancelled = execution.cancelled if not best.stopped else lambda: True
+        optimum = polish(objective, points, settings.whiten, cancelled, searched if searched is not objective else None)
         calls += optimum.calls
         curves: list[Profile | None] = []
         if not settings.profiles or best.stopped or execution.stopped():

@@ -113,13 +113,19 @@ def _convergence(identification: Identification) -> list[Figure]:
         return []
     figure, axes = new_figure(1, 1, PANEL)
     evaluations = [generation.evaluations for generation in identification.history]
-    axes[0, 0].plot(evaluations, [generation.best for generation in identification.history], color=COLOURS[0], label="best so far")
+    best = [generation.best for generation in identification.history]
+    axes[0, 0].plot(evaluations, best, color=COLOURS[0], label=_of(identification, "best so far"))
     medians = np.array([generation.median for generation in identification.history])
     axes[0, 0].plot(evaluations, np.where(medians < 1e29, medians, np.nan), color=COLOURS[1], lw=0.8, label="median of the generation")
     axes[0, 0].axhline(identification.cost, color=COLOURS[5], ls=":", label="after the polish")
     axes[0, 0].set(xlabel="model runs", ylabel=f"objective: {identification.objective.replace('_', ' ')}", yscale="log")
     axes[0, 0].legend()
     return [figure]
+
+
+def _of(identification: Identification, what: str) -> str:
+    some = identification.searched_points < identification.predicted.size
+    return f"{what}, of excerpts" if some else what
 
 
 def save_profiles(identification: Identification, path: Path) -> Path:

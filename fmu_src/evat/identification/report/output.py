@@ -114,6 +114,7 @@ def as_json(identification: Identification) -> dict[str, Any]:
             "stopped": identification.stopped,
             "search": {
                 "name": identification.search,
+                "data_points": identification.searched_points,
                 "evaluations": identification.evaluations,
                 "seconds": identification.seconds,
                 "best": [generation.best for generation in identification.history],
