@@ -11,12 +11,16 @@ void last_time(struct One *one)
     judge(one, status, "last time", &time, 1);
 }
 
+/* Over so many vibration cycles that some of them need not be run. */
+static double span_of_cycles(void) { return spread(1e-4, 1e-2); }
+static double span_of_any_step(void) { return chance(0.03) ? span_of_cycles() : span_of_step(); }
+
 void step(struct One *one)
 {
     const double now = time_of(one);
     if (isnan(now) && one->mode != STEPPING)
         return;
-    double time = now, h = span_of_step();
+    double time = now, h = span_of_any_step();
     if (chance(0.02))
         time = chance(0.5) ? strange() : now + h;
     else if (chance(0.05))
@@ -56,14 +60,14 @@ void step(struct One *one)
         get_all(one);
 }
 
-/* A short step, taken back and taken again: to the last bit the same. */
+/* A step, taken back and taken again: to the last bit the same. */
 void step_and_back(struct One *one)
 {
     struct Saved *const at = &saved[0];
     unsigned reference[CAPACITY];
     double value[2][CAPACITY];
     size_t count = 0;
-    const double h = spread(1e-9, 1e-5);
+    const double h = chance(0.9) ? spread(1e-9, 1e-5) : span_of_cycles();
     for (int i = 0; i < variables; ++i)
         if (sort_of(i) == REALS)
             reference[count++] = (unsigned)i;
