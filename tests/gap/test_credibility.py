@@ -11,6 +11,7 @@ from evat.experiment import Experiment
 from evat.gap import diagnose, diagnose_with
 from evat.gap.budget import structural_share
 from evat.gap.closure import HeldOut
+from evat.gap.report.summary import _share
 from evat.gap.report.words import sentence
 from evat.gap.search.compare import compare
 from evat.gap.verdict.constants import Constants
@@ -93,6 +94,21 @@ def test_a_condition_that_the_others_do_not_foresee_tests_nothing() -> None:
     assert structural_share(comparison.whitening, held.fitted(model).predicted, comparison.recalibrated.predicted, {"c4"}) > 0.3
     assert held.left(model) < 0.1
     assert [effect.name for effect in answer.effects] == ["lean"]
+    assert answer.closure.held_out == ("c1",)
+    assert answer.closure.unforeseen == ("c4",)
+    assert answer.closure.share > 0.9
+    assert any("holds on c4" in sentence for sentence in answer.cannot_tell)
+
+
+def test_where_no_condition_is_foreseen_the_share_is_that_of_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(HeldOut, "foreseen", lambda *_: ())
+    answer, _ = diagnose_with(measured(["bend"], {"bend.c": 0.4}, conditions=6), Toy())
+    assert np.isnan(answer.closure.share)
+    assert answer.closure.where_fitted[0] > 0.9
+    assert answer.closure.unforeseen == ("c1", "c4")
+    told = " ".join(_share(answer))
+    assert "on the conditions that it was fitted to" in told
+    assert "c1, c4 held out of the fits, values would hang on what the other conditions do not tell" in told
 
 
 def test_a_second_effect_counts_where_the_first_alone_is_not_credible() -> None:

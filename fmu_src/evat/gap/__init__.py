@@ -17,7 +17,7 @@ from evat.experiment import Experiment
 from evat.gap.advise import next_experiment
 from evat.gap.answer import Diagnosis, Named, Recalibrated
 from evat.gap.budget import structural
-from evat.gap.closure import HeldOut, close
+from evat.gap.closure import Closure, HeldOut, close
 from evat.gap.location import Location, locate
 from evat.gap.search.compare import Comparison, compare
 from evat.gap.search.portion import portion
@@ -74,14 +74,15 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
     prediction, held = comparison.prediction, HeldOut(comparison)
     judgement = _judged(comparison, held, known)
     verdict = CANNOT_TELL if comparison.audit.refused else judgement.verdict
+    closure = close(comparison, fitted(comparison, judgement.chosen), held)
     missing = (
         *judgement.features.doubts.get(judgement.chosen, ()),
+        *_unforeseen(closure),
         *shifted(comparison, fitted(comparison, judgement.chosen)),
         *_own_values(comparison, judgement),
         *said,
         *_missing(comparison),
     )
-    closure = close(comparison, fitted(comparison, judgement.chosen), held)
     return Diagnosis(
         verdict=verdict,
         effects=_named(comparison, judgement) if verdict != CANNOT_TELL else (),
@@ -103,6 +104,14 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
         small=None if comparison.audit.refused else small_effect(comparison, judgement),
         foreign={channel: comparison.noise.irregular[channel] for channel in foreign_channels(judgement.features, known)},
     )
+
+
+def _unforeseen(closure: Closure) -> tuple[str, ...]:
+    """Which conditions are no test, though no fit has seen them."""
+    if not closure.unforeseen:
+        return ()
+    which = " and ".join(closure.unforeseen)
+    return (f"whether the model holds on {which}: what it does there hangs on values that the other conditions do not tell",)
 
 
 def _judged(comparison: Comparison, held: HeldOut, known: Constants) -> Judgement:

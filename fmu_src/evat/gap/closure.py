@@ -21,7 +21,9 @@ class Closure:
     interval; `rms[channel]`: nominal, recalibrated, corrected and noise floor [unit of the channel], there or, where there are none,
     everywhere; `unit`: what these are in, "N rms" or, where channels differ, each with its own;
     `by_recalibration`: share of the nominal model's gap that recalibration alone closes there, with its interval. `where_fitted` is, of all
-    conditions, which the fits have seen, what the effects close, or recalibration where there are none; nan where some are held out."""
+    conditions, which the fits have seen, what the effects close, or recalibration where there are none; nan where some are held out.
+    `unforeseen`: conditions that were held out, too, and tell nothing, since what the models do there hangs on values that the others do
+    not tell."""
 
     share: float
     interval: tuple[float, float]
@@ -30,6 +32,7 @@ class Closure:
     unit: str
     by_recalibration: tuple[float, tuple[float, float]] = (math.nan, (math.nan, math.nan))
     where_fitted: tuple[float, tuple[float, float]] = (math.nan, (math.nan, math.nan))
+    unforeseen: tuple[str, ...] = ()
 
 
 def held_out_conditions(conditions: Sequence[str]) -> tuple[str, ...]:
@@ -54,16 +57,30 @@ class HeldOut:
             self._fits[id(whole)] = _again(self.comparison, whole, self._mask)
         return self._fits[id(whole)]
 
+    def foreseen(self, chosen: Fit) -> tuple[str, ...]:
+        """Held-out conditions of which the others tell what the models do there: by the covariance of their parameters, predictions are
+        surer than what is left. A slow condition without which nothing tells the Stribeck velocity is no test of any model."""
+        whitening, fits = self.comparison.whitening, [self.fitted(fit) for fit in (self.comparison.recalibrated, chosen)]
+        left, unsure = dict.fromkeys(self.conditions, 0.0), dict.fromkeys(self.conditions, 0.0)
+        for place, group in enumerate(whitening.groups):
+            if group.condition not in left:
+                continue
+            level = whitening.levels[group.channel] ** 2
+            left[group.condition] += float(np.sum(whitening.residual_of_any_start(fits[0].predicted, place) ** 2)) / level
+            unsure[group.condition] += max(_unsure(fit, group.at) for fit in fits) / level
+        return tuple(condition for condition in left if unsure[condition] < CONSTANTS.foreseen_condition * left[condition])
+
     def closed(self, chosen: Fit) -> tuple[float, tuple[float, float]]:
-        """Share of the recalibrated model's gap that the model closes there, and its 90 % interval over recordings; nan where none are held
-        out, or where there is no gap to speak of."""
+        """Share of the recalibrated model's gap that the model closes on the foreseen conditions, and its 90 % interval over recordings;
+        nan where there are none, or no gap to speak of."""
         if chosen is self.comparison.recalibrated:
             return math.nan, (math.nan, math.nan)
-        return self._shrinks(self.fitted(self.comparison.recalibrated).predicted, self.fitted(chosen).predicted)
+        return self._shrinks(self.fitted(self.comparison.recalibrated).predicted, self.fitted(chosen).predicted, self.foreseen(chosen))
 
-    def recalibrated(self) -> tuple[float, tuple[float, float]]:
-        """The same of the nominal model's gap, by recalibration."""
-        return self._shrinks(self.comparison.nominal.predicted, self.fitted(self.comparison.recalibrated).predicted)
+    def recalibrated(self, chosen: Fit) -> tuple[float, tuple[float, float]]:
+        """The same of the nominal model's gap, by recalibration, where the model is foreseen."""
+        fitted = self.fitted(self.comparison.recalibrated).predicted
+        return self._shrinks(self.comparison.nominal.predicted, fitted, self.foreseen(chosen))
 
     def where_fitted(self, chosen: Fit) -> tuple[float, tuple[float, float]]:
         """What the model closes of all conditions, which its fit has seen: of the recalibrated model's gap, or by it of the nominal one's.
@@ -75,14 +92,13 @@ class HeldOut:
         recordings = {member for group in comparison.whitening.groups for member in group.members}
         return share, interval if len(recordings) >= CONSTANTS.fewest_recordings else (math.nan, math.nan)
 
-    def _shrinks(self, before: FloatArray, after: FloatArray, conditions: Sequence[str] = ()) -> tuple[float, tuple[float, float]]:
-        """On these conditions, or those held out."""
-        if not (where := conditions or self.conditions):
-            return math.nan, (math.nan, math.nan)
-        rows = _rows(self.comparison, before, after, where)
-        if not len(rows):  # a sensor that is too slow for what was held out
+    def _shrinks(self, before: FloatArray, after: FloatArray, conditions: Sequence[str]) -> tuple[float, tuple[float, float]]:
+        rows = _rows(self.comparison, before, after, conditions)
+        if not len(rows):  # no conditions, or a sensor that is too slow for what was held out
             return math.nan, (math.nan, math.nan)
         share = _share(rows.sum(axis=0))
+        if math.isnan(share):
+            return math.nan, (math.nan, math.nan)
         draws = np.random.default_rng(CONSTANTS.bootstrap_seed).integers(len(rows), size=(CONSTANTS.bootstrap_draws, len(rows)))
         spread = np.array([_share(rows[draw].sum(axis=0)) for draw in draws])
         low, high = np.nanquantile(spread, [0.05, 0.95]) if np.any(np.isfinite(spread)) else (np.nan, np.nan)
@@ -91,7 +107,7 @@ class HeldOut:
     def left(self, chosen: Fit) -> float:
         """Share of the structural gap that the model leaves there; nan where none are held out, no gap can be seen there, or the others do
         not tell what the models do there."""
-        before, where = self.fitted(self.comparison.recalibrated).predicted, self._foreseen(chosen)
+        before, where = self.fitted(self.comparison.recalibrated).predicted, set(self.foreseen(chosen))
         table = squares(self.comparison.whitening, before, where) if where else {}
         if not any(
             channel.structural > CONSTANTS.visible_structure * channel.unsure + CONSTANTS.noise_floor_error * channel.floor
@@ -100,26 +116,13 @@ class HeldOut:
             return math.nan
         return structural_share(self.comparison.whitening, self.fitted(chosen).predicted, before, where)
 
-    def _foreseen(self, chosen: Fit) -> set[str]:
-        """Held-out conditions of which the others tell what the models do there: by the covariance of their parameters, predictions are
-        surer than what is left. A slow condition without which nothing tells the Stribeck velocity is no test of any model."""
-        whitening, fits = self.comparison.whitening, [self.fitted(fit) for fit in (self.comparison.recalibrated, chosen)]
-        left, unsure = dict.fromkeys(self.conditions, 0.0), dict.fromkeys(self.conditions, 0.0)
-        for place, group in enumerate(whitening.groups):
-            if group.condition not in left:
-                continue
-            level = whitening.levels[group.channel] ** 2
-            left[group.condition] += float(np.sum(whitening.residual_of_any_start(fits[0].predicted, place) ** 2)) / level
-            unsure[group.condition] += max(_unsure(fit, group.at) for fit in fits) / level
-        return {condition for condition in left if unsure[condition] < CONSTANTS.foreseen_condition * left[condition]}
-
     def worse(self, chosen: Fit) -> dict[str, tuple[float, float]]:
         """Conditions that the model makes worse there, by more than noise and its parameters' spread would if it were true: root mean
         squares before and after, in that of the channel's measured one."""
         if not self.conditions:
             return {}
         worse = {}
-        rows, conditions, where = self._rows(chosen), self._conditions(), self._foreseen(chosen)
+        rows, conditions, where = self._rows(chosen), self._conditions(), self.foreseen(chosen)
         for condition in self.conditions:
             before, after, floor, size = rows[[own == condition for own in conditions]].sum(axis=0)
             larger = after > CONSTANTS.worse_condition**2 * before and after - before > 2 * CONSTANTS.noise_floor_error * floor
@@ -155,8 +158,9 @@ class HeldOut:
 
 def close(comparison: Comparison, chosen: Fit, held: HeldOut) -> Closure:
     whitening = comparison.whitening
-    before, after = held.fitted(comparison.recalibrated), held.fitted(chosen)
-    where = set(held.conditions) if held.conditions else None
+    foreseen = held.foreseen(chosen)
+    before, after = (held.fitted(fit) if foreseen else fit for fit in (comparison.recalibrated, chosen))
+    where = set(foreseen) or None
     tables = {
         "nominal": squares(whitening, comparison.nominal.predicted, where),
         "recalibrated": squares(whitening, before.predicted, where),
@@ -170,9 +174,10 @@ def close(comparison: Comparison, chosen: Fit, held: HeldOut) -> Closure:
         for channel in tables["nominal"]
     }
     closed, unit = held.closed(chosen), _unit(comparison, rms)
-    if held.conditions:
-        return Closure(*closed, held.conditions, rms, unit, held.recalibrated())
-    return Closure(*closed, held.conditions, rms, unit, where_fitted=held.where_fitted(chosen))
+    others = tuple(condition for condition in held.conditions if condition not in foreseen)
+    if foreseen:
+        return Closure(*closed, foreseen, rms, unit, held.recalibrated(chosen), unforeseen=others)
+    return Closure(*closed, foreseen, rms, unit, where_fitted=held.where_fitted(chosen), unforeseen=others)
 
 
 def _unit(comparison: Comparison, channels: Iterable[str]) -> str:

@@ -8,6 +8,7 @@ from typing import Literal
 
 from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
+from evat.gap.closure import Closure
 from evat.gap.report.words import closed, closed_interval, number, rivals_of, sentence, sure, typed
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.credibility import shifted
@@ -80,8 +81,16 @@ def _share(answer: Diagnosis) -> tuple[str, str]:
     if not math.isfinite(value):
         return "No share", f"can be given: on {conditions} there is no gap above the noise"
     interval = closed_interval(low, high) or f"without an interval: {CONSTANTS.fewest_recordings} recordings tell one"
-    why = "" if held else f"; with fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
-    return closed(value), f"{what}, on {conditions} ({interval}){why}"
+    return closed(value), f"{what}, on {conditions} ({interval}){_why_fitted(closure)}"
+
+
+def _why_fitted(closure: Closure) -> str:
+    """Why the share is none of conditions that no fit has seen."""
+    if closure.held_out:
+        return ""
+    if closure.unforeseen:
+        return f"; {', '.join(closure.unforeseen)} held out of the fits, values would hang on what the other conditions do not tell"
+    return f"; with fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
 
 
 def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
