@@ -70,17 +70,16 @@ class HeldOut:
             unsure[group.condition] += max(_unsure(fit, group.at) for fit in fits) / level
         return tuple(condition for condition in left if unsure[condition] < CONSTANTS.foreseen_condition * left[condition])
 
-    def closed(self, chosen: Fit) -> tuple[float, tuple[float, float]]:
-        """Share of the recalibrated model's gap that the model closes on the foreseen conditions, and its 90 % interval over recordings;
-        nan where there are none, or no gap to speak of."""
+    def closed(self, chosen: Fit, conditions: Sequence[str]) -> tuple[float, tuple[float, float]]:
+        """Share of the recalibrated model's gap that the model closes on held-out conditions, and its 90 % interval over recordings; nan
+        where there are none, or no gap to speak of."""
         if chosen is self.comparison.recalibrated:
             return math.nan, (math.nan, math.nan)
-        return self._shrinks(self.fitted(self.comparison.recalibrated).predicted, self.fitted(chosen).predicted, self.foreseen(chosen))
+        return self._shrinks(self.fitted(self.comparison.recalibrated).predicted, self.fitted(chosen).predicted, conditions)
 
-    def recalibrated(self, chosen: Fit) -> tuple[float, tuple[float, float]]:
-        """The same of the nominal model's gap, by recalibration, where the model is foreseen."""
-        fitted = self.fitted(self.comparison.recalibrated).predicted
-        return self._shrinks(self.comparison.nominal.predicted, fitted, self.foreseen(chosen))
+    def recalibrated(self, conditions: Sequence[str]) -> tuple[float, tuple[float, float]]:
+        """The same of the nominal model's gap, by recalibration."""
+        return self._shrinks(self.comparison.nominal.predicted, self.fitted(self.comparison.recalibrated).predicted, conditions)
 
     def where_fitted(self, chosen: Fit) -> tuple[float, tuple[float, float]]:
         """What the model closes of all conditions, which its fit has seen: of the recalibrated model's gap, or by it of the nominal one's.
@@ -173,10 +172,10 @@ def close(comparison: Comparison, chosen: Fit, held: HeldOut) -> Closure:
         }
         for channel in tables["nominal"]
     }
-    closed, unit = held.closed(chosen), _unit(comparison, rms)
+    closed, unit = held.closed(chosen, foreseen), _unit(comparison, rms)
     others = tuple(condition for condition in held.conditions if condition not in foreseen)
     if foreseen:
-        return Closure(*closed, foreseen, rms, unit, held.recalibrated(chosen), unforeseen=others)
+        return Closure(*closed, foreseen, rms, unit, held.recalibrated(foreseen), unforeseen=others)
     return Closure(*closed, foreseen, rms, unit, where_fitted=held.where_fitted(chosen), unforeseen=others)
 
 

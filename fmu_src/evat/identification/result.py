@@ -167,7 +167,7 @@ class Identification:
         ]
 
     def _searched(self) -> str:
-        some = self.search != "none" and self.searched_points < self.predicted.size
+        some = self.searched_points < self.predicted.size
         return f"{self.search} over excerpts of {self.searched_points} data points" if some else self.search
 
     def summary(self) -> str:

@@ -51,7 +51,7 @@ def _identified(experiment: Experiment, model: Model, free: Sequence[str], setti
     objective = _objective(model, fitted, free, settings)
     check_signs(objective)
     check_influence(objective, settings.seed)
-    spread, some = execution.spread, excerpts(fitted, model, settings.on)
+    spread, some = execution.spread, excerpts(fitted, model, settings.on) if settings.search != "none" else None
     searched = objective if some is None else _objective(model, some, free, settings)
     best = search(
         settings.search,

@@ -2,7 +2,7 @@
  *
  * While parameters, inputs and machine stand still cycles settle, and a cycle that ends as it has begun is all that
  * follow. Time, running integrals and averaging windows then move on by as many at once, and the step is integrated
- * again from where its last whole cycle but one begins: a cycle jump, the multirevolution method (Petzold 1981) at a
+ * again from where its last whole cycle begins: a cycle jump, the multirevolution method (Petzold 1981) at a
  * slope of 0. What goes by the time itself, looks back, or has events of a law's own is run as it is, and so are steps
  * in which a host asks for events.
  *
@@ -15,10 +15,9 @@
 #include <math.h>
 #include <string.h>
 
-/* cycles */
-#define EACH 6.0
-#define FEWEST_SKIPPED 2.0
-#define RUN_AT_THE_END 1.0
+#define EACH 6.0 /* cycles that are looked at one by one: transients of a changed input take three or four */
+#define FEWEST_SKIPPED 2.0 /* cycles: fewer are not worth the cuts */
+#define RUN_AT_THE_END 1.0 /* cycle, which shows the outputs of the step's end and a mean of its own */
 #define MAY_ADD 0.1 /* tolerances, of what all cycles that are skipped may change of a state, or one of a force */
 #define MOST_SCATTER 1e3 /* cycles: departures that do not go on as they are or less are of roundings of the steps */
 

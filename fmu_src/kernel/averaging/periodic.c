@@ -334,7 +334,7 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             given_up |= gives_up;
             x->done |= gives_up;
             converged &= x->done;
-            if (tries == 0 && !x->done)
+            if (tries == 0 && !x->done) /* once slopes are known: cycles of other steps differ by their errors, too */
                 learn_steps(contact, &trial, w, i);
         }
     }

@@ -1,6 +1,6 @@
 """Which part of long records does a search look at? Excerpts from their start to their end; the polish sees all.
 
-A search only has to find the valley in which the optimum lies. That a tenth of the samples tells, as long as they come from everywhere,
+A search only has to find the valley in which the optimum lies. That some thousand samples tell, as long as they come from everywhere,
 and each excerpt follows a lead-in, from which it begins with bristles and filters as they stood there. Where something goes by the time or
 the way itself, an excerpt would begin without what was before it, and a vibration that the model makes is short: these are looked at whole.
 """
