@@ -250,3 +250,18 @@ def test_a_search_that_takes_too_long_and_is_astray_leaves_the_contact_at_rest()
     }  # fmt: skip
     case = vibrates(values, ("amplitude_loss", "dynamometer_resonance"), 1e-4, cycles=2, points=40, speed=0.0428738)
     assert worst(case, "friction_force", "bristle_deflection") < 3
+
+
+def test_a_step_does_not_pass_over_what_damping_takes_out_of_a_swing_at_once() -> None:
+    """A chip starts on a holder that still swings and that damping holds: it follows within a microsecond, and a step that was long beside
+    that went to and fro, by a twelfth less each time: 34 tolerances."""
+    values = {
+        **GIVEN, "sigma0": 350000.0, "sigma1": 4620000.0, "sigma2": 24.3, "F_C": 9.97, "F_S": 0.1309, "v_s": 0.000163,
+        "damping_mode": "as_published", "holder_compliance.compliance_x": 5.318e-8, "holder_compliance.compliance_y": 2.636e-8,
+        "holder_compliance.natural_frequency": 1105.1, "holder_compliance.damping_ratio": 0.0385,
+    }  # fmt: skip
+    times = np.append([0, 0.02023, 0.02039], 0.02378873 + 1.955e-5 * np.arange(21))
+    slip = np.interp(times, [0, 0.02023, 0.02039, 0.02378873, 0.02418], [-1.596e-4, -2.726e-4, 0, 0, -1.363e-4])
+    thickness = np.interp(times, [0, 0.024], [9.85e-5, 1.2744e-4])
+    motion = Motion.record(times, {"slip_velocity": slip, "uncut_thickness": thickness}, stepped=True)
+    assert worst(Case("test", values, ("holder_compliance",), motion, 1e-5), "friction_force") < 1

@@ -152,6 +152,19 @@ static int curved(const struct Configuration *w, double by, const struct Point *
     return bend > by * w->p[VAR_RELATIVE_TOLERANCE][i];
 }
 
+/* Does a force that moves the tool go, and come back, within the step? So it does at the turn of a swing; and where the
+ * tool is held so stiffly by damping that it follows its path at once: there a step that is long beside that goes to
+ * and fro, by ever a little less. */
+#define SWINGS_BACK 20 /* tolerances */
+
+static inline int swings_back(const struct Configuration *w, const struct Point *a, const struct Point *m,
+                              const struct Point *b, int i)
+{
+    const double there = m->F[i] - a->F[i], back = m->F[i] - b->F[i];
+    return (a->cutting[i] != 0) & (there * back > 0) &
+           (smaller(fabs(there), fabs(back)) > SWINGS_BACK * w->p[VAR_RELATIVE_TOLERANCE][i] * fabs(m->F[i]));
+}
+
 /* Does the chip begin to pull on the tool within the step, or end to? There the normal force stops at 0. Or does a
  * force of the edge begin, or end? */
 static inline int has_kink(const struct Point *a, const struct Point *m, const struct Point *b, int i)
@@ -300,6 +313,8 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
         doubtful[i] |= has_kink(a, m, b, i) | crosses_unseen(w, i);
         averages |= w->p[VAR_AVERAGING_WINDOW][i] > 0;
     }
+    for (int i = 0; w->feedback && i < LANES; ++i)
+        doubtful[i] |= swings_back(w, a, m, b, i);
     if (!w->held) {
         count_all_kinks(w, all);
         EACH_LANE
