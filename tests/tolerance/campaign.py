@@ -17,9 +17,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import numpy as np
 from draws import draw
-from judged import FORCES, MEANS, MEASURED, Care, Judgement, judge, sensitivity, slips
+from judged import FORCES, MEANS, MEASURED, POWERS, TOTALS, Care, Judgement, judge, sensitivity, slips
 
-ALL = (*FORCES, *MEASURED, *MEANS, "bristle_deflection")
+ALL = (*FORCES, *MEASURED, *MEANS, *POWERS, *TOTALS, "bristle_deflection")
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,8 @@
 The measure. Error of a run = largest difference at any communication point between an output and the reference, over the size of that
 output, over relative_tolerance. Size of friction_force: the largest of F_C, F_S and of its own magnitude in the run, because a bristle's
 deflection is only ever known to a share of its full reach, sigma0 times which is F_S, and the force may come to rest at any small value.
-Principal, feed and measured forces are sums with the friction force in them: the same size, or their own where they are larger.
+Principal, feed and measured forces are sums with the friction force in them: the same size, or their own where they are larger. So are
+powers and energies, over the way that the motion goes; the way that the contact slides is as large as itself, or a tenth of the motion's.
 
 A draw that is beyond 10 tolerances is asked a second question: does the right answer itself move by more than 10 of them where what is
 given moves by one? Inputs and friction levels are taken a tolerance larger and smaller, a given slip a rounding error (1e-12 of its size)
@@ -49,6 +50,8 @@ VERDICTS = ("done", "no rates", "no step is short enough", "too many events", "t
 FORCES = ("friction_force", "principal_force", "feed_force")
 MEASURED = tuple(f"measured_{name}" for name in FORCES)
 MEANS = tuple(f"mean_{name}" for name in (*FORCES, *MEASURED))
+POWERS = ("mean_dissipated_power", "mean_shear_power")
+TOTALS = ("dissipated_energy", "shear_energy", "sliding_distance")
 
 
 @functools.cache
@@ -160,8 +163,8 @@ def outputs(case: Case) -> tuple[str, ...]:
     """What is compared. Means of late measured forces are not: the reference shifts these forces, and windows do not shift with them."""
     means = case.values.get("kinematics", "internal") != "external" or case.values.get("averaging_window", 0) != 0
     late = "sensor_delay" in case.on
-    shown = () if not means else MEANS[: len(FORCES)] if late else MEANS
-    return (*FORCES, *MEASURED, *shown, "bristle_deflection", "in_contact")
+    shown = () if not means else (*(MEANS[: len(FORCES)] if late else MEANS), *POWERS)
+    return (*FORCES, *MEASURED, *shown, *TOTALS, "bristle_deflection", "in_contact")
 
 
 def _own(case: Case, effect: str, parameter: str) -> float:
@@ -361,13 +364,30 @@ def slips(case: Case, care: Care | None = None) -> int:
     return max(reference(case, replace(care or Care(), branches=True)).branches, 1)
 
 
+def _way(case: Case) -> float:
+    """Way of the motion, as much of which slides as contact lasts and sticks [m]."""
+    motion, lengths = case.motion, np.diff(case.motion.times)
+    if "slip_velocity" in motion.begin:
+        return float(np.sum(lengths * (np.abs(motion.begin["slip_velocity"]) + np.abs(motion.end["slip_velocity"])) / 2))
+    frequency, amplitude = (float(case.values.get(name, kernel.variable(name).start)) for name in ("vibration_frequency", "amplitude_x"))
+    return 4 * amplitude * frequency * float(np.sum(lengths))
+
+
+STICKS = 0.1  # share of the way; a contact that slides less is judged by as much
+
+
 def sizes(case: Case, right: FloatArray, names: Sequence[str]) -> FloatArray:
     """What counts as the size of each output."""
     start = {name: float(case.values.get(name, kernel.variable(name).start)) for name in ("F_C", "F_S", "sigma0")}
     level = max(start["F_C"], start["F_S"], float(np.max(np.abs(right[:, 0]))))
     own = np.max(np.abs(right), axis=0)
     size = np.maximum(own, level)
+    way, period = _way(case), float(case.motion.times[-1] - case.motion.times[0])
     for place, name in enumerate(names):
+        if name in POWERS:
+            size[place] = max(level * way / period, own[place])
+        elif name in TOTALS:
+            size[place] = max(STICKS * way if name == "sliding_distance" else level * way, own[place])
         if name == "bristle_deflection":
             size[place] = max(level / start["sigma0"], own[place])
         elif name == "in_contact":

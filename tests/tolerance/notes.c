@@ -12,6 +12,15 @@ static const int means[][2] = {
     {VAR_MEAN_MEASURED_FRICTION_FORCE, VAR_MEASURED_FRICTION_FORCE},
     {VAR_MEAN_MEASURED_PRINCIPAL_FORCE, VAR_MEASURED_PRINCIPAL_FORCE},
     {VAR_MEAN_MEASURED_FEED_FORCE, VAR_MEASURED_FEED_FORCE},
+    {VAR_MEAN_DISSIPATED_POWER, VAR_DISSIPATED_POWER},
+    {VAR_MEAN_SHEAR_POWER, VAR_SHEAR_POWER},
+};
+
+/* What adds up since the start, and at which rate. */
+static const int totals[][2] = {
+    {VAR_DISSIPATED_ENERGY, VAR_DISSIPATED_POWER},
+    {VAR_SHEAR_ENERGY, VAR_SHEAR_POWER},
+    {VAR_SLIDING_DISTANCE, VAR_SLIDING_SPEED},
 };
 
 static double shown(const struct Course *c, int index)
@@ -20,6 +29,10 @@ static double shown(const struct Course *c, int index)
         for (int q = 0; q < c->radau.integrals && means[n][0] == index; ++q)
             if (c->integrand[q] == means[n][1])
                 return c->mean[q];
+    for (size_t n = 0; n < sizeof totals / sizeof totals[0]; ++n)
+        for (int q = 0; q < c->radau.integrals && totals[n][0] == index; ++q)
+            if (c->integrand[q] == totals[n][1])
+                return c->sums[q];
     return parameter(c, index);
 }
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from causes import GIVEN, slides, vibrates, worst
 from evat.model import FloatArray
-from judged import MEANS, Case, Motion
+from judged import MEANS, POWERS, TOTALS, Case, Motion
 
 # ---- levels ----
 
@@ -510,3 +510,23 @@ def test_the_way_across_a_gap_adds_up_where_nothing_shows_it() -> None:
     times = 2.98549e-5 * np.arange(45)
     columns = {"cutting_speed": np.full(times.shape, 8.26305e-3), "applied_force": np.full(times.shape, -6.7932546)}
     assert worst(Case("test", values, ("backlash",), Motion.record(times, columns, stepped=True), 1e-6), "mean_friction_force") < 3
+
+
+@pytest.mark.parametrize("law", ["coulomb", "karnopp", "lugre"])
+@pytest.mark.parametrize("points", [1, 2.7, 75])
+def test_energies_have_the_way_that_slips_in_the_round_corner_of_a_gap(law: str, points: float) -> None:
+    """Coulomb's force is the same however much of the motion reaches the contact, so no force showed how coarsely it was summed up: 2 600
+    tolerances of the dissipated power at 1e-5, others with each length of the communication step."""
+    values = {
+        "kinematics": "internal", "friction_law": law, "feed": 3.758050807380261e-5, "backlash.gap": 7.663806824460274e-6,
+        "vibration_frequency": 2e4,
+    }  # fmt: skip
+    case = vibrates(values, ("backlash",), 1e-5, cycles=4, points=points, speed=0.40251707781472096)
+    assert worst(case, *POWERS, *TOTALS) < 3
+
+
+def test_a_gap_that_is_crossed_slowly_costs_no_energy() -> None:
+    """At a slip that stands still the corner is passed in steps that only the way that is summed up can tell to be too long."""
+    values = {**GIVEN, "friction_law": "amontons", "amontons.mu": 0.3, "backlash.gap": 3.56e-5}
+    motion = Motion.held(np.array([0, 0.0028, 0.0664]), {"slip_velocity": np.array([3.2e-4, 9.5e-4, 0])})
+    assert worst(Case("test", values, ("backlash",), motion, 1e-6), *TOTALS) < 3

@@ -60,6 +60,8 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
     }
 }
 
+#define ROUNDINGS 1e-14 /* of two places, as a share of the gap */
+
 /* A motion that turns just within a round corner slips there, and neither before nor after. */
 static double slip_way(const lanes *p, double h, const struct Point *a, const struct Point *m, const struct Point *b,
                        const lanes *from, const lanes *to, double seen, int i)
@@ -68,8 +70,9 @@ static double slip_way(const lanes *p, double h, const struct Point *a, const st
         return seen;
     struct Ways half, whole;
     ways_that_turn(a->direction[i], h, motion(a, i), motion(m, i), motion(b, i), &half, &whole);
-    const double across = (1 - LEAK) * 0.5 * p[GAP][i] * (to[0][i] - from[0][i]);
-    return a->direction[i] * (whole.along - whole.back) - across;
+    const double side = (1 - LEAK) * 0.5 * p[GAP][i], across = side * (to[0][i] - from[0][i]);
+    const double way = a->direction[i] * (whole.along - whole.back) - across;
+    return fabs(way - seen) > ROUNDINGS * side ? way : seen;
 }
 
 static void rate(const lanes *p, const struct Point *x, const lanes *state, lanes *rate)

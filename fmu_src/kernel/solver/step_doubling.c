@@ -295,6 +295,19 @@ static inline int crosses_unseen(const struct Configuration *w, int i)
            (w->p[VAR_RELATIVE_TOLERANCE][i] < USUAL_TOLERANCE);
 }
 
+/* Does an effect pass on another part of the motion at one point than at another? What adds up with the slip shows it
+ * as far as Simpson's rule does. */
+#define PASSED_IN_PART 10 /* tolerances */
+
+static inline int passes_in_part(const struct Configuration *w, const struct Point *a, const struct Point *m,
+                                 const struct Point *b, int i)
+{
+    const double low = smaller(smaller(a->passed[i], m->passed[i]), b->passed[i]),
+                 high = larger(larger(a->passed[i], m->passed[i]), b->passed[i]);
+    return (w->acting[i] >> DRIVEN_BY_APPROACH & 1) & (a->cutting[i] != 0) &
+           (high - low > PASSED_IN_PART * w->p[VAR_RELATIVE_TOLERANCE][i] * high);
+}
+
 int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
              const struct Point *m, const struct Point *b, lanes next, int doubtful[LANES])
 {
@@ -310,7 +323,7 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
     if (of_slip)
         hides_law(contact, w, h, a, m, b, next, doubtful);
     EACH_LANE {
-        doubtful[i] |= has_kink(a, m, b, i) | crosses_unseen(w, i);
+        doubtful[i] |= has_kink(a, m, b, i) | crosses_unseen(w, i) | passes_in_part(w, a, m, b, i);
         averages |= w->p[VAR_AVERAGING_WINDOW][i] > 0;
     }
     for (int i = 0; w->feedback && i < LANES; ++i)
@@ -414,20 +427,33 @@ static double state_error(const struct Configuration *w, enum Driver driver, con
     return worst;
 }
 
-/* How much of the way that the contact slips do the points not show to the bristle? */
-static double unseen_way(const struct Configuration *w, double h, const struct Point *a, const struct Point *early,
-                         const struct Point *m, const struct Point *late, const struct Point *b, int i)
+/* By Simpson's rule, of the motion, of which the contact gets the part that is passed on. */
+static double way_of_motion(double h, const struct Point *a, const struct Point *m, const struct Point *b, int i)
 {
-    double most = 0;
-    if (a->cutting[i] == 0 || (a->drive[i] == 0 && m->drive[i] == 0 && b->drive[i] == 0))
-        return 0;
+    return h / 6 * (a->speed[i] / a->passed[i] + 4 * (m->speed[i] / m->passed[i]) + b->speed[i] / b->passed[i]);
+}
+
+/* Of the way that the contact slips, what do the points of a step not show: those at its quarters to the bristle [m],
+ * and start, middle and end to what adds up with it, as a share of the way of the motion? */
+struct UnseenWay {
+    double to_bristle, in_sums;
+};
+
+static struct UnseenWay unseen_way(const struct Configuration *w, double h, const struct Point *a,
+                                   const struct Point *early, const struct Point *m, const struct Point *late,
+                                   const struct Point *b, int i)
+{
+    struct UnseenWay most = {0, 0};
+    const int bends = a->drive[i] != 0 || m->drive[i] != 0 || b->drive[i] != 0;
     for (int n = 0; n < w->on_count; ++n) {
         const int at = w->on_state[n];
-        if (!w->on[n]->slip_way)
+        if (!w->on[n]->slip_way || a->cutting[i] == 0)
             continue;
-        const double seen = h / 12 * (a->v[i] + 4 * early->v[i] + 2 * m->v[i] + 4 * late->v[i] + b->v[i]);
+        const double seen = h / 12 * (a->v[i] + 4 * early->v[i] + 2 * m->v[i] + 4 * late->v[i] + b->v[i]),
+                     added = h / 6 * (a->v[i] + 4 * m->v[i] + b->v[i]);
         const double way = w->on[n]->slip_way(w->on_p[n], h, a, m, b, a->state + at, b->state + at, seen, i);
-        most = larger(most, fabs(way - seen));
+        most.to_bristle = larger(most.to_bristle, bends ? fabs(way - seen) : 0);
+        most.in_sums = larger(most.in_sums, fabs(way - added) / way_of_motion(h, a, m, b, i));
     }
     return most;
 }
@@ -479,11 +505,12 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
     EACH_LANE {
         const double reach = larger(b->F_C[i], b->F_S[i]) / b->P[i], force = larger(level_of(w, b, i), fabs(b->F[i]));
         const double z = larger(larger(fabs(a->z[i]), fabs(b->z[i])), 1e-3 * reach);
-        const double of_z =
-            apart(b->z[i], whole.z[i], z) + (hidden[i] + unseen_way(w, h[i], a, &early, m, &late, b, i)) / z;
+        const struct UnseenWay unseen = unseen_way(w, h[i], a, &early, m, &late, b, i);
+        const double of_z = apart(b->z[i], whole.z[i], z) + (hidden[i] + unseen.to_bristle) / z;
         const double of_force =
             larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i]))));
-        const double worst = larger(larger(beside[i], of_z), share[i] * larger(of_force, of_mean[i]));
+        const double worst =
+            larger(larger(larger(beside[i], unseen.in_sums), of_z), share[i] * larger(of_force, of_mean[i]));
         error[i] = doubtful[i] ? worst / (0.5 * w->p[VAR_RELATIVE_TOLERANCE][i]) : 0;
     }
     for (int i = 0; i < LANES; ++i) {
