@@ -84,7 +84,8 @@ static double per(double change, double time) { return time > 0 ? change / time 
  * cycle before; a start at rest, which the first cycle begins otherwise; cycles that were not alike; the remainder of
  * the midpoint rule, h^2/24 times the second derivative; a cycle that lies half a cycle beside the middle; a broken
  * number of cycles, of which the piece may hold all of a cycle's force or none; a law with events, whose bristles stand
- * nobody knows where after more cycles than were run; slow states that strive to what the step before has shown; and
+ * nobody knows where after more cycles than were run; states that drift on and may come to an end, as of a gap, in a
+ * cycle that begins elsewhere; slow states that strive to what the step before has shown; and
  * the tolerance of both runs. Differences pass through 0 where what
  * they stand for does not, so the error before is forgotten by halves. */
 static double error_of(const struct Contact *contact, const struct CycleSums *seen, lanes mean[INTEGRALS], double t,
@@ -96,7 +97,7 @@ static double error_of(const struct Contact *contact, const struct CycleSums *se
     const int first = at[1] == -INFINITY, at_rest = chosen(contact->value, VAR_INITIAL_STATE, i) == AT_REST;
     const double cycles = h / period, beside = fabs(cycles - floor(cycles + 0.5)), piece = beside < 1e-6 ? 0 : beside;
     const double pieces = piece > 0 ? smaller(1, 3 * piece / mean[DUTY][i]) / cycles : 0; /* 3: peak over mean */
-    const double unknown = stand_for(seen, cycles, i) ? 0 : loaded;
+    const double unknown = stand_for(seen, cycles, i) && !seen->drifts[i] ? 0 : loaded;
     double largest = 0.5 * contact->value[VAR_AVERAGING_ERROR][i];
     for (int k = 0; k < CHANNELS; ++k) {
         const double now = mean[FIRST_FORCE + k][i], was = contact->earlier_force[0][k][i],

@@ -3,20 +3,45 @@
  * Where the bristle comes back to where it was, all are like the last. Else a second cycle tells by which ratio a
  * departure shrinks and what it does to forces: with a law that is linear in the deflection the cycles are a geometric
  * series, transients included. Ratio and effect on the forces serve the steps that follow, as long as little is left. A
- * law with events of its own makes no such series.
+ * law with events of its own makes no such series; nor do states that a separation resets and that outlive one, or that
+ * none comes to: these are run until cycles leave them where they were.
  */
 #include "cycles.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { MOST_CYCLES = 8 }; /* of one step */
+enum { MOST_CYCLES = 8, MOST_TO_SETTLE = 64 }; /* of one step; where states that a separation resets still drift */
 #define LITTLE 3e-3 /* of a bristle's reach: a departure for which what an earlier step has found will do */
+
+/* Of states that a separation resets: how far from where they were, as shares of what they are. */
+static double drift_of(const struct Contact *contact, const struct Configuration *w, const lanes *from, int i)
+{
+    double most = 0;
+    for (int n = 0; n < w->on_count; ++n) {
+        const struct Effect *const effect = w->on[n];
+        for (int k = 0; effect->forgets && k < effect->states; ++k) {
+            const double nominal = effect->variables[effect->count - 2 * effect->states + k].nominal,
+                         now = contact->value[w->on_value[n] + k][i];
+            most = larger(most, fabs(now - from[w->on_state[n] + k][i]) / larger(nominal > 0 ? nominal : 1, fabs(now)));
+        }
+    }
+    return most;
+}
+
+static void get_states(const struct Contact *contact, const struct Configuration *w, lanes *state)
+{
+    for (int n = 0; n < w->on_count; ++n)
+        for (int k = 0; k < w->on[n]->states; ++k)
+            EACH_LANE
+                state[w->on_state[n] + k][i] = contact->value[w->on_value[n] + k][i];
+}
 
 static enum Status run_cycle(struct Contact *contact, struct Configuration *w, double begin, struct CycleSums *seen)
 {
     struct Course course;
-    lanes s = {0}, start[INTEGRALS], z;
+    lanes s = {0}, start[INTEGRALS], z, from[EFFECT_STATES];
+    get_states(contact, w, from);
     for (int n = 0; n < INTEGRALS; ++n) { /* from 0, so that no digits are lost; but effects ask for the distance */
         lanes *const integral = &contact->value[integral_of[n]];
         EACH_LANE
@@ -42,6 +67,7 @@ static enum Status run_cycle(struct Contact *contact, struct Configuration *w, d
             continue;
         seen->departure_before[i] = seen->departure[i];
         seen->departure[i] = contact->value[VAR_BRISTLE_DEFLECTION][i] - z[i];
+        seen->drift[i] = drift_of(contact, w, (const lanes *)from, i);
         seen->cycles[i] += 1;
     }
     return status;
@@ -64,6 +90,9 @@ static void keep_for_later(struct Contact *contact, const struct CycleSums *seen
     contact->served[i] = 0;
 }
 
+/* Cycles over which what each moves counts. */
+static double at_most(double cycles) { return smaller(larger(cycles, 1), 1e3); }
+
 /* Is the last of so many cycles like those that follow, or are they members of a geometric series? A law with events of
  * its own makes none. */
 static int goes_on_alike(struct Contact *contact, const struct Configuration *w, double cycles, struct CycleSums *seen,
@@ -71,7 +100,10 @@ static int goes_on_alike(struct Contact *contact, const struct Configuration *w,
 {
     const double reach = larger(contact->value[VAR_F_C][i], contact->value[VAR_F_S][i]) / contact->value[VAR_SIGMA0][i],
                  departure = fabs(seen->departure[i]);
-    if (departure * smaller(larger(cycles, 1), 1e3) <= contact->value[VAR_RELATIVE_TOLERANCE][i] * reach)
+    seen->drifts[i] = seen->drift[i] * at_most(cycles) > contact->value[VAR_RELATIVE_TOLERANCE][i];
+    if (seen->drifts[i])
+        return 0;
+    if (departure * at_most(cycles) <= contact->value[VAR_RELATIVE_TOLERANCE][i] * reach)
         return 1;
     if (w->law->event)
         return 0;
@@ -92,7 +124,7 @@ static int goes_on_alike(struct Contact *contact, const struct Configuration *w,
 }
 
 /* No more than there are: cycles of which none is like the next are those of the step itself. */
-static double cycles_to_run(double cycles) { return smaller(larger(floor(cycles + 0.5), 1), MOST_CYCLES); }
+static double cycles_to_run(double cycles, int most) { return smaller(larger(floor(cycles + 0.5), 1), most); }
 
 int stand_for(const struct CycleSums *seen, double cycles, int i)
 {
@@ -107,7 +139,7 @@ enum Status run_cycles(struct Contact *contact, struct Configuration *w, double 
     get_slow_states(contact, w, from);
     EACH_LANE
         slid[i] = contact->value[VAR_SLIDING_DISTANCE][i];
-    const double most = cycles_to_run(cycles);
+    const double few = cycles_to_run(cycles, MOST_CYCLES), most = cycles_to_run(cycles, MOST_TO_SETTLE);
     for (int n = 0, all = 0; n < most && !all; ++n) {
         if (n > 0) {
             memcpy(aside, contact, sizeof aside);
@@ -122,8 +154,10 @@ enum Status run_cycles(struct Contact *contact, struct Configuration *w, double 
         for (int i = 0; i < LANES; ++i) {
             if (seen->done[i])
                 copy_lane((lanes *)contact, (const lanes *)aside, OWN_ROWS, i);
-            else
-                seen->done[i] = seen->periodic[i] = goes_on_alike(contact, w, cycles, seen, i);
+            else {
+                seen->periodic[i] = goes_on_alike(contact, w, cycles, seen, i);
+                seen->done[i] = seen->periodic[i] || seen->cycles[i] >= (seen->drifts[i] ? most : few);
+            }
             all &= seen->done[i];
         }
     }

@@ -13,7 +13,8 @@ struct CycleSums {
     lanes left,
         next[INTEGRALS]; /* share of a departure that outlives a cycle; what the next cycle will gain beyond the last */
     lanes state[EFFECT_STATES]; /* slow states after the cycle */
-    int cycles[LANES], done[LANES], periodic[LANES];
+    lanes drift; /* how far the last cycle has moved the states that a separation resets, as a share of themselves */
+    int cycles[LANES], done[LANES], periodic[LANES], drifts[LANES];
 };
 
 /* Rows of a contact that its lanes step with: values, slopes, memory, sides; all but what looks back and what windows
