@@ -51,9 +51,10 @@ def _strokes(amplitude: float, rate: float) -> FloatArray:
 
 
 def _swings(speed: float, rate: float) -> FloatArray:
-    """Slip velocity that swings between +speed and -speed along straight lines, from rest to rest."""
+    """Slip velocity that swings between +speed and -speed along straight lines, from rest to rest. Where it reverses at a sample it is just
+    0 there: which way a rounding error slips would be anybody's guess."""
     at = _seconds(SWINGS * SWING, rate) / SWING
-    return speed * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * at))
+    return speed * np.round(4 * np.abs((at - 0.25) % 1 - 0.5) - 1, 12)
 
 
 def ramp(speeds: Sequence[float], rate: float) -> list[Motion]:

@@ -407,7 +407,7 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
     said = headline(open_, comparison)
     assert (said.status, said.tone) == ("likely cause", "note")
     assert sentence(open_, share=False) == (
-        f"The gap is most likely caused by {EFFECT} (probability 56 %), if not by sensor_offset (34 %)."
+        f"The gap is most likely caused by {EFFECT} (probability 65 %), if not by sensor_offset (34 %)."
     )
     nan = float("nan")
     seen = replace(answer.closure, share=nan, interval=(nan, nan), held_out=(), where_fitted=(0.93, (0.9, 0.96)))
@@ -434,6 +434,35 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
     # Where the effect acts in all that is likely, it is named.
     beside = replace(answer, judgement=replace(judged, likely=(on, both)))
     assert headline(beside, comparison).status == "cause named"
+
+
+def test_how_sure_an_effect_is_counts_all_that_it_may_act_with(outcome: tuple[Diagnosis, Comparison]) -> None:
+    """ "The cause is named: probability 20 %", above a table in which it acts in 95 of 100, mostly with another."""
+    answer, _ = outcome
+    on, both, also = Hypothesis((EFFECT,)), Hypothesis((EFFECT, "run_out")), Hypothesis((EFFECT, "sensor_offset"))
+    judged = replace(answer.judgement, probabilities={on: 0.20, both: 0.43, also: 0.32, Hypothesis(()): 0.05}, likely=(both, also, on))
+    assert sentence(replace(answer, judgement=judged), share=False) == (
+        f"The gap is caused by {EFFECT} (probability 95 %); beside it, perhaps, run_out (43 %) or sensor_offset (32 %)."
+    )
+
+
+def test_no_effect_is_one_of_what_data_cannot_tell_apart(outcome: tuple[Diagnosis, Comparison]) -> None:
+    """A list of one is no choice."""
+    answer, _ = outcome
+    judged = replace(answer.judgement, likely=(Hypothesis((EFFECT,)), Hypothesis(())))
+    said = sentence(replace(answer, verdict="ambiguous", judgement=judged), share=False)
+    assert said == f"One of these, which the data cannot tell apart: {EFFECT}; no effect."
+
+
+def test_recalibration_that_closes_nothing_is_not_said_to_close_the_gap(outcome: tuple[Diagnosis, Comparison]) -> None:
+    answer, comparison = outcome
+    for share, said in ((-0.13, "hardly closes the gap"), (0.97, "closes the gap")):
+        closure = replace(answer.closure, by_recalibration=(share, (share - 0.01, share + 0.01)), where_fitted=(share, (share, share)))
+        judged = replace(answer.judgement, chosen=Hypothesis(()), likely=(Hypothesis(()),))
+        top = headline(replace(answer, verdict="mistuned", effects=(), judgement=judged, closure=closure), comparison)
+        assert said in top.sentence
+        assert top.next.startswith("do not use" if share < 0 else "use the recalibrated values")
+        assert (top.tone == "attention") == (share < 0)
 
 
 def test_the_command(outcome: tuple[Diagnosis, Comparison], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import evat
 import numpy as np
 import pytest
 from evat.experiment import SetupSd, Trial
@@ -209,3 +210,15 @@ def test_the_chip_comes_in_bit_by_bit_and_ends_as_it_was() -> None:
     thin = (thick > 0) & (thick < 0.3 * width)
     assert thin.any()
     assert np.all(soft[thin] < 0.5 * thick[thin])
+
+
+def test_coulomb_that_is_only_mistuned_is_recalibrated_where_it_reverses_at_a_sample() -> None:
+    """The README's rig. Which way it slipped at a reversal was a rounding error's choice, and friction's sign with it: recalibration moved
+    the zero of the slip by 25 standard deviations and closed between -436 and 100 %."""
+    truth = {"friction_law": "coulomb", "F_C": 8.0}
+    made = evat.orthogonal(truth, motion="reversal", repeats=2, speeds=[0.1, 0.5], rate=20.0, seed=4)
+    slip = np.concatenate([trial.inputs["slip_velocity"] for trial in made.trials])
+    assert not np.any((np.abs(slip) > 0) & (np.abs(slip) < 1e-9))
+    answer = evat.diagnose(made)
+    assert answer.verdict == "mistuned"
+    assert answer.closure.where_fitted[0] > 0.9

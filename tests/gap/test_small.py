@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 from evat.gap import Diagnosis, diagnose_with
@@ -22,22 +23,22 @@ def test_certain_and_small_beside_no_gap() -> None:
     assert answer.small is not None
     assert [on.names for on in answer.small.either] == [("lean",)]
     assert pytest.approx(0.0027, abs=0.001) == answer.small.share
-    assert "Beside that, lean is certain, and 0.27" in sentence(answer)
-    assert "too small to be called a gap" in sentence(answer)
+    assert re.search(r"Beside that, the data ask for lean \(log evidence \d\d\), 0\.27\d* %", sentence(answer))
+    assert "too small to be named as a cause" in sentence(answer)
     assert json.loads(answer.json())["small_effect"]["either"] == [["lean"]]
 
 
 def test_certain_and_small_as_the_verdict() -> None:
     answer = told(0.12)
     assert (answer.verdict, [effect.name for effect in answer.effects]) == ("effect", ["lean"])
-    assert "; it is certain, and 0.6" in sentence(answer)
+    assert "; it is small, 0.6" in sentence(answer)
 
 
 def test_large_is_not_called_small() -> None:
     answer = told(1.0)
     assert answer.verdict == "effect"
     assert answer.small is None
-    assert "certain" not in sentence(answer)
+    assert "small" not in sentence(answer)
 
 
 @pytest.mark.parametrize(("a", "seed"), [(0.0, 1), (0.0, 2), (0.03, 1)])

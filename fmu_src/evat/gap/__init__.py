@@ -13,7 +13,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from evat.constants import CONSTANTS
-from evat.experiment import Experiment
+from evat.experiment import Experiment, Means
 from evat.gap.advise import next_experiment
 from evat.gap.answer import Diagnosis, Named, Recalibrated
 from evat.gap.budget import structural
@@ -223,6 +223,11 @@ def _own_values(comparison: Comparison, judgement: Judgement) -> list[str]:
     ]
 
 
+def _replicated(means: Means | None) -> bool:
+    """Whether a table has more than one row of a condition."""
+    return means is not None and len(set(means.conditions)) < len(means.conditions)
+
+
 def _missing(comparison: Comparison) -> tuple[str, ...]:
     """What these data cannot say anything about."""
     notes = [*comparison.audit.refused, *comparison.audit.notes, *beginnings(comparison.prediction)]
@@ -237,6 +242,6 @@ def _missing(comparison: Comparison) -> tuple[str, ...]:
     for channel, comes in comparison.noise.irregular.items():
         if comes.share > CONSTANTS.notable_irregularity:
             notes.append(f"{channel}: {comes.share:.0%} of what repeats do not share is no noise but comes and goes by itself: {comes}")
-    if not comparison.noise.repeated:
+    if not comparison.noise.repeated and (experiment.trials or not _replicated(experiment.means)):
         notes.append("repeatability: no condition was recorded twice, so trial-to-trial changes are taken from priors")
     return tuple(notes)

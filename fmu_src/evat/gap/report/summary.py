@@ -9,7 +9,7 @@ from typing import Literal
 from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
 from evat.gap.closure import Closure
-from evat.gap.report.words import closed, closed_interval, number, rivals_of, sentence, sure, typed
+from evat.gap.report.words import closed, closed_interval, closes, number, rivals_of, sentence, sure, typed
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.credibility import shifted
 from evat.gap.verdict.judgement import fitted
@@ -36,7 +36,7 @@ def headline(answer: Diagnosis, comparison: Comparison) -> Headline:
     share, share_of = _share(answer)
     return Headline(
         status,
-        "attention" if first and tone in ("note", "good") else tone,
+        "attention" if (first or not closes(answer)) and tone in ("note", "good") else tone,
         sentence(answer, meanings(comparison), share=False),
         first=first,
         reasons=comparison.audit.refused if not judged else _meanings(answer, comparison),
@@ -89,7 +89,7 @@ def _why_fitted(closure: Closure) -> str:
     if closure.held_out:
         return ""
     if closure.unforeseen:
-        return f"; {', '.join(closure.unforeseen)} held out of the fits, values would hang on what the other conditions do not tell"
+        return f"; none can be held out of the fits: without {', '.join(closure.unforeseen)} the others do not determine the values"
     return f"; with fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
 
 
@@ -108,6 +108,8 @@ def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
         return (
             "find out where that nominal value comes from, before the recalibrated one is used: nobody can have meant it to be so far off."
             if far
+            else "do not use the recalibrated values yet; record more conditions, and look where the forces reverse or jump."
+            if not closes(answer)
             else "use the recalibrated values: corrected.ssv holds them."
         )
     if answer.verdict == "ambiguous":

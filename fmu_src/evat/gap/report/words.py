@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
+from evat.constants import CONSTANTS
 from evat.experiment import as_typed
 from evat.gap.answer import Diagnosis
 from evat.inference.hypothesis import Hypothesis
@@ -21,13 +22,23 @@ SENTENCES = {
     "cannot_tell": "These data cannot tell.",
 }
 
+HARDLY_CLOSES = "No effect is needed beside other nominal values, but recalibrating these hardly closes the gap."
+
+
+def closes(answer: Diagnosis) -> bool:
+    """Whether recalibration, where nothing else is named, closes as much of the gap as a corrected model is advised for."""
+    closure = answer.closure
+    share, _ = closure.by_recalibration if closure.held_out else closure.where_fitted
+    return answer.verdict != "mistuned" or not share <= CONSTANTS.advised_share
+
 
 def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({}), *, share: bool = True) -> str:
     """The verdict in one sentence. meanings : of effects and laws, what each is in the world; share : say how much of the gap it closes."""
     if answer.verdict == "unknown" and answer.foreign:
         return _foreign(answer.foreign)
     if answer.verdict in SENTENCES:
-        return SENTENCES[answer.verdict] + (f" Beside that, {_small(answer)}." if answer.small else "")
+        said = SENTENCES[answer.verdict] if closes(answer) else HARDLY_CLOSES
+        return said + (f" Beside that, {_small(answer)}." if answer.small else "")
     if answer.verdict == "ambiguous":
         likely, reasons = answer.judgement.likely, answer.judgement.features.doubts.get(answer.judgement.chosen, ())
         if len(likely) == 1:
@@ -42,11 +53,24 @@ def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({
     probabilities = answer.judgement.probabilities
     others = " or ".join(f"{on} ({sure(probabilities[on])})" for on in rivals_of(answer))
     how, most, unless = (
-        sure(probabilities[answer.judgement.chosen]),
+        sure(sum(p for on, p in probabilities.items() if set(answer.judgement.chosen) <= set(on))),
         "most likely " if others else "",
         f", if not by {others}" if others else "",
     )
-    return f"The gap is {most}caused by {names} (probability {how}){unless}{_far(answer) if share else ''}{_certain(answer)}."
+    also = f"{unless}{_beside(answer)}{_far(answer) if share else ''}{_size(answer)}"
+    return f"The gap is {most}caused by {names} (probability {how}){also}."
+
+
+def _beside(answer: Diagnosis) -> str:
+    """What may act beside what is named, each with its probability, where that is worth a word."""
+    chosen, acts = set(answer.judgement.chosen), dict[str, float]()
+    for on, probability in answer.judgement.probabilities.items():
+        for name in set(on) - chosen if chosen < set(on) else ():
+            acts[name] = acts.get(name, 0.0) + probability
+    likely = sorted((name for name, probability in acts.items() if probability > CONSTANTS.notable_second), key=lambda name: -acts[name])
+    if not likely:
+        return ""
+    return f"; beside it, perhaps, {' or '.join(f'{name} ({sure(acts[name])})' for name in likely)}"
 
 
 def rivals_of(answer: Diagnosis) -> tuple[Hypothesis, ...]:
@@ -60,18 +84,21 @@ def _foreign(foreign: Mapping[str, Irregularity]) -> str:
     return f"Something comes and goes by itself that none of the known effects does: {'; '.join(each)} of what repeats do not share."
 
 
-def _certain(answer: Diagnosis) -> str:
+def _size(answer: Diagnosis) -> str:
     if answer.small is None:
         return ""
-    return f"; it is certain, and {percent(answer.small.share)} of the {answer.small.channel.replace('_', ' ')}"
+    return f"; it is small, {percent(answer.small.share)} of the {answer.small.channel.replace('_', ' ')}"
 
 
 def _small(answer: Diagnosis) -> str:
-    """An effect that is certain and small, where the verdict names none."""
+    """An effect that the data ask for and that is small, where the verdict names none."""
     if answer.small is None:
         return ""
     which, share = " or ".join(map(str, answer.small.either)), percent(answer.small.share)
-    return f"{which} is certain, and {share} of the {answer.small.channel.replace('_', ' ')}: too small to be called a gap"
+    return (
+        f"the data ask for {which} (log evidence {answer.small.gain:.0f}), {share} of the {answer.small.channel.replace('_', ' ')}: "
+        "too small to be named as a cause"
+    )
 
 
 def _of_one_family(answer: Diagnosis, likely: Sequence[Hypothesis]) -> str:
@@ -88,9 +115,9 @@ def _ambiguous(likely: Sequence[Hypothesis]) -> str:
     """What all likely hypotheses have in common is sure, the rest is open."""
     common = [name for name in likely[0] if all(name in on for on in likely)] if likely else []
     rest = [[name for name in on if name not in common] for on in likely]
-    sets = "; ".join(" + ".join(on) for on in rest if on)
     if not common:
-        return f"One of these, which the data cannot tell apart: {sets}."
+        return f"One of these, which the data cannot tell apart: {'; '.join(' + '.join(on) or 'no effect' for on in rest)}."
+    sets = "; ".join(" + ".join(on) for on in rest if on)
     also = "perhaps also" if not all(rest) else "also"
     return f"The gap is caused by {' and '.join(common)}, and {also} by one of these, which the data cannot tell apart: {sets}."
 
