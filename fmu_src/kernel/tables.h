@@ -24,6 +24,7 @@ struct Variable {
                                   it needs it given; with others it is computed, or its start will do; NULL: with all */
     double neutral; /* of an effect's parameter: with all at their neutral values on equals off; NAN: shape, has no say;
                        of a law's parameter: the published law's value, where that is not 0 */
+    int difference; /* of a temperature: a difference of two, to which no offset of a display unit is added */
     int reference; /* of a law's parameter: is its value a convention, at which others are said, and nothing to measure?
                     */
 };

@@ -25,7 +25,7 @@ static const char *const averagings[] = {"resolved", "cycle", NULL};
 #define FIXED_CHOICE(names) .unit = "1", .type = CHOICE, .causality = PARAMETER, .variability = FIXED, .choices = names
 #define FIXED_NUMBER .causality = PARAMETER, .variability = FIXED
 #define RESULT .causality = OUTPUT, .variability = CONTINUOUS, .min = -INFINITY, .max = INFINITY
-#define HELD_RESULT .causality = OUTPUT, .variability = DISCRETE, .min = -INFINITY, .max = INFINITY
+#define COUNTED .causality = OUTPUT, .variability = DISCRETE, .min = -INFINITY, .max = INFINITY
 #define INNER .causality = LOCAL, .variability = CONTINUOUS, .min = -INFINITY, .max = INFINITY
 #define FORCE .unit = "N", .nominal = 10
 /* What is said of an input that some kinematics alone read, and that then has to be given. */
@@ -212,19 +212,19 @@ const struct Variable base_variables[BASE_COUNT] = {
         .meaning = "force on the tool along +x, the cutting direction: -principal_force", .source = DEFINITION},
     [VAR_TOOL_FORCE_Y] = {.name = "tool_force_y", FORCE, RESULT,
         .meaning = "force on the tool along +y, away from the surface: +feed_force", .source = DEFINITION},
-    [VAR_MEAN_FRICTION_FORCE] = {.name = "mean_friction_force", FORCE, HELD_RESULT,
+    [VAR_MEAN_FRICTION_FORCE] = {.name = "mean_friction_force", FORCE, RESULT,
         .meaning = "friction_force, mean over the last full averaging window", .source = DEFINITION},
-    [VAR_MEAN_PRINCIPAL_FORCE] = {.name = "mean_principal_force", FORCE, HELD_RESULT,
+    [VAR_MEAN_PRINCIPAL_FORCE] = {.name = "mean_principal_force", FORCE, RESULT,
         .meaning = "principal_force, mean over the last full averaging window", .source = DEFINITION},
-    [VAR_MEAN_FEED_FORCE] = {.name = "mean_feed_force", FORCE, HELD_RESULT,
+    [VAR_MEAN_FEED_FORCE] = {.name = "mean_feed_force", FORCE, RESULT,
         .meaning = "feed_force, mean over the last full averaging window", .source = DEFINITION},
-    [VAR_MEAN_NORMAL_FORCE] = {.name = "mean_normal_force", FORCE, HELD_RESULT,
+    [VAR_MEAN_NORMAL_FORCE] = {.name = "mean_normal_force", FORCE, RESULT,
         .meaning = "normal_force, mean over the last full averaging window", .source = DEFINITION},
-    [VAR_MEAN_CONTACT_RATIO] = {.name = "mean_contact_ratio", .unit = "1", HELD_RESULT,
+    [VAR_MEAN_CONTACT_RATIO] = {.name = "mean_contact_ratio", .unit = "1", RESULT,
         .meaning = "share of the last full averaging window spent in contact (duty)", .source = DEFINITION},
-    [VAR_MEAN_DISSIPATED_POWER] = {.name = "mean_dissipated_power", .unit = "W", HELD_RESULT,
+    [VAR_MEAN_DISSIPATED_POWER] = {.name = "mean_dissipated_power", .unit = "W", RESULT,
         .meaning = "dissipated_power, mean over the last full averaging window", .source = DEFINITION},
-    [VAR_MEAN_SHEAR_POWER] = {.name = "mean_shear_power", .unit = "W", HELD_RESULT,
+    [VAR_MEAN_SHEAR_POWER] = {.name = "mean_shear_power", .unit = "W", RESULT,
         .meaning = "shear_power, mean over the last full averaging window", .source = DEFINITION},
     [VAR_MEASURED_FRICTION_FORCE] = {.name = "measured_friction_force", FORCE, RESULT,
         .derivative_of = VAR_RECENT_MEASURED_FRICTION_IMPULSE,
@@ -238,11 +238,11 @@ const struct Variable base_variables[BASE_COUNT] = {
         .derivative_of = VAR_RECENT_MEASURED_FEED_IMPULSE,
         .meaning = "feed_force as the sensor shows it: with the effects of measurement that are on",
         .source = DEFINITION},
-    [VAR_MEAN_MEASURED_FRICTION_FORCE] = {.name = "mean_measured_friction_force", FORCE, HELD_RESULT,
+    [VAR_MEAN_MEASURED_FRICTION_FORCE] = {.name = "mean_measured_friction_force", FORCE, RESULT,
         .meaning = "measured_friction_force, mean over the last full averaging window", .source = DEFINITION},
-    [VAR_MEAN_MEASURED_PRINCIPAL_FORCE] = {.name = "mean_measured_principal_force", FORCE, HELD_RESULT,
+    [VAR_MEAN_MEASURED_PRINCIPAL_FORCE] = {.name = "mean_measured_principal_force", FORCE, RESULT,
         .meaning = "measured_principal_force, mean over the last full averaging window", .source = DEFINITION},
-    [VAR_MEAN_MEASURED_FEED_FORCE] = {.name = "mean_measured_feed_force", FORCE, HELD_RESULT,
+    [VAR_MEAN_MEASURED_FEED_FORCE] = {.name = "mean_measured_feed_force", FORCE, RESULT,
         .meaning = "measured_feed_force, mean over the last full averaging window", .source = DEFINITION},
     [VAR_SLIP_VELOCITY_USED] = {.name = "slip_velocity_used", .unit = "m/s", .display_unit = "m/min", RESULT,
         .meaning = "slip velocity that the friction law sees",
@@ -284,12 +284,12 @@ const struct Variable base_variables[BASE_COUNT] = {
         .source = DEFINITION},
     [VAR_SLIDING_DISTANCE] = {.name = "sliding_distance", .unit = "m", .nominal = 1e-5, RESULT,
         .meaning = "sliding_speed, integrated from the start", .source = DEFINITION},
-    [VAR_CLAMPED_COUNT] = {.name = "clamped_count", .unit = "1", .type = INTEGER, HELD_RESULT,
+    [VAR_CLAMPED_COUNT] = {.name = "clamped_count", .unit = "1", .type = INTEGER, COUNTED,
         .meaning = "internal steps in which a value had to be clamped: s0 at its floor, a force outside the closed "
             "form's domain, a temperature below ambient, an input that was given a hair outside its bounds", .source = DEFINITION},
-    [VAR_STEP_COUNT] = {.name = "step_count", .unit = "1", .type = INTEGER, HELD_RESULT,
+    [VAR_STEP_COUNT] = {.name = "step_count", .unit = "1", .type = INTEGER, COUNTED,
         .meaning = "internal steps taken by co-simulation", .source = DEFINITION},
-    [VAR_AVERAGING_ERROR] = {.name = "averaging_error", FORCE, HELD_RESULT,
+    [VAR_AVERAGING_ERROR] = {.name = "averaging_error", FORCE, RESULT,
         .meaning = "averaging = cycle: how far the mean forces of the last step may be from those of the resolved run, "
             "from the change between the cycles that were run and between the last three steps, and from a broken number of "
             "cycles in a step; else 0",

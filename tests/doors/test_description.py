@@ -589,3 +589,23 @@ def test_licence_and_dependencies_are_there(path: Path) -> None:
     assert licence.startswith("MIT License")
     assert read_model_description(str(path)).copyright in licence
     assert content(path, "documentation/externalDependencies.txt") == b"none\n"
+
+
+def test_no_real_output_is_said_to_stand_still_between_events(description: ModelDescription) -> None:
+    """Where no window is open a mean is the present value, which moves in continuous time, and a tool may read what is discrete at events
+    only."""
+    assert {v.variability for v in description.modelVariables if v.type in ("Real", "Float64") and v.causality == "output"} == {
+        "continuous"
+    }
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_rise_of_temperature_has_no_offset(version: int, fmus: dict[str, Path]) -> None:
+    """A tool that shows kelvins as degrees Celsius takes 273.15 off what is no difference."""
+    root = etree.fromstring(content(fmus[f"tool_heat-fmi{version}"], "modelDescription.xml"))
+    for name, relative in (("flash_temperature", "true"), ("contact_temperature", None)):
+        (variable,) = root.xpath(f"//ModelVariables/*[@name='{name}']")
+        said = variable[0] if version == 2 else variable
+        (kind,) = root.xpath(f"//TypeDefinitions/*[@name='{said.get('declaredType')}']")
+        assert said.get("relativeQuantity") == relative
+        assert (kind[0] if version == 2 else kind).get("relativeQuantity") == relative

@@ -136,6 +136,7 @@ def read_table(
                 neutral=row.neutral,
                 required_with=_names(cffi_text(ffi, row.required_with)),
                 slack=bound_slack(index),
+                difference=bool(row.difference),
                 reference=bool(row.reference),
                 index=index,
             )

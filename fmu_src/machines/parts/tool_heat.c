@@ -101,7 +101,7 @@ static const struct Variable variables[COUNT] = {
     [BULK_TEMPERATURE] = {.name = "bulk_temperature", WARM, RESULT,
         .meaning = "bulk temperature of the chip, as it leaves the shear plane",
         .source = "Loewen and Shaw 1954 (not read)"},
-    [FLASH_TEMPERATURE] = {.name = "flash_temperature", .unit = "K", RESULT, .nominal = 100,
+    [FLASH_TEMPERATURE] = {.name = "flash_temperature", .unit = "K", RESULT, .nominal = 100, .difference = 1,
         .meaning = "rise of contact_temperature above bulk_temperature", .source = "Blok 1937; Jaeger 1942 (neither read)"},
     [WORK_SHARE] = {.name = "work_share", .unit = "1", RESULT, .meaning = "share of shear_power that the work keeps",
         .source = "Weiner 1955 (abstract read; derived anew); range checked with Boothroyd's fit to experiments"},

@@ -89,6 +89,7 @@ def real_attributes(variable: Variable, facts: Facts, derivative: int | None) ->
         "quantity": facts.fmu.quantities.get(variable.unit),
         "unit": variable.unit,
         "displayUnit": variable.display_unit,
+        "relativeQuantity": True if variable.difference else None,
         **bounds(variable),
         "nominal": variable.nominal if is_state or variable.nominal != 1 else None,
         "start": start(variable, facts.states),
@@ -135,7 +136,8 @@ def _conversion(factor: float, offset: float) -> dict[str, Scalar | None]:
 
 def real_type(kind: RealType) -> dict[str, Scalar | None]:
     """The attributes of a type of real variables."""
-    return {"quantity": kind.quantity, "unit": kind.unit, "displayUnit": kind.display_unit}
+    attributes: dict[str, Scalar | None] = {"quantity": kind.quantity, "unit": kind.unit, "displayUnit": kind.display_unit}
+    return {**attributes, "relativeQuantity": True if kind.difference else None}
 
 
 def add_items(parent: Element, kind: Enumeration) -> None:

@@ -17,6 +17,7 @@ class RealType:
     quantity: str
     unit: str
     display_unit: str | None
+    difference: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +74,8 @@ def simple_types(variables: Sequence[Variable], laws: Sequence[Law], quantities:
         if variable.type == "real" and variable.unit in quantities:
             quantity, display = quantities[variable.unit], variable.display_unit
             name = f"{quantity}_{_identifier(display)}" if display else quantity
-            reals.setdefault(name, RealType(name, quantity, variable.unit, display))
+            name += "Difference" if variable.difference else ""
+            reals.setdefault(name, RealType(name, quantity, variable.unit, display, variable.difference))
             of[variable.name] = name
         elif variable.type == "choice":
             items = tuple(Item(choice, number, _item_description(variable, choice, meanings)) for choice, number in variable.items.items())
