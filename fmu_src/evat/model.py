@@ -98,11 +98,11 @@ class Variable:
 
     `start`, `min` and `max` are in `unit`. A choice holds the place of its name in `choices`. `neutral` is for parameters of effects: with
     all of an effect's at their neutral values it changes nothing; nan where the value has no say in that. Above 0 it is also for shapes of
-    a base law that nobody knows exactly: with that value it is the law as published. `required_with` are the kinematics with which an input
-    must be given to whatever reads it (with others it is computed, or its start will do); empty: all. An input may be given outside its
-    bounds by no more than `slack`: solvers and extrapolation miss a bound by as much. It then lies on the bound. A `difference` is one of two
-    temperatures, to which no offset of a display unit is added. The value of a `reference` is a convention, at which other parameters are
-    said: nothing can be measured of it.
+    a base law that nobody knows exactly: with that value it is the law as published. `required_with` are the kinematics with which an
+    input must be given to whatever reads it (with others it is computed, or its start will do); empty: all. An input may be given outside
+    its bounds by no more than `slack`: solvers and extrapolation miss a bound by as much. It then lies on the bound. A `difference` is one
+    of two temperatures, to which no offset of a display unit is added. The value of a `reference` is a convention, at which other
+    parameters are said: nothing can be measured of it.
     """
 
     name: str

@@ -259,7 +259,7 @@ BROKEN = {  # in the description of the cut: what is put in the place of what, a
     "an initial unknown that is given": (3, r'(<InitialUnknown valueReference=")\d+', r"\g<1>{feed}", "order"),
     "a date of another zone": (3, r'(generationDateAndTime="[^"]*)Z', r"\1+01:00", "head"),
     "a start above its maximum": (3, r'(name="width"[^>]*start=")[^"]*', r"\g<1>7", "values"),
-    "a start that is no item": (2, r'(name="friction_law".*?start=")2', r"\g<1>8", "values"),
+    "a start that is no item": (2, r'(name="friction_law".*?start=")2', rf"\g<1>{len(kernel.laws()) + 1}", "values"),
     "a nominal of 0": (3, r'(name="width"[^>]*nominal=")[^"]*', r"\g<1>0", "values"),
     "a type in another unit": (3, r'(Float64Type name="Force"[^>]* unit=")N', r"\g<1>Pa", "types"),
     "a rate of another quantity": (2, r'(name="contact_rate".*?derivative=")\d+', r"\g<1>{recent_feed_impulse}", "derivatives"),

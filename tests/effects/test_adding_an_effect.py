@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 from added import EFFECT as PAGE
-from added import MISTAKES, copied, evat, python
+from added import LAW, MISTAKES, Page, copied, evat, python
 from evat.native import kernel
 from evat.native.compile import compile_library, host_target, source_root
 
@@ -77,6 +78,15 @@ def test_its_own_values_may_be_called_like_any_variable(tmp_path: Path) -> None:
     compile_library([tmp_path / "own.c"], tmp_path / "objects", host_target(), include=include, link=False)
 
 
+@pytest.mark.parametrize("page", [PAGE, LAW], ids=["effect", "law"])
+def test_the_code_of_the_page_is_as_the_formatter_wants_it(page: Page, tmp_path: Path) -> None:
+    """Whoever follows it to the letter passes the checks."""
+    (tmp_path / "own.c").write_text(page.code, encoding="utf-8")
+    formatter = [str(Path(sys.executable).with_name("clang-format")), f"--style=file:{source_root() / '.clang-format'}"]
+    done = subprocess.run([*formatter, "--dry-run", "--Werror", str(tmp_path / "own.c")], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 def test_every_field_and_file_that_the_page_names_is_there() -> None:
     root = source_root() / "kernel"
     header = (root / "kernel.h").read_text(encoding="utf-8")
@@ -89,7 +99,7 @@ def test_every_field_and_file_that_the_page_names_is_there() -> None:
     for stage, named in rows:
         assert stage in header
         assert set(re.findall(r"`(\w+)`", named)) <= fields, stage
-    for name in re.findall(r"`(\w+\.c)`", PAGE.text):
-        assert (root / "effects" / name).is_file(), name
+    for name in re.findall(r"`([\w./]+\.[ch])`", PAGE.text):
+        assert any((folder / name).is_file() for folder in (root, root / "effects", root.parent.parent)) or PAGE.name in name, name
     for stage in set(re.findall(r"STAGE_[A-Z]+", " ".join(path.read_text() for path in (root / "effects").glob("*.c")))):
         assert stage in {row[0] for row in rows}, stage

@@ -43,12 +43,10 @@ def test_a_delayed_force_is_the_force_of_then(tau: float, tolerance: float, law:
 
 @pytest.mark.campaign
 @pytest.mark.parametrize("law", ["coulomb", "lugre"])
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-6])
-@pytest.mark.parametrize("tau", [0.1, 10.0])
+@pytest.mark.parametrize(("tau", "tolerance"), [(0.1, 1e-4), (0.1, 1e-5), (0.1, 1e-6), (10.0, 1e-4)])
 def test_a_force_is_known_ten_seconds_later(tau: float, tolerance: float, law: str) -> None:
     """200 000 cycles."""
-    if tau < 1 or tolerance == 1e-4:
-        check_delay(tau, tolerance, law)
+    check_delay(tau, tolerance, law)
 
 
 @pytest.mark.parametrize("tau", [3e-5, 2e-3])

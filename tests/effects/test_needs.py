@@ -93,7 +93,10 @@ def test_a_joint_has_no_work_that_turns_and_no_chip() -> None:
         "kienzle_force",
     }
     assert not joint & of_the_chip
-    assert cut - joint == of_the_chip - {"process_damping"}  # which is of the tool's own motion
+    assert cut - joint == of_the_chip - {"process_damping"}, (  # which is of the tool's own motion
+        'an effect of the shear or the load says .applies_to = "internal, combined, uncut_thickness": '
+        f"{', '.join(sorted((cut - joint) ^ (of_the_chip - {'process_damping'})))}"
+    )
     assert of_the_chip | {"amplitude_loss", "ellipse_phase_error"} <= ellipse
     assert {"stribeck", "sensor_gain", "dwell_strengthening"} <= joint & cut & ellipse
 

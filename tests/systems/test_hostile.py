@@ -486,7 +486,7 @@ def test_the_command_says_it_in_one_line(systems: dict[str, Path], tmp_path: Pat
 
     result = CliRunner().invoke(app, ["system", "run", str(systems["stick_slip"]), "--stop", "0.2", "-o", str(tmp_path / "out.csv")])
     assert result.exit_code == 0
-    assert "power at guideway.friction_force" in result.output
+    assert "energy through guideway.friction_force" in result.output
     assert (tmp_path / "out.csv").is_file()
     assert (tmp_path / "out.png").stat().st_size > 10_000
     result = CliRunner().invoke(app, ["system", "run", str(tmp_path / "no.ssp")])

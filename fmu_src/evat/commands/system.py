@@ -114,6 +114,13 @@ def run(
                 if interrupted.trace.times.size:
                     err.print(f"stopped: wrote {write_trace(interrupted.trace, to)}, the results until then", highlight=False)
                 raise typer.Exit(STOPPED) from None
+    out.print(f"wrote {write_trace(trace, to)}")
+    picture, untold = plot_run(trace, beside, system.title)
+    out.print(f"wrote {picture}{f'; {untold}' if untold else ''}", soft_wrap=True)
+    files = {to.name: "all signals", beside.name: "the picture", report.name: "this page"}
+    out.print(f"wrote {put(report, page(coupled, trace, power, wanted, files, picture, untold), 'the page')}", soft_wrap=True)
+    for line in power.advice(wanted.step, 2 if inputs == "linear" else 1):
+        out.print(line, soft_wrap=True)
     if as_json:
         late = trace.times >= 0.5 * (trace.times[0] + trace.times[-1])
         means = {name: {"value": float(column[late].mean()), "unit": trace.units[name]} for name, column in trace.items()}
@@ -128,13 +135,6 @@ def run(
                 "made_by": trace.made_by,
             }
         )
-    out.print(f"wrote {write_trace(trace, to)}")
-    picture, untold = plot_run(trace, beside, system.title)
-    out.print(f"wrote {picture}{f'; {untold}' if untold else ''}", soft_wrap=True)
-    files = {to.name: "all signals", beside.name: "the picture", report.name: "this page"}
-    out.print(f"wrote {put(report, page(coupled, trace, power, wanted, files, picture, untold), 'the page')}", soft_wrap=True)
-    for line in power.advice(wanted.step, 2 if inputs == "linear" else 1):
-        out.print(line, soft_wrap=True)
 
 
 @system.command()

@@ -61,10 +61,11 @@ class Loss:
 class Optimum:
     """The optimum in the cube with what is needed to judge its surroundings.
 
-    residual : (N,), calculated less measured, SI; least : sum of rho there; unit : the loss's rise that is one sd, squared, over 2
-    (`2 * (loss - least) / unit` is chi-squared with 1 degree of freedom); stretch : (p,) the factor of a parameter's variance by which
+    residual : (N,), calculated less measured, SI; least : sum of rho there; unit : the loss's rise that is one sd, squared, over 2 (`2 *
+    (loss - least) / unit` is chi-squared with 1 degree of freedom); stretch : (p,) the factor of a parameter's variance by which
     correlated noise exceeds white one; covariance : of the point of the cube; degrees : (p,) of freedom from which a parameter's sd is
-    known; pull : (p,) how steeply the loss falls beyond the point, in sd of each parameter alone: about 0 but on a bound.
+    known; pull : (p,) how steeply the loss falls beyond the point, in sd of each parameter alone: about 0 but on a bound; held[name] :
+    (p,) by how much each parameter would be another if a nominal value that is held were by its sd, in sd of the parameter.
     """
 
     point: FloatArray
@@ -77,6 +78,7 @@ class Optimum:
     degrees: FloatArray
     pull: FloatArray
     calls: int
+    held: Mapping[str, FloatArray]
 
 
 def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float, calls: int) -> Optimum:
@@ -103,6 +105,11 @@ def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float
         covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
     degrees = _degrees(objective, loss, table, covariance, unit)
     apart, recordings = _between_recordings(objective, slopes * psi[:, None], plain / unit)
+    moved = _moved_by_held(objective, loss, slopes, psi, unit, point)
+    if np.any(by_held := np.sum(np.square(list(moved.values())), axis=0) if moved else np.zeros(point.size)):
+        grown = np.sqrt(1 + by_held / np.diag(covariance))
+        stretch *= grown**2
+        covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
     if np.any(astray := _astray(objective, residual, table)):
         grown = np.sqrt(1 + astray / np.diag(covariance))
         stretch *= grown**2
@@ -114,7 +121,34 @@ def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float
         stretch *= grown**2
         covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
         degrees = np.minimum(degrees, recordings)
-    return Optimum(point, residual, loss, least, unit, stretch, covariance, degrees, pull, calls + 1 + point.size)
+    held = {name: steps / np.sqrt(np.diag(covariance)) for name, steps in moved.items()}
+    return Optimum(point, residual, loss, least, unit, stretch, covariance, degrees, pull, calls + 1 + point.size, held)
+
+
+def _moved_by_held(
+    objective: Objective, loss: Loss, slopes: FloatArray, psi: FloatArray, unit: float, point: FloatArray
+) -> dict[str, FloatArray]:
+    """By each nominal value that is held: how far (p,) the optimum is likely to lie from here, in the cube, for that value is another: by
+    what its owner knows of it and what these data tell.
+
+    slopes : (N, p) and psi : (N,), weighed; unit : the loss's rise that is one sd, squared, over 2.
+    """
+    sd = objective.held_sd
+    if not sd:
+        return {}
+    bounds, nominal = {variable.name: variable for variable in objective.prediction.model.variables}, objective.prediction.nominal
+    tried: dict[str, FloatArray] = {}  # a sd up and down: a difference as small as for a slope tells little of so far
+    for place, (name, far) in enumerate(sd.items()):
+        tried[name] = np.full(2 * len(sd), float(nominal[name]))
+        tried[name][2 * place : 2 * place + 2] += np.array([far, -far])
+        tried[name] = np.clip(tried[name], bounds[name].min, bounds[name].max)
+    rows = objective.prediction.many({**objective.values, **objective.space.at(point), **tried}, objective.on)
+    by_sd = loss.weigh(np.nan_to_num(rows[0::2] - rows[1::2]).T / 2)
+    steps = -_inverse(slopes.T @ slopes) @ (slopes.T @ by_sd)
+    left = (by_sd + slopes @ steps) / np.sqrt(unit)  # once the free parameters have followed
+    spread = np.linalg.inv(left.T @ left + np.eye(len(sd)))
+    likely = np.sqrt(np.diag(spread) + (spread @ (left.T @ (psi / np.sqrt(unit)))) ** 2)
+    return {name: steps[:, place] * likely[place] for place, name in enumerate(sd)}
 
 
 def _astray(objective: Objective, residual: FloatArray, table: FloatArray) -> FloatArray:

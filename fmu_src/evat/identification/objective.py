@@ -80,6 +80,15 @@ class Objective:
         """Whether an sd came with every number of a channel."""
         return bool(self._stated[self.places(channel)].all())
 
+    @property
+    def held_sd(self) -> dict[str, float]:
+        """Standard deviations [SI] of nominal values that are held and that their owner knows to within a share (nominal.relative_sd)."""
+        nominal, trials, means = self.prediction.nominal, self.prediction.experiment.trials, self.prediction.experiment.means
+        stated = {name for trial in trials for name in trial.values} | set(means.values if means is not None else ())
+        known = {*self.space.names, *self.values, *stated}
+        shares = {name: share for name, share in self.prediction.experiment.nominal.relative_sd.items() if name not in known}
+        return {name: share * abs(float(nominal[name])) for name, share in shares.items() if share * abs(float(nominal[name])) > 0}
+
     def at(self, point: FloatArray) -> Prediction:
         """The prediction with what an unknown start of its trials changes at a point (p,) of the cube."""
         return with_initial_state(self.prediction, {**self.values, **self.space.at(point)}, self.on)

@@ -91,6 +91,7 @@ def _identified(experiment: Experiment, model: Model, free: Sequence[str], setti
             *unread_inputs(model, {**objective.prediction.nominal, **settings.values}, fitted.recorded, fitted.stated),
             *suspicious_scales(objective),
             *fit_doubts(objective, fits, settings.whiten),
+            *_held(objective, optimum),
             *_begun(objective, optimum),
             *_late(objective, identified),
         ),
@@ -106,6 +107,19 @@ def _identified(experiment: Experiment, model: Model, free: Sequence[str], setti
             "whiten": settings.whiten,
         },
     )
+
+
+HELD_MATTERS = 0.3  # sd by which a nominal value that is held moves an estimate, from where it is told
+
+
+def _held(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
+    """Nominal values that are held, known to a share only, and in the intervals."""
+    shares, names = objective.prediction.experiment.nominal.relative_sd, objective.space.names
+    told = []
+    for name, moved in optimum.held.items():
+        if widened := [own for own, by in zip(names, moved, strict=True) if abs(by) > HELD_MATTERS]:
+            told.append(f"{name} (held, known to {100 * shares[name]:.3g} %) in {', '.join(widened)}")
+    return (f"intervals are wider by what nominal values may be off, as nominal.relative_sd says: {'; '.join(told)}",) if told else ()
 
 
 def _objective(model: Model, fitted: Experiment, free: Sequence[str], settings: Settings) -> Objective:

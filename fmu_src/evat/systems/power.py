@@ -32,7 +32,7 @@ class Power:
         for name, (passed, made, moved) in self.shares().items():
             share = moved / passed if passed > 0 else 0.0
             text = (
-                f"power at {name}: {passed:.3g} J passed, the coupling made {made:.2g} J ({100 * share:.2g} % of it counted step by step)"
+                f"energy through {name}: {passed:.3g} J, of which the coupling made {made:.2g} J (step by step {100 * share:.3g} % of it)"
             )
             if share > ALLOWED:
                 text += f"; take steps of {step * (ALLOWED / share) ** (1 / order):.2g} s to stay below {100 * ALLOWED:g} %"

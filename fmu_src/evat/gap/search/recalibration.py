@@ -59,10 +59,12 @@ def recalibrated_model(
 def _clocked(prediction: Prediction, whitening: Whitening, fitted: Fit) -> tuple[Prediction, Fit]:
     """The prediction with runs sampled where the fit tells that each channel was, and the fit to these.
 
-    As they are where the fit leaves more than the form of a law does: a clock would stand in for a lag that is still to be found.
+    As they are where the fit leaves more than the form of a law does, or has moved a nominal value further than is credible: a clock would
+    stand in for a lag, or a phase, that is still to be found. And where runs that are sampled there are less likely than they were.
     """
-    if fitted.likelihood.size > CONSTANTS.accuracy_of_laws:
-        return prediction, fitted
+    before = prediction, fitted
+    if fitted.likelihood.size > CONSTANTS.accuracy_of_laws or farthest_shift(prediction, fitted) > CONSTANTS.credible_shift:
+        return before
     for _ in range(CONSTANTS.searches_of_clocks):
         clocks = likeliest_clocks(prediction, whitening, fitted)
         if all(late == prediction.setup.clocks.get(channel, 0.0) for channel, late in clocks.items()):
@@ -71,7 +73,13 @@ def _clocked(prediction: Prediction, whitening: Whitening, fitted: Fit) -> tuple
         held = {p.name: prediction.setup.start(p) for p in prediction.setup.parameters if by_channel(p.name)[1] == CLOCK}
         start = np.array([held.get(p.name, u) for p, u in zip(fitted.parameters, fitted.point, strict=True)])
         fitted = _trusted(prediction, whitening, fitted.parameters, start)
-    return prediction, fitted
+    return (prediction, fitted) if fitted.likelihood.evidence >= before[1].likelihood.evidence else before
+
+
+def farthest_shift(prediction: Prediction, fitted: Fit) -> float:
+    """How far a fit has moved the nominal value that it has moved furthest, in prior standard deviations."""
+    nominal = np.array([parameter.name not in prediction.setup_names for parameter in fitted.parameters])
+    return float(np.max(np.abs(fitted.point[nominal]), initial=0.0))
 
 
 def _shaped(

@@ -8,6 +8,7 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.gap.search.candidates import Candidates
+from evat.gap.search.recalibration import farthest_shift
 from evat.gap.search.starts.screen import Start
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, Look, charged, fit, likeliest
@@ -88,9 +89,9 @@ def _fit_from_nominal_values(candidates: Candidates, effects: Sequence[Effect]) 
     """Effects beside the nominal values, too, where recalibration went so far that these were not credible: values that stand in for an
     effect may be where no step leads back to it."""
     prediction, whitening, recalibrated = candidates.prediction, candidates.whitening, candidates.recalibrated
-    nominal = np.array([parameter.name not in prediction.setup_names for parameter in recalibrated.parameters])
-    if np.max(np.abs(recalibrated.point[nominal]), initial=0.0) <= CONSTANTS.credible_shift:
+    if farthest_shift(prediction, recalibrated) <= CONSTANTS.credible_shift:
         return
+    nominal = np.array([parameter.name not in prediction.setup_names for parameter in recalibrated.parameters])
     base = fit(prediction, whitening, recalibrated.parameters, np.where(nominal, 0.0, recalibrated.point), most_steps=0)
     if base is None:
         return

@@ -127,7 +127,8 @@ def _shares(asked: _Asked) -> Iterator[Gate]:
         yield asked.gate(
             "held_out", f"share of the structural gap that {closest} leaves at least on conditions that no fit saw",
             features.held_out[closest], "at most", features.left[closest], "it holds there, too",
-            f"it does not hold there: {features.held_out[closest]:.3g} of the gap counts as left, not {features.left[closest]:.3g}",
+            f"it leaves more there than where it was fitted: {features.held_out[closest]:.3g} of the gap counts as left, not "
+            f"{features.left[closest]:.3g}",
         )  # fmt: skip
     yield asked.gate(
         "visible_share", f"share of the structural gap that {closest} leaves, as far as it can be seen",
