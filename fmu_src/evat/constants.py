@@ -400,6 +400,7 @@ class _Constants(ConstantTable):
     advised_share = Constant(
         0.5, "of the gap", "that an effect must close where no fit has looked, or the corrected model is not advised", high=1.0
     )
+    notable_remainder = Constant(2.0, "noise floors", "what recalibration leaves is told from here on")
     notable_second = Constant(0.1, "probability", "an effect that may act beside what is named is told from here on")
     absurd_effect = Constant(3.0, "of the rms", "no effect does so much, unless something else takes it back", source="safety limit")
     credible_shift = Constant(3.5, "prior sd", "a nominal value that moves further was not credible: one in 2000 is off by so much")

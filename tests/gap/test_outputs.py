@@ -436,6 +436,20 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
     assert headline(beside, comparison).status == "cause named"
 
 
+@pytest.mark.parametrize(("left", "told"), [(0.29, True), (0.08, False)])
+def test_what_recalibration_leaves_is_told_where_it_is_far_more_than_noise(
+    outcome: tuple[Diagnosis, Comparison], left: float, told: bool
+) -> None:
+    """ "Only mis-tuned", with short peaks of several times the noise that repeat, which a mean square hardly shows."""
+    answer, _ = outcome
+    (channel,) = answer.closure.rms
+    rms = {channel: {"nominal": 1.0, "recalibrated": left, "corrected": left, "noise_floor": 0.067}}
+    closure = replace(answer.closure, rms=rms, by_recalibration=(0.93, (0.92, 0.94)), where_fitted=(0.93, (0.92, 0.94)))
+    judged = replace(answer.judgement, chosen=Hypothesis(()), likely=(Hypothesis(()),))
+    said = sentence(replace(answer, verdict="mistuned", effects=(), judgement=judged, closure=closure), share=False)
+    assert ("What it leaves of the friction force is 4.3 times the noise" in said) == told
+
+
 def test_how_sure_an_effect_is_counts_all_that_it_may_act_with(outcome: tuple[Diagnosis, Comparison]) -> None:
     """ "The cause is named: probability 20 %", above a table in which it acts in 95 of 100, mostly with another."""
     answer, _ = outcome

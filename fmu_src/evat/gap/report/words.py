@@ -38,7 +38,7 @@ def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({
         return _foreign(answer.foreign)
     if answer.verdict in SENTENCES:
         said = SENTENCES[answer.verdict] if closes(answer) else HARDLY_CLOSES
-        return said + (f" Beside that, {_small(answer)}." if answer.small else "")
+        return said + _left(answer) + (f" Beside that, {_small(answer)}." if answer.small else "")
     if answer.verdict == "ambiguous":
         likely, reasons = answer.judgement.likely, answer.judgement.features.doubts.get(answer.judgement.chosen, ())
         if len(likely) == 1:
@@ -59,6 +59,17 @@ def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({
     )
     also = f"{unless}{_beside(answer)}{_far(answer) if share else ''}{_size(answer)}"
     return f"The gap is {most}caused by {names} (probability {how}){also}."
+
+
+def _left(answer: Diagnosis) -> str:
+    """Of recalibration: what it leaves of a channel, where that is far more than noise and yet no hypothesis is needed for it."""
+    if answer.verdict != "mistuned":
+        return ""
+    floors = {channel: row["recalibrated"] / row["noise_floor"] for channel, row in answer.closure.rms.items() if row["noise_floor"] > 0}
+    most = max(floors, key=lambda channel: floors[channel], default="")
+    if not most or not floors[most] > CONSTANTS.notable_remainder:
+        return ""
+    return f" What it leaves of the {most.replace('_', ' ')} is {floors[most]:.2g} times the noise: look at it before you trust the values."
 
 
 def _beside(answer: Diagnosis) -> str:
