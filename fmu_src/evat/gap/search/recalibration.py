@@ -59,11 +59,11 @@ def recalibrated_model(
 def _clocked(prediction: Prediction, whitening: Whitening, fitted: Fit) -> tuple[Prediction, Fit]:
     """The prediction with runs sampled where the fit tells that each channel was, and the fit to these.
 
-    As they are where the fit leaves more than the form of a law does, or has moved a nominal value further than is credible: a clock would
-    stand in for a lag, or a phase, that is still to be found. And where runs that are sampled there are less likely than they were.
+    As they are where the fit leaves more than the form of a law does, or where runs that are sampled there are less likely than they were,
+    or move a nominal value further still, beyond what is credible: a clock would stand in for a lag, or a phase, that is still to be found.
     """
-    before = prediction, fitted
-    if fitted.likelihood.size > CONSTANTS.accuracy_of_laws or farthest_shift(prediction, fitted) > CONSTANTS.credible_shift:
+    before, shift = (prediction, fitted), farthest_shift(prediction, fitted)
+    if fitted.likelihood.size > CONSTANTS.accuracy_of_laws:
         return before
     for _ in range(CONSTANTS.searches_of_clocks):
         clocks = likeliest_clocks(prediction, whitening, fitted)
@@ -73,7 +73,8 @@ def _clocked(prediction: Prediction, whitening: Whitening, fitted: Fit) -> tuple
         held = {p.name: prediction.setup.start(p) for p in prediction.setup.parameters if by_channel(p.name)[1] == CLOCK}
         start = np.array([held.get(p.name, u) for p, u in zip(fitted.parameters, fitted.point, strict=True)])
         fitted = _trusted(prediction, whitening, fitted.parameters, start)
-    return (prediction, fitted) if fitted.likelihood.evidence >= before[1].likelihood.evidence else before
+    likelier = fitted.likelihood.evidence >= before[1].likelihood.evidence
+    return (prediction, fitted) if likelier and farthest_shift(prediction, fitted) <= max(shift, CONSTANTS.credible_shift) else before
 
 
 def farthest_shift(prediction: Prediction, fitted: Fit) -> float:

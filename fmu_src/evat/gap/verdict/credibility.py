@@ -10,6 +10,8 @@ from evat.constants import CONSTANTS
 from evat.experiment import as_typed
 from evat.gap.closure import HeldOut
 from evat.gap.search.compare import Comparison
+from evat.gap.search.starts.periodogram import WAY, travel
+from evat.gap.search.starts.quadrature import sine_of
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.parameters import nominal_parameters
@@ -43,6 +45,14 @@ def _of_effect(comparison: Comparison, on: Hypothesis, name: str) -> list[str]:
         near = CONSTANTS.distance_to_bound
         if (math.isfinite(low) and u < low + near) or (math.isfinite(high) and u > high - near):
             reasons.append(f"{p.name} = {float(fit.values[p.name]):.3g} {p.unit} lies at the bound of what it may be")
+    unknown = [p for _, p in fitted if not math.isfinite(own[p.name].neutral)]
+    if (sine := sine_of(unknown)) and unknown[sine[0]].unit == WAY:
+        period, way = float(fit.values[unknown[sine[0]].name]), travel(prediction.experiment)
+        if period > way > 0:
+            reasons.append(
+                f"{unknown[sine[0]].name} = {period:.3g} m is longer than the way that was recorded, {way:.3g} m, on which anything that "
+                "changes slowly with the position looks like it"
+            )
     others = [effect for effect in fit.on if effect != name]
     alone = prediction.one({key: value for key, value in fit.values.items() if key not in own}, others)
     for channel, level in comparison.whitening.levels.items():

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from scipy.signal import find_peaks
 
 from evat.constants import CONSTANTS
+from evat.experiment import Experiment, Trial
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Whitening
 from evat.model import FloatArray
@@ -88,11 +89,20 @@ def _courses(prediction: Prediction, whitening: Whitening, predicted: FloatArray
         if unit == TIME:
             courses.append(_Course(key, trial.times - trial.times[0], left, False))
         elif MOTION in trial.inputs:
-            velocity = trial.inputs[MOTION]
-            steps = np.diff(trial.times) * (velocity[1:] + velocity[:-1]) / 2
-            position, turned = np.concatenate([[0.0], np.cumsum(steps)]), left * np.sign(velocity)
+            position, turned = _position(trial), left * np.sign(trial.inputs[MOTION])
             courses += [_Course(key, position, left, False), _Course(key, position, turned - turned.mean(), True)]
     return courses
+
+
+def _position(trial: Trial) -> FloatArray:
+    """From where the recording began [m], (n,)."""
+    velocity = trial.inputs[MOTION]
+    return np.concatenate([[0.0], np.cumsum(np.diff(trial.times) * (velocity[1:] + velocity[:-1]) / 2)])
+
+
+def travel(experiment: Experiment) -> float:
+    """From end to end of the longest recorded motion [m]; 0 where none was recorded."""
+    return max((float(np.ptp(_position(trial))) for trial in experiment.trials if MOTION in trial.inputs), default=0.0)
 
 
 def _components(courses: list[_Course], numbers: FloatArray) -> tuple[npt.NDArray[np.complex128], int]:
