@@ -230,7 +230,10 @@ class _Prepared:
         self.rows = np.full((len(case.motion.times), len(names)), math.nan)
 
 
-def reference(case: Case, care: Care | None = None, start: float = 1e-3) -> Reference:
+STARTS = (1e-3, 1e-5, 1e-2, 1e-1)  # tolerances; cycles of other steps lead a search elsewhere, and a closer one may end where it is lost
+
+
+def reference(case: Case, care: Care | None = None, start: float = STARTS[0]) -> Reference:
     """The right answer, from a periodic start that is found to `start` tolerances, or as near to it as one is found."""
     if "input_delay" in case.on:
         shifted, places = _late(case)
@@ -261,8 +264,8 @@ def reference(case: Case, care: Care | None = None, start: float = 1e-3) -> Refe
     begun = time.process_time()
     verdict = loaded.reference_run(prepared.contact, prepared.motion, how, yielded)
     seconds = time.process_time() - begun
-    if prepared.contact.warnings & loaded.WARN_NOT_PERIODIC and start < 1e-1:
-        return reference(case, care, 10 * start)
+    if prepared.contact.warnings & loaded.WARN_NOT_PERIODIC and start != STARTS[-1]:
+        return reference(case, care, STARTS[STARTS.index(start) + 1])
     noted = [Jump(jumps[n].time, jumps[n].patience, *sides[jumps[n].first : jumps[n].first + 2].copy()) for n in range(yielded.jump_count)]
     for effect, added in unshifted.items():
         for name in MEASURED:

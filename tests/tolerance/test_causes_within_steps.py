@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from causes import GIVEN, slides, vibrates, worst
+from draws import draw
 from evat.model import FloatArray
 from judged import MEANS, POWERS, TOTALS, Case, Motion
 
@@ -530,3 +531,16 @@ def test_a_gap_that_is_crossed_slowly_costs_no_energy() -> None:
     values = {**GIVEN, "friction_law": "amontons", "amontons.mu": 0.3, "backlash.gap": 3.56e-5}
     motion = Motion.held(np.array([0, 0.0028, 0.0664]), {"slip_velocity": np.array([3.2e-4, 9.5e-4, 0])})
     assert worst(Case("test", values, ("backlash",), motion, 1e-6), *TOTALS) < 3
+
+
+def test_what_a_bristle_that_comes_to_rest_takes_in_a_long_step_is_in_the_energy() -> None:
+    """The deflection ends where it has to, and the forces at the ends show nothing: 34 tolerances of the dissipated energy."""
+    values = {**GIVEN, "sigma0": 5607180.0, "sigma1": 1.19314, "sigma2": 0.682484, "F_C": 5.6339, "F_S": 4.96064, "v_s": 0.0082724}
+    times = np.array([0.0, 0.03174867, 0.04011172, 0.04176534])
+    motion = Motion.held(times, {"slip_velocity": np.array([-0.00407624, -0.00494846, -0.00378356, 0])})
+    assert worst(Case("test", values, (), motion, 1e-5), *TOTALS) < 3
+
+
+def test_a_kink_early_in_a_step_is_recalled_as_one() -> None:
+    """It bent the three points by no more than 20 tolerances and what a delayed sensor was shown of the time beside it by 14."""
+    assert worst(draw(352911, 2989), "measured_feed_force", "measured_friction_force") < 3

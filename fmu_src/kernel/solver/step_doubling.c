@@ -139,6 +139,8 @@ static inline int bends_unseen(const struct Configuration *w, const struct Point
  * lets them, lies below the first. */
 #define CURVED 200
 #define CURVED_ENOUGH_TO_RECALL 20
+#define BENT_AT_A_KINK                                                                                                 \
+    6 /* and so far where the step passes a kink, which lies off a parabola by as much as that bends */
 #define CURVED_AT_A_KINK                                                                                               \
     20 /* what has no bristle is smooth up to where it jumps or reaches a limit; and no cycle says how                 \
           long a step is where the slip is given */
@@ -246,6 +248,14 @@ static inline int turns_over(const struct Configuration *w, const struct Point *
     return (w->bent[i] != 0) & (a->cutting[i] != 0) & (a->z[i] * b->z[i] < 0);
 }
 
+/* Is a force recalled otherwise than it was, by the parabola through these points? */
+static int is_recalled_otherwise(const struct Configuration *w, const struct Point *a, const struct Point *m,
+                                 const struct Point *b, int i)
+{
+    return curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i) || turns_over(w, a, b, i) ||
+           (!w->held && changes_side(w, 1, a, m, b, i) && curved(w, BENT_AT_A_KINK, a, m, b, i));
+}
+
 /* Does what a sensor hears bend: the forces now, and those that it is shown late? */
 static int heard(const struct Contact *contact, const struct Configuration *w, double h, const struct Point *a,
                  const struct Point *m, const struct Point *b, int i)
@@ -308,12 +318,23 @@ static inline int passes_in_part(const struct Configuration *w, const struct Poi
            (high - low > PASSED_IN_PART * w->p[VAR_RELATIVE_TOLERANCE][i] * high);
 }
 
+#define COMES_TO_REST 0.5 /* of the way to it, in relaxation lengths */
+
+/* Does Simpson's rule have to be as right as the forces? For means over a window; and for energies where the slip
+ * stands still, and a bristle comes to rest beside it within the step. */
+static inline int adds_up_unseen(const struct Configuration *w, double h, const struct Point *a, const struct Point *m,
+                                 const struct Point *b, int i)
+{
+    return (w->p[VAR_AVERAGING_WINDOW][i] > 0) |
+           ((a->v[i] == m->v[i]) & (m->v[i] == b->v[i]) & (h * m->rate[i] > COMES_TO_REST));
+}
+
 int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
              const struct Point *m, const struct Point *b, lanes next, int doubtful[LANES])
 {
     const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers || w->current_angle),
               given = w->kinematics == KINEMATICS_EXTERNAL;
-    int any = 0, averages = 0, cuts = 0, all[LANES] = {0};
+    int any = 0, adds_up = 0, cuts = 0, all[LANES] = {0};
     EACH_LANE {
         doubtful[i] = 0;
         cuts |= a->cutting[i] != 0;
@@ -324,7 +345,7 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
         hides_law(contact, w, h, a, m, b, next, doubtful);
     EACH_LANE {
         doubtful[i] |= has_kink(a, m, b, i) | crosses_unseen(w, i) | passes_in_part(w, a, m, b, i);
-        averages |= w->p[VAR_AVERAGING_WINDOW][i] > 0;
+        adds_up |= adds_up_unseen(w, h[i], a, m, b, i);
     }
     for (int i = 0; w->feedback && i < LANES; ++i)
         doubtful[i] |= swings_back(w, a, m, b, i);
@@ -333,11 +354,10 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
         EACH_LANE
             doubtful[i] |= changes_side(w, all[i] || (!given && shows_in_mean(w, h[i], a, m, b, i)), a, m, b, i);
     }
-    for (int i = 0; ((given && averages) || w->sensors || w->looks_back || w->by_energy) && i < LANES; ++i)
-        doubtful[i] |= (given && w->p[VAR_AVERAGING_WINDOW][i] > 0 && curved(w, CURVED_AT_A_KINK, a, m, b, i)) ||
+    for (int i = 0; ((given && adds_up) || w->sensors || w->looks_back || w->by_energy) && i < LANES; ++i)
+        doubtful[i] |= (given && adds_up_unseen(w, h[i], a, m, b, i) && curved(w, CURVED_AT_A_KINK, a, m, b, i)) ||
                        heard(contact, w, h[i], a, m, b, i) || (w->by_energy && is_steep(w, a, m, b, i)) ||
-                       (w->looks_back && look_back(w, i) > 0 &&
-                        (curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i) || turns_over(w, a, b, i)));
+                       (w->looks_back && look_back(w, i) > 0 && is_recalled_otherwise(w, a, m, b, i));
     EACH_LANE {
         doubtful[i] &= h[i] > 0;
         any |= doubtful[i];
