@@ -255,6 +255,12 @@ def test_what_runs_against_the_motion_is_turned(tmp_path: Path) -> None:
     assert float(trial.inputs["slip_velocity"] @ trial.outputs["friction_force"]) > 0
 
 
+def test_a_sample_that_is_missing_says_nothing_of_the_direction(tmp_path: Path) -> None:
+    """A correlation that is no number was told as one that is small."""
+    table(tmp_path / "a.csv", "t [s],v [m/s],F [N]", [TIMES, SPEED, np.where(np.arange(FORCE.size) == 7, np.nan, FORCE)])
+    assert not any("hardly follows" in sentence for sentence in understood(tmp_path).look)
+
+
 def test_a_clock_without_a_unit_is_read_off_its_steps(tmp_path: Path) -> None:
     for name, factor, unit in (("s", 1.0, "s"), ("ms", 1e3, "ms")):
         table(tmp_path / name / "a.csv", "time,v [m/s],F [N]", [TIMES * factor, SPEED, FORCE])

@@ -436,6 +436,8 @@ def test_nothing_measured_is_said(tmp_path: Path) -> None:
     assert "there are no values" in refusal(folder(tmp_path / "c", bare))
     assert "there is no such file" in refusal(tmp_path / "nowhere")
     assert "there is no such file; an experiment is a folder" in refusal(tmp_path)
+    (tmp_path / "01.csv").write_text("t,v\n0,1\n")
+    assert "01.csv: that is a file of data; name the folder in which experiment.toml says" in refusal(tmp_path / "01.csv")
 
 
 def test_a_nominal_effect_without_its_input_is_refused(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ from evat.units import affine, base_unit
 
 FILE = "experiment.toml"
 FORMAT = 1
+DATA_FILES = (".csv", ".tsv", ".txt", ".parquet", ".h5", ".mat")
 CLOCK = "time"
 TRIGGER = "trigger"  # a signal that is on in the rows that count
 BESIDE = (CLOCK, TRIGGER)  # signals that are no variables of the component
@@ -89,8 +90,11 @@ def read_document(folder_or_toml: Path, model: Model) -> Document:
     """The experiment.toml of a folder, or such a file itself; ExperimentError names key or entry, what was found and what is allowed."""
     path = folder_or_toml / FILE if folder_or_toml.is_dir() else folder_or_toml
     if not path.is_file():
-        todo = f"evat experiment init {folder_or_toml} makes one from the data files there" if folder_or_toml.is_dir() else "see the name"
+        begin = f"evat experiment init {folder_or_toml} makes one from the data files there"
+        todo = begin if folder_or_toml.is_dir() else "check the spelling"
         raise ExperimentError(f"{path}: there is no such file; an experiment is a folder with a file {FILE} in it; {todo}.")
+    if path.suffix.lower() in DATA_FILES:
+        raise ExperimentError(f"{path}: that is a file of data; name the folder in which {FILE} says what its columns are.")
     return _Reader(path, model).document()
 
 

@@ -97,7 +97,7 @@ class Signals(RecordedColumns):
                 self.look.append(
                     f"{column.header!r} runs against the motion, so its sign was turned; friction is positive in positive slip"
                 )
-            elif not abs(together) > -AGAINST:
+            elif abs(together) <= -AGAINST:
                 self.look.append(f"{column.header!r} hardly follows the direction of motion: is it friction?")
         self.signals.append(SignalGuess(name, table, self.why(name, column, more)))
 

@@ -136,7 +136,8 @@ def _experiment(answer: Diagnosis, comparison: Comparison) -> str:
         for name, x in answer.advice.values.items()
     )
     one, other = (str(on) for on in answer.advice.separates)
-    return f"measure at {at}: with a probability of {sure(answer.advice.probability)} that tells {one} from {other}."
+    how = sure(answer.advice.probability)
+    return f"record more conditions; by these two models best at {at}: with a probability of {how} that tells {one} from {other}."
 
 
 def _place(answer: Diagnosis, comparison: Comparison) -> str:
