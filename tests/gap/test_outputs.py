@@ -450,6 +450,15 @@ def test_what_recalibration_leaves_is_told_where_it_is_far_more_than_noise(
     assert ("What it leaves of the friction force is 4.3 times the noise" in said) == told
 
 
+def test_a_share_that_there_is_none_of_is_no_model_that_fails(outcome: tuple[Diagnosis, Comparison]) -> None:
+    answer, comparison = outcome
+    for share, why in ((float("nan"), "there is no gap to close"), (0.1, "it does not hold")):
+        closure = replace(answer.closure, share=share, interval=(share, share), held_out=("c1",))
+        assert headline(replace(answer, closure=closure), comparison).next.startswith(
+            f"do not use the corrected model yet: {why} where no fit has looked."
+        )
+
+
 def test_how_sure_an_effect_is_counts_all_that_it_may_act_with(outcome: tuple[Diagnosis, Comparison]) -> None:
     """ "The cause is named: probability 20 %", above a table in which it acts in 95 of 100, mostly with another."""
     answer, _ = outcome

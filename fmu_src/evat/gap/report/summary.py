@@ -120,7 +120,8 @@ def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
     if not closure.held_out:
         return experiment or "record more conditions, so that the effect can be tried where no fit has looked."
     if not closure.share > CONSTANTS.advised_share:
-        return "do not use the corrected model yet: it does not hold where no fit has looked. " + (
+        why = "it does not hold" if math.isfinite(closure.share) else "there is no gap to close"
+        return f"do not use the corrected model yet: {why} where no fit has looked. " + (
             f"{experiment[:1].upper()}{experiment[1:]}" if experiment else "Record more conditions."
         )
     return "use corrected.ssv: it switches the effect on, with the values of this diagnosis."
