@@ -160,11 +160,13 @@ static enum Answer not_settable(struct Component *c, int index)
 {
     const struct Variable *v = model_variable(index);
     const char *fixed = v->causality == PARAMETER && v->variability == FIXED ? " that is fixed" : "";
+    const int computed =
+        v->causality == OUTPUT || v->causality == LOCAL; /* which of them, each component says itself */
     char allowed[256];
     list_modes(c->settable[index], allowed, sizeof allowed);
     return report(c, ANSWER_ERROR,
                   "%s (value reference %lu) is %s%s and cannot be set now; allowed in: %s. Its value is kept.", v->name,
-                  (unsigned long)reference_of(c, index), causality_names[v->causality], fixed,
+                  (unsigned long)reference_of(c, index), computed ? "computed" : causality_names[v->causality], fixed,
                   c->settable[index] ? allowed : "no state");
 }
 

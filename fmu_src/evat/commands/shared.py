@@ -109,7 +109,7 @@ def typed_values(texts: list[str] | None) -> dict[str, float | str]:
             raise ParameterError(f"{text!r}: write NAME=VALUE, for example 'cutting_speed=30 m/min'.")
         known = kernel.variable(name)
         if known.causality not in ("parameter", "input") and name not in kernel.states():
-            raise ParameterError(f"{name} is an {known.causality} of the component; it is computed and cannot be set.")
+            raise ParameterError(f"{name} is computed by the component and cannot be set.")
         if known.type == "choice":
             values[name] = value
         elif known.type == "boolean" and value.lower() in ("true", "false"):
