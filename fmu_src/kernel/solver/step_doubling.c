@@ -478,6 +478,18 @@ static struct UnseenWay unseen_way(const struct Configuration *w, double h, cons
     return most;
 }
 
+/* How far is the mean slip speed by Simpson's rule from that with the quarters, where the slip is solved for, which
+ * bends as its shear angle does, whatever the friction force? As a share of how fast the tool moves. */
+static double mean_slip_error(const struct Configuration *w, const struct Point *a, const struct Point *early,
+                              const struct Point *m, const struct Point *late, const struct Point *b, int i)
+{
+    const double tool = larger(larger(fabs(a->u_x[i]), fabs(a->u_y[i])), larger(fabs(b->u_x[i]), fabs(b->u_y[i])));
+    if (!w->current_angle || a->cutting[i] == 0 || !(tool > 0))
+        return 0;
+    return apart((a->speed[i] + 4 * m->speed[i] + b->speed[i]) / 6,
+                 (a->speed[i] + 4 * early->speed[i] + 2 * m->speed[i] + 4 * late->speed[i] + b->speed[i]) / 12, tool);
+}
+
 /* An event at the quarters, which start, middle and end do not show, has happened twice: as where the slip comes out of
  * a band of sticking when a gap closes, and falls back into it. As an error it asks for a step of half the length; for
  * a moment beside an event that has just been acted upon it is of roundings. */
@@ -530,7 +542,8 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
         const double of_force =
             larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i]))));
         const double worst =
-            larger(larger(larger(beside[i], unseen.in_sums), of_z), share[i] * larger(of_force, of_mean[i]));
+            larger(larger(larger(beside[i], unseen.in_sums), of_z),
+                   share[i] * larger(larger(of_force, of_mean[i]), mean_slip_error(w, a, &early, m, &late, b, i)));
         error[i] = doubtful[i] ? worst / (0.5 * w->p[VAR_RELATIVE_TOLERANCE][i]) : 0;
     }
     for (int i = 0; i < LANES; ++i) {
