@@ -544,3 +544,10 @@ def test_what_a_bristle_that_comes_to_rest_takes_in_a_long_step_is_in_the_energy
 def test_a_kink_early_in_a_step_is_recalled_as_one() -> None:
     """It bent the three points by no more than 20 tolerances and what a delayed sensor was shown of the time beside it by 14."""
     assert worst(draw(352911, 2989), "measured_feed_force", "measured_friction_force") < 3
+
+
+@pytest.mark.parametrize("draws", [(590247, 1801), (590247, 338), (590247, 3941), (463728, 7673)])
+def test_energies_have_a_slip_that_bends_where_the_friction_force_does_not(draws: tuple[int, int]) -> None:
+    """Coulomb's force stands still while a slip that is solved for bends as its shear angle does: 14 to 30 tolerances of the way; and
+    a bristle that comes to rest as the slip does: 15 of the energy."""
+    assert worst(draw(*draws), *POWERS, *TOTALS) < 3

@@ -320,13 +320,11 @@ static inline int passes_in_part(const struct Configuration *w, const struct Poi
 
 #define COMES_TO_REST 0.5 /* of the way to it, in relaxation lengths */
 
-/* Does Simpson's rule have to be as right as the forces? For means over a window; and for energies where the slip
- * stands still, and a bristle comes to rest beside it within the step. */
-static inline int adds_up_unseen(const struct Configuration *w, double h, const struct Point *a, const struct Point *m,
-                                 const struct Point *b, int i)
+/* Does Simpson's rule have to be as right as the forces? For means over a window; and for energies where a bristle
+ * comes to rest within the step. */
+static inline int adds_up_unseen(const struct Configuration *w, double h, const struct Point *m, int i)
 {
-    return (w->p[VAR_AVERAGING_WINDOW][i] > 0) |
-           ((a->v[i] == m->v[i]) & (m->v[i] == b->v[i]) & (h * m->rate[i] > COMES_TO_REST));
+    return (w->p[VAR_AVERAGING_WINDOW][i] > 0) | (h * m->rate[i] > COMES_TO_REST);
 }
 
 int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
@@ -345,7 +343,7 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
         hides_law(contact, w, h, a, m, b, next, doubtful);
     EACH_LANE {
         doubtful[i] |= has_kink(a, m, b, i) | crosses_unseen(w, i) | passes_in_part(w, a, m, b, i);
-        adds_up |= adds_up_unseen(w, h[i], a, m, b, i);
+        adds_up |= adds_up_unseen(w, h[i], m, i);
     }
     for (int i = 0; w->feedback && i < LANES; ++i)
         doubtful[i] |= swings_back(w, a, m, b, i);
@@ -355,7 +353,7 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
             doubtful[i] |= changes_side(w, all[i] || (!given && shows_in_mean(w, h[i], a, m, b, i)), a, m, b, i);
     }
     for (int i = 0; ((given && adds_up) || w->sensors || w->looks_back || w->by_energy) && i < LANES; ++i)
-        doubtful[i] |= (given && adds_up_unseen(w, h[i], a, m, b, i) && curved(w, CURVED_AT_A_KINK, a, m, b, i)) ||
+        doubtful[i] |= (given && adds_up_unseen(w, h[i], m, i) && curved(w, CURVED_AT_A_KINK, a, m, b, i)) ||
                        heard(contact, w, h[i], a, m, b, i) || (w->by_energy && is_steep(w, a, m, b, i)) ||
                        (w->looks_back && look_back(w, i) > 0 && is_recalled_otherwise(w, a, m, b, i));
     EACH_LANE {
