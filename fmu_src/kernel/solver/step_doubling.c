@@ -314,8 +314,7 @@ static inline int passes_in_part(const struct Configuration *w, const struct Poi
 {
     const double low = smaller(smaller(a->passed[i], m->passed[i]), b->passed[i]),
                  high = larger(larger(a->passed[i], m->passed[i]), b->passed[i]);
-    return (w->acting[i] >> DRIVEN_BY_APPROACH & 1) & (a->cutting[i] != 0) &
-           (high - low > PASSED_IN_PART * w->p[VAR_RELATIVE_TOLERANCE][i] * high);
+    return (a->cutting[i] != 0) & (high - low > PASSED_IN_PART * w->p[VAR_RELATIVE_TOLERANCE][i] * high);
 }
 
 #define COMES_TO_REST 0.5 /* of the way to it, in relaxation lengths */
@@ -342,17 +341,19 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
     if (of_slip)
         hides_law(contact, w, h, a, m, b, next, doubtful);
     EACH_LANE {
-        doubtful[i] |= has_kink(a, m, b, i) | crosses_unseen(w, i) | passes_in_part(w, a, m, b, i);
-        adds_up |= adds_up_unseen(w, h[i], m, i);
+        doubtful[i] |= has_kink(a, m, b, i) | crosses_unseen(w, i);
     }
-    for (int i = 0; w->feedback && i < LANES; ++i)
-        doubtful[i] |= swings_back(w, a, m, b, i);
+    for (int i = 0; given && i < LANES; ++i)
+        adds_up |= adds_up_unseen(w, h[i], m, i);
+    for (int i = 0; (w->feedback || w->drivers) && i < LANES; ++i)
+        doubtful[i] |= (w->feedback && swings_back(w, a, m, b, i)) ||
+                       (w->acting[i] >> DRIVEN_BY_APPROACH & 1 && passes_in_part(w, a, m, b, i));
     if (!w->held) {
         count_all_kinks(w, all);
         EACH_LANE
             doubtful[i] |= changes_side(w, all[i] || (!given && shows_in_mean(w, h[i], a, m, b, i)), a, m, b, i);
     }
-    for (int i = 0; ((given && adds_up) || w->sensors || w->looks_back || w->by_energy) && i < LANES; ++i)
+    for (int i = 0; (adds_up || w->sensors || w->looks_back || w->by_energy) && i < LANES; ++i)
         doubtful[i] |= (given && adds_up_unseen(w, h[i], m, i) && curved(w, CURVED_AT_A_KINK, a, m, b, i)) ||
                        heard(contact, w, h[i], a, m, b, i) || (w->by_energy && is_steep(w, a, m, b, i)) ||
                        (w->looks_back && look_back(w, i) > 0 && is_recalled_otherwise(w, a, m, b, i));
