@@ -210,28 +210,40 @@ def test_a_law_that_breaks_away_once_in_many_cycles_says_so(values: Values, moti
     assert (error <= FACTOR * said).all(), (error / said).max()
 
 
+def both(values: Values, effect: str) -> tuple[Contact, Contact]:
+    """The same contact averaged and resolved, begun."""
+    averaged, resolved = (Contact({**values, "averaging": averaging}, [effect]) for averaging in ("cycle", "resolved"))
+    averaged.start()
+    resolved.start()
+    return averaged, resolved
+
+
+def within_the_error(contacts: tuple[Contact, Contact], steps: int) -> bool:
+    """Whether in all of so many steps of 20 cycles the mean friction forces differ by no more than the averaged contact says."""
+    fine = True
+    for _ in range(steps):
+        forces = []
+        for contact in contacts:
+            before = contact.get("friction_impulse")
+            contact.advance(20 * PERIOD)
+            forces.append((contact.get("friction_impulse") - before) / (20 * PERIOD))
+        fine &= abs(forces[0] - forces[1]) <= FACTOR * contacts[0].get("averaging_error") + 1e-9
+    return fine
+
+
 @pytest.mark.parametrize("law", ["lugre", "karnopp", "coulomb"])
 @pytest.mark.parametrize("cutting_speed", [0.031, 0.1, 0.7, 1.25])
 @pytest.mark.parametrize("gap", [2e-5, 1e-4, 1e-3])
 def test_a_gap_that_a_separation_does_not_reset_is_crossed_in_as_many_cycles(law: str, cutting_speed: float, gap: float) -> None:
     """Its place drifts from cycle to cycle. A step moved it by a single cycle, whatever its length: no force where there was one for ever,
     with an error that grew less with each step."""
-    values: Values = {"friction_law": law, "release_time": 1e-5, "cutting_speed": cutting_speed, "backlash.gap": gap}
-    averaged, resolved = (Contact({**values, "averaging": averaging}, ["backlash"]) for averaging in ("cycle", "resolved"))
-    for contact in (averaged, resolved):
-        contact.start()
-    for _ in range(15):
-        before = [contact.get("friction_impulse") for contact in (averaged, resolved)]
-        for contact in (averaged, resolved):
-            contact.advance(20 * PERIOD)
-        forces = [
-            (contact.get("friction_impulse") - was) / (20 * PERIOD) for contact, was in zip((averaged, resolved), before, strict=True)
-        ]
-        assert abs(forces[0] - forces[1]) <= FACTOR * averaged.get("averaging_error") + 1e-9
-    last = [contact.get("dissipated_energy") for contact in (averaged, resolved)]
-    for contact in (averaged, resolved):
+    contacts = both({"friction_law": law, "release_time": 1e-5, "cutting_speed": cutting_speed, "backlash.gap": gap}, "backlash")
+    assert within_the_error(contacts, 15)
+    gained = []
+    for contact in contacts:
+        before = contact.get("dissipated_energy")
         contact.advance(100 * PERIOD)
-    gained = [contact.get("dissipated_energy") - was for contact, was in zip((averaged, resolved), last, strict=True)]
+        gained.append(contact.get("dissipated_energy") - before)
     on_its_way = gap == 1e-3 and cutting_speed < 0.1  # 64 of the hundred cycles are run, and the end of the gap lies among them
     assert gained[0] == pytest.approx(gained[1], rel=0.05 if on_its_way else 2e-3, abs=1e-9)
 
@@ -247,18 +259,9 @@ def test_a_gap_that_a_separation_does_not_reset_is_crossed_in_as_many_cycles(law
 def test_what_drifts_in_all_cycles_says_so(effect: str, values: Values) -> None:
     """Elements, places and memories that outlive a separation and are long on their way: the error is what the contact says, and the
     warning says that no cycle is like the next."""
-    averaged, resolved = (Contact({**values, "averaging": averaging}, [effect]) for averaging in ("cycle", "resolved"))
-    for contact in (averaged, resolved):
-        contact.start()
-    for _ in range(8):
-        before = [contact.get("friction_impulse") for contact in (averaged, resolved)]
-        for contact in (averaged, resolved):
-            contact.advance(20 * PERIOD)
-        forces = [
-            (contact.get("friction_impulse") - was) / (20 * PERIOD) for contact, was in zip((averaged, resolved), before, strict=True)
-        ]
-        assert abs(forces[0] - forces[1]) <= FACTOR * averaged.get("averaging_error")
-    assert any("periodic" in line for line in averaged.warnings())
+    contacts = both(values, effect)
+    assert within_the_error(contacts, 8)
+    assert any("periodic" in line for line in contacts[0].warnings())
 
 
 def test_energies_and_distance_advance_by_their_means() -> None:
