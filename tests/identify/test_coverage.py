@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
+from evat.experiment import Experiment
 from evat.identification import Settings, identify
+from evat.inference.prediction import Prediction
+from evat.model import FloatArray
 from evat.studies.orthogonal import orthogonal
 from known_rigs import FREE, MODEL, TIMES, TRUTH, experiment, force, trial
 
@@ -71,3 +78,31 @@ def test_intervals_hold_what_held_values_may_be_off_by() -> None:
     assert np.all(covered.sum(axis=0) >= 10)
     assert np.max(np.abs(off)) < 2.6
     assert np.std(off) > 0.3  # and are no wider than they have to be
+
+
+def held(**shares: float) -> Experiment:
+    """A Coulomb rig of which F_C is free, and of others so much is known."""
+    made = orthogonal({"friction_law": "coulomb", "F_C": 8.0}, motion="reversal", repeats=2, speeds=[0.1, 0.5], rate=50.0)
+    return replace(made, nominal=replace(made.nominal, relative_sd=shares))
+
+
+def test_what_is_known_of_a_value_that_nobody_states_or_that_is_off_widens_nothing() -> None:
+    """A start value, a parameter of other kinematics, and one of an effect that is off: the first ended an identification."""
+    rig = held(F_C=0.1, sigma2=0.2, vibration_frequency=0.1, **{"stribeck.rise": 0.3})
+    assert identify(rig, MODEL, ["F_C"], Settings(search="none", profiles=False)).doubts == ()
+
+
+def test_a_model_that_runs_at_neither_end_of_a_held_value_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = held(F_S=0.2)
+    rig = replace(rig, nominal=replace(rig.nominal, values={**rig.nominal.values, "F_S": 9.0}))
+    many = Prediction.many
+
+    def failing(self: Prediction, values: Mapping[str, Any], on: Sequence[str] = ()) -> FloatArray:
+        rows = many(self, values, on)
+        return rows * np.nan if np.size(values.get("F_S", 0.0)) > 1 else rows
+
+    settings = Settings(search="none", profiles=False)
+    assert identify(rig, MODEL, ["F_C"], settings).doubts == ()
+    monkeypatch.setattr(Prediction, "many", failing)
+    (doubt,) = identify(rig, MODEL, ["F_C"], settings).doubts
+    assert doubt == "F_S is held, and the model runs at neither end of what it may be: intervals leave that out"

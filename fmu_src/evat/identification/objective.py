@@ -20,6 +20,7 @@ from evat.experiment import ExperimentError
 from evat.identification.space import Space
 from evat.inference.law.initial_state import with_initial_state
 from evat.inference.noise.estimate import repeatability, stated_sd
+from evat.inference.parameters import nominal_parameters
 from evat.inference.prediction import TIGHTNESS, Prediction
 from evat.model import FloatArray, ParameterError
 
@@ -83,11 +84,10 @@ class Objective:
     @property
     def held_sd(self) -> dict[str, float]:
         """Standard deviations [SI] of nominal values that are held and that their owner knows to within a share (nominal.relative_sd)."""
-        nominal, trials, means = self.prediction.nominal, self.prediction.experiment.trials, self.prediction.experiment.means
-        stated = {name for trial in trials for name in trial.values} | set(means.values if means is not None else ())
-        known = {*self.space.names, *self.values, *stated}
-        shares = {name: share for name, share in self.prediction.experiment.nominal.relative_sd.items() if name not in known}
-        return {name: share * abs(float(nominal[name])) for name, share in shares.items() if share * abs(float(nominal[name])) > 0}
+        shares = self.prediction.experiment.nominal.relative_sd
+        may_be_off = nominal_parameters(self.prediction.model, self.prediction.experiment)
+        held = [each.name for each in may_be_off if each.name in shares and each.name not in (*self.space.names, *self.values)]
+        return {name: shares[name] * abs(float(self.prediction.nominal[name])) for name in held}
 
     def at(self, point: FloatArray) -> Prediction:
         """The prediction with what an unknown start of its trials changes at a point (p,) of the cube."""

@@ -7,6 +7,7 @@ import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from evat.experiment import Experiment, ExperimentError
@@ -115,11 +116,15 @@ HELD_MATTERS = 0.3  # sd by which a nominal value that is held moves an estimate
 def _held(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
     """Nominal values that are held, known to a share only, and in the intervals."""
     shares, names = objective.prediction.experiment.nominal.relative_sd, objective.space.names
-    told = []
+    told, doubts = list[str](), list[str]()
     for name, moved in optimum.held.items():
+        if np.any(np.isnan(moved)):
+            doubts.append(f"{name} is held, and the model runs at neither end of what it may be: intervals leave that out")
         if widened := [own for own, by in zip(names, moved, strict=True) if abs(by) > HELD_MATTERS]:
             told.append(f"{name} (held, known to {100 * shares[name]:.3g} %) in {', '.join(widened)}")
-    return (f"intervals are wider by what nominal values may be off, as nominal.relative_sd says: {'; '.join(told)}",) if told else ()
+    if told:
+        doubts.insert(0, f"intervals are wider by what nominal values may be off, as nominal.relative_sd says: {'; '.join(told)}")
+    return tuple(doubts)
 
 
 def _objective(model: Model, fitted: Experiment, free: Sequence[str], settings: Settings) -> Objective:
