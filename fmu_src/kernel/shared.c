@@ -39,8 +39,8 @@ static const char *const status_texts[STATUS_COUNT] = {
     [STATUS_DIVERGED] = "a force, a state or another output is no longer a finite number",
     [STATUS_RIVALS] = "two effects are on that are rivals of each other: switch one of them off",
     [STATUS_HISTORY_SHORT] =
-        "an effect looks back further than is kept: its time was raised by more than has been kept since, or within "
-        "relative_tolerance it takes more than 256 pieces of the past, or corners of an input; raise the time by "
+        "an effect looks back further than is kept: its time was raised by more than has been kept since, or it takes "
+        "more than 256 pieces of the past, or corners of an input, within relative_tolerance; raise the time by "
         "little, "
         "or before the start, shorten it, or loosen relative_tolerance",
     [STATUS_STOPPED] = "stopped on request",

@@ -29,19 +29,12 @@ static double drift_of(const struct Contact *contact, const struct Configuration
     return most;
 }
 
-static void get_states(const struct Contact *contact, const struct Configuration *w, lanes *state)
-{
-    for (int n = 0; n < w->on_count; ++n)
-        for (int k = 0; k < w->on[n]->states; ++k)
-            EACH_LANE
-                state[w->on_state[n] + k][i] = contact->value[w->on_value[n] + k][i];
-}
-
 static enum Status run_cycle(struct Contact *contact, struct Configuration *w, double begin, struct CycleSums *seen)
 {
     struct Course course;
-    lanes s = {0}, start[INTEGRALS], z, from[EFFECT_STATES];
-    get_states(contact, w, from);
+    struct Point from; /* of which the states alone are asked */
+    lanes s = {0}, start[INTEGRALS], z;
+    load_states(contact, w, &from);
     for (int n = 0; n < INTEGRALS; ++n) { /* from 0, so that no digits are lost; but effects ask for the distance */
         lanes *const integral = &contact->value[integral_of[n]];
         EACH_LANE
@@ -67,7 +60,7 @@ static enum Status run_cycle(struct Contact *contact, struct Configuration *w, d
             continue;
         seen->departure_before[i] = seen->departure[i];
         seen->departure[i] = contact->value[VAR_BRISTLE_DEFLECTION][i] - z[i];
-        seen->drift[i] = drift_of(contact, w, (const lanes *)from, i);
+        seen->drift[i] = drift_of(contact, w, (const lanes *)from.state, i);
         seen->cycles[i] += 1;
     }
     return status;

@@ -139,8 +139,8 @@ static inline int bends_unseen(const struct Configuration *w, const struct Point
  * lets them, lies below the first. */
 #define CURVED 200
 #define CURVED_ENOUGH_TO_RECALL 20
-#define BENT_AT_A_KINK                                                                                                 \
-    6 /* and so far where the step passes a kink, which lies off a parabola by as much as that bends */
+/* So far where the step passes a kink, which lies off the parabola by about as much as it bends the points. */
+#define CURVED_BY_A_KINK 6
 #define CURVED_AT_A_KINK                                                                                               \
     20 /* what has no bristle is smooth up to where it jumps or reaches a limit; and no cycle says how                 \
           long a step is where the slip is given */
@@ -253,7 +253,7 @@ static int is_recalled_otherwise(const struct Configuration *w, const struct Poi
                                  const struct Point *b, int i)
 {
     return curved(w, CURVED_ENOUGH_TO_RECALL, a, m, b, i) || turns_over(w, a, b, i) ||
-           (!w->held && changes_side(w, 1, a, m, b, i) && curved(w, BENT_AT_A_KINK, a, m, b, i));
+           (!w->held && changes_side(w, 1, a, m, b, i) && curved(w, CURVED_BY_A_KINK, a, m, b, i));
 }
 
 /* Does what a sensor hears bend: the forces now, and those that it is shown late? */
@@ -369,6 +369,13 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
 #define SENSORS_REMEMBER 5
 #define RECALLED_ONCE 0.25
 
+/* Means over a step by Simpson's rule, of what its points and of what those and its quarters show. */
+static inline double simpson(double a, double m, double b) { return (a + 4 * m + b) / 6; }
+static inline double simpson_of_halves(double a, double early, double m, double late, double b)
+{
+    return (a + 4 * early + 2 * m + 4 * late + b) / 12;
+}
+
 /* In units of the tolerance, as tolerance.c has them. */
 static double apart(double x, double y, double scale) { return fabs(x - y) / scale; }
 
@@ -400,9 +407,9 @@ static void force_errors(const struct Configuration *w, const struct Forces *for
             const double first = apart(parabola(0.25, u[0], u[2], u[4]), u[1], force),
                          last = apart(parabola(0.75, u[0], u[2], u[4]), u[3], force);
             recalled[i] = larger(recalled[i], larger(first, last));
-            of_mean[i] = larger(of_mean[i],
-                                apart((u[0] + 4 * u[2] + u[4]) / 6, (u[0] + 4 * u[1] + 2 * u[2] + 4 * u[3] + u[4]) / 12,
-                                      larger(level, share[i] * force)));
+            of_mean[i] =
+                larger(of_mean[i], apart(simpson(u[0], u[2], u[4]), simpson_of_halves(u[0], u[1], u[2], u[3], u[4]),
+                                         larger(level, share[i] * force)));
         }
 }
 
@@ -449,7 +456,7 @@ static double state_error(const struct Configuration *w, enum Driver driver, con
 /* By Simpson's rule, of the motion, of which the contact gets the part that is passed on. */
 static double way_of_motion(double h, const struct Point *a, const struct Point *m, const struct Point *b, int i)
 {
-    return h / 6 * (a->speed[i] / a->passed[i] + 4 * (m->speed[i] / m->passed[i]) + b->speed[i] / b->passed[i]);
+    return h * simpson(a->speed[i] / a->passed[i], m->speed[i] / m->passed[i], b->speed[i] / b->passed[i]);
 }
 
 /* Of the way that the contact slips, what do the points of a step not show: those at its quarters to the bristle [m],
@@ -468,8 +475,8 @@ static struct UnseenWay unseen_way(const struct Configuration *w, double h, cons
         const int at = w->on_state[n];
         if (!w->on[n]->slip_way || a->cutting[i] == 0)
             continue;
-        const double seen = h / 12 * (a->v[i] + 4 * early->v[i] + 2 * m->v[i] + 4 * late->v[i] + b->v[i]),
-                     added = h / 6 * (a->v[i] + 4 * m->v[i] + b->v[i]);
+        const double seen = h * simpson_of_halves(a->v[i], early->v[i], m->v[i], late->v[i], b->v[i]),
+                     added = h * simpson(a->v[i], m->v[i], b->v[i]);
         const double way = w->on[n]->slip_way(w->on_p[n], h, a, m, b, a->state + at, b->state + at, seen, i);
         most.to_bristle = larger(most.to_bristle, bends ? fabs(way - seen) : 0);
         most.in_sums = larger(most.in_sums, fabs(way - added) / way_of_motion(h, a, m, b, i));
@@ -485,8 +492,8 @@ static double mean_slip_error(const struct Configuration *w, const struct Point 
     const double tool = larger(larger(fabs(a->u_x[i]), fabs(a->u_y[i])), larger(fabs(b->u_x[i]), fabs(b->u_y[i])));
     if (!w->current_angle || a->cutting[i] == 0 || !(tool > 0))
         return 0;
-    return apart((a->speed[i] + 4 * m->speed[i] + b->speed[i]) / 6,
-                 (a->speed[i] + 4 * early->speed[i] + 2 * m->speed[i] + 4 * late->speed[i] + b->speed[i]) / 12, tool);
+    return apart(simpson(a->speed[i], m->speed[i], b->speed[i]),
+                 simpson_of_halves(a->speed[i], early->speed[i], m->speed[i], late->speed[i], b->speed[i]), tool);
 }
 
 /* An event at the quarters, which start, middle and end do not show, has happened twice: as where the slip comes out of
