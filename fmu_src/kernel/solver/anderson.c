@@ -6,7 +6,8 @@
  * overshoots as many times over as the step is longer than the tool takes to follow its contact, and repeating it
  * settles nothing. Friction at two points is what is stiff; the chip's load at them follows, so that three differences
  * of passes serve. A pass that has led astray is taken back: its difference counts like any other, and by as many times
- * as it has missed more the next ones follow less of what they miss. A force without bristles jumps where the slip
+ * as it has missed more the next ones follow less of what they miss; or it alone counts, where less has come back of it
+ * than was put in. A force without bristles jumps where the slip
  * turns, and has no such mean: there each pass begins with what the one before has led to, and its end alone counts.
  *
  * The longer a step, the further a force moves the tool, and the more comes back of it: what differences of passes say
@@ -119,6 +120,18 @@ static void keep_difference(const double from[PASSED_FORCES], const double misse
     }
 }
 
+/* Does less come back of the newest difference than was put in? Then what has led a pass astray was the mean of older
+ * ones that are nearly one another's multiples, and no overshoot. */
+static int contracts(const struct Passes *p, int i)
+{
+    double begun = 0, returned = 0;
+    for (int k = 0; k < PASSED_FORCES; ++k) {
+        begun = larger(begun, fabs(p->by_from[0][k][i]));
+        returned = larger(returned, fabs(p->by_from[0][k][i] + p->by_missed[0][k][i]));
+    }
+    return returned < begun;
+}
+
 void note_pass(const lanes will_do, struct Point *middle, struct Point *end, struct Passes *p)
 {
     for (int i = 0; i < LANES; ++i) {
@@ -133,7 +146,10 @@ void note_pass(const lanes will_do, struct Point *middle, struct Point *end, str
             keep_difference(from, missed, p, i);
         p->first[i] = 0;
         if (p->astray[i]) {
-            p->share[i] *= miss < INFINITY ? p->miss[i] / miss : 1e-3;
+            if (miss < INFINITY && contracts(p, i))
+                p->count[i] = 1;
+            else
+                p->share[i] *= miss < INFINITY ? p->miss[i] / miss : 1e-3;
             continue;
         }
         p->miss[i] = miss;
