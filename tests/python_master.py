@@ -8,9 +8,11 @@ from typing import Any
 import fmpy
 import numpy as np
 from evat.model import FloatArray
-from evat.systems.couple import START_PASSES, Given, Plan
+from evat.systems.couple import Given, Plan
 from evat.systems.model import Component, Port, System
 from fmpy.simulation import apply_start_values, instantiate_fmu
+
+MOST_PASSES = 20  # through components that hand on at once what they are given
 
 
 class Part:
@@ -60,17 +62,25 @@ class PythonMaster:
         self.bonds = [(bond, self.signals[bond.force], self.signals[bond.velocity]) for bond in system.bonds]
         self.y = y = np.zeros(len(self.signals))
         y[self.shown :] = given.at(np.array([plan.start]))[0]
-        for _ in range(START_PASSES):
-            for part in self.parts:
-                part.set(y[part.sources])
-                part.show(y)
+        self.settle()
         for part in self.parts:
             part.fmu.exitInitializationMode()
             part.show(y)
+        self.settle()
 
     def close(self) -> None:
         for part in self.parts:
             part.fmu.freeInstance()
+
+    def settle(self) -> None:
+        """Inputs as they have turned out, until none moves."""
+        for _ in range(MOST_PASSES):
+            before = self.y.copy()
+            for part in self.parts:
+                part.set(self.y[part.sources])
+                part.show(self.y)
+            if np.array_equal(before, self.y):
+                return
 
     def run(self) -> tuple[FloatArray, dict[str, FloatArray], dict[str, tuple[float, float, float]]]:
         """Times that are kept, what the components show at them, and at each bond the energy that passed, was made, and moved."""
@@ -93,9 +103,7 @@ class PythonMaster:
                 other = work(before[f], seen[bond.velocity[0], f], before[v], then[v]) * step
                 energies[".".join(bond.force)] += (abs(other), other - one, abs(other - one))
             y[:] = then
-            for part in self.parts:  # inputs as they have turned out
-                part.set(y[part.sources])
-                part.show(y)
+            self.settle()
             if plan.inputs == "linear":
                 slope = (y - before) / step
             if n % plan.every == 0 or n == plan.count:

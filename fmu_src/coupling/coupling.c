@@ -182,15 +182,44 @@ static int move(struct Coupling *c, const struct Member *m, double time, double 
     return show(c, m, c->then);
 }
 
-/* Inputs as they have turned out. What would be set to what it is, is left alone. */
-static int settle(struct Coupling *c, const struct Member *m)
+/* Outputs that follow inputs at once pass a change on from member to member, one in a pass at least; a loop in which a
+ * tenth of it is lost each time is done with it, too. */
+#define MOST_PASSES 220
+#define SETTLED 1e-10 /* share of an input, in passes after the first, which hands on what has changed at all */
+
+static int moves(double held, double turned_out, int pass)
 {
+    return pass == 0 ? held != turned_out : fabs(turned_out - held) > SETTLED * (fabs(turned_out) + fabs(held));
+}
+
+/* Inputs as they have turned out. What would be set to what it is, is left alone. Answers 0 where the member failed. */
+static int settle(struct Coupling *c, const struct Member *m, int pass, int *moved)
+{
+    int place = -1;
     gather(m, c->signals, m->told);
-    const size_t size = (size_t)m->input_count * sizeof *m->told;
-    if (memcmp(m->told, m->held, size) == 0)
+    for (int i = 0; i < m->input_count; ++i)
+        place = moves(m->held[i], m->told[i], pass) ? m->sources[i] : place;
+    if (place < 0)
         return 1;
-    memcpy(m->held, m->told, size);
+    *moved = 1;
+    c->failed = (int)(m - c->members);
+    c->place = place;
+    memcpy(m->held, m->told, (size_t)m->input_count * sizeof *m->held);
     return set_inputs(c, m, m->held) && show(c, m, c->signals);
+}
+
+int coupling_settle(struct Coupling *c)
+{
+    int moved = 1;
+    for (int pass = 0; moved && pass < MOST_PASSES; ++pass) {
+        moved = 0;
+        for (struct Member *m = c->members; m < c->members + c->member_count; ++m)
+            if (!settle(c, m, pass, &moved))
+                return 0;
+    }
+    if (moved)
+        c->status = NOT_SETTLED;
+    return !moved;
 }
 
 static int one_step(struct Coupling *c, double begin, double end, const double *given)
@@ -210,11 +239,15 @@ static int one_step(struct Coupling *c, double begin, double end, const double *
     add_power(c, step);
     memcpy(c->guess, c->signals, all); /* as they were */
     memcpy(c->signals, c->then, all);
-    for (struct Member *m = c->members; m < c->members + c->member_count; ++m)
-        if (!settle(c, m))
-            return 0;
+    if (!coupling_settle(c))
+        return 0;
     for (int i = 0; i < c->shown_count && c->continued; ++i)
         c->rates[i] = (c->signals[i] - c->guess[i]) / step;
+    if (end > c->averaged_from) {
+        for (int i = 0; i < c->shown_count; ++i)
+            c->integrals[i] += step * 0.5 * (c->guess[i] + c->signals[i]);
+        c->averaged += step;
+    }
     return 1;
 }
 

@@ -4,7 +4,7 @@
  * In each step the components move one after the other (Gauss-Seidel) or all from the same values (Jacobi). The input
  * of a component whose source has moved already is interpolated over the step; any other is continued, as a constant or
  * along its last slope. At the end of the step all inputs are set to what their sources show, and outputs that follow
- * them at once are read anew.
+ * them at once are read anew, until none moves: outputs may follow inputs through many members, or in a loop.
  *
  * The caller loads the FMUs, owns all memory here, and lends the addresses of their functions. C99, no allocation, no
  * writable static. What the components show and what a record gives stand in one array, the signals: those shown first.
@@ -20,8 +20,9 @@ struct Function {
     const char *name;
 };
 
-/* Beside the statuses of FMI: an FMU of FMI 3 has made a step, and asks that the simulation ends. */
-enum { ASKS_TO_END = -1 };
+/* Beside the statuses of FMI: an FMU of FMI 3 has made a step, and asks that the simulation ends; outputs that follow
+ * inputs at once form a loop in which they do not settle. */
+enum { ASKS_TO_END = -1, NOT_SETTLED = -2 };
 
 /* How an FMU keeps the numbers that it shows. */
 enum Form { FLOAT64, FLOAT32, INT8, UINT8, INT16, UINT16, INT32, UINT32, INT64, UINT64, BOOLEAN };
@@ -69,16 +70,19 @@ struct Coupling {
     int64_t done, count, every; /* steps; every how many are kept, and the last one */
     int64_t kept, rows;         /* in the table, which holds one signal behind the other */
     double *table;
+    double averaged_from, averaged; /* integrals are over the steps that end behind this time [s]; their length */
+    double *integrals;              /* of what is shown, straight from the start of a step to its end */
     /* Where a function here has answered 0: the member, its function, what that answered; or, where that answered well,
-     * which signal is no finite number, and what it is. */
+     * which signal is no finite number, and what it is; or which one does not settle. */
     int failed, status, place;
     const char *function;
     double shown;
 };
 
 /* All of these answer 1, or 0 where a member failed. */
-int coupling_set(struct Coupling *c, int member);  /* inputs from the signals */
+int coupling_set(struct Coupling *c, int member); /* inputs from the signals */
 int coupling_show(struct Coupling *c, int member); /* outputs to the signals */
+int coupling_settle(struct Coupling *c); /* both, until no input moves */
 /* So many steps on: times[0], where all stand, to times[count]. given: what a record gives at the end of each, a row
  * for each step. */
 int coupling_steps(struct Coupling *c, int64_t count, const double *times, const double *given);

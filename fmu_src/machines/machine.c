@@ -316,20 +316,26 @@ enum Status model_time_derivatives(const struct Model *model, struct Model *room
 
 enum Status model_derivatives(const struct Model *model, int known, int count, const int *unknown, double *derivatives)
 {
-    struct Model above = *model, below = *model;
     for (int j = 0; j < count; ++j)
         if (!model_variable(unknown[j]) || !model_variable(known))
             return STATUS_NO_SUCH_VARIABLE;
     if (count == 0)
         return STATUS_OK;
-    /* Central differences: exact but for rounding where the unknown is linear or quadratic in the known, as all here
-     * are. */
-    const double value = model->value[known], h = fmax(1e-3 * fabs(value), 1e-2 * nominal(known));
-    above.value[known] = value + h;
-    part.evaluate(above.value);
-    below.value[known] = value - h;
-    part.evaluate(below.value);
-    for (int j = 0; j < count; ++j)
-        derivatives[j] = (above.value[unknown[j]] - below.value[unknown[j]]) / (2 * h);
+    /* Central differences, of two steps: exact but for rounding where the unknown is linear or quadratic in the known,
+     * and of fourth order, in a step that is a part of the value, where it goes by a power of it, as heat by a speed
+     * (Richardson's extrapolation). */
+    const double value = model->value[known], h = fmax(1e-3 * fabs(value), 1e-6 * nominal(known));
+    struct Model at[4];
+    for (int k = 0; k < 4; ++k) {
+        static const double places[4] = {-1, -0.5, 0.5, 1};
+        at[k] = *model;
+        at[k].value[known] = value + places[k] * h;
+        part.evaluate(at[k].value);
+    }
+    for (int j = 0; j < count; ++j) {
+        const double wide = (at[3].value[unknown[j]] - at[0].value[unknown[j]]) / (2 * h),
+                     narrow = (at[2].value[unknown[j]] - at[1].value[unknown[j]]) / h;
+        derivatives[j] = (4 * narrow - wide) / 3;
+    }
     return STATUS_OK;
 }

@@ -8,21 +8,24 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import evat
 import numpy as np
 import pytest
 from coupled import run
 from evat.files import unpack
 from evat.files.table import read_table
-from evat.model import FmuError, ParameterError
+from evat.model import EvatError, FmuError, ParameterError, Run
 from evat.models.drive import Driver
 from evat.systems.couple import Coupled, Given, plan
 from evat.systems.model import SspError, SystemStopped
 from evat.systems.ssp import write_full
 from evat.systems.ssp.read import read
-from evat.systems.sweep import axis
-from evat.systems.values import from_set, typed
+from evat.systems.sweep import axis, check_axes
+from evat.systems.values import from_set, record, typed
 from typer.testing import CliRunner
 
 SSD = "SystemStructure.ssd"
@@ -491,3 +494,85 @@ def test_the_command_says_it_in_one_line(systems: dict[str, Path], tmp_path: Pat
     assert (tmp_path / "out.png").stat().st_size > 10_000
     result = CliRunner().invoke(app, ["system", "run", str(tmp_path / "no.ssp")])
     assert isinstance(result.exception, SspError)
+
+
+def test_what_would_change_nothing_or_mean_something_else_is_refused(systems: dict[str, Path], tmp_path: Path) -> None:
+    """Each of these once ran, and answered as if it had not been said."""
+    late = Run(np.array([0.5, 0.6]), {"drive.position_reference": np.zeros(2)}, ())
+    swapped = Run(np.array([0.0, 0.2, 0.1]), {"drive.position_reference": np.zeros(3)}, ())
+    ragged = Run(np.array([0.0, 0.2]), {"drive.position_reference": np.zeros(3)}, ())
+    for name, said, match in (
+        ("stick_slip", {"order": "foo"}, "allowed are 'gauss-seidel' and 'jacobi'"),
+        ("stick_slip", {"inputs": "Linear"}, "allowed are 'linear' and 'constant'"),
+        ("stick_slip", {"every": 2.5}, "whole number"),
+        ("stick_slip", {"values": {"guideway": {"slip_velocity": 1.0}}}, "is fed by drive.table_velocity; a value for it"),
+        ("stick_slip", {"values": {"drive": {"table_mass": True}}}, "table_mass = True: a number in kg"),
+        ("stick_slip", {"values": {"drive": {"table_mass": None}}}, "table_mass = None: a number in kg"),
+        ("stick_slip", {"sets": {"drive": "regularised/copper"}}, "is of the contact, and component drive is none"),
+        ("emps", {"record": Run(late.times, {"drv.position_reference": np.zeros(2)}, ())}, "no component 'drv'"),
+        ("emps", {"record": Run(late.times, {"drive.table_mass": np.zeros(2)}, ())}, "is no input"),
+        ("emps", {"record": late, "stop": 0.1}, "covers the run"),
+        ("emps", {"record": swapped, "stop": 0.1}, "increasing"),
+        ("emps", {"record": ragged, "stop": 0.1}, "3 samples, the clock has 2"),
+        ("emps", {"record": late, "stop": 1.0, "values": {"drive": {"position_reference": 1.0}}}, "is fed by the record"),
+    ):
+        wishes: dict[str, Any] = {"stop": 0.01, **said}
+        with pytest.raises(EvatError, match=match):
+            evat.run_system(systems[name], wishes.pop("values", None), **wishes)
+    table = tmp_path / "twice.csv"
+    table.write_text("time [s],drive.position_reference [m],drive.position_reference [mm]\n0,0,0\n1,1,1\n")
+    with pytest.raises(EvatError, match="is there twice"):
+        record(read(systems["emps"], tmp_path / "emps"), table)
+
+
+def test_what_a_record_does_not_cover_is_told(systems: dict[str, Path]) -> None:
+    short = Run(np.array([0.01, 0.02]), {"drive.position_reference": np.zeros(2)}, ())
+    notes = str(evat.run_system(systems["emps"], record=short, stop=0.03).made_by["notes"])
+    assert "begins at 0.01 s: until then its first values are held" in notes
+    assert "ends at 0.02 s: from there on its last values are held" in notes
+
+
+def test_axes_that_hide_one_another_or_mix_units_are_refused(systems: dict[str, Path], tmp_path: Path) -> None:
+    system = read(systems["evat_turning"], tmp_path)
+    with pytest.raises(ParameterError, match=r"spindle.speed_set is in rad/s, heat.ambient_temperature is in K|is in rad/s, .* is in K"):
+        axis(system, "spindle.speed_set,heat.ambient_temperature=3000:3100 rpm:2")
+    twice = [axis(system, "spindle.speed_set=2,3"), axis(system, "spindle.speed_set=4:5:2")]
+    with pytest.raises(ParameterError, match="would hide it"):
+        check_axes(twice)
+    check_axes([axis(system, "contact=regularised/copper"), axis(system, "contact.amplitude_x=3 um,6 um")])
+
+
+def test_flags_of_foreign_fmus_are_heeded(systems: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No shorter last step where a component takes none; not two instances of what can be there only once."""
+    system = read(systems["stick_slip"], tmp_path)
+    with Coupled(system) as coupled:
+        monkeypatch.setattr(coupled.members[0].driver.description.coSimulation, "canHandleVariableCommunicationStepSize", False)
+        with pytest.raises(ParameterError, match="component path takes no other step"):
+            coupled.run(plan(system, step=1e-3, stop=0.0105))
+        coupled.run(plan(system, step=1e-3, stop=0.010))
+    twin = replace(system, components={**system.components, "twin": replace(system.components["guideway"], name="twin")})
+    monkeypatch.setattr("evat.systems.couple.only_once", lambda source: source.stem)
+    with pytest.raises(SspError, match="components guideway and twin are one FMU"):
+        Coupled(twin)
+
+
+def test_means_do_not_hang_on_which_rows_are_kept(systems: dict[str, Path]) -> None:
+    """Ten rows of each cycle, at the same places of it, had a mean of 44 N where it is 26."""
+    means = [
+        evat.run_system(systems["evat_turning"], stop=4e-4, step=1e-6, every=every).made_by["mean_of_last_half"] for every in (1, 10, 400)
+    ]
+    assert means[0] == means[1] == means[2]
+    trace = evat.run_system(systems["evat_turning"], stop=4e-4, step=1e-6, every=1)
+    late = trace["contact.principal_force"][200:]
+    assert means[0]["contact.principal_force"] == pytest.approx(np.mean((late[1:] + late[:-1]) / 2), rel=1e-12)
+    assert means[0]["contact.principal_force"] == pytest.approx(trace["contact.mean_principal_force"][-1], rel=0.05)
+
+
+def test_the_result_does_not_take_the_records_place(tmp_path: Path) -> None:
+    from evat.commands.main import app
+
+    table = tmp_path / "own.csv"
+    table.write_text("time [s],drive.position_reference [m]\n0,0\n1,1\n")
+    result = CliRunner().invoke(app, ["system", "run", "emps", "-i", str(table), "-o", str(table)])
+    assert isinstance(result.exception, ParameterError)
+    assert table.read_text().startswith("time [s],drive.position_reference [m]\n0,0")

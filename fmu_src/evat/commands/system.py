@@ -87,21 +87,24 @@ def run(
     """
     from evat.files.table import write_trace
     from evat.files.writing import put
+    from evat.model import ParameterError
     from evat.plots.system import plot_run
     from evat.plots.system_page import page
-    from evat.systems.couple import NO_INPUTS, Coupled, plan
+    from evat.systems.couple import NO_INPUTS, Coupled, means_of_last_half, plan
     from evat.systems.model import SystemInterrupted, SystemStopped
     from evat.systems.ssp.read import read
     from evat.systems.values import record as read_record
 
     beside, report = picture_beside(to), to.with_suffix(".html")
+    if record is not None and to.resolve() == record.resolve():
+        raise ParameterError(f"--input and --out are both {to}: the result would take the record's place; name another table (--out).")
     step_size, end = typed_seconds(step, "--step"), typed_seconds(stop, "--stop")
     with _archive(ssp) as file, temporary() as folder:
         system = read(file, folder)
         wanted = plan(system, step_size, end, every, order, inputs)
         given, values = NO_INPUTS if record is None else read_record(system, record), _values(system, value, sets)
         coupled = Coupled(system, values, given)
-        for note in coupled.notes:
+        for note in (*coupled.notes, *given.beyond(wanted)):
             err.print(marked("note:", "yellow", note), soft_wrap=True)
         with coupled, share_done(f"running {system.name}") as progress:
             try:
@@ -122,9 +125,8 @@ def run(
     for line in power.advice(wanted.step, 2 if inputs == "linear" else 1):
         out.print(line, soft_wrap=True)
     if as_json:
-        late = trace.times >= 0.5 * (trace.times[0] + trace.times[-1])
-        means = {name: {"value": float(column[late].mean()), "unit": trace.units[name]} for name, column in trace.items()}
-        shares = {name: {"passed": passed, "made": made} for name, (passed, _, made) in power.shares().items()}
+        means = {name: {"value": mean, "unit": trace.units[name]} for name, mean in means_of_last_half(trace).items()}
+        shares = {name: {"passed": passed, "made": made, "made_or_lost": moved} for name, (passed, made, moved) in power.shares().items()}
         print_json(
             {
                 "table": str(to),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import numbers
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import lru_cache
@@ -36,6 +37,17 @@ def _log(lines: list[str]) -> Callable[..., None]:
 def _description(fmu: Path, *_: int) -> Any:
     """Read once for the many runs of one FMU; by the path, and what tells the file from another that is put there."""
     return fmpy.read_model_description(str(fmu), validate=False)
+
+
+def only_once(fmu: Path) -> str | None:
+    """The token of an FMU that says it can be instantiated only once in a process; None of any other, and of what cannot be read."""
+    try:
+        with opened(fmu):
+            state = fmu.stat()
+            about = _description(fmu, state.st_mtime_ns, state.st_size)
+    except Exception:  # whoever opens it tells why
+        return None
+    return str(about.guid) if about.coSimulation is not None and about.coSimulation.canBeInstantiatedOnlyOncePerProcess else None
 
 
 class Driver:
@@ -122,11 +134,11 @@ class Driver:
         variable, three = self.variables[name], self.description.fmiVersion.startswith("3")
         references, doing = [variable.valueReference], f"setting {name} = {value}"
         if variable.type in ("Real", "Float64"):
-            if isinstance(value, str):
+            if isinstance(value, str) or not _is_number(value):
                 raise ParameterError(f"{name} = {value!r}: a number in {unit_of(variable)} is needed.")
             self._call(doing, self._fmu.setFloat64 if three else self._fmu.setReal, references, [float(value)])
         elif variable.type == "Boolean":
-            if value not in (0, 1):
+            if isinstance(value, str) or value not in (0, 1):
                 raise ParameterError(f"{name} = {value!r}: allowed are True and False.")
             self._call(doing, self._fmu.setBoolean, references, [bool(value)])
         elif variable.type in ("Enumeration", "Integer", "Int32"):
@@ -139,7 +151,7 @@ class Driver:
     @staticmethod
     def _item(variable: Any, value: float | str | bool) -> int:
         items = variable.declaredType.items if variable.declaredType is not None and variable.declaredType.items else []
-        if not isinstance(value, str) and value == value // 1:
+        if not isinstance(value, str) and _is_number(value, or_bool=True) and value == value // 1:
             return int(value)
         for item in items:
             if item.name == value:
@@ -154,7 +166,7 @@ class Driver:
         none in co-simulation, by the mean of both ends.
         """
         times, names = run.times, list(run.inputs)
-        _check_run(run)
+        check_run(run)
         table = np.column_stack([run.inputs[name] for name in names]) if names else np.empty((times.size, 0))
         for name in (*names, *run.outputs):
             if name not in self.variables:
@@ -223,7 +235,13 @@ class Driver:
         self._call("the end", self._fmu.terminate)
 
 
-def _check_run(run: Run) -> None:
+def _is_number(value: object, or_bool: bool = False) -> bool:
+    """Numbers of numpy are some, too; True is one only where a choice is meant."""
+    return isinstance(value, numbers.Real) and (or_bool or not isinstance(value, bool))
+
+
+def check_run(run: Run) -> None:
+    """ParameterError where sample times do not increase, or an input has other samples than the clock."""
     times = run.times
     if times.ndim != 1 or times.size < 2 or not np.all(np.isfinite(times)) or not np.all(np.diff(times) > 0):
         raise ParameterError("sample times must be a row of at least 2 finite, increasing numbers in s.")

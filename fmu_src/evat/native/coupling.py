@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -44,6 +45,14 @@ class NotFinite(Exception):
     def __init__(self, member: int, output: int, value: float) -> None:
         super().__init__(f"{output}: {value}")
         self.member, self.output, self.value = member, output, value
+
+
+class NotSettled(Exception):
+    """Outputs that follow inputs at once form a loop in which they do not settle: by its place a signal of it, and what that is."""
+
+    def __init__(self, signal: int, value: float) -> None:
+        super().__init__(f"{signal}: {value}")
+        self.signal, self.value = signal, value
 
 
 @dataclass(frozen=True)
@@ -109,7 +118,7 @@ class Coupling:
         c.member_count, c.bond_count, c.jacobi, c.continued = len(members), len(bonds), jacobi, continued
         c.shown_count = sum(map(len, places))
         c.signal_count = c.shown_count + given
-        c.signals, c.rates, c.guess, c.then = (self._new("double[]", max(1, c.signal_count)) for _ in range(4))
+        c.signals, c.rates, c.guess, c.then, c.integrals = (self._new("double[]", max(1, c.signal_count)) for _ in range(5))
         c.buffer = self._new("uint64_t[]", max([1, *map(len, places)]))
         c.members = self._new("struct Member[]", len(members))
         for kept, member, source, place in zip(c.members[0 : len(members)], members, sources, places, strict=True):
@@ -162,6 +171,10 @@ class Coupling:
         """Read what a member shows into the signals."""
         self._done(self._library.coupling_show(self._c, member))
 
+    def settle(self) -> None:
+        """Hand on what members show until no input moves."""
+        self._done(self._library.coupling_settle(self._c))
+
     @property
     def steps(self) -> int:
         """Steps that are done."""
@@ -180,6 +193,7 @@ class Coupling:
         times: Callable[[int, int], FloatArray],
         given: Callable[[FloatArray], FloatArray],
         progress: Callable[[float], None] | None = None,
+        averaged_from: float = math.inf,
     ) -> None:
         """So many steps from the signals as they stand, which go to the table: at the start, at every so many steps, and at the end.
 
@@ -190,15 +204,16 @@ class Coupling:
         table : of shape (signals that members show, 1 + steps that are kept).
         times : what step the n-th to the m-th end at [s], both counted; the 0-th is the start.
         given : what a record gives at such times, of shape (times, signals of the record).
+        averaged_from : `means` are over the steps that end behind this time [s].
 
         Raises
         ------
-        CallFailed, NotFinite
-            Where a member cannot go on.
+        CallFailed, NotFinite, NotSettled
+            Where a member, or the system, cannot go on.
         """
         c, at_once = self._c, 1
         table[:, 0] = self.signals[: c.shown_count]
-        c.count, c.every, c.rows, c.kept = count, every, table.shape[1], 1
+        c.count, c.every, c.rows, c.kept, c.averaged_from = count, every, table.shape[1], 1, averaged_from
         c.table = held = self._ffi.from_buffer("double[]", table, require_writable=True)
         self._kept.append(held)
         while self.steps < count:
@@ -215,6 +230,12 @@ class Coupling:
     def _view(self, array: FloatArray) -> Any:
         return self._ffi.from_buffer("double[]", array)
 
+    def means(self) -> FloatArray:
+        """Of what members show, over the steps that were to be averaged, kept or not; nan where there was none."""
+        c = self._c
+        integrals = np.frombuffer(self._ffi.buffer(c.integrals, 8 * c.shown_count), dtype=np.float64)
+        return integrals / c.averaged if c.averaged > 0 else np.full(c.shown_count, np.nan)
+
     def powers(self) -> list[tuple[float, float, float]]:
         """For each bond: energy that passed [J], energy that the coupling made [J], and the sum of what each step made or lost [J]."""
         return [(bond.passed, bond.made, bond.moved) for bond in self._c.bonds[0 : self._c.bond_count]]
@@ -223,6 +244,8 @@ class Coupling:
         if went_well:
             return
         c = self._c
+        if c.status == self._library.NOT_SETTLED:
+            raise NotSettled(c.place, float(self.signals[c.place]))
         if c.status == 0:
             raise NotFinite(c.failed, self._places[c.failed].index(c.place), c.shown)
         raise CallFailed(c.failed, cffi_text(self._ffi, c.function), c.status, c.status == self._library.ASKS_TO_END)

@@ -14,19 +14,20 @@ from evat.models.drive import unit_of
 from evat.notebook.panels import prefixed
 from evat.plots.cycles import inline
 from evat.plots.system import narrow_run
-from evat.systems.couple import Coupled, Plan, SystemMember
+from evat.systems.couple import Coupled, Plan, SystemMember, means_of_last_half
 from evat.systems.power import ALLOWED, Power
 
 
 def page(coupled: Coupled, trace: Trace, power: Power, plan: Plan, files: Mapping[str, str], picture: Path, untold: str = "") -> str:
     """The page of a run. `files` lie beside it, each with its meaning; `picture` is a .png that is there, `untold` what it leaves out."""
+    means = means_of_last_half(trace)
     bonds = [_bond(name, *energies) for name, energies in power.shares().items()]
     return pages.render(
         "system.html.j2",
         system=coupled.system,
         headline=_headline(coupled, trace, power, plan),
         notes=coupled.notes,
-        signals=[_signal(name, trace.units[name], trace.times, column) for name, column in trace.columns.items()],
+        signals=[_signal(name, trace.units[name], column, means[name]) for name, column in trace.columns.items()],
         bonds=bonds,
         allowed=ALLOWED,
         values={member.name: [_given(member, *item) for item in coupled.values[member.name].items()] for member in coupled.members},
@@ -45,6 +46,8 @@ def _headline(coupled: Coupled, trace: Trace, power: Power, plan: Plan) -> Headl
     ran = f"{coupled.system.title} ran from {trace.times[0]:g} to {trace.times[-1]:g} s in steps of {plan.step:g} s."
     if not shares:
         return Headline("ran", "note", ran, reasons=("no bond of force and velocity joins the components: no balance of power was kept",))
+    if not any(passed > 0 for passed, _, _ in power.shares().values()):
+        return Headline("ran", "note", ran, reasons=("no energy passed the bonds: that says nothing of the coupling",))
     largest = max(shares)
     share, share_of = f"{100 * largest:.2g} %", "of the energy that passed its bonds was made or lost by the coupling, counted step by step"
     if largest > ALLOWED:
@@ -63,8 +66,8 @@ def _bond(name: str, passed: float, made: float, moved: float) -> dict[str, obje
     return {"name": name, "passed": passed, "made": made, "share": moved / passed if passed > 0 else 0.0}
 
 
-def _signal(name: str, unit: str, times: FloatArray, column: FloatArray) -> dict[str, object]:
+def _signal(name: str, unit: str, column: FloatArray, mean: float) -> dict[str, object]:
     """Its numbers in a unit in which they are read at ease."""
     scale, shown = prefixed(column, unit)
-    numbers = (column[0], column[-1], column.min(), column.max(), column[times >= 0.5 * (times[0] + times[-1])].mean())
+    numbers = (column[0], column[-1], column.min(), column.max(), mean)
     return {"name": name, "unit": "" if shown == "1" else shown, "numbers": [float(scale * each) for each in numbers]}

@@ -7,16 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from evat.model import FloatArray, FmuError, ParameterError, SimulationError, Trace, nearest
-from evat.models.drive import Driver
-from evat.native.coupling import CallFailed, Coupling, Ends, NotFinite
+from evat.models.drive import Driver, only_once
+from evat.native.coupling import CallFailed, Coupling, Ends, NotFinite, NotSettled
 from evat.systems.model import Bond, Component, Port, SspError, System, SystemInterrupted, SystemStopped
 from evat.systems.power import Power
 
@@ -25,7 +25,6 @@ Inputs = Literal["linear", "constant"]
 Values = Mapping[str, Mapping[str, float | str | bool]]
 Progress = Callable[[float], None]
 
-START_PASSES = 20  # over all components, until what they show at the start no longer changes
 MOST_ROWS = 20_000_000
 MOST_STEPS = 1e12  # weeks of them
 
@@ -50,9 +49,18 @@ class Plan:
         """Ends of these steps, counted from 1 [s]; of 0 the start."""
         return np.where(steps == self.count, self.stop, self.start + steps * self.step)
 
+    def between(self, n: int, m: int) -> FloatArray:
+        """Ends of the n-th to the m-th step [s]."""
+        return self.ends(np.arange(n, m + 1))
+
     def time(self, n: int) -> float:
         """End of the n-th step [s]."""
         return float(self.ends(np.array([n]))[0])
+
+    @property
+    def middle(self) -> float:
+        """Where the half begins over which means are taken [s]."""
+        return 0.5 * (self.start + self.stop)
 
 
 def plan(
@@ -73,7 +81,11 @@ def plan(
         order,
         inputs,
     )
-    if not (0 < planned.step < np.inf and planned.start < planned.stop < np.inf and planned.every >= 1):
+    for name, wish, allowed in (("order", order, get_args(Order)), ("inputs", inputs, get_args(Inputs))):
+        if wish not in allowed:
+            raise ParameterError(f"{name} = {wish!r}: allowed are {' and '.join(map(repr, allowed))}.")
+    whole = planned.every >= 1 and planned.every == planned.every // 1
+    if not (0 < planned.step < np.inf and planned.start < planned.stop < np.inf and whole):
         raise ParameterError(
             f"step {planned.step:g} s, from {planned.start:g} to {planned.stop:g} s, every {planned.every}: a step above 0, a stop after "
             "the start and a whole number from 1 are needed."
@@ -85,7 +97,7 @@ def plan(
         )
     if planned.count / planned.every > MOST_ROWS:
         raise ParameterError(f"{planned.count} steps, each {planned.every}. kept: more than {MOST_ROWS} rows; keep fewer (--every).")
-    return planned
+    return replace(planned, every=int(planned.every))
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +107,25 @@ class Given:
     ports: tuple[Port, ...]
     times: FloatArray
     table: FloatArray
+
+    def beyond(self, plan: Plan) -> tuple[str, ...]:
+        """What is to be told of parts of a run that the record does not cover.
+
+        Raises
+        ------
+        SspError, where it covers nothing of it.
+        """
+        if not self.ports:
+            return ()
+        names, first, last = ", ".join(map(".".join, self.ports)), float(self.times[0]), float(self.times[-1])
+        if last < plan.start or first > plan.stop:
+            raise SspError(
+                f"the record of {names} is from {first:g} to {last:g} s, the run from {plan.start:g} to {plan.stop:g} s: give one that "
+                "covers the run."
+            )
+        late = (f"the record of {names} begins at {first:g} s: until then its first values are held",) if first > plan.start else ()
+        ends = last < plan.stop * (1 - 1e-9)
+        return (*late, f"the record of {names} ends at {last:g} s: from there on its last values are held") if ends else late
 
     def at(self, times: FloatArray) -> FloatArray:
         """Values at these times, of shape (times, ports)."""
@@ -123,6 +154,8 @@ class Coupled:
             if name not in system.components:
                 raise SspError(f"there is no component {name!r}; {nearest(name, system.components)}")
         self.values = {name: {**component.values, **given_values.get(name, {})} for name, component in system.components.items()}
+        self._check_values(given_values)
+        self._check_instances()
         self._stack = ExitStack()
         self.signals: dict[Port, int] = {}
         for name, component in system.components.items():
@@ -148,6 +181,24 @@ class Coupled:
                 if at not in system.connections and at not in given.ports
             ),
         )
+
+    def _check_values(self, values: Values) -> None:
+        """A value of what is fed would change nothing."""
+        for at in ((component, name) for component, of_component in values.items() for name in of_component):
+            source = (
+                ".".join(self.system.connections[at]) if at in self.system.connections else "the record" if at in self.given.ports else ""
+            )
+            if source:
+                raise SspError(f"{'.'.join(at)} is fed by {source}; a value for it would change nothing. Leave it out.")
+
+    def _check_instances(self) -> None:
+        once = dict[str, str]()
+        for name, component in self.system.components.items():
+            about = only_once(component.source)
+            if about is not None and about in once:
+                raise SspError(f"components {once[about]} and {name} are one FMU, which says that it can be there only once in a process.")
+            if about is not None:
+                once[about] = name
 
     def __enter__(self) -> Coupled:
         try:
@@ -183,17 +234,19 @@ class Coupled:
         ------
         SystemStopped with the results so far, where a component fails; SystemInterrupted with them at Ctrl-C.
         """
+        self._check_last_step(plan)
         loop, table = None, np.empty((self._from_record, 1 + -(-plan.count // plan.every)))
         try:
             loop = self._started(plan)
             try:
-                loop.run(table, plan.count, plan.every, lambda n, m: plan.ends(np.arange(n, m + 1)), self.given.at, progress)
-            except (CallFailed, NotFinite) as failed:
+                loop.run(table, plan.count, plan.every, plan.between, self.given.at, progress, plan.middle)
+            except (CallFailed, NotFinite, NotSettled) as failed:
                 raise self._failed(f"step to t = {plan.time(loop.steps + 1):.9g} s", failed) from failed
         except _Failed as failed:
             done, where = (0, "the start") if loop is None else (loop.steps, "the step")
+            who = "the system" if failed.member is None else f"component {failed.member}"
             raise SystemStopped(
-                f"component {failed.member} failed in {where} at t = {plan.time(done):.9g} s, after {done} of {plan.count} steps: {failed}",
+                f"{who} failed in {where} at t = {plan.time(done):.9g} s, after {done} of {plan.count} steps: {failed}",
                 self._trace(plan, table, loop),
             ) from failed
         except KeyboardInterrupt:
@@ -202,6 +255,16 @@ class Coupled:
             member.driver.end()
         names = [".".join(bond.force) for bond in self.system.bonds]
         return self._trace(plan, table, loop), Power(dict(zip(names, loop.powers(), strict=True)))
+
+    def _check_last_step(self, plan: Plan) -> None:
+        if abs(plan.count * plan.step / (plan.stop - plan.start) - 1) < 1e-9:
+            return
+        fixed = [m.name for m in self.members if not m.driver.description.coSimulation.canHandleVariableCommunicationStepSize]
+        if fixed:
+            raise ParameterError(
+                f"the last of {plan.count} steps of {plan.step:g} s from {plan.start:g} to {plan.stop:g} s is shorter, and component "
+                f"{fixed[0]} takes no other step: stop at a whole number of steps."
+            )
 
     def _started(self, plan: Plan) -> Coupling:
         """All members at the start, with what they show there."""
@@ -219,20 +282,18 @@ class Coupled:
         )
         loop.signals[self._from_record :] = self.given.at(np.array([plan.start]))[0]
         try:
-            for _ in range(START_PASSES):
-                before = loop.signals.copy()
-                for n in range(len(self.members)):
-                    doing = "first inputs"
-                    loop.set(n)
-                    doing = "first outputs"
-                    loop.show(n)
-                if np.array_equal(before, loop.signals):
-                    break
+            for n in range(len(self.members)):
+                doing = "first inputs"
+                loop.set(n)
+                doing = "first outputs"
+                loop.show(n)
+            loop.settle()
             for n, member in enumerate(self.members):
                 with _failing(member):
                     member.driver.begin()
                 loop.show(n)
-        except (CallFailed, NotFinite) as failed:
+            loop.settle()
+        except (CallFailed, NotFinite, NotSettled) as failed:
             raise self._failed(doing, failed) from failed
         return loop
 
@@ -240,7 +301,14 @@ class Coupled:
         names = [member.name for member in self.members]
         return Ends(self.signals[bond.force], self.signals[bond.velocity], names.index(bond.force[0]), names.index(bond.velocity[0]))
 
-    def _failed(self, doing: str, failed: CallFailed | NotFinite) -> _Failed:
+    def _failed(self, doing: str, failed: CallFailed | NotFinite | NotSettled) -> _Failed:
+        if isinstance(failed, NotSettled):
+            name = next(".".join(at) for at, place in self.signals.items() if place == failed.signal)
+            return _Failed(
+                None,
+                "outputs that follow inputs at once feed one another in a loop, and do not settle: "
+                f"{name} came to {failed.value:.6g}. Give one of them a state between input and output, such as a mass or a filter.",
+            )
         member = self.members[failed.member]
         return _Failed(member.name, str(member.driver.failure(doing, failed)))
 
@@ -249,15 +317,33 @@ class Coupled:
         names = [at for at, place in self.signals.items() if place < self._from_record]
         units = {".".join(at): self.system.components[at[0]].connectors[at[1]].unit for at in names}
         columns = {".".join(at): table[place, :kept] for place, at in enumerate(names)}
-        about: dict[str, str | float] = {"system": self.system.name, "step": plan.step, "order": plan.order, "inputs": plan.inputs}
-        about |= {"notes": "; ".join(self.notes)} if self.notes else {}
+        about: dict[str, str | float | Mapping[str, float | str]] = {
+            "system": self.system.name,
+            "step": plan.step,
+            "order": plan.order,
+            "inputs": plan.inputs,
+        }
+        notes = (*self.notes, *self.given.beyond(plan))
+        about |= {"notes": "; ".join(notes)} if notes else {}
+        if loop is not None and loop.steps == plan.count:
+            about[MEANS] = {".".join(at): float(mean) for at, mean in zip(names, loop.means(), strict=True)}
         return Trace(plan.ends(np.minimum(np.arange(kept) * plan.every, plan.count)), columns, units, about)
 
 
-class _Failed(Exception):
-    """A member could not go on."""
+MEANS = "mean_of_last_half"
 
-    def __init__(self, member: str, text: str) -> None:
+
+def means_of_last_half(trace: Trace) -> Mapping[str, float]:
+    """Of each output over all steps of the last half of a run, kept or not: rows that are kept may lie at the same places of each cycle."""
+    means = trace.made_by[MEANS]
+    assert isinstance(means, Mapping)
+    return {name: float(mean) for name, mean in means.items()}
+
+
+class _Failed(Exception):
+    """A member could not go on; None: the system."""
+
+    def __init__(self, member: str | None, text: str) -> None:
         super().__init__(text)
         self.member = member
 

@@ -10,11 +10,12 @@ import numpy as np
 
 from evat.files.writing import temporary
 from evat.model import Run, Trace, nearest
+from evat.models.drive import check_run
 from evat.systems.couple import NO_INPUTS, Coupled, Given, Inputs, Order, plan
 from evat.systems.model import SspError, System, port
 from evat.systems.ours import archive_of
 from evat.systems.ssp.read import read
-from evat.systems.values import in_units, merged, of_work, seconds
+from evat.systems.values import in_units, merged, of_work, seconds, variable
 
 
 def run_system(
@@ -60,7 +61,8 @@ def run_system(
     -------
     Trace
         A column "component.variable" for each output. `made_by["energy_passed"]` and `made_by["energy_made"]` say for each bond how much
-        energy [J] went through it, and how much of it the coupling made or lost, counted step by step.
+        energy [J] went through it, and how much the coupling made (below 0: lost); `made_by["energy_made_or_lost"]` adds up what each step
+        made or lost. `made_by["mean_of_last_half"]` has the mean of each output over all steps of the last half, kept or not.
 
     Raises
     ------
@@ -93,21 +95,26 @@ def run_system(
             if name not in system.components:
                 raise SspError(f"there is no component {name!r}; {nearest(name, system.components)}")
         of_sets = [of_work(system, name, which) for name, which in (sets or {}).items()]
-        with Coupled(system, merged(*of_sets, in_units(system, values or {})), _given(record)) as coupled:
+        with Coupled(system, merged(*of_sets, in_units(system, values or {})), _given(system, record)) as coupled:
             trace, power = coupled.run(wanted, progress)
         shares = power.shares()
         about: dict[str, str | float | int | Mapping[str, float | str]] = {
             **trace.made_by,
             "energy_passed": {name: passed for name, (passed, _, _) in shares.items()},
-            "energy_made": {name: moved for name, (_, _, moved) in shares.items()},
+            "energy_made": {name: made for name, (_, made, _) in shares.items()},
+            "energy_made_or_lost": {name: moved for name, (_, _, moved) in shares.items()},
         }
         return _only(replace(trace, made_by=about), record, system)
 
 
-def _given(record: Run | None) -> Given:
+def _given(system: System, record: Run | None) -> Given:
     if record is None or not record.inputs:
         return NO_INPUTS
     ports = tuple(port(name, "record") for name in record.inputs)
+    for at in ports:
+        if variable(system, at).causality != "input":
+            raise SspError(f"record: {'.'.join(at)} is no input.")
+    check_run(record)
     return Given(ports, np.asarray(record.times, dtype=np.float64), np.column_stack(list(record.inputs.values())))
 
 

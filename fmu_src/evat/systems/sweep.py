@@ -19,7 +19,7 @@ import numpy as np
 from evat.files.writing import put, temporary
 from evat.model import EvatError, FloatArray, NamedArrays, ParameterError
 from evat.processes import process_pool
-from evat.systems.couple import Inputs, Order, Values, plan, run_file
+from evat.systems.couple import Inputs, Order, Values, means_of_last_half, plan, run_file
 from evat.systems.model import System, SystemStopped, port
 from evat.systems.values import Value, in_units, merged, of_work, seconds, unit, value, variable
 from evat.units import to_si
@@ -55,7 +55,7 @@ class SweepAxis:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One run: its place on every axis, what came out (the mean of each column over the last half), or why nothing did."""
+    """One run: its place on every axis, what came out (the mean of each output over the steps of the last half), or why nothing did."""
 
     place: tuple[int, ...]
     means: Mapping[str, float]
@@ -178,8 +178,12 @@ def axis(system: System, text: str) -> SweepAxis:
         raise ParameterError(f"--over {text!r}: write NAME=FIRST:LAST:COUNT or NAME=VALUE,VALUE; {EXAMPLE}.")
     wanted = [part.strip() for part in places.split(",")]
     if "." in names and ":" in places:
-        at = port(names.partition(",")[0].strip(), f"--over {text!r}")
-        wanted = _range(text, places, unit(system, at))
+        ports = [port(name.strip(), f"--over {text!r}") for name in names.split(",")]
+        units = {unit(system, at): ".".join(at) for at in ports}
+        if len(units) > 1:
+            told = ", ".join(f"{name} is in {each}" for each, name in units.items())
+            raise ParameterError(f"--over {text!r}: {told}; a range is of one unit. Give an axis to each.")
+        wanted = _range(text, places, next(iter(units)))
     return axis_of(system, names, wanted, f"--over {text!r}")
 
 
@@ -198,6 +202,14 @@ def axis_of(system: System, names: str, wanted: Sequence[float | str], where: st
     sets_of = tuple(merged(*({at[0]: {at[1]: one}} for at, one in zip(ports, row, strict=True))) for row in rows)
     texts = tuple(repr(float(row[0])) if kinds <= {"Real", "Float64"} else str(row[0]) for row in rows)
     return SweepAxis(names.partition(",")[0].strip(), unit(system, ports[0]), texts, sets_of)
+
+
+def check_axes(axes: Sequence[SweepAxis]) -> None:
+    """ParameterError where one axis hides another: later values stand over earlier ones."""
+    names = [{(component, name) for place in each.values for component, values in place.items() for name in values} for each in axes]
+    for (earlier, hidden), (later, over) in itertools.combinations(zip(axes, names, strict=True), 2):
+        if hidden <= over:
+            raise ParameterError(f"the axis {later.label} sets all that {earlier.label} does, and would hide it: sweep over each once.")
 
 
 def _range(text: str, places: str, unit: str) -> list[str]:
@@ -226,8 +238,7 @@ def _point(archive: bytes, values: Values, wishes: Mapping[str, Any]) -> tuple[d
             return {}, str(stopped)
         except EvatError as error:
             return {}, str(error)
-    late = trace.times >= 0.5 * (trace.times[0] + trace.times[-1])
-    return {name: float(np.mean(column[late])) for name, column in trace.columns.items()}, ""
+    return dict(means_of_last_half(trace)), ""
 
 
 def sweep(
@@ -248,6 +259,7 @@ def sweep(
     stopped : told of Ctrl-C, after which the rows that are done come back; without it KeyboardInterrupt goes on its way.
     cluster : evat.identification.searching.cluster.Cluster whose workers run them; None: the cores of this machine.
     """
+    check_axes(axes)
     places = list(itertools.product(*(range(len(each.texts)) for each in axes)))
     if len(places) > MOST_RUNS:
         raise ParameterError(f"the grid has {len(places)} points; at most {MOST_RUNS} are run.")

@@ -105,6 +105,8 @@ def from_set(system: System, component: str, name: str) -> dict[str, Value]:
         known = _variables(system.components[component].source)
         return values_of(path, {each: unit(system, (component, each)) for each in known})
     parameter_set = parameter_sets.load(name)
+    if "friction_law" not in _variables(system.components[component].source):
+        raise SspError(f"the set {name} is of the contact, and component {component} is none.")
     every = {effect.name: effect.name in parameter_set.effects for effect in kernel.effects()}
     return {**every, **kernel.by_choice(parameter_set.values)}
 
@@ -126,7 +128,12 @@ def of_work(system: System, component: str, name: str) -> dict[str, dict[str, Va
 def record(system: System, path: Path) -> Given:
     """Inputs from a table with a column `time` and columns COMPONENT.VARIABLE, units in brackets where they are not SI."""
     table = read_table(path)
-    headers = {header.partition("[")[0].strip(): header for header in table.columns}
+    headers = dict[str, str]()
+    for header in table.columns:
+        name = header.partition("[")[0].strip()
+        if name in headers:
+            raise RecordError(f"{path.name}: {name} is there twice, as {headers[name]!r} and as {header!r}; keep one.")
+        headers[name] = header
     if "time" not in headers or len(headers) < 2:
         raise RecordError(
             f"{path.name}: columns {', '.join(map(repr, table.columns))}; needed are 'time' and inputs as COMPONENT.VARIABLE."

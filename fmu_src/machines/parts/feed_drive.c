@@ -68,7 +68,7 @@ static const struct Variable variables[COUNT] = {
     [SCALE] = {.name = "linear_scale", SWITCH,
         .meaning = "position and velocity are measured at the table; else at the motor", .source = DEFINITION},
     [MOTOR_INERTIA] = {.name = "motor_inertia", .unit = "kg.m^2", .start = 2e-3, .min = 0, .max = 1e3, .nominal = 1e-3,
-        TUNED, .meaning = "inertia of motor, coupling and screw", .source = "guess: servo motor of 10 N.m"},
+        TUNED, .meaning = "inertia of motor, coupling and screw; above 0 unless rigid", .source = "guess: servo motor of 10 N.m"},
     [PITCH] = {.name = "screw_pitch", MOVED, .start = 1e-2, .min = 1e-5, .max = 10, TUNED,
         .meaning = "travel of the table per turn of the screw", .source = "guess: common ball screw"},
     [TABLE_MASS] = {.name = "table_mass", .unit = "kg", .start = 100, .min = 1e-6, .max = 1e6, .nominal = 100, TUNED,

@@ -77,7 +77,9 @@ def _read(path: Path, folder: Path) -> System:
         stop,
         None if about is None else number(about, "step", what),
         1 if about is None else int(number(about, "every", what, 1, whole=True)),
-        notes,
+        notes
+        if about is not None
+        else (*notes, "it names no communication step: a thousandth of the run is taken where none is given (--step)"),
         _day(top.get("generationDateAndTime", ""), path),
     )
 
