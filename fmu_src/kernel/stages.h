@@ -443,6 +443,9 @@ extern const int mean_of[MEANS];
 double window_length(const struct Contact *contact, int i);
 /* mean_window.c: the windows that end while all means stand at the rates `mean` from `begin` to value[VAR_TIME]. */
 void pass_windows(struct Contact *contact, int i, double begin, const double mean[MEANS]);
+/* A host's time lies beside the end of a window by roundings, which add up over many steps. That window ends with its
+ * step: its mean is of so much less than is asked for. */
+#define BESIDE_WINDOW 1e-6 /* of it, and of the step */
 double window_end(const struct Contact *contact, int i);
 void forms_means(const struct Contact *contact, int forms[LANES]); /* is there a window? */
 void open_window(struct Contact *contact, int i);

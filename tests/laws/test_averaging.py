@@ -427,3 +427,20 @@ def test_what_was_summed_up_before_the_start_is_not_of_the_first_window(averagin
         means.append(contact.get("mean_principal_force"))
     assert means[1] == pytest.approx(means[0], rel=1e-6)
     assert means[0] > 1
+
+
+@pytest.mark.parametrize("frequency", [15877.667222589067, 20000.0, 12345.678, 7e3])
+def test_a_window_ends_with_a_step_that_ends_beside_it_by_roundings(frequency: float) -> None:
+    """200 steps to a cycle: a step that ended a last digit before the window left the mean of the window before, or 0 N."""
+    step, whole = 1 / (200 * frequency), Contact({"vibration_frequency": frequency})
+    contact = Contact({"vibration_frequency": frequency})
+    whole.start()
+    contact.start()
+    for cycle in range(1, 41):
+        load = 1 + 0.1 * cycle  # each cycle has a mean of its own
+        for each in (whole, contact):
+            each.set("width", 1e-4 * load)
+        whole.advance(1 / frequency)
+        for _ in range(200):
+            contact.advance(step)
+        assert contact.get("mean_principal_force") == pytest.approx(whole.get("mean_principal_force"), rel=1e-4)

@@ -58,7 +58,7 @@ void close_window(struct Contact *contact, int i)
 void pass_windows(struct Contact *contact, int i, double begin, const double mean[MEANS])
 {
     const double length = window_length(contact, i), now = contact->value[VAR_TIME][i];
-    const double ended = floor((now - contact->window_origin) / length * (1 + 1e-12)),
+    const double ended = floor((now - contact->window_origin) / length + BESIDE_WINDOW),
                  last = contact->window_origin + ended * length;
     if (!(ended > contact->window[i]))
         return;

@@ -6,6 +6,12 @@
 
 #define AS_LONG 1.01 /* times what is wanted: as long as in the cycle before, where that had ended where it did */
 
+static inline double beside_window(const struct Configuration *w, double step, int i)
+{
+    const double window = w->p[VAR_AVERAGING_WINDOW][i];
+    return BESIDE_WINDOW * smaller(step, window > 0 ? window : w->longest[i]);
+}
+
 /* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step, the
  * averaging window and where one of the cycle before has ended. Returns whether any lane is still on its way. */
 int choose_step(const struct Contact *contact, const struct Configuration *w, double step, const lanes s,
@@ -15,7 +21,9 @@ int choose_step(const struct Contact *contact, const struct Configuration *w, do
     lanes breakpoint;
     look_for_breakpoints(contact, w, s, breakpoint);
     EACH_LANE {
-        const double left = step - s[i], window = larger(window_ends[i] - contact->value[VAR_TIME][i] - s[i], 0);
+        const double left = step - s[i];
+        const double until = larger(window_ends[i] - contact->value[VAR_TIME][i] - s[i], 0),
+                     window = until <= left + beside_window(w, step, i) ? smaller(until, left) : until;
         const double whole = smaller(left, window), wanted = smaller(contact->next_step[i], w->longest[i]);
         const int last = whole <= wanted;
         const double chosen = left <= 0            ? 0
