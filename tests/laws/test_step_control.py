@@ -127,7 +127,7 @@ def test_wear_does_not_end_the_sliding_of_a_reset_integrator() -> None:
         each.start(0.0)
         each.advance(5.5e-5)
     assert contact.get("friction_force") == pytest.approx(plain.get("friction_force"), rel=1e-5)
-    assert contact.get("step_count") < 2 * plain.get("step_count")
+    assert contact.get("step_count") < 2.5 * plain.get("step_count")
 
 
 def test_a_vibration_beyond_all_tools_is_refused_at_once() -> None:

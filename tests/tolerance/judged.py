@@ -160,11 +160,13 @@ class Answer:
 
 
 def outputs(case: Case) -> tuple[str, ...]:
-    """What is compared. Means of late measured forces are not: the reference shifts these forces, and windows do not shift with them."""
+    """What is compared. Means of late measured forces are not: the reference shifts these forces, and windows do not shift with them.
+    Nor is the deflection of a reset_integrator, which is carried along as it slides: as a state by rates it stands until it sticks."""
     means = case.values.get("kinematics", "internal") != "external" or case.values.get("averaging_window", 0) != 0
     late = "sensor_delay" in case.on
     shown = () if not means else (*(MEANS[: len(FORCES)] if late else MEANS), *POWERS)
-    return (*FORCES, *MEASURED, *shown, *TOTALS, "bristle_deflection", "in_contact")
+    deflection = () if case.values.get("friction_law") == "reset_integrator" else ("bristle_deflection",)
+    return (*FORCES, *MEASURED, *shown, *TOTALS, *deflection, "in_contact")
 
 
 def _own(case: Case, effect: str, parameter: str) -> float:

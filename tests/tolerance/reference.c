@@ -34,7 +34,7 @@ static enum Verdict run_segment(struct Course *c)
         if (verdict != DONE)
             return verdict;
         notes_late(c);
-        if (c->t >= notes_window_end(c))
+        if (c->t >= notes_window_end(c) - 1e-9 * c->window) /* a sample lies beside it by roundings */
             notes_close_window(c);
         if (c->t < surface_next_turn(c))
             continue;

@@ -78,13 +78,20 @@ static void learn_steps(struct Contact *contact, const struct Contact *trial, co
     repeat_breakpoints(contact, w, i);
 }
 
+#define FAR                                                                                                            \
+    30 /* a bristle's reach: bristles that heat has softened go beyond one, and a slope of roundings beyond all */
+
 /* The bristle deflection that one vibration cycle brings back. For a law that is linear in z one cycle maps z to c + E
- * z, and two cycles give z_0 = c / (1 - E); otherwise the same secant is repeated. */
+ * z, and two cycles give z_0 = c / (1 - E); otherwise the same secant is repeated. Where each cycle bends a bristle on
+ * by as much as the one before, as one that holds until it slides, ever more cycles are passed at once, up to its
+ * reach. */
 static enum Status find_deflection(struct Contact *contact, const struct Configuration *w)
 {
     const double start = contact->value[VAR_TIME][0];
     struct Contact trial = *contact;
-    lanes z = {0}, miss = {0}, z_before, miss_before;
+    lanes z = {0}, miss = {0}, z_before, miss_before, at_once;
+    EACH_LANE
+        at_once[i] = 1;
     int converged = 0, done[LANES] = {0}, more[LANES] = {0}, given_up = 0;
     for (int n = 0; n < 20 && !converged; ++n) {
         EACH_LANE {
@@ -113,9 +120,14 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
             const int gives_up = !done[i] & (steps * (n + 2) > most_steps_of_cycles(contact) * (n + 1));
             given_up |= gives_up;
             const double slope = n > 0 && z[i] != z_before[i] ? (miss[i] - miss_before[i]) / (z[i] - z_before[i]) : -1;
+            const double miss_was = miss_before[i];
             z_before[i] = z[i];
             miss_before[i] = miss[i];
-            z[i] -= done[i] ? 0 : slope < 0 && !gives_up ? miss[i] / slope : -miss[i];
+            const int past = at_once[i] > 1 && miss[i] * miss_was < 0, /* it has come to what it strives for */
+                secant = slope < 0 && fabs(miss[i]) <= -slope * FAR * reach && !past && !gives_up;
+            at_once[i] = secant || past || n == 0 || gives_up ? 1 : 2 * at_once[i];
+            const double on = secant ? -miss[i] / slope : at_once[i] * miss[i];
+            z[i] = done[i] ? z[i] : at_once[i] > 1 ? larger(smaller(z[i] + on, reach), -reach) : z[i] + on;
             done[i] |= gives_up;
             converged &= done[i];
             if (n == 0 && !done[i])

@@ -12,6 +12,14 @@ static inline double beside_window(const struct Configuration *w, double step, i
     return BESIDE_WINDOW * smaller(step, window > 0 ? window : w->longest[i]);
 }
 
+/* Where the slip is solved for, a law acts on its own event at the end of steps: none reaches further past one than the
+ * tolerance, of a loaded bristle, at the slip where it starts [s]. */
+static inline double until_law_event(const struct Configuration *w, const struct Point *x, int i)
+{
+    const double beyond = w->p[VAR_RELATIVE_TOLERANCE][i] * reach_of(x, i);
+    return x->cutting[i] != 0 && x->law[i] > 0 ? (x->law[i] + beyond) / larger(x->speed[i], 1e-300) : INFINITY;
+}
+
 /* Choose the next internal step of each lane: what the tolerance asks for, ended at the communication step, the
  * averaging window and where one of the cycle before has ended. Returns whether any lane is still on its way. */
 int choose_step(const struct Contact *contact, const struct Configuration *w, double step, const lanes s,
@@ -40,6 +48,11 @@ int choose_step(const struct Contact *contact, const struct Configuration *w, do
         t->next[i] =
             aims && !aims_at_event(contact, i) ? smaller(contact->next_step[i], breakpoint[i]) : contact->next_step[i];
         running |= left > 0;
+    }
+    for (int i = 0; w->current_angle && w->law->event && i < LANES; ++i) {
+        const double most = larger(until_law_event(w, t->start, i), t->shortest);
+        t->to_window[i] *= t->h[i] <= most;
+        t->h[i] = smaller(t->h[i], most);
     }
     for (int i = 0; w->delays && i < LANES; ++i) {
         const double part = contact->late_until[i] - s[i];
