@@ -62,6 +62,32 @@ static void bound_force(struct Point *x)
     }
 }
 
+static void set_level(const struct Configuration *w, struct Point *x)
+{
+    lanes as_it_is;
+    EACH_LANE
+        as_it_is[i] = 1;
+    w->law->level(w->law_p, as_it_is, x);
+}
+
+/* What raises a level that answers to the load by itself raises what it is in proportion to. */
+static void act_on_levels(const struct Configuration *w, struct Point *x)
+{
+    lanes before, raised, static_share;
+    EACH_LANE
+        before[i] = x->F_C[i];
+    act(w, STAGE_FRICTION, x);
+    if (!w->law->level)
+        return;
+    EACH_LANE {
+        raised[i] = before[i] > 0 ? x->F_C[i] / before[i] : 1;
+        static_share[i] = x->F_C[i] > 0 ? x->F_S[i] / x->F_C[i] : 1;
+    }
+    w->law->level(w->law_p, raised, x);
+    EACH_LANE
+        x->F_S[i] = static_share[i] * x->F_C[i];
+}
+
 void friction_open(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
@@ -79,13 +105,13 @@ void friction_open(const struct Contact *contact, const struct Configuration *w,
     }
     x->configuration = w;
     if (w->law->level)
-        w->law->level(w->law_p, x);
+        set_level(w, x);
     if (w->stages >> STAGE_FRICTION & 1) {
         EACH_LANE {
             x->beside[i] = 0;
             x->most_along[i] = x->most_against[i] = INFINITY;
         }
-        act(w, STAGE_FRICTION, x);
+        act_on_levels(w, x);
         bound_levels(x);
     }
     int softest = 0;

@@ -212,7 +212,8 @@ enum Warning {
     WARN_FLANK = 64,
     WARN_ALWAYS_INTO = 128,
     WARN_CLEARANCE = 256,
-    WARNING_COUNT = 9
+    WARN_SHEAR_FLOOR = 512,
+    WARNING_COUNT = 10
 };
 
 /* ---- one block of contacts; plain bytes ---- */
@@ -473,8 +474,9 @@ struct FrictionLaw {
     const char *reads; /* parameters and inputs of the base table in its equation, comma-separated, beside the slip */
     const struct Variable *variables; /* may be NULL */
     int count;
-    /* F_C and F_S in place of those of the base table, from the load, before the effects act; may be NULL */
-    void (*level)(const lanes *p, struct Point *x);
+    /* F_C and F_S in place of those of the base table, from the load, before the effects act, and again where these
+     * have raised friction, by so much; may be NULL */
+    void (*level)(const lanes *p, const lanes raised, struct Point *x);
     /* Is its target, in this lane, as smooth in the slip speed as e^-(v/v_s)^2? NULL: nobody says so. */
     int (*smooth)(const lanes *p, int lane);
     void (*prepare)(const lanes *p, struct Configuration *w); /* what follows from parameters alone; may be NULL */

@@ -199,6 +199,8 @@ static const char *const warning_texts[WARNING_COUNT] = {
     "thickness counts what it left until its slowest motion into the material; change rake_angle, phases or "
     "cutting_speed",
     "the clearance face stands in the surface that the tool leaves, by up to ",
+    "flow_stress_softening would leave less than a hundredth of the shear stress, at which it is held: reduce "
+    "flow_stress_softening.softening, or raise theta_ref, until softening (theta/theta_ref)^exponent stays below 1",
 };
 
 /* A length in micrometres, to the nanometre. */

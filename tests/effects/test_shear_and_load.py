@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from asking import CONSTANT, FASTEST, OUTSIDE, begun, course, follow
 from driving import AMPLITUDE, FREQUENCY, PERIOD, Values, read
+from evat.native import kernel
 
 WIDTH, SHEAR_STRESS = 1e-3, 4e8  # m, Pa
 CHIP = ("principal_force", "feed_force")
@@ -230,3 +231,13 @@ def test_process_damping_is_early_in_a_vibrating_cut() -> None:
     assert entry == pytest.approx(-0.7852, abs=2 * pi / 2000 + 1e-4)  # of this speed ratio, in closed form
     slope = 0.7069 / (0.3 + 0.7073)  # b w sin over v_c + a w cos, at 0.7852
     assert force.max() == pytest.approx(2e3 * WIDTH * slope, rel=1e-2)  # to a sample
+
+
+def test_a_shear_stress_that_heat_would_take_away_is_said_to_be_held() -> None:
+    """At its first start value the effect had held it at a hundredth in four fifths of the contact, without a word."""
+    for softening, held in ((0.01, False), (0.1, True)):
+        contact = begun({"flow_stress_softening.softening": softening}, ["flow_stress_softening"])
+        contact.advance(2 * PERIOD)
+        assert any("less than a hundredth of the shear stress" in said for said in contact.warnings()) == held
+        assert (contact.get("clamped_count") > 0) == held
+    assert kernel.variable("flow_stress_softening.softening").start == 0.01

@@ -102,3 +102,21 @@ def test_against_the_flow_no_friction_drives_the_chip(mu: float, rake: float, pr
         assert F[back] == pytest.approx(-mu * N[back], rel=1e-9, abs=1e-9)
     assert np.all(np.abs(F) <= mu * N * (1 + 1e-9) + 1e-12)
     assert power.min() >= 0
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "along", "against"),
+    [
+        ("direction_asymmetry", {"direction_asymmetry.a": 0.3}, 0.65, -0.35),
+        ("friction_wear", {"friction_wear.s_0": 1e-6, "friction_wear.delta": 0.6}, 0.8, -0.8),
+    ],
+)
+def test_what_raises_friction_raises_mu(effect: str, values: Values, along: float, against: float) -> None:
+    """The load of the shear plane answers to the friction that acts, not to what it would be without the effect: F/N had come to -1.14."""
+    traced = evat.simulate({"friction_law": "amontons", **values}, [effect], times=PERIOD * np.arange(3, 4, 0.01))
+    friction, load = traced["friction_force"], traced["normal_force"]
+    ratio = friction[load > 1] / load[load > 1]
+    assert ratio[ratio > 0] == pytest.approx(along, rel=1e-5)
+    assert ratio[ratio < 0] == pytest.approx(against, rel=1e-5)
+    assert (ratio > 0).any()
+    assert (ratio < 0).any()

@@ -11,13 +11,15 @@ static const struct Variable variables[COUNT] = {
 };
 /* clang-format on */
 
-/* On the rake face the normal force answers to friction, too, which is what friction_of has solved. */
-static void level(const lanes *p, struct Point *x)
+/* On the rake face the normal force answers to friction, too, which is what friction_of has solved: effects that raise
+ * friction raise mu. */
+static void level(const lanes *p, const lanes raised, struct Point *x)
 {
     const struct Configuration *w = x->configuration;
     const int given = w->kinematics == KINEMATICS_EXTERNAL;
     for (int i = 0; i < LANES; ++i) {
-        const double force = given ? p[MU][i] * x->load[i] : x->k[i] * friction_of(w, p[MU][i], x->direction[i], i);
+        const double mu = p[MU][i] * raised[i];
+        const double force = given ? mu * x->load[i] : x->k[i] * friction_of(w, mu, x->direction[i], i);
         x->F_C[i] = x->F_S[i] = force;
     }
 }
