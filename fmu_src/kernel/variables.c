@@ -104,8 +104,9 @@ const struct Variable base_variables[BASE_COUNT] = {
         .source = "the paper, eq. 8, changes the force equation only"},
     [VAR_INITIAL_STATE] = {.name = "initial_state", .start = AT_REST, .max = 2, FIXED_CHOICE(initial_states),
         .meaning = "at_rest: bristle_deflection as set, and all that lags or remembers at 0; periodic: the steady state of the "
-            "vibration cycle, or at_rest with a warning where none is found; steady: bristle_deflection as set, and what lags or remembers (the states that effects add: "
-            "temperatures, filters, slacks) where it would be had all been for long as it is at the start",
+            "vibration cycle, or at_rest with a warning where none is found; steady: bristle_deflection as set, and "
+            "proxy_lag, rate_and_state, backlash and the sensors where they would be had all been for long as it is at the "
+            "start, other states of effects (ages, loads, swings, elements) at 0",
         .source = DEFINITION},
     [VAR_AVERAGING] = {.name = "averaging", .start = RESOLVED, .max = 1, FIXED_CHOICE(averagings),
         .meaning = "what a step of co-simulation does. resolved: it follows every vibration cycle. cycle: one cycle "

@@ -80,24 +80,36 @@ static enum Status look(struct Contact *contact, double t, double cycles, struct
 /* A quotient of differences; 0 where rounding has left no time between. */
 static double per(double change, double time) { return time > 0 ? change / time : 0; }
 
+#define OF_LEAVING 0.2 /* of a force: it falls as the root of how far the speed ratio is below 1 */
+
+/* Does the tool begin to leave the chip within a step, or cease to, which its middle does not show? The speed ratio,
+ * which it has there, goes with the cutting speed, which it had at the start and has at the end. */
+static int begins_to_leave(const struct Contact *contact, double speed_before, int i)
+{
+    const double speed = contact->value[VAR_CUTTING_SPEED][i], middle = 0.5 * (speed_before + speed);
+    const double ratio = middle > 0 ? contact->value[VAR_SPEED_RATIO][i] / middle : 0;
+    return (ratio * speed_before - 1) * (ratio * speed - 1) < 0;
+}
+
 /* How far the lane's mean forces over a step of h around t may be from those of the resolved run: what was left of the
- * cycle before; a start at rest, which the first cycle begins otherwise; cycles that were not alike; the remainder of
- * the midpoint rule, h^2/24 times the second derivative; a cycle that lies half a cycle beside the middle; a broken
- * number of cycles, of which the piece may hold all of a cycle's force or none; a law with events, whose bristles stand
- * nobody knows where after more cycles than were run; states that drift on and may come to an end, as of a gap, in a
- * cycle that begins elsewhere; slow states that strive to what the step before has shown; and
- * the tolerance of both runs. Differences pass through 0 where what
- * they stand for does not, so the error before is forgotten by halves. */
+ * cycle before; a bristle that starts as set, which the first cycle begins otherwise; cycles that were not alike; the
+ * remainder of the midpoint rule, h^2/24 times the second derivative; a cycle that lies half a cycle beside the middle;
+ * a broken number of cycles, of which the piece may hold all of a cycle's force or none; a law with events, whose
+ * bristles stand nobody knows where after more cycles than were run; states that drift on and may come to an end, as of
+ * a gap, in a cycle that begins elsewhere; a tool that begins to leave the chip; slow states that strive to what the
+ * step before has shown; and the tolerance of both runs. Differences pass through 0 where what they stand for does not,
+ * so the error before is forgotten by halves. */
 static double error_of(const struct Contact *contact, const struct CycleSums *seen, lanes mean[INTEGRALS], double t,
-                       double h, int slow, int i)
+                       double h, double speed_before, int slow, int i)
 {
     const double period = period_of(contact), whole = larger(h, period),
                  at[2] = {contact->earlier_time[0][i], contact->earlier_time[1][i]};
     const double loaded = larger(contact->value[VAR_F_C][i], contact->value[VAR_F_S][i]) * mean[DUTY][i];
-    const int first = at[1] == -INFINITY, at_rest = chosen(contact->value, VAR_INITIAL_STATE, i) == AT_REST;
+    const int first = at[1] == -INFINITY, as_set = chosen(contact->value, VAR_INITIAL_STATE, i) != PERIODIC;
     const double cycles = h / period, beside = fabs(cycles - floor(cycles + 0.5)), piece = beside < 1e-6 ? 0 : beside;
     const double pieces = piece > 0 ? smaller(1, 3 * piece / mean[DUTY][i]) / cycles : 0; /* 3: peak over mean */
     const double unknown = stand_for(seen, cycles, i) && !seen->drifts[i] ? 0 : loaded;
+    const int leaves = begins_to_leave(contact, speed_before, i);
     double largest = 0.5 * contact->value[VAR_AVERAGING_ERROR][i];
     for (int k = 0; k < CHANNELS; ++k) {
         const double now = mean[FIRST_FORCE + k][i], was = contact->earlier_force[0][k][i],
@@ -109,9 +121,10 @@ static double error_of(const struct Contact *contact, const struct CycleSums *se
         const double unlike =
             (fabs(last - before) + fabs(seen->next[FIRST_FORCE + k][i])) / (seen->periodic[i] ? whole : period);
         const double errors = contact->value[VAR_SIGMA0][i] * fabs(seen->departure[i]) * mean[DUTY][i] +
-                              (first && at_rest ? loaded * period / whole : 0) + unlike + unknown +
+                              (first && as_set ? loaded * period / whole : 0) + unlike + unknown +
                               pieces * larger(fabs(now), loaded) + h * h / 12 * bend + 0.5 * period * fabs(rate) +
                               (slow ? 0.15 * fabs(now - was) : 0) +
+                              (leaves ? larger(loaded, OF_LEAVING * fabs(now)) : 0) +
                               contact->value[VAR_RELATIVE_TOLERANCE][i] * fabs(now);
         largest = larger(largest, errors);
     }
@@ -263,7 +276,8 @@ enum Status average_step(struct Contact *contact, double step)
         for (int n = 0; n < MEANS; ++n)
             rates[n] = mean[FIRST_MEAN + n][i];
         contact->value[VAR_TIME][i] = end;
-        contact->value[VAR_AVERAGING_ERROR][i] = error_of(contact, &seen, mean, middle, step, slow, i);
+        contact->value[VAR_AVERAGING_ERROR][i] =
+            error_of(contact, &seen, mean, middle, step, value[VAR_CUTTING_SPEED][i], slow, i);
         if (contact->value[VAR_AVERAGING_WINDOW][i] >= NO_WINDOW)
             pass_windows(contact, i, start, rates);
     }
