@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from asking import OUTSIDE, begun, follow
 from driving import Values, read
+from evat.native.kernel import Contact
 from scipy.integrate import solve_ivp
 
 ON = ("position_ripple",)
@@ -80,3 +81,18 @@ def test_an_uneven_slide_is_that_of_the_equation() -> None:
     right = np.array(rows)[-len(times) :].T
     np.testing.assert_allclose(position, right[1], atol=1e-9 * PERIOD)
     np.testing.assert_allclose(force, right[0], atol=3e-6 * F_C)
+
+
+@pytest.mark.parametrize("law", ["lugre", "dahl", "coulomb", "reset_integrator"])
+@pytest.mark.parametrize(("release_time", "comes_back"), [(0.0, True), (2e-5, False)])
+def test_a_periodic_start_is_one_or_says_that_there_is_none(law: str, release_time: float, comes_back: bool) -> None:
+    """A chip begins anew after each separation, and its position with it; bristles that outlive one let the position go on for ever."""
+    values = {"friction_law": law, "initial_state": "periodic", "release_time": release_time, "position_ripple.period": 1.2e-5}
+    contact, means = Contact({**values, "cutting_speed": 0.15}, ["position_ripple"]), []
+    contact.start()
+    for _ in range(4):
+        contact.advance(1 / 20e3)
+        means.append(contact.get("mean_friction_force"))
+    alike = means == pytest.approx([means[-1]] * 4, rel=1e-3)
+    assert alike or any("no periodic steady state" in said for said in contact.warnings())
+    assert alike or not comes_back

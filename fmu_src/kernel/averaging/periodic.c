@@ -32,8 +32,21 @@ static enum Status pass_cycle(struct Contact *contact)
     return status;
 }
 
-/* A position goes on from cycle to cycle: it begins where it is, and no state of it comes back. */
-static int states_that_come_back(const struct Effect *effect) { return effect->periods ? 0 : effect->states; }
+/* A position goes on from cycle to cycle: it begins where it is, and no state of it comes back, but where a separation
+ * lets the contact begin anew. */
+static int states_that_come_back(const struct Effect *effect)
+{
+    return effect->periods && !effect->forgets ? 0 : effect->states;
+}
+
+/* Does an unknown go on from cycle to cycle, so that a far one is no large one? */
+static int is_position(const struct Configuration *w, int n)
+{
+    for (int k = 0, left = n - 1; n > 0 && k < w->on_count; left -= states_that_come_back(w->on[k++]))
+        if (left < states_that_come_back(w->on[k]))
+            return w->on[k]->periods != NULL;
+    return 0;
+}
 
 int unknown_index(const struct Configuration *w, int n)
 {
@@ -303,7 +316,8 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
                 update_slopes(x, used, miss);
             for (int n = 0; n < used && !x->done; ++n) {
                 x->miss[n] = miss[n];
-                x->scale[n] = larger(scale_of(&trial, unknown_index(w, n), i), fabs(from[n][i]));
+                x->scale[n] = is_position(w, n) ? scale_of(contact, unknown_index(w, n), i)
+                                                : larger(scale_of(&trial, unknown_index(w, n), i), fabs(from[n][i]));
             }
             const double missed = furthest(x->miss, x->scale, used);
             renew[i] = by_slopes && !x->done &&
