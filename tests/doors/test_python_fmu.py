@@ -379,6 +379,7 @@ def test_unknown_friction_law_is_refused(one: Instance, law: int) -> None:
     one.set(friction_law=law)
     assert f"friction_law: {law} is none of 1 coulomb, 2 lugre, " in one.said()
     one.start()
+    assert math.isnan(one.get("friction_force")[0])
     assert one.step(0) == DISCARD
     assert one.call("Reset") == OK
     assert one.start().step(0) == OK
@@ -387,6 +388,7 @@ def test_unknown_friction_law_is_refused(one: Instance, law: int) -> None:
 def test_law_that_is_not_written_is_refused_at_the_start(one: Instance) -> None:
     one.start(friction_law=place("friction_law", "bristle"))
     assert "friction_law = bristle: not written here" in one.said()
+    assert math.isnan(one.get("friction_force")[0])
     assert one.step(0) == DISCARD
     assert one.call("Reset") == OK
     assert one.start().step(0) == OK

@@ -171,6 +171,8 @@ class EvatContactPython(Fmi2Slave):  # type: ignore[misc]
         if self.stale and self.mode != "instantiated":
             self.stale = False
             self._try("outputs", self.contact.evaluate if self.mode == "running" else self._begin)
+        if self.refused and row["type"] == "real":
+            return math.nan  # what goes on otherwise than was asked shows nothing, for no status says so here
         if self.contact is not None and row["name"] in self.contact.out:
             return self.contact.get(row["name"])
         return self.values.get(row["name"], row["start"])
