@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from asking import OUTSIDE, begun, follow
 from driving import Values, read
+from evat.native.kernel import Contact
 from scipy.integrate import solve_ivp
 
 ON = ("backlash",)
@@ -71,3 +72,18 @@ def test_an_uneven_motion_is_that_of_the_equation() -> None:
     right = np.array(rows).T
     for got, wanted, size in zip(computed, right, (F_C, 1.0, GAP), strict=True):
         np.testing.assert_allclose(got, wanted, atol=1e-5 * size)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-7, 1e-9])
+def test_a_slip_that_is_solved_for_behind_a_gap_takes_few_steps(tolerance: float) -> None:
+    """Where force and load both begin at 0 the slip moves by some thousandths in any step, and that was asked to be less in each."""
+    values = {
+        "backlash.gap": 6.6724804522756e-07, "friction_law": "dahl", "chip_flow_angle": "current_shear_angle", "sigma0": 478103.0,
+        "F_C": 6.0425799762286, "release_time": 1e-05, "cutting_speed": 0.20908509346357512, "amplitude_y": 8.929979150023057e-06,
+        "feed": 2.0601060538364908e-05, "relative_tolerance": tolerance,
+    }  # fmt: skip
+    contact = Contact(values, ["backlash"])
+    contact.start()
+    contact.advance(6.3 / 20e3)
+    assert contact.get("step_count") < 10_000
+    assert contact.get("dissipated_energy") == pytest.approx(4.45700e-5, rel=3e-6 + 3 * tolerance)

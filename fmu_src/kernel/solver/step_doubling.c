@@ -484,6 +484,15 @@ static struct UnseenWay unseen_way(const struct Configuration *w, double h, cons
     return most;
 }
 
+/* What adds up counts as far as the step does: where force and load both begin at 0 no step of a cycle is so short that
+ * the slip does not move by some thousandths. */
+#define COUNTS 0.1 /* of the longest step */
+
+static double counts(const struct Configuration *w, double h, int i)
+{
+    return w->longest[i] < INFINITY ? smaller(h / (COUNTS * w->longest[i]), 1) : 1;
+}
+
 /* How far is the mean slip speed by Simpson's rule from that with the quarters, where the slip is solved for, which
  * bends as its shear angle does, whatever the friction force? As a share of how fast the tool moves. */
 static double mean_slip_error(const struct Configuration *w, const struct Point *a, const struct Point *early,
@@ -547,9 +556,9 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
         const double of_z = apart(b->z[i], whole.z[i], z) + (hidden[i] + unseen.to_bristle) / z;
         const double of_force =
             larger(apart(b->F[i], whole.F[i], force), apart(b->F_p[i], whole.F_p[i], larger(force, fabs(b->F_p[i]))));
-        const double worst =
-            larger(larger(larger(beside[i], unseen.in_sums), of_z),
-                   share[i] * larger(larger(of_force, of_mean[i]), mean_slip_error(w, a, &early, m, &late, b, i)));
+        const double added = counts(w, h[i], i), of_slip = added * mean_slip_error(w, a, &early, m, &late, b, i);
+        const double worst = larger(larger(larger(beside[i], added * unseen.in_sums), of_z),
+                                    share[i] * larger(larger(of_force, of_mean[i]), of_slip));
         error[i] = doubtful[i] ? worst / (0.5 * w->p[VAR_RELATIVE_TOLERANCE][i]) : 0;
     }
     for (int i = 0; i < LANES; ++i) {
