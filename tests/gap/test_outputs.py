@@ -382,6 +382,8 @@ def test_each_verdict_is_a_sentence(outcome: tuple[Diagnosis, Comparison]) -> No
     said_more = sentence(replace(answer, verdict="ambiguous", judgement=more))
     assert said_more.startswith(f"The gap is caused by {EFFECT}, and perhaps also by one of these")
     assert said_more.endswith(": run_out; edge_force.")
+    more_than_all = sentence(replace(answer, closure=replace(answer.closure, share=1.153)))
+    assert "closes 115 % of what recalibration leaves" in more_than_all
     nothing = replace(answer.closure, share=-0.2)
     assert "closes nothing" in sentence(replace(answer, closure=nothing))
 
@@ -420,8 +422,9 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
         f"(90 % interval 90 % to 96 %); {fewer}"
     )
     less = headline(replace(advised, closure=replace(seen, where_fitted=(1.06, (1.04, 1.07)))), comparison)
-    assert less.share == "100 %"
-    assert less.share_of.endswith(f"(90 % interval 100 % to 100 %: what is left is no more than the noise); {fewer}")
+    beyond = "above 100 % less is left than the noise was estimated at, by chance or by a correction that goes too far"
+    assert less.share == "106 %"  # as diagnosis.json has it
+    assert less.share_of.endswith(f"(90 % interval 104 % to 107 %; {beyond}); {fewer}")
     few = headline(replace(advised, closure=replace(seen, where_fitted=(0.93, (nan, nan)))), comparison)
     assert few.share_of.endswith(f"(without an interval: 3 recordings tell one); {fewer}")
     # No green badge above the words that a nominal value is not credible.

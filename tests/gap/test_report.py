@@ -118,8 +118,8 @@ def test_the_top_says_all_that_matters() -> None:
     (effect,) = (each for each in comparison.prediction.model.effects if each.name == EFFECT)
     assert f"{EFFECT}: {effect.physics} (" in said.sentence
     assert "switch" not in said.sentence
-    low, high = (percent(min(end, 1.0)) for end in answer.closure.interval)
-    assert said.share == percent(min(answer.closure.share, 1.0))
+    low, high = (percent(end) for end in answer.closure.interval)
+    assert said.share == percent(answer.closure.share)
     assert f"90 % interval {low} to {high}" in said.share_of
     assert "corrected.ssv" in said.next
     assert (said.first, said.tone) == ((), "good")
@@ -165,6 +165,15 @@ def test_a_number_on_the_page_is_the_number_behind_it(text: str) -> None:
         assert float(printed[1]) == pytest.approx(value, rel=0.06)
         checked += 1
     assert checked > 20
+
+
+def test_more_than_all_of_the_gap_is_printed_as_it_is(tmp_path: Path) -> None:
+    """115 % in diagnosis.json was "100 % (100 % to 100 %)" on the page; above all of it, the page says what that means."""
+    answer, comparison = diagnosed()
+    closure = replace(answer.closure, share=1.153, interval=(1.137, 1.167))
+    body = html.fromstring(_page(replace(answer, closure=closure), comparison, tmp_path / "out")).text_content()
+    assert "The effects close 115 % (90 % interval 114 % to 117 %; above 100 % less is left than the noise was estimated at" in body
+    assert "115 % of what recalibration leaves above the noise is closed" in " ".join(body.split())
 
 
 def test_what_was_recorded_in_millimetres_is_shown_in_them(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from evat.gap.report.pictures.chart import BLUE, GREY, ORANGE, RED, YELLOW, Char
 from evat.gap.report.pictures.selection import charts
 from evat.gap.report.pictures.series import Series, unlike
 from evat.gap.report.summary import headline
-from evat.gap.report.words import WITHIN_NOISE, closed, number, percent, shown_unit, typed
+from evat.gap.report.words import beyond_all, number, percent, shown_unit, typed
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.credibility import shift
 from evat.gap.verdict.judgement import CANNOT_TELL, UNKNOWN, fitted
@@ -83,8 +83,7 @@ def page(
         size=lambda name, x: None if x is None else units[name][1] * x,
         number=number,
         percent=percent,
-        closed=closed,
-        within_noise=WITHIN_NOISE,
+        beyond_all=beyond_all,
         script=interactive.script(),
     )
 

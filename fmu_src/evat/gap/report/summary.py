@@ -9,7 +9,7 @@ from typing import Literal
 from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
 from evat.gap.closure import Closure
-from evat.gap.report.words import closed, closed_interval, closes, number, rivals_of, sentence, sure, typed
+from evat.gap.report.words import beyond_all, closed_interval, closes, number, percent, rivals_of, sentence, sure, typed
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.credibility import shifted
 from evat.gap.verdict.judgement import fitted
@@ -81,7 +81,8 @@ def _share(answer: Diagnosis) -> tuple[str, str]:
     if not math.isfinite(value):
         return "No share", f"can be given: on {conditions} there is no gap above the noise"
     interval = closed_interval(low, high) or f"without an interval: {CONSTANTS.fewest_recordings} recordings tell one"
-    return closed(value), f"{what}, on {conditions} ({interval}){_why_fitted(closure)}"
+    said = "; ".join(filter(None, (interval, beyond_all(value, low, high))))
+    return percent(value), f"{what}, on {conditions} ({said}){_why_fitted(closure)}"
 
 
 def _why_fitted(closure: Closure) -> str:

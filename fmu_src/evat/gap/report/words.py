@@ -144,7 +144,7 @@ def _far(answer: Diagnosis) -> str:
         return ""
     if closed <= 0:
         return f"; but on held-out conditions adding {them} closes nothing of what recalibration leaves"
-    return f"; on held-out conditions adding {them} closes {100 * min(closed, 1.0):.0f} % of what recalibration leaves"
+    return f"; on held-out conditions adding {them} closes {100 * closed:.0f} % of what recalibration leaves"
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -171,20 +171,15 @@ def shown_unit(prediction: Prediction, name: str) -> tuple[str, float, float]:
     return unit, *affine(variable.unit, unit)
 
 
-WITHIN_NOISE = ": what is left is no more than the noise"
+def beyond_all(*shares: float | None) -> str:
+    """What it means that a share of the gap or an end of its interval is above 1; "" where none is."""
+    above = any(share is not None and math.isfinite(share) and float(f"{share:.3g}") > 1 for share in shares)
+    return "above 100 % less is left than the noise was estimated at, by chance or by a correction that goes too far" if above else ""
 
 
-def closed(share: float | None) -> str:
-    """Of a share of the gap: what is left may be less than the noise is thought to be, and yet no more than all of the gap closes."""
-    return percent(share if share is None else min(share, 1.0))
-
-
-def closed_interval(low: float | None, high: float | None) -> str:
-    """Its 90 % interval; "" where there is none."""
-    if low is None or high is None or not math.isfinite(low):
-        return ""
-    ends = f"90 % interval {closed(low)} to {closed(high)}"
-    return f"{ends}{WITHIN_NOISE if low >= 1 else ''}"
+def closed_interval(low: float, high: float) -> str:
+    """The 90 % interval of a share of the gap; "" where there is none."""
+    return f"90 % interval {percent(low)} to {percent(high)}" if math.isfinite(low) else ""
 
 
 def percent(share: float | None) -> str:
