@@ -16,6 +16,7 @@ import pytest
 from browser import check_layout
 from diagnosed import EFFECT, diagnosed
 from evat.experiment import Experiment
+from evat.gap import diagnose_with
 from evat.gap.answer import Diagnosis
 from evat.gap.report import headline, write_diagnosis
 from evat.gap.report.parts import TITLES, parts
@@ -26,6 +27,7 @@ from evat.units import base_unit
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lxml import etree, html
+from toy import Toy, measured
 
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)> {{ 7*7 }} $x_2$ <b>&amp;"
 
@@ -146,7 +148,10 @@ def test_its_numbers_are_those_of_the_json(text: str) -> None:
     answer, _ = diagnosed()
     document = json.loads(answer.json())
     printed = {float(each.get("value")) for each in html.fromstring(text).iter("data") if each.get("value")}
-    told = {part: set(_numbers(document[part])) for part in ("effects", "candidates", "novelty", "recalibration", "gap", "next_experiment")}
+    told = {
+        part: set(_numbers(document[part]))
+        for part in ("effects", "candidates", "novelty", "recalibration", "setup", "gap", "next_experiment")
+    }
     told["gates"] = {float(gate[key]) for gate in document["gates"] for key in ("value", "threshold") if gate[key] is not None}
     told["where"] = set(_numbers(document["where"]["channels"])) | set(_numbers(document["where"]["regions"]))
     for part, numbers in told.items():
@@ -206,12 +211,37 @@ def test_the_parts_of_the_gap_add_up(text: str) -> None:
     assert sum(own.share(name) for name in TITLES) == pytest.approx(1.0)
     assert 0.7 < own.rms("noise") / 0.05 < 1.4
     assert own.share("effect") > 0.4  # a zero of the set-up may stand in for part of an asymmetry
-    assert own.share("effect") + own.share("mistuning") > 0.95
+    assert own.share("effect") + own.share("mistuning") + own.share("set_up") > 0.95
     assert 0 <= own.share("numerical") < 0.01
     assert own.share("unexplained") < 0.01
     for name in TITLES:
         assert min(getattr(own, name), 0.0) == 0.0
     assert f"{100 * own.share('effect'):.0f} %" in text
+
+
+def test_a_zero_of_the_set_up_is_no_mistuning(tmp_path: Path) -> None:
+    """It was: 64 % "mis-tuning" where no value had moved. It stands in the page with value and unit, and is in no closure by values."""
+    answer, comparison = diagnose_with(measured(noise=0.03, extra=np.full(400, 0.08)), Toy())
+    (own,) = parts(comparison, comparison.recalibrated).values()
+    assert own.share("mistuning") < 0.01
+    assert own.share("set_up") > 0.7
+    zero, sd, unit = answer.recalibration.setup["F"]["zero"]
+    assert (pytest.approx(0.08, abs=4 * sd), unit) == (zero, "N")
+    assert [(error.channel, error.kind) for error in answer.recalibration.notable] == [("F", "zero")]
+    alone, fitted = answer.closure.alone, answer.closure.rms["F"]
+    assert abs(alone.share) < 0.01
+    assert alone.rms["F"]["corrected"] == pytest.approx(alone.rms["F"]["nominal"], rel=0.01)
+    assert fitted["corrected"] < 1.1 * fitted["noise_floor"]
+    (recalibrated,) = diagnose_with(measured(noise=0.03), Toy())[0].closure.alone.rms.values()
+    assert recalibrated["corrected"] < 0.5 * alone.rms["F"]["corrected"]
+
+
+def test_the_page_tells_the_set_up_apart(text: str) -> None:
+    body = " ".join(html.fromstring(text).text_content().split())
+    assert "What the set-up takes up" in body
+    assert "None of them is in corrected.ssv" in body
+    assert "By itself corrected.ssv closes" in body
+    assert "and so is corrected.ssv" not in body
 
 
 def test_it_says_what_the_verdict_is_and_where(text: str) -> None:

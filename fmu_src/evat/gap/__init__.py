@@ -21,6 +21,7 @@ from evat.gap.closure import Closure, HeldOut, close
 from evat.gap.location import Location, locate
 from evat.gap.search.compare import Comparison, compare
 from evat.gap.search.portion import portion
+from evat.gap.set_up import notable, set_up_errors
 from evat.gap.verdict.constants import Constants, stored
 from evat.gap.verdict.credibility import doubts, shifted
 from evat.gap.verdict.features import features
@@ -34,7 +35,6 @@ from evat.inference.law.initial_state import beginnings
 from evat.inference.parameters import references
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import smoothed_inputs
-from evat.inference.setup.setup_errors import by_channel
 from evat.inference.zeros_between_trials import with_slow_motions_as_likeliest
 from evat.model import Model
 from evat.required_inputs import unread_inputs
@@ -89,7 +89,7 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
         judgement=judgement,
         gates=gates(judgement, comparison.audit.refused),
         novelty=(1 - judgement.unknown, min(judgement.features.left.get(judgement.chosen, 1.0), 1.0)),
-        recalibration=_recalibrated(comparison, fitted(comparison, judgement.chosen)),
+        recalibration=_recalibrated(comparison, fitted(comparison, judgement.chosen), closure),
         where=_location(comparison, judgement),
         closure=closure,
         cannot_tell=missing,
@@ -183,23 +183,21 @@ def _named(comparison: Comparison, judgement: Judgement) -> tuple[Named, ...]:
     return tuple(named)
 
 
-def _recalibrated(comparison: Comparison, chosen: Fit) -> Recalibrated:
+def _recalibrated(comparison: Comparison, chosen: Fit, closure: Closure) -> Recalibrated:
     """Set-up errors are those beside what is named: without it they stand in for it."""
     recalibrated, sd = comparison.recalibrated, comparison.recalibrated.sd
     before, after = (structural(comparison.whitening, fit.predicted) for fit in (comparison.nominal, recalibrated))
     share = min(max(1 - after / before, 0.0), 1.0) if before > 0 else 0.0
-    set_up = comparison.prediction.setup_names
-    errors: dict[str, dict[str, tuple[float, float, str]]] = {}
-    for p in chosen.parameters:
-        if p.name in set_up:
-            channel, kind = by_channel(p.name)
-            errors.setdefault(channel, {})[kind] = float(chosen.values[p.name]), chosen.sd[p.name], p.unit
+    by_channel = dict[str, dict[str, tuple[float, float, str]]]()
+    for error in set_up_errors(comparison, chosen):
+        by_channel.setdefault(error.channel, {})[error.kind] = error.value, error.sd, error.unit
     parameters = {
         p.name: (p.mean, float(recalibrated.values[p.name]), sd[p.name])
         for p in recalibrated.parameters
-        if p.name not in set_up | comparison.prediction.form_names
+        if p.name not in comparison.prediction.setup_names | comparison.prediction.form_names
     }
-    return Recalibrated(parameters, share, errors)
+    floors = {channel: row["noise_floor"] for channel, row in closure.rms.items()}
+    return Recalibrated(parameters, share, by_channel, notable(comparison, chosen, floors))
 
 
 def _location(comparison: Comparison, judgement: Judgement) -> Location:

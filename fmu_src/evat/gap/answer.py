@@ -12,6 +12,7 @@ from evat.constants import CONSTANTS
 from evat.gap.advise import Advice
 from evat.gap.closure import Closure
 from evat.gap.location import Location
+from evat.gap.set_up import SetUpError
 from evat.gap.verdict.gates import Gate
 from evat.gap.verdict.judgement import Judgement
 from evat.gap.verdict.small import SmallEffect
@@ -37,11 +38,13 @@ class Named:
 @dataclass(frozen=True)
 class Recalibrated:
     """`parameters[name]`: nominal value, recalibrated value, sd; `share` of the nominal structural gap that recalibration explains;
-    `setup[channel][kind]`: gain, zero and clock that all trials share, each with value, sd and unit."""
+    `setup[channel][kind]`: gain, zero and clock that all trials share, each with value, sd and unit; `notable` are those of them that
+    take up most of the gap in a channel."""
 
     parameters: Mapping[str, tuple[float, float, float]]
     share: float
     setup: Mapping[str, Mapping[str, tuple[float, float, str]]]
+    notable: tuple[SetUpError, ...] = ()
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,7 +69,8 @@ class Diagnosis(ShownAsTable):
     where : Location
         Where the gap lies: shares of its square by channel and trial, and the regions that hold most of it.
     closure : Closure
-        How far the gap closes, with its 90 % interval, on conditions that no fit saw; root mean squares of each channel, in its unit.
+        How far the gap closes, with its 90 % interval, on conditions that no fit saw; root mean squares of each channel, in its unit, as
+        the set-up shows the models, and `alone` by the values alone that corrected.ssv holds.
     cannot_tell : tuple of str
         What these data leave open, in sentences.
     advice : Advice or None
@@ -178,6 +182,12 @@ class Diagnosis(ShownAsTable):
                 "closed_share": _share((self.closure.share, self.closure.interval)),
                 "held_out_conditions": list(self.closure.held_out),
                 "closed_share_where_fitted": _share(self.closure.where_fitted),
+                "values_alone": {  # as corrected.ssv holds them: no set-up, no form that no law has, no start of a recording
+                    "channels": {
+                        channel: {name: _number(value) for name, value in row.items()} for channel, row in self.closure.alone.rms.items()
+                    },
+                    "closed_share": _number(self.closure.alone.share),
+                },
             },
             "cannot_tell": list(self.cannot_tell),
             "next_experiment": None

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.gap.budget import squares, structural_share
 from evat.gap.search.compare import Comparison
+from evat.gap.values_alone import ValuesAlone, values_alone
 from evat.inference.fit import Fit, fit
 from evat.model import BoolArray, FloatArray
 
@@ -23,7 +24,7 @@ class Closure:
     `by_recalibration`: share of the nominal model's gap that recalibration alone closes there, with its interval. `where_fitted` is, of all
     conditions, which the fits have seen, what the effects close, or recalibration where there are none; nan where some are held out.
     `unforeseen`: conditions that were held out, too, and tell nothing, since what the models do there hangs on values that the others do
-    not tell."""
+    not tell. `alone`: what is left at the conditions of `rms` by values alone, those that were fitted to all conditions."""
 
     share: float
     interval: tuple[float, float]
@@ -33,6 +34,7 @@ class Closure:
     by_recalibration: tuple[float, tuple[float, float]] = (math.nan, (math.nan, math.nan))
     where_fitted: tuple[float, tuple[float, float]] = (math.nan, (math.nan, math.nan))
     unforeseen: tuple[str, ...] = ()
+    alone: ValuesAlone = field(default_factory=ValuesAlone)
 
 
 def held_out_conditions(conditions: Sequence[str]) -> tuple[str, ...]:
@@ -174,9 +176,11 @@ def close(comparison: Comparison, chosen: Fit, held: HeldOut) -> Closure:
     }
     closed, unit = held.closed(chosen, foreseen), _unit(comparison, rms)
     others = tuple(condition for condition in held.conditions if condition not in foreseen)
+    floors = {channel: row["noise_floor"] for channel, row in rms.items()}
+    alone = values_alone(comparison, chosen, foreseen or comparison.prediction.experiment.conditions, floors)
     if foreseen:
-        return Closure(*closed, foreseen, rms, unit, held.recalibrated(foreseen), unforeseen=others)
-    return Closure(*closed, foreseen, rms, unit, where_fitted=held.where_fitted(chosen), unforeseen=others)
+        return Closure(*closed, foreseen, rms, unit, held.recalibrated(foreseen), unforeseen=others, alone=alone)
+    return Closure(*closed, foreseen, rms, unit, where_fitted=held.where_fitted(chosen), unforeseen=others, alone=alone)
 
 
 def _unit(comparison: Comparison, channels: Iterable[str]) -> str:

@@ -1,4 +1,4 @@
-"""Does the FMU itself do what the diagnosis promises? Held-out recordings through fmpy, with the values of corrected.ssv."""
+"""Does the FMU itself do what the diagnosis promises? Held-out recordings through fmpy, with corrected.ssv, alone and set up."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.gap.budget import squares
 from evat.gap.search.compare import Comparison
+from evat.gap.values_alone import replayed, root_mean_squares
 from evat.inference.fit import Fit
 from evat.inference.prediction import OWN, Prediction
 from evat.model import FloatArray
@@ -23,9 +24,9 @@ from evat.native import kernel
 class FmuRun:
     """What the corrected FMU gave. `predicted` (N,) is the chosen model's prediction with the FMU's numbers where it was run.
 
-    `rms[channel]` over `conditions`, of measured less each: nominal, corrected (by the FMU), library (the same by the diagnosis), and the
-    noise_floor [unit of the channel]. `difference` is the largest between FMU and library, in rms of its channel; `runs` of `samples` in
-    all, `left_out` conditions were not run.
+    `rms[channel]` over `conditions`, of measured less each: nominal, alone (the FMU with corrected.ssv and nothing else), corrected (the
+    FMU as the set-up shows it), library (the same by the diagnosis), and the noise_floor [unit of the channel]. `difference` is the largest
+    between FMU and library, in rms of its channel; `runs` of `samples` in all, each once either way, `left_out` conditions were not run.
     """
 
     fmu: str
@@ -46,7 +47,8 @@ def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditio
     whole = comparison.prediction
     part, left_out, runs, samples = _some(whole, conditions or whole.experiment.conditions)
     stored = parameter_sets.load(ssv)
-    through = Prediction(FmuModel(path), part).set_up_as(whole)
+    bare = Prediction(FmuModel(path), part)
+    through = bare.set_up_as(whole)
     parts = [
         slice(segment.at.start, segment.at.start + own.at.stop - own.at.start)
         for segment, own in zip((s for s in whole.segments if s.condition in set(part.conditions)), through.segments, strict=True)
@@ -54,15 +56,19 @@ def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditio
     bent = np.concatenate([whole.bent[here] for here in parts])
     through = through.starting(whole.starts, bent, whole.steady)
     set_up = {name: value for name, value in chosen.values.items() if name in whole.setup_names or OWN in name}
-    rows = through.one({**kernel.by_choice(stored.values), **set_up}, stored.effects)
+    held = kernel.by_choice(stored.values)
+    rows, alone = through.one({**held, **set_up}, stored.effects), bare.one(held, stored.effects)
     # Shapes of the law are simulated, as the FMU has them; forms that no law has are left out.
     values = {name: value for name, value in chosen.values.items() if name not in whole.form_names}
     exact = Prediction(whole.model, part).set_up_as(whole).starting(whole.starts, bent, whole.steady).one(values, chosen.on)
     predicted, by_library, wanted, worst = chosen.predicted.copy(), chosen.predicted.copy(), set(part.conditions), 0.0
+    by_values = replayed(comparison, chosen)
     for here, own in zip(parts, through.segments, strict=True):
-        predicted[here], by_library[here] = rows[own.at], exact[own.at]
-        away = float(np.max(np.abs(rows[own.at] - exact[own.at])))
+        pairs = ((rows[own.at], exact[own.at]), (alone[own.at], by_values[here]))
+        away = max(float(np.max(np.abs(by_fmu - other))) for by_fmu, other in pairs)
         worst = max(worst, away / comparison.whitening.levels[own.channel])
+        predicted[here], by_library[here], by_values[here] = rows[own.at], exact[own.at], alone[own.at]
+    left_alone = root_mean_squares(comparison, by_values, wanted)
     tables = {
         name: squares(comparison.whitening, row, wanted)
         for name, row in (("nominal", comparison.nominal.predicted), ("corrected", predicted), ("library", by_library))
@@ -70,6 +76,7 @@ def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditio
     rms = {
         channel: {
             **{name: table[channel].left ** 0.5 for name, table in tables.items()},
+            "alone": left_alone[channel],
             "noise_floor": tables["library"][channel].floor ** 0.5,
         }
         for channel in tables["nominal"]

@@ -15,12 +15,13 @@ from evat.gap.answer import Diagnosis
 from evat.gap.budget import structural_share
 from evat.gap.report.parts import TITLES, parts
 from evat.gap.report.pictures import interactive, printed
-from evat.gap.report.pictures.chart import BLUE, GREY, ORANGE, RED, YELLOW, Chart
+from evat.gap.report.pictures.chart import BLUE, GREEN, GREY, ORANGE, RED, SKY, YELLOW, Chart
 from evat.gap.report.pictures.selection import charts
 from evat.gap.report.pictures.series import Series, unlike
 from evat.gap.report.summary import headline
 from evat.gap.report.words import beyond_all, number, percent, shown_unit, typed
 from evat.gap.search.compare import Comparison
+from evat.gap.set_up import set_up_errors
 from evat.gap.verdict.credibility import shift
 from evat.gap.verdict.judgement import CANNOT_TELL, UNKNOWN, fitted
 from evat.inference.fit import Fit
@@ -37,7 +38,7 @@ FILES = {
     "corrected.ssv": "the corrected parameters, which FMUs, systems and evat sets read",
     "report.html": "this page",
 }
-COLOURS = dict(zip(TITLES, ("#c8c8c8", "#8c8c8c", YELLOW, ORANGE, BLUE, RED), strict=True))
+COLOURS = dict(zip(TITLES, ("#c8c8c8", "#8c8c8c", YELLOW, ORANGE, GREEN, SKY, BLUE, RED), strict=True))
 
 
 def page(
@@ -71,6 +72,8 @@ def page(
         pictures={where: [_picture(chart) for chart in some] for where, some in drawn.items()},
         candidates=_candidates(answer, comparison),
         recalibrated=_recalibrated(answer, comparison),
+        set_up=set_up_errors(comparison, chosen) if answer.recalibration.setup else (),
+        formed=bool(prediction.form_names),
         cannot_tell=_by_reason(document["cannot_tell"]),
         place=lambda name, x: _place(comparison, name, x),
         noise=_noise(comparison),

@@ -1,4 +1,4 @@
-"""What is a gap made of? Mean squares of each channel: noise, repeatability, numerical error, mis-tuning, effects, unexplained."""
+"""What is a gap made of? Mean squares of each channel: noise, repeatability, numerical error, mis-tuning, set-up, effects, unexplained."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ TITLES = {
     "repeatability": "repeatability",
     "numerical": "numerical error",
     "mistuning": "mis-tuning",
+    "set_up": "set-up",
+    "form": "form of the law",
     "effect": "named effects",
     "unexplained": "unexplained",
 }
@@ -29,6 +31,8 @@ class Parts:
     repeatability: float
     numerical: float
     mistuning: float
+    set_up: float
+    form: float
     effect: float
     unexplained: float
 
@@ -47,12 +51,12 @@ class Parts:
 def parts(comparison: Comparison, chosen: Fit) -> dict[str, Parts]:
     """Of each channel, over all conditions; a part that a fit has made larger in one channel, for the sake of another, counts as 0.
 
-    Mis-tuning and effects are parts of what the chosen model changes, each as far as it goes the way of the whole change: what
-    recalibration alone would take up in place of an effect that is named is no mis-tuning.
+    Mis-tuning, set-up, form of the law and effects are parts of what the chosen model changes, each as far as it goes the way of the whole
+    change: what recalibration alone would take up in place of an effect that is named is no mis-tuning.
     """
     whitening = comparison.whitening
     nominal, corrected = (squares(whitening, fit.predicted) for fit in (comparison.nominal, chosen))
-    wrong, effects = numerical_error(comparison, chosen), _share_of_effects(comparison, chosen)
+    wrong, changes = numerical_error(comparison, chosen), _shares_of_change(comparison, chosen)
     by_channel = {}
     for channel, start in nominal.items():
         left = corrected[channel].structural
@@ -60,8 +64,7 @@ def parts(comparison: Comparison, chosen: Fit) -> dict[str, Parts]:
         explained = max(start.structural - left, 0.0)
         structure = {
             "numerical": numerical,
-            "mistuning": (1 - effects[channel]) * explained,
-            "effect": effects[channel] * explained,
+            **{name: share * explained for name, share in changes[channel].items()},
             "unexplained": left - numerical,
         }
         # Structure is measured away from jumps; here it is brought to all samples.
@@ -71,20 +74,35 @@ def parts(comparison: Comparison, chosen: Fit) -> dict[str, Parts]:
     return by_channel
 
 
-def _share_of_effects(comparison: Comparison, chosen: Fit) -> dict[str, float]:
-    """Of what the chosen model changes in each channel, the share that its effects, or its other base law, do: 0 to 1."""
+def _shares_of_change(comparison: Comparison, chosen: Fit) -> dict[str, dict[str, float]]:
+    """Of what the chosen model changes in each channel, the shares that its effects, or its other base law, do, then the set-up, then forms
+    that no law has, and nominal values the rest: 0 to 1, in all 1."""
     prediction = comparison.prediction
-    if not chosen.on and not chosen.fixed:
-        return dict.fromkeys(prediction.channels, 0.0)
     own = {variable.name for effect in prediction.model.effects if effect.name in chosen.on for variable in effect.variables}
-    without = prediction.one({name: value for name, value in chosen.values.items() if name not in chosen.fixed and name not in own}, ())
+    bare = {name: value for name, value in chosen.values.items() if name not in own and name not in chosen.fixed}
+    without = {name: value for name, value in bare.items() if name not in prediction.setup_names}
+    told = {name: value for name, value in without.items() if name not in prediction.form_names}
+    added, plain = bool(chosen.on or chosen.fixed), prediction.sampled_at({})
+    rows = [
+        chosen.predicted,
+        prediction.one(bare) if added else chosen.predicted,
+        plain.one(without),
+        plain.one(told),
+        comparison.nominal.predicted,
+    ]
+    names = ("effect", "set_up", "form", "mistuning")  # what is missing from row to row
     shares = {}
     for channel in prediction.channels:
         at = prediction.places(channel)
-        whole, part = chosen.predicted[at] - comparison.nominal.predicted[at], chosen.predicted[at] - without[at]
+        whole = rows[0][at] - rows[-1][at]
+        parts = {name: float((above[at] - below[at]) @ whole) for name, above, below in zip(names, rows[:-1], rows[1:], strict=True)}
         size = float(whole @ whole)
-        share = float(part @ whole) / size if size > 0 else 0.0
-        shares[channel] = min(max(share, 0.0), 1.0) if math.isfinite(share) else 1.0
+        effects = parts.pop("effect") / size if size > 0 else 0.0
+        effects = min(max(effects, 0.0), 1.0) if math.isfinite(effects) else 1.0
+        along = {name: part if part > 0 and math.isfinite(part) else 0.0 for name, part in parts.items()}
+        total = sum(along.values())
+        rest = {name: part / total for name, part in along.items()} if total > 0 else {"mistuning": 1.0, "set_up": 0.0, "form": 0.0}
+        shares[channel] = {"effect": effects, **{name: (1 - effects) * share for name, share in rest.items()}}
     return shares
 
 

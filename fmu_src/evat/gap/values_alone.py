@@ -1,0 +1,59 @@
+"""How far does the gap shrink by values alone, as corrected.ssv holds them? Run without set-up and start of a recording.
+
+Fits know more than a parameter set can hold: gain, zero and clock of the set-up, a form that no law has, how each recording began, and
+phases of its own. Who runs the model with corrected.ssv has none of these.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from evat.constants import CONSTANTS
+from evat.gap.search.compare import Comparison
+from evat.inference.fit import Fit
+from evat.inference.prediction import OWN
+from evat.model import FloatArray
+
+
+@dataclass(frozen=True)
+class ValuesAlone:
+    """`rms[channel]` of measured less what the nominal, the recalibrated and the corrected values give [unit of the channel]; `share` of
+    what the recalibrated values leave above the noise that the corrected ones close, or these of the nominal ones' where nothing was
+    added."""
+
+    rms: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    share: float = math.nan
+
+
+def replayed(comparison: Comparison, fit: Fit) -> FloatArray:
+    """(N,) what the model gives with the values of a fit, and nothing else of it."""
+    prediction = comparison.prediction
+    beside = prediction.setup_names | prediction.form_names
+    values = {name: value for name, value in fit.values.items() if name not in beside and OWN not in name}
+    return prediction.linearise(()).sampled_at({}).starting({}, None).one(values, fit.on)
+
+
+def root_mean_squares(comparison: Comparison, predicted: FloatArray, conditions: Collection[str]) -> dict[str, float]:
+    """Of measured less predicted, by channel, over the samples of some conditions."""
+    prediction, left = comparison.prediction, dict[str, list[FloatArray]]()
+    for segment in prediction.segments:
+        if segment.condition in conditions:
+            left.setdefault(segment.channel, []).append(prediction.measured[segment.at] - predicted[segment.at])
+    return {channel: float(np.sqrt(np.mean(np.concatenate(rows) ** 2))) for channel, rows in left.items()}
+
+
+def values_alone(comparison: Comparison, chosen: Fit, conditions: Collection[str], floors: Mapping[str, float]) -> ValuesAlone:
+    """Over some conditions. floors : noise floor of each channel there, as an rms."""
+    fits = {"nominal": comparison.nominal, "recalibrated": comparison.recalibrated, "corrected": chosen}
+    rows = {name: root_mean_squares(comparison, replayed(comparison, fit), conditions) for name, fit in fits.items()}
+    rms = {channel: {name: row[channel] for name, row in rows.items()} for channel in rows["nominal"]}
+    before = "nominal" if chosen is comparison.recalibrated else "recalibrated"
+    levels = comparison.whitening.levels
+    squares = np.array([[rms[c][before], rms[c]["corrected"], floors[c]] for c in rms]) ** 2
+    first, last, floor = (float(column @ [levels[c] ** -2 for c in rms]) for column in squares.T)
+    seen = first > (1 + CONSTANTS.noise_floor_error) * floor
+    return ValuesAlone(rms, (first - last) / (first - floor) if seen else math.nan)
