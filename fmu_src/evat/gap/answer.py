@@ -37,7 +37,7 @@ class Named:
 
 @dataclass(frozen=True)
 class Recalibrated:
-    """`parameters[name]`: nominal value, recalibrated value, sd; `share` of the nominal structural gap that recalibration explains;
+    """`parameters[name]`: nominal value, recalibrated value, sd; `share` of the nominal structural gap that they explain, with the set-up;
     `setup[channel][kind]`: gain, zero and clock that all trials share, each with value, sd and unit; `notable` are those of them that
     take up most of the gap in a channel."""
 

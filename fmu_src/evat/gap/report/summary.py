@@ -9,7 +9,8 @@ from typing import Literal
 from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
 from evat.gap.closure import Closure
-from evat.gap.report.words import beyond_all, closed_interval, closes, number, percent, rivals_of, sentence, sure, typed
+from evat.gap.report.reached import reached, set_up_size
+from evat.gap.report.words import beyond_all, closed_interval, closes, number, percent, rivals_of, sentence, set_up_named, sure, typed
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.credibility import shifted
 from evat.gap.verdict.judgement import fitted
@@ -18,6 +19,8 @@ from evat.units import display
 
 _LOOKS: Mapping[str, tuple[str, Literal["good", "note", "attention", "bad"]]] = {
     "no_gap": ("no gap", "good"),
+    "set_up": ("within set-up", "note"),  # no gap, where the set-up takes it up
+    "none": ("no effect named", "note"),  # no gap, beside effects that would do
     "mistuned": ("mis-tuned", "note"),
     "effect": ("cause named", "good"),
     "likely": ("likely cause", "note"),  # an effect, beside another that would do
@@ -29,7 +32,7 @@ _LOOKS: Mapping[str, tuple[str, Literal["good", "note", "attention", "bad"]]] = 
 
 def headline(answer: Diagnosis, comparison: Comparison) -> Headline:
     """The answer for the top of a page and of a terminal."""
-    status, tone = _LOOKS["likely" if answer.verdict == "effect" and rivals_of(answer) else answer.verdict]
+    status, tone = _LOOKS[_look(answer)]
     judged = answer.verdict != "cannot_tell"
     far = shifted(comparison, fitted(comparison, answer.judgement.chosen)) if judged else ()
     first = tuple(f"{line[:1].upper()}{line[1:]}." for line in far)
@@ -39,11 +42,19 @@ def headline(answer: Diagnosis, comparison: Comparison) -> Headline:
         "attention" if (first or not closes(answer)) and tone in ("note", "good") else tone,
         sentence(answer, meanings(comparison), share=False),
         first=first,
-        reasons=comparison.audit.refused if not judged else _meanings(answer, comparison),
+        reasons=comparison.audit.refused if not judged else (*_meanings(answer, comparison), *reached(answer, comparison)),
         share=share,
         share_of=share_of,
         next=_next(answer, comparison, bool(first)),
     )
+
+
+def _look(answer: Diagnosis) -> str:
+    if answer.verdict == "no_gap" and any(answer.judgement.likely):
+        return "none"
+    if answer.verdict == "no_gap" and answer.recalibration.notable:
+        return "set_up"
+    return "likely" if answer.verdict == "effect" and rivals_of(answer) else answer.verdict
 
 
 def meanings(comparison: Comparison) -> dict[str, str]:
@@ -99,8 +110,11 @@ def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
     closure, experiment = answer.closure, _experiment(answer, comparison)
     if answer.verdict == "cannot_tell":
         return "put right what is said above, and diagnose again."
+    others = any(answer.judgement.likely)
+    if answer.verdict in ("no_gap", "mistuned") and answer.recalibration.notable:
+        return _check(answer, comparison) + (f" If that is right, {experiment}" if experiment and others else "")
     if answer.verdict == "no_gap":
-        return "nothing; the nominal model is as good as these data can tell."
+        return experiment if experiment and others else "nothing; the nominal model is as good as these data can tell."
     if answer.verdict == "unknown" and answer.foreign:
         return "look for mains hum, a loose cable, deposits that tear off, starved lubrication or chatter, and record the repeats again."
     if answer.verdict == "unknown":
@@ -125,7 +139,18 @@ def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
         return f"do not use the corrected model yet: {why} where no fit has looked. " + (
             f"{experiment[:1].upper()}{experiment[1:]}" if experiment else "Record more conditions."
         )
+    if closure.alone.share <= CONSTANTS.advised_share:
+        return f"do not use corrected.ssv by itself: it closes {percent(closure.alone.share)} without what fits have beside it. " + (
+            f"{experiment[:1].upper()}{experiment[1:]}" if experiment else "Record more conditions."
+        )
     return "use corrected.ssv: it switches the effect on, with the values of this diagnosis."
+
+
+def _check(answer: Diagnosis, comparison: Comparison) -> str:
+    """What of the set-up stands in for the gap, to be looked at on the rig."""
+    taken = answer.recalibration.notable
+    assumed = " and ".join(set_up_size(comparison.prediction, error) for error in taken)
+    return f"check {set_up_named(taken)} on the rig ({assumed} is assumed), and state by setup_sd how far off it may be."
 
 
 def _experiment(answer: Diagnosis, comparison: Comparison) -> str:

@@ -9,7 +9,8 @@ from types import MappingProxyType
 from evat.constants import CONSTANTS
 from evat.experiment import as_typed
 from evat.gap.answer import Diagnosis
-from evat.inference.hypothesis import Hypothesis
+from evat.gap.set_up import SetUpError
+from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.inference.noise.irregularity import Irregularity
 from evat.inference.prediction import Prediction
 from evat.model import Variable
@@ -26,10 +27,11 @@ HARDLY_CLOSES = "No effect is needed beside other nominal values, but recalibrat
 
 
 def closes(answer: Diagnosis) -> bool:
-    """Whether recalibration, where nothing else is named, closes as much of the gap as a corrected model is advised for."""
+    """Whether recalibration, where nothing else is named, closes as much of the gap as a corrected model is advised for: as it was fitted,
+    and by values alone."""
     closure = answer.closure
     share, _ = closure.by_recalibration if closure.held_out else closure.where_fitted
-    return answer.verdict != "mistuned" or not share <= CONSTANTS.advised_share
+    return answer.verdict != "mistuned" or not (share <= CONSTANTS.advised_share or closure.alone.share <= CONSTANTS.advised_share)
 
 
 def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({}), *, share: bool = True) -> str:
@@ -37,8 +39,7 @@ def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({
     if answer.verdict == "unknown" and answer.foreign:
         return _foreign(answer.foreign)
     if answer.verdict in SENTENCES:
-        said = SENTENCES[answer.verdict] if closes(answer) else HARDLY_CLOSES
-        return said + _left(answer) + (f" Beside that, {_small(answer)}." if answer.small else "")
+        return _without_effects(answer) + _left(answer) + (f" Beside that, {_small(answer)}." if answer.small else "")
     if answer.verdict == "ambiguous":
         likely, reasons = answer.judgement.likely, answer.judgement.features.doubts.get(answer.judgement.chosen, ())
         if len(likely) == 1:
@@ -59,6 +60,28 @@ def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({
     )
     also = f"{unless}{_beside(answer)}{_far(answer) if share else ''}{_size(answer)}"
     return f"The gap is {most}caused by {names} (probability {how}){also}."
+
+
+def _without_effects(answer: Diagnosis) -> str:
+    """Where no effect is named: whether the set-up takes up most of the gap, and what else is likely."""
+    taken, others = answer.recalibration.notable, [on for on in answer.judgement.likely if on]
+    if answer.verdict not in ("no_gap", "mistuned") or not (taken or others):
+        return SENTENCES[answer.verdict] if closes(answer) else HARDLY_CLOSES
+    if taken:
+        said = f"No effect is named: {set_up_named(taken)}, within the tolerance of the set-up, takes up most of the gap"
+        said += " beside other nominal values." if answer.verdict == "mistuned" else "."
+    else:
+        said = "No effect is named." if answer.verdict == "no_gap" else SENTENCES["mistuned"] if closes(answer) else HARDLY_CLOSES
+    if not others:
+        return said
+    probabilities = answer.judgement.probabilities
+    rest = " or ".join(f"{on} ({sure(probabilities[on])})" for on in others)
+    return f"{said} That no effect acts is likeliest ({sure(probabilities[NOMINAL])}), if it is not {rest}."
+
+
+def set_up_named(errors: Sequence[SetUpError]) -> str:
+    """Errors of the set-up in words."""
+    return " and ".join(f"the {error.kind.replace('_', ' ')} of the {error.channel.replace('_', ' ')}" for error in errors)
 
 
 def _left(answer: Diagnosis) -> str:

@@ -1,0 +1,68 @@
+"""Is a gap that the set-up takes up told as that, with its figures, and not as none?"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from evat.gap import diagnose_with
+from evat.gap.answer import Diagnosis
+from evat.gap.report import headline, sentence
+from evat.gap.search.compare import Comparison
+from toy import Toy, measured
+
+
+def off(zero: float) -> tuple[Diagnosis, Comparison]:
+    """A spring as its model has it, in noise of 0.03 N, and a force that reads so much too much."""
+    return diagnose_with(measured(noise=0.03, extra=np.full(400, zero)), Toy())
+
+
+def test_a_gap_that_a_zero_takes_up_is_told_with_its_figures() -> None:
+    """Nominal 0.085 N rms in noise of 0.03 N was "No gap beyond noise and repeatability", and the next step nothing."""
+    answer, comparison = off(0.08)
+    said = headline(answer, comparison)
+    assert answer.verdict == "no_gap"
+    assert (said.status, said.tone) == ("within set-up", "note")
+    assert said.sentence == "No effect is named: the zero of the F, within the tolerance of the set-up, takes up most of the gap."
+    (zero, alone) = said.reasons
+    off_by = r"Taken to be off: the zero of the F by 0\.0[78]\d* N \(tolerance 0\.0\d+ N as a standard deviation\)\."
+    assert re.fullmatch(off_by + r" None of that is in corrected\.ssv\.", zero)
+    assert alone.startswith(
+        "By itself corrected.ssv closes nothing of what the nominal values by themselves leave above the noise: of the F"
+    )
+    assert said.next.startswith("check the zero of the F on the rig (0.0")
+
+
+def test_a_rest_that_effects_may_be_is_told_with_their_odds() -> None:
+    """A zero beyond its tolerance: what is left is twice the noise, effects hold a fifth, and "the nominal model is as good as these data
+    can tell" stood above the experiment that tells it from them."""
+    answer, comparison = off(0.15)
+    said = headline(answer, comparison)
+    assert answer.verdict == "no_gap"
+    assert (said.status, said.tone) == ("no effect named", "note")
+    assert re.search(r"takes up most of the gap\. That no effect acts is likeliest \(\d\d %\), if it is not lean \(\d %\)", said.sentence)
+    assert "and this is the most that it may be" in said.reasons[0]
+    assert " If that is right, record more conditions; by these two models best at " in said.next
+    assert said.next.endswith(" tells no effect from lean.")
+
+
+def test_no_gap_is_no_gap() -> None:
+    answer, comparison = off(0.0)
+    said = headline(answer, comparison)
+    assert (said.status, said.tone, said.reasons) == ("no gap", "good", ())
+    assert said.sentence == sentence(answer) == "No gap beyond noise and repeatability."
+    assert said.next == "nothing; the nominal model is as good as these data can tell."
+
+
+@pytest.mark.parametrize(("share", "said"), [(0.1, "hardly closes the gap"), (0.98, "closes the gap")])
+def test_recalibration_closes_what_its_values_close(share: float, said: str) -> None:
+    """Not what the set-up does beside them."""
+    answer, comparison = diagnose_with(measured(["bend"], {"bend.c": 0.0, "k": 10.6}), Toy())
+    assert answer.verdict == "mistuned"
+    assert answer.closure.alone.share == pytest.approx(1.0, abs=0.2)
+    turned = replace(answer, closure=replace(answer.closure, alone=replace(answer.closure.alone, share=share)))
+    top = headline(turned, comparison)
+    assert said in top.sentence
+    assert top.next.startswith("do not use" if share < 0.5 else "use the recalibrated values")
