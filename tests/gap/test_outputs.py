@@ -464,6 +464,9 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
     assert "is not credible" in doubted.first[0]
     said = headline(advised, comparison).next
     assert said.endswith(f" rms: with a probability of 62 % that tells {EFFECT} from sensor_offset.")
+    # The next step is to tell them apart, also where the correction holds on conditions that no fit has seen.
+    held = headline(replace(advised, closure=answer.closure), comparison)
+    assert held.next == said
     # Where the effect acts in all that is likely, it is named.
     beside = replace(answer, judgement=replace(judged, likely=(on, both)))
     assert headline(beside, comparison).status == "cause named"
@@ -481,6 +484,23 @@ def test_what_recalibration_leaves_is_told_where_it_is_far_more_than_noise(
     judged = replace(answer.judgement, chosen=Hypothesis(()), likely=(Hypothesis(()),))
     said = sentence(replace(answer, verdict="mistuned", effects=(), judgement=judged, closure=closure), share=False)
     assert ("What it leaves of the friction force is 4.3 times the noise" in said) == told
+
+
+def test_below_even_odds_a_cause_is_called_unsure(outcome: tuple[Diagnosis, Comparison]) -> None:
+    """ "Most likely caused by" what had 49 %, above what was true at 31 %, and then "use corrected.ssv"."""
+    answer, comparison = outcome
+    on, other = Hypothesis((EFFECT,)), Hypothesis(("sensor_offset",))
+    judged = replace(answer.judgement, probabilities={on: 0.49, other: 0.31, Hypothesis(()): 0.15}, likely=(on, other, Hypothesis(())))
+    open_ = replace(answer, judgement=judged, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.72))
+    said = headline(open_, comparison)
+    assert (said.status, said.tone) == ("cause unsure", "attention")
+    assert sentence(open_, share=False) == (
+        f"The likeliest cause of the gap, and no likelier than not, is {EFFECT} (probability 49 %); "
+        "it may be sensor_offset (31 %) or no effect (15 %) instead."
+    )
+    assert said.next.endswith(f" rms: with a probability of 72 % that tells {EFFECT} from sensor_offset.")
+    assert "use corrected.ssv" not in said.next
+    assert headline(replace(open_, advice=None), comparison).next.startswith("record more conditions")
 
 
 def test_a_share_that_there_is_none_of_is_no_model_that_fails(outcome: tuple[Diagnosis, Comparison]) -> None:

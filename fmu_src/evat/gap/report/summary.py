@@ -10,7 +10,19 @@ from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
 from evat.gap.closure import Closure
 from evat.gap.report.reached import reached, set_up_size
-from evat.gap.report.words import beyond_all, closed_interval, closes, number, percent, rivals_of, sentence, set_up_named, sure, typed
+from evat.gap.report.words import (
+    beyond_all,
+    closed_interval,
+    closes,
+    likelier_than_not,
+    number,
+    percent,
+    rivals_of,
+    sentence,
+    set_up_named,
+    sure,
+    typed,
+)
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.credibility import shifted
 from evat.gap.verdict.judgement import fitted
@@ -24,6 +36,7 @@ _LOOKS: Mapping[str, tuple[str, Literal["good", "note", "attention", "bad"]]] = 
     "mistuned": ("mis-tuned", "note"),
     "effect": ("cause named", "good"),
     "likely": ("likely cause", "note"),  # an effect, beside another that would do
+    "unsure": ("cause unsure", "attention"),  # the same, where it is no likelier than not
     "ambiguous": ("ambiguous", "attention"),
     "unknown": ("cause unknown", "attention"),
     "cannot_tell": ("cannot tell", "bad"),
@@ -54,7 +67,9 @@ def _look(answer: Diagnosis) -> str:
         return "none"
     if answer.verdict == "no_gap" and answer.recalibration.notable:
         return "set_up"
-    return "likely" if answer.verdict == "effect" and rivals_of(answer) else answer.verdict
+    if answer.verdict == "effect" and rivals_of(answer):
+        return "likely" if likelier_than_not(answer) else "unsure"
+    return answer.verdict
 
 
 def meanings(comparison: Comparison) -> dict[str, str]:
@@ -143,6 +158,8 @@ def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
         return f"do not use corrected.ssv by itself: it closes {percent(closure.alone.share)} without what fits have beside it. " + (
             f"{experiment[:1].upper()}{experiment[1:]}" if experiment else "Record more conditions."
         )
+    if rivals_of(answer):
+        return experiment or "record more conditions, that tell what is likely apart; corrected.ssv is one of several that would do."
     return "use corrected.ssv: it switches the effect on, with the values of this diagnosis."
 
 

@@ -53,13 +53,13 @@ def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({
         names = " and ".join(f"{name} ({what})" if what else name for name, what in zip(each, known, strict=True))
     probabilities = answer.judgement.probabilities
     others = " or ".join(f"{on} ({sure(probabilities[on])})" for on in rivals_of(answer))
-    how, most, unless = (
-        sure(sum(p for on, p in probabilities.items() if set(answer.judgement.chosen) <= set(on))),
-        "most likely " if others else "",
-        f", if not by {others}" if others else "",
-    )
-    also = f"{unless}{_beside(answer)}{_far(answer) if share else ''}{_size(answer)}"
-    return f"The gap is {most}caused by {names} (probability {how}){also}."
+    how, also = sure(probability_of(answer)), f"{_beside(answer)}{_far(answer) if share else ''}{_size(answer)}"
+    if others and not likelier_than_not(answer):
+        return (
+            f"The likeliest cause of the gap, and no likelier than not, is {names} (probability {how}); it may be {others} instead{also}."
+        )
+    most, unless = ("most likely ", f", if not by {others}") if others else ("", "")
+    return f"The gap is {most}caused by {names} (probability {how}){unless}{also}."
 
 
 def _without_effects(answer: Diagnosis) -> str:
@@ -105,6 +105,16 @@ def _beside(answer: Diagnosis) -> str:
     if not likely:
         return ""
     return f"; beside it, perhaps, {' or '.join(f'{name} ({sure(acts[name])})' for name in likely)}"
+
+
+def probability_of(answer: Diagnosis) -> float:
+    """That what is named acts, alone or with others."""
+    return sum(p for on, p in answer.judgement.probabilities.items() if set(answer.judgement.chosen) <= set(on))
+
+
+def likelier_than_not(answer: Diagnosis) -> bool:
+    """Whether what is named has even odds at least."""
+    return probability_of(answer) >= 0.5
 
 
 def rivals_of(answer: Diagnosis) -> tuple[Hypothesis, ...]:
