@@ -448,7 +448,7 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
     said = headline(advised, comparison)
     assert said.share == "93 %"
     assert said.share_of == (
-        "of what recalibration leaves above the noise is closed, on the conditions that it was fitted to "
+        "of what recalibration leaves above the noise is closed by the fit, on the conditions that it was fitted to "
         f"(90 % interval 90 % to 96 %); {fewer}"
     )
     less = headline(replace(advised, closure=replace(seen, where_fitted=(1.06, (1.04, 1.07)))), comparison)

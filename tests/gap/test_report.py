@@ -19,6 +19,7 @@ from evat.experiment import Experiment
 from evat.gap import diagnose_with
 from evat.gap.answer import Diagnosis
 from evat.gap.report import headline, write_diagnosis
+from evat.gap.report.html_report import page
 from evat.gap.report.parts import TITLES, parts
 from evat.gap.report.pictures.series import POINTS, Series, extremes, stretch
 from evat.gap.report.words import percent
@@ -178,7 +179,7 @@ def test_more_than_all_of_the_gap_is_printed_as_it_is(tmp_path: Path) -> None:
     closure = replace(answer.closure, share=1.153, interval=(1.137, 1.167))
     body = html.fromstring(_page(replace(answer, closure=closure), comparison, tmp_path / "out")).text_content()
     assert "The effects close 115 % (90 % interval 114 % to 117 %; above 100 % less is left than the noise was estimated at" in body
-    assert "115 % of what recalibration leaves above the noise is closed" in " ".join(body.split())
+    assert "115 % of what recalibration leaves above the noise is closed by the fit" in " ".join(body.split())
 
 
 def test_what_was_recorded_in_millimetres_is_shown_in_them(tmp_path: Path) -> None:
@@ -242,6 +243,26 @@ def test_the_page_tells_the_set_up_apart(text: str) -> None:
     assert "None of them is in corrected.ssv" in body
     assert "By itself corrected.ssv closes" in body
     assert "and so is corrected.ssv" not in body
+
+
+def test_where_no_effect_is_named_the_page_does_not_contradict_itself() -> None:
+    """ "The best candidate leaves 100 % unexplained" beside a table with 16 %; an experiment beside the next step "nothing"; "none"."""
+    answer, comparison = diagnose_with(measured(), Toy())
+    body = " ".join(html.fromstring(page(answer, comparison, None, "it was not asked for")).text_content().split())
+    assert answer.verdict == "no_gap"
+    assert "best candidate" not in body
+    assert "no effect was chosen, so that 100 % of what recalibration leaves stays unexplained" in body
+    assert "Nothing has to be told apart here. To tell no effect from " in body
+
+
+def test_why_no_condition_is_held_out_is_one_reason(tmp_path: Path) -> None:
+    """The top said that the others do not determine the values, and the page that there were too few conditions."""
+    answer, comparison = diagnosed()
+    nan = float("nan")
+    closure = replace(answer.closure, share=nan, interval=(nan, nan), held_out=(), where_fitted=(0.7, (0.6, 0.8)), unforeseen=("slow",))
+    body = " ".join(html.fromstring(_page(replace(answer, closure=closure), comparison, tmp_path / "out")).text_content().split())
+    assert body.count("without slow the others do not determine the values") == 2
+    assert "too few conditions" not in body
 
 
 def test_it_says_what_the_verdict_is_and_where(text: str) -> None:

@@ -55,7 +55,7 @@ def _alone(answer: Diagnosis, comparison: Comparison) -> tuple[str, ...]:
     each = []
     for channel, row in alone.rms.items():
         own, theirs, noise = (_size(prediction, channel, x) for x in (row["corrected"], row[whose], closure.rms[channel]["noise_floor"]))
-        each.append(f"of the {channel.replace('_', ' ')} it leaves {own} rms, these {theirs}, noise {noise}")
+        each.append(f"of the {channel.replace('_', ' ')} it leaves {own} rms, they leave {theirs}, and the noise is {noise}")
     beside = "the set-up and a form of the law" if prediction.form_names else "the set-up"
     share = percent(alone.share) if alone.share > CONSTANTS.noise_floor_error else "nothing"
     if beyond := beyond_all(alone.share):

@@ -96,9 +96,9 @@ def _share(answer: Diagnosis) -> tuple[str, str]:
     closure, held = answer.closure, len(answer.closure.held_out)
     conditions = f"{held} condition{'s' if held > 1 else ''} that no fit has seen"
     if answer.judgement.chosen and answer.verdict in ("effect", "ambiguous"):
-        (value, (low, high)), what = (closure.share, closure.interval), "of what recalibration leaves above the noise is closed"
+        (value, (low, high)), what = (closure.share, closure.interval), "of what recalibration leaves above the noise is closed by the fit"
     elif answer.verdict == "mistuned":
-        (value, (low, high)), what = closure.by_recalibration, "of the gap above the noise is closed by recalibration"
+        (value, (low, high)), what = closure.by_recalibration, "of the gap above the noise is closed by recalibration with the set-up"
     else:
         return "", ""
     if not held:
