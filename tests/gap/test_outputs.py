@@ -218,6 +218,7 @@ def test_the_set_switches_the_effect_on_in_the_fmu(outcome: tuple[Diagnosis, Com
     assert "standard deviation" in read.sources[f"{EFFECT}.a"]
     assert "nominal 9 N" in read.sources["F_C"]
     assert any("hash of no file" in note for note in read.notes)
+    assert any(note.startswith("By itself corrected.ssv closes ") for note in read.notes)  # beside the share of the whole fit
     trial = comparison.prediction.experiment.trials[0]
     run = Run(trial.times, trial.inputs, ("measured_friction_force",))
     plain = comparison.prediction.linearise(())

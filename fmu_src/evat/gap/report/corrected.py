@@ -7,6 +7,7 @@ from pathlib import Path
 
 from evat.files import ssv
 from evat.gap.answer import Diagnosis
+from evat.gap.report.reached import reached
 from evat.gap.report.words import sentence, with_unit
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.judgement import fitted
@@ -59,6 +60,7 @@ def content(answer: Diagnosis, comparison: Comparison) -> ssv.Content:
         notes=(
             f"verdict: {sentence(answer)}",
             f"what the diagnosis added: {answer.judgement.chosen}",
+            *reached(answer, comparison),
             f"made by: {', '.join(f'{key} {value}' for key, value in answer.made_by.items())}",
             *(f"{name} = {value}" for name, value in every.items() if name not in known and name not in prediction.form_names),
         ),
