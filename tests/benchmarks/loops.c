@@ -27,7 +27,16 @@ int nothing_2(void *instance, double time, double step, int no_set_state)
     return 0;
 }
 
-/* An FMU without work: takes any values, and shows some that are never the same. */
+/* An FMU without work: takes any values, and shows others after each step. */
+static double stepped = 0;
+
+int step_2(void *instance, double time, double step, int no_set_state)
+{
+    (void)instance, (void)time, (void)step, (void)no_set_state;
+    stepped += 1;
+    return 0;
+}
+
 int take_2(void *instance, const unsigned *references, size_t count, const double *values)
 {
     (void)instance, (void)references, (void)count, (void)values;
@@ -42,10 +51,9 @@ int take_slopes_2(void *instance, const unsigned *references, size_t count, cons
 
 int show_2(void *instance, const unsigned *references, size_t count, double *values)
 {
-    static double shown = 0;
     (void)instance, (void)references;
     for (size_t i = 0; i < count; ++i)
-        values[i] = shown += 1;
+        values[i] = stepped + (double)i;
     return 0;
 }
 

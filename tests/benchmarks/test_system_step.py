@@ -25,7 +25,7 @@ pytestmark = pytest.mark.benchmark(timer=time.process_time, group="systems")
 COMPILED, PLAIN, ROUNDS = 10_000, 500, 5  # steps of a run
 NAMES = ("stick_slip", "hunting", "feed_drive", "circular_path", "emps", "evat_turning")
 STOP = 28.0  # s, in which the block slips four times
-HOLLOW = {"DoStep": "nothing_2", "SetReal": "take_2", "GetReal": "show_2", "SetRealInputDerivatives": "take_slopes_2"}
+HOLLOW = {"DoStep": "step_2", "SetReal": "take_2", "GetReal": "show_2", "SetRealInputDerivatives": "take_slopes_2"}
 
 
 def steps_of(system: System, count: int) -> Plan:
@@ -51,7 +51,7 @@ def plain(system: System, folder: Path) -> float:
 
 
 def hollow(system: System, loops: ct.CDLL) -> float:
-    """The same loop over functions that do nothing: the step's limit, were the FMUs free. No input is as it was, so that all are set."""
+    """The same loop over functions that do nothing: the step's limit, were the FMUs free. No input is what it was in the step before, so that all are set."""
 
     def address(_: Driver, function: str) -> int:
         return ct.cast(getattr(loops, HOLLOW[function.removeprefix("fmi2")]), ct.c_void_p).value or 0
