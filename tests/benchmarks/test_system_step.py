@@ -51,7 +51,8 @@ def plain(system: System, folder: Path) -> float:
 
 
 def hollow(system: System, loops: ct.CDLL) -> float:
-    """The same loop over functions that do nothing: the step's limit, were the FMUs free. No input is what it was in the step before, so that all are set."""
+    """The same loop over functions that do nothing: the step's limit, were the FMUs free. No input is what it was in the step before, so
+    that all are set."""
 
     def address(_: Driver, function: str) -> int:
         return ct.cast(getattr(loops, HOLLOW[function.removeprefix("fmi2")]), ct.c_void_p).value or 0
