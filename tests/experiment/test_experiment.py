@@ -201,6 +201,48 @@ def test_signals_may_head_the_columns_of_means(tmp_path: Path) -> None:
     assert recorded.means.outputs["mean_feed_force"] == pytest.approx([8, 5], rel=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("more", "forces"),
+    [
+        ("sign = -1\n", [-8, -5]),
+        ("scale = 2.0\n", [16, 10]),
+        ("offset = 1.0\n", [9, 6]),
+    ],
+)
+def test_signals_convert_the_columns_of_means(tmp_path: Path, more: str, forces: list[float]) -> None:
+    """As those of trials: sign and scale of what stands in the file, then the offset."""
+    data = "speed,Ff,mean_feed_force_sd\n6,0.008,0.001\n12,0.005,0.002\n"
+    recorded = read_experiment(means_folder(tmp_path, MEANS_TOML + MEANS_SIGNALS + more, data), MODEL)
+    assert recorded.means is not None
+    assert recorded.means.outputs["mean_feed_force"] == pytest.approx(forces, rel=1e-15)
+    assert recorded.means.sd["mean_feed_force"] == pytest.approx([2, 4] if "scale" in more else [1, 2], rel=1e-15)
+
+
+def test_an_average_is_not_differentiated(tmp_path: Path) -> None:
+    toml = MEANS_TOML + MEANS_SIGNALS.replace('unit = "m/min"', 'unit = "m"\nfrom = "position"')
+    assert "column 'speed': signals.cutting_speed.from: an average is not differentiated" in refusal(
+        means_folder(tmp_path, toml, "speed,Ff\n6,0.008\n12,0.005\n")
+    )
+
+
+@pytest.mark.parametrize(("header", "sd"), [("", [1, 2]), (" [kN]", [1, 2]), (" [N]", [1e-3, 2e-3])])
+def test_a_standard_deviation_has_the_unit_of_its_mean_or_its_own(tmp_path: Path, header: str, sd: list[float]) -> None:
+    data = f"speed,Ff,mean_feed_force_sd{header}\n6,0.008,0.001\n12,0.005,0.002\n"
+    means = read_experiment(means_folder(tmp_path, MEANS_TOML + MEANS_SIGNALS, data), MODEL).means
+    assert means is not None
+    assert means.sd["mean_feed_force"] == pytest.approx(sd, rel=1e-15)
+
+
+def test_a_spread_of_what_is_scaled_may_stand_in_volts_or_in_newtons(tmp_path: Path) -> None:
+    signals = MEANS_SIGNALS.replace('unit = "kN"', 'unit = "V"\nscale = -10.0')
+    for header, sd in ((" [mV]", [0.01, 0.02]), (" [N]", [1, 2]), ("", [10, 20])):
+        data = f"speed,Ff,mean_feed_force_sd{header}\n6,0.8,1\n12,0.5,2\n"
+        means = read_experiment(means_folder(tmp_path, MEANS_TOML + signals, data), MODEL).means
+        assert means is not None
+        assert means.outputs["mean_feed_force"] == pytest.approx([-8, -5], rel=1e-15)
+        assert means.sd["mean_feed_force"] == pytest.approx(sd, rel=1e-15)
+
+
 def test_names_of_conditions_are_names_whatever_they_spell(tmp_path: Path) -> None:
     names = ("NULL", "nan", "1.0", "N/A", "true")
     rows = "".join(f"{name},{place},1\n" for place, name in enumerate(names))

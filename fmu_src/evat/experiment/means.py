@@ -11,13 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
-from evat.experiment import ExperimentError, Means
+from evat.experiment import ExperimentError, Means, Signal
 from evat.experiment.checks import SETTABLE
 from evat.experiment.columns import Column, check_header, unreadable
 from evat.experiment.document import MEAN, Document, TrialEntry, check_inputs
 from evat.files.table import HEADER, Table, read_table, read_texts, unit_in
 from evat.files.text import RecordError
 from evat.model import Model, ParameterError, Variable
+from evat.units import base_unit
 
 CONDITION = "condition"  # header of the names of the conditions; without it they are named after what varied
 SD = "_sd"  # a standard deviation is headed like its mean, with this at the end of the name
@@ -76,17 +77,17 @@ def _columns(document: Document, file: str, table: Table, by_name: Mapping[str, 
             )
         if header in signals:
             check_header(signals[header], file)
-            name, unit = signals[header].name, signals[header].unit
+            name = signals[header].name
         else:
-            name, unit = _name(header), unit_in(header) or ""
+            name = _name(header)
         known = _known(file, header, name, by_name)
         try:
-            column = Column.of(header, name, unit or known.unit, known)
+            column = _column(header, name, known, document.signals, signals)
         except ParameterError as error:
             raise ExperimentError(f"{file}, column {header!r}: {error}") from error
         if any(name == other.name for other in columns):
             raise ExperimentError(f"{file}, column {header!r}: there is another column of {name}; keep one.")
-        columns.append(replace(column, low=0.0, offset=0.0) if name not in by_name else column)
+        columns.append(column)
     missing = [signal for signal in document.averaged if signal.column not in table.columns]
     for signal in missing:
         raise ExperimentError(
@@ -94,6 +95,27 @@ def _columns(document: Document, file: str, table: Table, by_name: Mapping[str, 
             f"Name the right one as signals.{signal.name}.column."
         )
     return columns
+
+
+def _column(header: str, name: str, known: Variable, by_name: Mapping[str, Signal], by_column: Mapping[str, Signal]) -> Column:
+    """How a column is read: as its signal says, else by the unit in its header. ParameterError where a unit does not fit."""
+    if header in by_column:
+        if by_column[header].of:
+            raise ParameterError(f"signals.{name}.from: an average is not differentiated; give the velocity, and remove it.")
+        return Column.of_signal(by_column[header], known)
+    stated, mean = unit_in(header), by_name.get(known.name)
+    if name == known.name or mean is None:
+        column = Column.of(header, name, stated or known.unit, known)
+    elif stated is None or _alike(stated, mean.unit):  # a spread stands beside its mean in the file, before any scale
+        column = replace(Column.of_signal(replace(mean, column=header, unit=stated or mean.unit), known), name=name)
+    else:
+        column = Column.of(header, name, stated, known)
+    return column if name == known.name else replace(column, factor=abs(column.factor), offset=0.0, low=0.0)
+
+
+def _alike(stated: str, unit: str) -> bool:
+    """Whether both units measure the same kind of quantity; ParameterError where the stated one is none."""
+    return base_unit(stated).exponents == base_unit(unit).exponents
 
 
 def _known(file: str, header: str, name: str, by_name: Mapping[str, Variable]) -> Variable:
