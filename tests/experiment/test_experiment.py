@@ -207,6 +207,7 @@ def test_signals_may_head_the_columns_of_means(tmp_path: Path) -> None:
         ("sign = -1\n", [-8, -5]),
         ("scale = 2.0\n", [16, 10]),
         ("offset = 1.0\n", [9, 6]),
+        ("sign = -1\nscale = 2.0\noffset = 1.0\n", [-15, -9]),
     ],
 )
 def test_signals_convert_the_columns_of_means(tmp_path: Path, more: str, forces: list[float]) -> None:

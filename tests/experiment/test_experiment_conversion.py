@@ -75,13 +75,20 @@ def test_second_derivatives_follow_a_corner() -> None:
 
 
 def test_sign_scale_and_offset(tmp_path: Path) -> None:
-    """A motor's current, counted the other way, with a zero of its own; a spindle in turns per minute."""
+    """A motor's current, counted the other way, with a zero of its own that is added as it stands; a spindle in turns per minute."""
     at = folder(
         tmp_path, np.full(2000, 60.0), TIMES, slip='unit = "rpm"\nscale = 0.025', shown='unit = "mA"\nscale = 5.0\nsign = -1\noffset = 0.2'
     )
     slip, force = columns(at)
     assert pytest.approx(2 * np.pi * 0.025) == slip[0]
-    assert pytest.approx(-(5e-3 * TIMES + 0.2)) == force
+    assert pytest.approx(-5e-3 * TIMES + 0.2) == force
+
+
+def test_a_zero_is_stated_in_the_unit_of_the_column(tmp_path: Path) -> None:
+    """How far the zero of a current may be off is a current, and that of a scaled force so much force."""
+    at = folder(tmp_path, VELOCITY, TIMES, shown='unit = "mA"\nscale = -5.0')
+    (at / "experiment.toml").write_text((at / "experiment.toml").read_text() + "[setup_sd.friction_force]\nzero = 20.0\n")
+    assert read_experiment(at, MODEL).setup_sd["friction_force"].zero == pytest.approx(0.1)
 
 
 def test_a_mass_and_a_load_are_taken_off(tmp_path: Path) -> None:

@@ -37,8 +37,8 @@ class ExperimentError(EvatError):
 class Signal:
     """One measured quantity: a variable of the component and where it stands in the data files.
 
-    `unit` is the one typed in the file; `full_scale` (the sensor's range) is in SI. A clock has no role. The variable is
-    sign (scale value + offset), value in the SI unit of the column; without a `scale` the unit measures what the variable does.
+    `unit` is the one typed in the file; `full_scale` (the sensor's range, to both sides of `offset`) is in SI. A clock has no role. The
+    variable is sign scale value + offset, value in the SI unit of the column; without a `scale` the unit measures what the variable does.
     `of` = "position": the variable is the derivative of that. With a `radius` [m] the column is an angle, its speed, or a torque.
     """
 

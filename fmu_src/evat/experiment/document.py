@@ -213,7 +213,7 @@ class _Reader(Checks):
                 signal = signals.get({"zero": name, "clock": CLOCK}.get(key, ""))
                 known[key] = float(number)
                 if signal is not None:
-                    known[key] *= affine(signal.unit, "s" if key == "clock" else self.variables[name].unit)[0]
+                    known[key] *= abs(to_variable(signal, "s" if key == "clock" else self.variables[name].unit)[0])
             setups[name] = SetupSd(**known)
         return setups
 
@@ -267,14 +267,14 @@ class _Reader(Checks):
         converted = self.conversion(where, known, table)
         signal = Signal(name, self.text(f"{where}.column", table.get("column", name)), unit, role, **converted)
         try:
-            factor, offset = to_variable(signal, known.unit if known else "s" if name == CLOCK else unit)
+            factor, _ = to_variable(signal, known.unit if known else "s" if name == CLOCK else unit)
         except ParameterError as error:
             raise self.error(f"{where}.unit", str(error)) from error
         full_scale = table.get("full_scale")
         if full_scale is not None:
             if not is_number(full_scale) or not 0 < full_scale < math.inf or role != "output":
                 raise self.error(f"{where}.full_scale", f"{full_scale!r}; a number above 0 in {unit} is needed, and only outputs have one.")
-            full_scale = abs(full_scale * factor + offset)
+            full_scale = abs(full_scale * factor)  # either way from what the sensor shows of nothing, which is at `offset`
         return replace(signal, full_scale=full_scale)
 
     def conversion(self, where: str, known: Variable | None, table: Mapping[str, Any]) -> dict[str, Any]:
@@ -370,14 +370,14 @@ def to_variable(signal: Signal, wanted: str) -> tuple[float, float]:
     if signal.radius is not None:
         factor, offset = affine(signal.unit, "rad" if signal.of else ANGULAR[wanted])
         scale = signal.radius if signal.of or wanted == "m/s" else 1 / signal.radius
-        return signal.sign * scale * factor, signal.sign * (scale * offset + signal.offset)
+        return signal.sign * scale * factor, signal.sign * scale * offset + signal.offset
     if signal.scale is None:
         factor, offset = affine(signal.unit, "m" if signal.of else wanted)
         scale = 1.0
     else:
         base = base_unit(signal.unit)
         factor, offset, scale = float(base.factor), float(base.offset), signal.scale
-    return signal.sign * scale * factor, signal.sign * (scale * offset + signal.offset)
+    return signal.sign * scale * factor, signal.sign * scale * offset + signal.offset
 
 
 def check_inputs(model: Model, nominal: Nominal, given: Collection[str], where: str) -> None:

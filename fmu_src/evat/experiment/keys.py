@@ -69,7 +69,7 @@ TABLES: dict[str, tuple[Key, ...]] = {
         Key("full_scale", "number", "", "the sensor's range, in the unit; of outputs"),
         Key("sign", "1 or -1", "1", "-1 where the sensor counts the other way"),
         Key("scale", "number", "", "times the value in the SI unit of the column, such as 5.2 N/A of a motor's current"),
-        Key("offset", "number", "0", "then added, in the variable's SI unit"),
+        Key("offset", "number", "0", "added after sign and scale, in the variable's SI unit; neither turns it"),
         Key("from", "position", "", "the column is a position, and is differentiated"),
         Key("radius", "number, m", "", "lever arm of a column that is an angle, an angular velocity or a torque; in place of a scale"),
     ),
