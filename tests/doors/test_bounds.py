@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from evat import ContactModel
-from evat.experiment.columns import Column
+from evat.experiment.column import Column
 from evat.experiment.document import ExperimentError
 from evat.model import ParameterError, Run, SimulationError, Variable
 from evat.native import kernel, machine

@@ -263,7 +263,7 @@ def _understood(folder: Path, look: Sequence[str]) -> None:
         if experiment.trials:
             out.print(f"wrote {plot_experiment(experiment, folder / PICTURE)}")
         scan = scan_experiment(folder, ContactModel())
-        lost = skipped(scan)
+        lost = (*skipped(scan), *(remark.text for remark in scan.remarks))
         out.print(f"wrote {write_page(scan, folder / PAGE, (*look, *lost), experiment)}")
         for doubt in lost:
             err.print(marked("warning:", "bold yellow", doubt), soft_wrap=True)

@@ -86,7 +86,8 @@ def check(
     out.print(_nominal(document))
     recorded = {name for name, signal in document.signals.items() if signal.role == "input"}
     stated = {name for trial in document.trials for name in trial.values} | set(() if means is None else means.values)
-    doubts = [*unread_inputs(ContactModel(), document.nominal.values, recorded, stated), *skipped(scan)]
+    unread = unread_inputs(ContactModel(), document.nominal.values, recorded, stated)
+    doubts = [*unread, *skipped(scan), *(remark.text for remark in scan.remarks)]
     for doubt in doubts:
         err.print(marked("warning:", "bold yellow", doubt), soft_wrap=True)
     out.print(f"data {scan.data_hash}", highlight=False, soft_wrap=True)

@@ -163,6 +163,14 @@ class Means:
         return Means(self.file, tuple(self.conditions[row] for row in kept), values, outputs, sd)
 
 
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """A sentence on a recording, told where it was read; a `doubt` is one on all that is made of its numbers."""
+
+    text: str
+    doubt: bool = False
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Experiment:
     """Everything that was measured on one contact: what `evat.read_experiment` and `evat.orthogonal` give.
@@ -187,6 +195,8 @@ class Experiment:
         By channel, how far the set-up may be off, where its owner stated anything.
     day : str
         That of the newest file; "" where there are none.
+    remarks : tuple of Remark
+        What its owner should know of the files, such as of a sensor at the end of its range.
 
     Examples
     --------
@@ -208,6 +218,7 @@ class Experiment:
     data_hash: str
     setup_sd: Mapping[str, SetupSd] = field(default_factory=dict)
     day: str = ""
+    remarks: tuple[Remark, ...] = ()
 
     def __repr__(self) -> str:
         rows = f", {len(self.means.conditions)} rows of averages" if self.means is not None else ""

@@ -1,74 +1,23 @@
-"""Is every number of a recording fit to be used? Its columns in SI, batch by batch, within bounds, along a clock that runs on."""
+"""Is every row of a recording fit to be used? Its columns in SI, batch by batch, along a clock that runs on."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from evat.experiment import ExperimentError, Signal
-from evat.experiment.document import BESIDE, CLOCK, Document, TrialEntry, to_variable
+from evat.experiment import ExperimentError, Remark, SetupSd, Signal
+from evat.experiment.column import Column
+from evat.experiment.document import BESIDE, CLOCK, Document, TrialEntry
+from evat.experiment.remarks import Remarks
 from evat.files.spelling import unit_meant
 from evat.files.stream import Bytes, headers, open_batches
 from evat.files.table import unit_in
 from evat.files.text import RecordError, TextForm
-from evat.model import FloatArray, IntArray, Model, ParameterError, Variable
+from evat.model import FloatArray, IntArray, Model, ParameterError
 from evat.units import affine, base_unit
-
-
-@dataclass(frozen=True, slots=True)
-class Column:
-    """One column of a file: the variable `name` in `si` = factor * value in the file + offset, between `low` and `high`; where it
-    is derived from the column, it lies between `variable_low` and `variable_high` itself."""
-
-    header: str
-    name: str
-    unit: str
-    factor: float
-    offset: float
-    si: str
-    low: float
-    high: float
-    variable_low: float = -np.inf
-    variable_high: float = np.inf
-    slack: float = 0.0  # how far outside the bounds a value may lie: see Variable
-
-    @classmethod
-    def of_signal(cls, signal: Signal, known: Variable | None) -> Column:
-        """The column of a signal; a position has no bounds."""
-        plain = "s" if signal.name == CLOCK else signal.unit
-        si, low, high = (known.unit, known.min, known.max) if known else (plain, -np.inf, np.inf)
-        own = (low, high)
-        if signal.of:
-            low, high = -np.inf, np.inf
-        slack = known.slack if known else 0.0
-        return cls(signal.column, signal.name, signal.unit, *to_variable(signal, si), si, low, high, *own, slack)
-
-    @classmethod
-    def of(cls, header: str, name: str, unit: str, known: Variable | None) -> Column:
-        """The column of a variable, or of the clock where there is none; ParameterError where the unit does not fit."""
-        si, low, high = (known.unit, known.min, known.max) if known else ("s", -np.inf, np.inf)
-        return cls(header, name, unit, *affine(unit, si), si, low, high, slack=known.slack if known else 0.0)
-
-    def checked(self, file: str, rows: IntArray, raw: FloatArray) -> FloatArray:
-        """The column in SI; an error names the row (of `rows`, from 1) of what is no number or lies outside the variable's bounds."""
-        column = raw if (self.factor, self.offset) == (1, 0) else raw * self.factor + self.offset
-        low, high = float(column.min()), float(column.max())
-        if not (np.isfinite(low) and np.isfinite(high)):
-            row = rows[int(np.argmin(np.isfinite(column)))]
-            raise ExperimentError(
-                f"{file}, column {self.header!r}, data row {row}: no finite number. Nothing is filled in; mend or cut it."
-            )
-        least, most = self.low - self.slack, self.high + self.slack
-        if low < least or high > most:
-            place = int(np.argmax((column < least) | (column > most)))
-            raise ExperimentError(
-                f"{file}, column {self.header!r}, data row {rows[place]}: {self.name} = {column[place]:g} {self.si}; allowed is "
-                f"{self.low:g} to {self.high:g} {self.si}. Its unit is given as {self.unit}: is that right?"
-            )
-        return column
 
 
 def unreadable(file: str, error: RecordError) -> str:
@@ -99,7 +48,8 @@ def trial_columns(document: Document, entry: TrialEntry, model: Model) -> list[C
         if signal.name in entry.values:
             raise ExperimentError(f"{entry.source}: {signal.name} is a signal and among the trial's values too; keep one.")
         check_header(signal, entry.source)
-        columns.append(Column.of_signal(signal, None if signal.name in BESIDE else by_name[signal.name]))
+        column = Column.of_signal(signal, None if signal.name in BESIDE else by_name[signal.name])
+        columns.append(replace(column, zero_sd=document.setup_sd.get(signal.name, SetupSd()).zero))
     return columns
 
 
@@ -128,10 +78,16 @@ def check_header(signal: Signal, file: str) -> None:
 
 
 def trial_batches(
-    entry: TrialEntry, columns: list[Column], done: Bytes, rows: Callable[[int], None], form: TextForm
+    entry: TrialEntry,
+    columns: list[Column],
+    done: Bytes,
+    rows: Callable[[int], None],
+    form: TextForm,
+    remarks: list[Remark] | None = None,
 ) -> Iterator[list[FloatArray]]:
-    """A trial's file in batches, in SI and checked. `rows` is told how many there will be where the file says so."""
-    at, count, last = 0, 0, -np.inf
+    """A trial's file in batches, in SI and checked. `rows` is told how many there will be where the file says so, `remarks` at the end what
+    should be known of it."""
+    at, count, last, seen = 0, 0, -np.inf, Remarks(entry.source, columns)
     headings = list(dict.fromkeys([*(column.header for column in columns), *entry.rows]))
     try:
         with open_batches(entry.path, headings, done, form) as batches:
@@ -147,12 +103,15 @@ def trial_batches(
                 batch = [column.checked(entry.source, numbers, values) for column, values in zip(columns, raw, strict=True)]
                 _check_clock(entry.source, columns[0].header, numbers, last, batch[0])
                 count, last = count + own.size, float(batch[0][-1])
-                yield batch
+                yield seen.seen(numbers, batch)
     except RecordError as error:
         raise ExperimentError(unreadable(entry.source, error)) from error
     if count < 2:
         where = f" with {', '.join(f'{header} = {value:g}' for header, value in entry.rows.items())}" if entry.rows else " of data"
         raise ExperimentError(f"{entry.source}: it has {count} row{'s' * (count != 1)}{where}; a recording has at least 2.")
+    told = seen.told()
+    if remarks is not None:
+        remarks += told
 
 
 def _own_rows(entry: TrialEntry, columns: Mapping[str, FloatArray]) -> IntArray:

@@ -8,8 +8,9 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.experiment import ExperimentError
-from evat.experiment.columns import Column
+from evat.experiment.column import Column
 from evat.experiment.document import FRICTION, Document
+from evat.experiment.remarks import unwrapped
 from evat.experiment.smoothing import derivative
 from evat.model import FloatArray
 from evat.required_inputs import MOTION
@@ -25,6 +26,7 @@ def derived(file: str, columns: Sequence[Column], held: list[FloatArray], docume
     if not positions and inertia is None:
         return held
     step = even_step(file, held[0])
+    held = [unwrapped(values, column.turn) for values, column in zip(held, columns, strict=True)]
     columns_in_si = list(held)
     for place in positions:
         columns_in_si[place] = derivative(held[place], step)

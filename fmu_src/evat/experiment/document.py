@@ -380,6 +380,14 @@ def to_variable(signal: Signal, wanted: str) -> tuple[float, float]:
     return signal.sign * scale * factor, signal.sign * scale * offset + signal.offset
 
 
+def turn_of(signal: Signal) -> float | None:
+    """A whole turn of an angle that is differentiated, as `to_variable` has it; None of what is none."""
+    if not signal.of or base_unit(signal.unit).exponents != base_unit("rad").exponents:
+        return None
+    factor, _ = to_variable(signal, "m/s")
+    return abs(factor) * math.tau / affine(signal.unit, "rad")[0]
+
+
 def check_inputs(model: Model, nominal: Nominal, given: Collection[str], where: str) -> None:
     """ExperimentError where the nominal model needs an input that is neither a signal nor has a value."""
     if lacks_motion(model, nominal.values, given):

@@ -13,7 +13,8 @@ import numpy as np
 
 from evat.experiment import ExperimentError, Means, Signal
 from evat.experiment.checks import SETTABLE
-from evat.experiment.columns import Column, check_header, unreadable
+from evat.experiment.column import Column
+from evat.experiment.columns import check_header, unreadable
 from evat.experiment.document import MEAN, Document, TrialEntry, check_inputs
 from evat.files.table import HEADER, Table, read_table, read_texts, unit_in
 from evat.files.text import RecordError

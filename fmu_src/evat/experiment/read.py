@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from os import PathLike
@@ -15,8 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from evat.experiment import Experiment, Means, Trial
-from evat.experiment.columns import Column, trial_batches, trial_columns
+from evat.experiment import Experiment, Means, Remark, Trial
+from evat.experiment.column import Column
+from evat.experiment.columns import trial_batches, trial_columns
 from evat.experiment.derived import derived
 from evat.experiment.document import TRIGGER, Document, TrialEntry, read_document
 from evat.experiment.means import read_means
@@ -61,6 +62,7 @@ class Scan:
     trials: tuple[TrialFacts, ...]
     means: Means | None
     data_hash: str
+    remarks: tuple[Remark, ...] = ()
 
 
 def read_experiment(
@@ -105,13 +107,16 @@ def read_experiment(
     document = read_document(Path(folder_or_toml), model)
     done = ShareDone(document, progress)
     data_hash = hash_of(document, done)
+    remarks = list[Remark]()
     trials = tuple(
-        trial for entry in document.trials for trial in read_entry(entry, trial_columns(document, entry, model), document, done, most)
+        trial
+        for entry in document.trials
+        for trial in read_entry(entry, trial_columns(document, entry, model), document, done, most, remarks)
     )
-    return assembled(document, trials, model, data_hash)
+    return assembled(document, trials, model, data_hash, remarks)
 
 
-def assembled(document: Document, trials: tuple[Trial, ...], model: Model, data_hash: str) -> Experiment:
+def assembled(document: Document, trials: tuple[Trial, ...], model: Model, data_hash: str, remarks: Sequence[Remark] = ()) -> Experiment:
     """An experiment of these trials, its averages read."""
     means = None if document.means is None else read_means(document, *document.means, model)
     return Experiment(
@@ -125,6 +130,7 @@ def assembled(document: Document, trials: tuple[Trial, ...], model: Model, data_
         data_hash,
         document.setup_sd,
         day_of(document),
+        tuple(remarks),
     )
 
 
@@ -133,8 +139,10 @@ def scan_experiment(folder_or_toml: Path, model: Model, *, progress: Progress | 
     document = read_document(Path(folder_or_toml), model)
     done = ShareDone(document, progress)
     data_hash = hash_of(document, done)
-    trials = tuple(_scan_trial(entry, trial_columns(document, entry, model), done, document.form) for entry in document.trials)
-    return Scan(document, trials, None if document.means is None else read_means(document, *document.means, model), data_hash)
+    remarks = list[Remark]()
+    trials = tuple(_scan_trial(entry, trial_columns(document, entry, model), done, document.form, remarks) for entry in document.trials)
+    means = None if document.means is None else read_means(document, *document.means, model)
+    return Scan(document, trials, means, data_hash, tuple(remarks))
 
 
 class ShareDone:
@@ -168,17 +176,31 @@ def hash_of(document: Document, done: Callable[[int], None]) -> str:
     return digest.hexdigest()
 
 
-def read_entry(entry: TrialEntry, columns: list[Column], document: Document, done: Callable[[int], None], most: int | None) -> list[Trial]:
-    """The recording, or where a trigger marks several parts of it, one for each."""
+def read_entry(
+    entry: TrialEntry,
+    columns: list[Column],
+    document: Document,
+    done: Callable[[int], None],
+    most: int | None,
+    remarks: list[Remark],
+) -> list[Trial]:
+    """The recording, or where a trigger marks several parts of it, one for each; what should be known of it goes to the remarks."""
     trigger = next((place for place, column in enumerate(columns) if column.name == TRIGGER), None)
     if trigger is None:
-        return [_read_trial(entry, columns, document, done, most)]
-    whole = _read_trial(entry, columns, document, done, None)
+        return [_read_trial(entry, columns, document, done, most, remarks)]
+    whole = _read_trial(entry, columns, document, done, None, remarks)
     trials = triggered(whole, columns[trigger].header)
     return trials if most is None else [trial.head(most) for trial in trials]
 
 
-def _read_trial(entry: TrialEntry, columns: list[Column], document: Document, done: Callable[[int], None], most: int | None) -> Trial:
+def _read_trial(
+    entry: TrialEntry,
+    columns: list[Column],
+    document: Document,
+    done: Callable[[int], None],
+    most: int | None,
+    remarks: list[Remark],
+) -> Trial:
     held = [np.empty(0) for _ in columns]
     at = 0
 
@@ -186,7 +208,7 @@ def _read_trial(entry: TrialEntry, columns: list[Column], document: Document, do
         for column in held:
             column.resize(rows if most is None else min(rows, most), refcheck=False)
 
-    for batch in trial_batches(entry, columns, done, room, document.form):
+    for batch in trial_batches(entry, columns, done, room, document.form, remarks):
         end = at + batch[0].size if most is None else min(at + batch[0].size, most)
         if end > held[0].size:
             room(max(end, int(GROWTH * held[0].size)))
@@ -205,9 +227,9 @@ def _read_trial(entry: TrialEntry, columns: list[Column], document: Document, do
     return Trial(entry.file, entry.condition, entry.values, held[0], by_role["input"], outputs, noise_sd=entry.noise_sd)
 
 
-def _scan_trial(entry: TrialEntry, columns: list[Column], done: Callable[[int], None], form: TextForm) -> TrialFacts:
+def _scan_trial(entry: TrialEntry, columns: list[Column], done: Callable[[int], None], form: TextForm, remarks: list[Remark]) -> TrialFacts:
     facts, squares = TrialFacts(entry.file, entry.condition), np.zeros(len(columns))
-    for batch in trial_batches(entry, columns, done, lambda rows: None, form):
+    for batch in trial_batches(entry, columns, done, lambda rows: None, form, remarks):
         times, end = batch[0], facts.end
         steps = np.diff(times, prepend=end) if facts.rows else np.diff(times)
         facts.begin, facts.end = (facts.begin if facts.rows else float(times[0])), float(times[-1])

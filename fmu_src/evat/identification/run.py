@@ -89,6 +89,7 @@ def _identified(experiment: Experiment, model: Model, free: Sequence[str], setti
         seconds=time.perf_counter() - begin,
         stopped=stopped,
         doubts=(
+            *(remark.text for remark in experiment.remarks if remark.doubt),
             *unread_inputs(model, {**objective.prediction.nominal, **settings.values}, fitted.recorded, fitted.stated),
             *suspicious_scales(objective),
             *fit_doubts(objective, fits, settings.whiten),

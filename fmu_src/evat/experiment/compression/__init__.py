@@ -17,8 +17,9 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from evat.constants import CONSTANTS
-from evat.experiment import DISTANCE, Experiment, ExperimentError, SetupSd, Trial
-from evat.experiment.columns import Column, trial_batches, trial_columns, unreadable
+from evat.experiment import DISTANCE, Experiment, ExperimentError, Remark, SetupSd, Trial
+from evat.experiment.column import Column
+from evat.experiment.columns import trial_batches, trial_columns, unreadable
 from evat.experiment.compression.allotment import pieces_of
 from evat.experiment.compression.overview import Overview
 from evat.experiment.compression.pieces import Piece
@@ -130,17 +131,18 @@ def compress_experiment(
     done = ShareDone(document, progress, PASSES)
     data_hash = hash_of(document, done)
     share = max(samples // max(len(document.trials), 1), FEWEST_SAMPLES)
-    trials, told, steps = list[Trial](), list[CompressionSummary](), list[float]()
+    trials, told, steps, remarks = list[Trial](), list[CompressionSummary](), list[float](), list[Remark]()
     for entry in document.trials:
         record = _Record(document, entry, trial_columns(document, entry, model), model, done)
         if record.is_short(share):
-            trials += read_entry(entry, record.columns, document, done, None)
+            trials += read_entry(entry, record.columns, document, done, None, remarks)
             continue
         some, said = record.compressed(share)
+        remarks += record.remarks
         trials += some
         told.append(said)
         steps.append(said.seconds / (said.rows - 1))
-    experiment = assembled(document, tuple(trials), model, data_hash)
+    experiment = assembled(document, tuple(trials), model, data_hash, remarks)
     return Compressed(_with_clocks(experiment, max(steps, default=0.0)), tuple(told))
 
 
@@ -164,6 +166,7 @@ class _Record:
         self.inputs, self.outputs = ([name for name in self.names if roles[name] == role] for role in ("input", "output"))
         self.values = {**document.nominal.values, **entry.values}
         self.cycle_time = model.cycle_time(self.values)
+        self.remarks = list[Remark]()
 
     def is_short(self, share: int) -> bool:
         """Whether it stays as it is: it is no longer than its share, or only parts of it count, which a trigger tells."""
@@ -178,7 +181,8 @@ class _Record:
 
     def batches(self) -> Iterator[list[FloatArray]]:
         """Checked, in SI."""
-        some = trial_batches(self.entry, self.columns, self.done, lambda rows: None, self.document.form)
+        self.remarks = list[Remark]()  # of each pass the same
+        some = trial_batches(self.entry, self.columns, self.done, lambda rows: None, self.document.form, self.remarks)
         return derived_batches(self.entry.file, self.columns, some, self.document)
 
     def compressed(self, share: int) -> tuple[list[Trial], CompressionSummary]:
