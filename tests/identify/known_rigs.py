@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from evat.experiment import Experiment, Nominal, Signal, Trial
+from evat.experiment import Experiment, Nominal, SetupSd, Signal, Trial
 from evat.model import FloatArray, Run
 from evat.models.contact import ContactModel
 
@@ -53,3 +54,11 @@ def experiment(*trials: Trial, nominal: Mapping[str, float | str] = GUESS, effec
         "friction_force": Signal("friction_force", "F", "N", "output"),
     }
     return Experiment(Path(), "rig", "", Nominal(dict(nominal), effects, {}), signals, tuple(trials), None, "hash of no file")
+
+
+def exact(made: Experiment) -> Experiment:
+    """The same with what is true of a simulation: its set-up has no errors, and what is held has its true value. What intervals then hold
+    is noise, whose size is known."""
+    measured = {name for each in made.trials for name in each.outputs} | set(made.outputs)
+    setup = {name: SetupSd(gain=0.0, zero=0.0) for name in measured}
+    return replace(made, setup_sd=setup, nominal=replace(made.nominal, default_relative_sd=0.0))

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from evat.experiment import Experiment
+from evat.experiment import Experiment, Nominal
 from evat.identification import Settings, identify
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 from evat.studies.orthogonal import orthogonal
-from known_rigs import FREE, MODEL, TIMES, TRUTH, experiment, force, trial
+from known_rigs import FREE, MODEL, TIMES, TRUTH, exact, experiment, force, trial
 
 TRUTHS = 50
 NAMES = ("F_C", "F_S", "sigma0", "sigma2", "v_s")
@@ -33,7 +33,7 @@ def covered(count: int, search: str, repeats: int = 1, scatter: float = 0.0) -> 
         nominal = {**truth, **{name: float(truth[name]) * rng.uniform(0.8, 1.25) for name in NAMES}}
         clean, gains = force(slip, truth), 1 + scatter * rng.standard_normal(repeats)
         trials = [trial(slip, values=truth, seed=place + 1000 * repeat, measured=gain * clean) for repeat, gain in enumerate(gains)]
-        rig = experiment(*trials, nominal={**nominal, "sigma1": truth["sigma1"]})
+        rig = exact(experiment(*trials, nominal={**nominal, "sigma1": truth["sigma1"]}))
         settings = Settings(search=search, population=24, generations=25, seed=place)  # type: ignore[arg-type]
         identification = identify(rig, MODEL, NAMES, settings)
         for estimate in identification.estimates:
@@ -69,7 +69,7 @@ def test_intervals_hold_what_held_values_may_be_off_by() -> None:
     free, settings, off = ["F_C", "F_S", "v_s", "sigma2"], Settings(search="none", profiles=False), []
     told = 0
     for seed in range(1, 13):
-        made = orthogonal(truth, motion="reversal", repeats=2, speeds=[0.05, 0.5], rate=40.0, seed=seed)
+        made = exact(orthogonal(truth, motion="reversal", repeats=2, speeds=[0.05, 0.5], rate=40.0, seed=seed))
         fit = identify(made, MODEL, free, settings)
         off.append([(fit[name].value - truth[name]) / fit[name].sd for name in free])
         told += any("sigma0 (held, known to 17.3 %) in " in doubt for doubt in fit.doubts)
@@ -80,9 +80,61 @@ def test_intervals_hold_what_held_values_may_be_off_by() -> None:
     assert np.std(off) > 0.3  # and are no wider than they have to be
 
 
+LUGRE: dict[str, float | str] = {"friction_law": "lugre", "F_C": 8.0, "F_S": 9.5, "v_s": 0.01, "sigma0": 1e5, "sigma1": 30.0, "sigma2": 2.0}
+
+
+def rig(motion: str = "reversal", gain: float = 1.0, zero: float = 0.0, **nominal: float) -> Experiment:
+    """Two repeats of tests whose force has a gain and a zero [N] that both share; of nominal values nothing is said."""
+    made = orthogonal(LUGRE, motion=motion, repeats=2, speeds=[0.05, 0.5], rate=100.0, seed=1, nominal_off=0.0)
+    trials = tuple(replace(each, outputs={"friction_force": gain * each.outputs["friction_force"] + zero}) for each in made.trials)
+    return replace(made, trials=trials, nominal=Nominal({**made.nominal.values, **nominal}, (), {}, initial_bristle="relaxed"))
+
+
+def test_a_held_value_of_which_nothing_is_said_is_known_to_a_tenth() -> None:
+    """v_s is held a fifth off: by noise alone, an estimate is more than five standard errors off."""
+    free, settings = ["F_C", "F_S", "sigma2"], Settings(search="none", profiles=False)
+    off = rig(v_s=0.012)
+    fit = identify(off, MODEL, free, settings)
+    assert all(abs(fit[name].value - float(LUGRE[name])) < 2.6 * fit[name].sd for name in free)
+    assert any("v_s (held, known to 10 %) in F_C, F_S, sigma2" in doubt for doubt in fit.doubts)
+    said = identify(
+        replace(off, nominal=replace(off.nominal, relative_sd=dict.fromkeys(("v_s", "sigma0", "sigma1"), 0.1))), MODEL, free, settings
+    )
+    assert [said[name].sd for name in free] == [fit[name].sd for name in free]
+    sure = identify(exact(off), MODEL, free, settings)
+    assert max(abs(sure[name].value - float(LUGRE[name])) / sure[name].sd for name in free) > 5
+
+
+@pytest.mark.parametrize(
+    ("motion", "gain", "zero", "moved"), [("reversal", 1.01, 0.0, "F_C, F_S, sigma0"), ("ramp", 1.0, 0.08, "F_C, F_S")]
+)
+def test_intervals_hold_what_a_set_up_may_be_off_by(motion: str, gain: float, zero: float, moved: str) -> None:
+    """A gain of 1 %, and where a contact slides one way a zero of 1 % of the force: repeats share them, so that nothing shows them. One sd
+    of what setup_sd says where its owner says nothing; by noise alone, more than four standard errors."""
+    strokes = rig(motion, gain, zero)
+    free, settings = ["F_C", "F_S", "v_s", "sigma0", "sigma2"], Settings(search="none", profiles=False)
+    free = free if motion == "reversal" else ["F_C", "F_S", "v_s", "sigma2"]
+    fit, sure = (identify(each, MODEL, free, settings) for each in (strokes, exact(strokes)))
+    off, by_noise = ({name: abs(each[name].value - float(LUGRE[name])) / each[name].sd for name in free} for each in (fit, sure))
+    assert max(off.values()) < 2.6
+    assert max(by_noise.values()) > 4
+    (doubt,) = (doubt for doubt in fit.doubts if "most of an interval is what the set-up may be off in all trials alike" in doubt)
+    assert f"the gain of friction force (known to 1 %) in {moved}" in doubt
+    assert not any("set-up" in doubt for doubt in sure.doubts)
+
+
+def test_a_zero_that_the_fit_frees_is_not_counted_twice() -> None:
+    """The effect of a sensor's offset does to the record what the zero of the set-up does: the data tell it, and its interval is theirs."""
+    settings = Settings(search="none", profiles=False, on=("sensor_offset",), bounds={"sensor_offset.friction_force": (-2.0, 2.0)})
+    strokes = rig(zero=0.5, **{"sensor_offset.friction_force": 0.1})
+    fit = identify(strokes, MODEL, ["F_C", "sensor_offset.friction_force"], settings)
+    told = fit["sensor_offset.friction_force"]
+    assert abs(told.value - 0.5) < 4 * told.sd < 0.05
+
+
 def held(**shares: float) -> Experiment:
     """A Coulomb rig of which F_C is free, and of others so much is known."""
-    made = orthogonal({"friction_law": "coulomb", "F_C": 8.0}, motion="reversal", repeats=2, speeds=[0.1, 0.5], rate=50.0)
+    made = exact(orthogonal({"friction_law": "coulomb", "F_C": 8.0}, motion="reversal", repeats=2, speeds=[0.1, 0.5], rate=50.0))
     return replace(made, nominal=replace(made.nominal, relative_sd=shares))
 
 

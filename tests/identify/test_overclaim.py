@@ -10,7 +10,7 @@ import pytest
 from evat.experiment import Experiment
 from evat.identification import Execution, Identification, Settings, identify
 from evat.identification.report.summary import headline
-from known_rigs import MODEL, TO_AND_FRO, TRUTH, experiment, force, trial
+from known_rigs import MODEL, TO_AND_FRO, TRUTH, exact, experiment, force, trial
 
 NAMES = ("F_C", "sigma2")
 SLIP = TO_AND_FRO[:500]
@@ -21,7 +21,7 @@ def rig(on: Sequence[str] = (), repeats: int = 1) -> Experiment:
     """One motion, recorded so many times."""
     extra = {"direction_asymmetry.a": 0.1} if on else {}
     clean = force(SLIP, {**TRUTH, **extra}, on)
-    return experiment(*(trial(SLIP, noise=0.002, seed=seed, measured=clean) for seed in range(repeats)), nominal=NEAR)
+    return exact(experiment(*(trial(SLIP, noise=0.002, seed=seed, measured=clean) for seed in range(repeats)), nominal=NEAR))
 
 
 def fitted(made: Experiment, **more: dict[str, tuple[float, float]]) -> Identification:
@@ -52,7 +52,7 @@ def test_recordings_that_scatter_widen_the_intervals() -> None:
         gain = 1 + 0.005 * np.random.default_rng(100 + place).standard_normal()
         clean = gain * force(size * TO_AND_FRO)
         trials.append(trial(size * TO_AND_FRO, f"c{place}", noise=0.002, seed=place + 1, measured=clean))
-    made = experiment(*trials, nominal={**TRUTH, "F_C": 8.0, "F_S": 10.0, "v_s": 1.3e-2, "sigma2": 30.0})
+    made = exact(experiment(*trials, nominal={**TRUTH, "F_C": 8.0, "F_S": 10.0, "v_s": 1.3e-2, "sigma2": 30.0}))
     answer = identify(made, MODEL, ("F_C", "F_S", "v_s", "sigma2"), Settings(search="none", seed=1))
     assert answer.fits["friction_force"].follows_itself < 0.3
     for name in NAMES:

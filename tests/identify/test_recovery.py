@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from evat.identification import Identification, Settings, identify
 from evat.model import ParameterError
-from known_rigs import FREE, GUESS, MODEL, SLIDING, STEP, TIMES, TO_AND_FRO, TRUTH, experiment, force, trial
+from known_rigs import FREE, GUESS, MODEL, SLIDING, STEP, TIMES, TO_AND_FRO, TRUTH, exact, experiment, force, trial
 
 
 @pytest.fixture(scope="module")
 def by_search() -> dict[str, Identification]:
-    rig = experiment(trial(TO_AND_FRO))
+    rig = exact(experiment(trial(TO_AND_FRO)))
     return {kind: identify(rig, MODEL, FREE, Settings(search=kind, seed=5, profiles=kind == "ga")) for kind in ("ga", "de")}  # type: ignore[arg-type]
 
 
@@ -47,7 +47,12 @@ def test_intervals_are_those_of_a_parabola_where_the_misfit_is_one(by_search: di
 def test_standard_errors_are_the_spread_over_repetitions() -> None:
     """Twenty repetitions of the same test: their spread is within a factor of the standard error that each states (99.9 %)."""
     identifications = [
-        identify(experiment(trial(TO_AND_FRO, seed=seed), nominal=TRUTH), MODEL, ["F_C", "sigma0"], Settings(search="none", profiles=False))
+        identify(
+            exact(experiment(trial(TO_AND_FRO, seed=seed), nominal=TRUTH)),
+            MODEL,
+            ["F_C", "sigma0"],
+            Settings(search="none", profiles=False),
+        )
         for seed in range(20)
     ]
     for name in ("F_C", "sigma0"):
@@ -77,8 +82,8 @@ def test_slow_noise_widens_the_intervals() -> None:
     slow = np.zeros(clean.size)
     for place in range(1, slow.size):
         slow[place] = 0.9 * slow[place - 1] + 0.1 * rng.standard_normal()
-    rig = experiment(trial(TO_AND_FRO, noise=0.0, measured=clean + slow), nominal=TRUTH)
-    white = experiment(trial(TO_AND_FRO, noise=0.0, measured=clean + np.std(slow) * rng.standard_normal(clean.size)), nominal=TRUTH)
+    rig = exact(experiment(trial(TO_AND_FRO, noise=0.0, measured=clean + slow), nominal=TRUTH))
+    white = exact(experiment(trial(TO_AND_FRO, noise=0.0, measured=clean + np.std(slow) * rng.standard_normal(clean.size)), nominal=TRUTH))
     names = ["F_C", "sigma2"]
     whitened, plain, of_white = (
         identify(one, MODEL, names, Settings(search="none", whiten=whiten)) for one, whiten in ((rig, True), (rig, False), (white, True))

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from evat.identification.fits import fits_of, unexplained
+from evat.identification.held import moved_by_held
 from evat.identification.objective import Objective
 from evat.inference.generalised_least_squares import Whitener
 from evat.inference.noise.autoregression import WHITE, autoregression, correlated, innovation_sd
@@ -65,8 +66,8 @@ class Optimum:
     (loss - least) / unit` is chi-squared with 1 degree of freedom); stretch : (p,) the factor of a parameter's variance by which
     correlated noise exceeds white one; covariance : of the point of the cube; degrees : (p,) of freedom from which a parameter's sd is
     known; pull : (p,) how steeply the loss falls beyond the point, in sd of each parameter alone: about 0 but on a bound; held[name] :
-    (p,) by how much each parameter is likely to be another because a nominal value that is held is, in sd of the parameter; nan where the
-    model runs at neither end of what that value may be.
+    (p,) by how much each parameter is likely to be another because a nominal value that is held is, or the gain or the zero of a channel
+    is off in all trials alike, in sd of the parameter; nan where the model runs at neither end of what that value may be.
     """
 
     point: FloatArray
@@ -106,9 +107,9 @@ def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float
         covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
     degrees = _degrees(objective, loss, table, covariance, unit)
     apart, recordings = _between_recordings(objective, slopes * psi[:, None], plain / unit)
-    moved = _moved_by_held(objective, loss, slopes, psi, unit, point, predicted)
+    moved, shift = moved_by_held(objective, loss.weigh, slopes, psi, unit, point, predicted, _inverse(slopes.T @ slopes))
     if moved:
-        grown = np.sqrt(1 + np.nansum(np.square(list(moved.values())), axis=0) / np.diag(covariance))
+        grown = np.sqrt(1 + shift / np.diag(covariance))
         stretch *= grown**2
         covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
     if np.any(astray := _astray(objective, residual, table)):
@@ -124,34 +125,6 @@ def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float
         degrees = np.minimum(degrees, recordings)
     held = {name: steps / np.sqrt(np.diag(covariance)) for name, steps in moved.items()}
     return Optimum(point, residual, loss, least, unit, stretch, covariance, degrees, pull, calls + 1 + point.size, held)
-
-
-def _moved_by_held(
-    objective: Objective, loss: Loss, slopes: FloatArray, psi: FloatArray, unit: float, point: FloatArray, predicted: FloatArray
-) -> dict[str, FloatArray]:
-    """By each nominal value that is held: how far (p,) the optimum is likely to lie from here, in the cube, for that value is another: by
-    what its owner knows of it and what these data tell.
-
-    slopes : (N, p) and psi : (N,), weighed; unit : the loss's rise that is one sd, squared, over 2; predicted : (N,), SI.
-    """
-    sd = objective.held_sd
-    if not sd:
-        return {}
-    bounds, nominal = {variable.name: variable for variable in objective.prediction.model.variables}, objective.prediction.nominal
-    tried: dict[str, FloatArray] = {}  # a sd up and down: a difference as small as for a slope tells little of so far
-    for place, (name, far) in enumerate(sd.items()):
-        tried[name] = np.full(2 * len(sd), float(nominal[name]))
-        tried[name][2 * place : 2 * place + 2] += np.array([far, -far])
-        tried[name] = np.clip(tried[name], bounds[name].min, bounds[name].max)
-    rows = objective.prediction.many({**objective.values, **objective.space.at(point), **tried}, objective.on)
-    sides = np.array([rows[0::2] - predicted, predicted - rows[1::2]])
-    runs = np.all(np.isfinite(sides), axis=2)  # (2, names)
-    by_sd = loss.weigh((np.sum(np.nan_to_num(sides) * runs[:, :, None], axis=0) / np.maximum(runs.sum(axis=0), 1)[:, None]).T)
-    steps = -_inverse(slopes.T @ slopes) @ (slopes.T @ by_sd)
-    left = (by_sd + slopes @ steps) / np.sqrt(unit)  # once the free parameters have followed
-    spread = np.linalg.inv(left.T @ left + np.eye(len(sd)))
-    likely = np.sqrt(np.diag(spread) + (spread @ (left.T @ (psi / np.sqrt(unit)))) ** 2)
-    return {name: steps[:, place] * likely[place] if runs[:, place].any() else np.full(point.size, np.nan) for place, name in enumerate(sd)}
 
 
 def _astray(objective: Objective, residual: FloatArray, table: FloatArray) -> FloatArray:

@@ -83,11 +83,16 @@ class Objective:
 
     @property
     def held_sd(self) -> dict[str, float]:
-        """Standard deviations [SI] of nominal values that are held and that their owner knows to within a share (nominal.relative_sd)."""
-        shares = self.prediction.experiment.nominal.relative_sd
+        """Standard deviations [SI] of nominal values that are held and that their owner knows to within a share: what nominal.relative_sd
+        says, or its default, as for a diagnosis."""
         may_be_off = nominal_parameters(self.prediction.model, self.prediction.experiment)
-        held = [each.name for each in may_be_off if each.name in shares and each.name not in (*self.space.names, *self.values)]
-        return {name: shares[name] * abs(float(self.prediction.nominal[name])) for name in held}
+        held = [each.name for each in may_be_off if each.name not in (*self.space.names, *self.values)]
+        return {name: self.known_to(name) * abs(float(self.prediction.nominal[name])) for name in held}
+
+    def known_to(self, name: str) -> float:
+        """The share of a nominal value to within which it is known."""
+        nominal = self.prediction.experiment.nominal
+        return nominal.relative_sd.get(name, nominal.default_relative_sd)
 
     def at(self, point: FloatArray) -> Prediction:
         """The prediction with what an unknown start of its trials changes at a point (p,) of the cube."""

@@ -33,8 +33,9 @@ class Curve:
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
     """One free parameter. `low` and `high` are the ends of the 90 % interval from the profile, nan where none was made; an open end is a
-    bound, up to which the data do not object. `sd` is the standard error at the optimum (inf where the data say nothing). Both count noise
-    and what differs between recordings; where something speaks against the whole fit the verdict is withheld, and they are no statement."""
+    bound, up to which the data do not object. `sd` is the standard error at the optimum (inf where the data say nothing). Both count
+    noise, what differs between recordings, and what held values and the set-up may be off; where something speaks against the whole fit the
+    verdict is withheld, and they are no statement."""
 
     variable: Variable
     nominal: float

@@ -28,6 +28,7 @@ from evat.inference.checks import check_clocks
 from evat.inference.clocks import with_clocks
 from evat.inference.law.initial_state import beginnings, begun, in_motion, with_initial_state
 from evat.inference.prediction import Prediction
+from evat.inference.setup.setup_errors import GAIN, by_channel
 from evat.model import Model, ParameterError
 from evat.required_inputs import unread_inputs
 
@@ -111,20 +112,32 @@ def _identified(experiment: Experiment, model: Model, free: Sequence[str], setti
     )
 
 
+SETUP_DOMINATES = 0.5  # of an estimate's variance, from which it is told that a set-up error gives it
 HELD_MATTERS = 0.3  # sd by which a nominal value that is held moves an estimate, from where it is told
 
 
 def _held(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
-    """Nominal values that are held, known to a share only, and in the intervals."""
-    shares, names = objective.prediction.experiment.nominal.relative_sd, objective.space.names
-    told, doubts = list[str](), list[str]()
+    """Nominal values that are held, known to a share only, and in the intervals; set-up errors that are most of them."""
+    names, setup = objective.space.names, {parameter.name: parameter for parameter in objective.prediction.setup.parameters}
+    told, most, doubts = list[str](), list[str](), list[str]()
     for name, moved in optimum.held.items():
+        if name in setup:
+            channel, kind = by_channel(name)
+            sd = f"{100 * setup[name].sd:.3g} %" if kind == GAIN else f"{setup[name].sd:.3g} {setup[name].unit}"
+            if mostly := [own for own, by in zip(names, moved, strict=True) if by**2 > SETUP_DOMINATES]:
+                most.append(f"the {kind} of {channel.replace('_', ' ')} (known to {sd}) in {', '.join(mostly)}")
+            continue
         if np.any(np.isnan(moved)):
             doubts.append(f"{name} is held, and the model runs at neither end of what it may be: intervals leave that out")
         if widened := [own for own, by in zip(names, moved, strict=True) if abs(by) > HELD_MATTERS]:
-            told.append(f"{name} (held, known to {100 * shares[name]:.3g} %) in {', '.join(widened)}")
+            told.append(f"{name} (held, known to {100 * objective.known_to(name):.3g} %) in {', '.join(widened)}")
     if told:
         doubts.insert(0, f"intervals are wider by what nominal values may be off, as nominal.relative_sd says: {'; '.join(told)}")
+    if most:
+        doubts.append(
+            f"most of an interval is what the set-up may be off in all trials alike, as setup_sd says: {'; '.join(most)}. No more trials "
+            "narrow that: calibrate the sensor, and state setup_sd"
+        )
     return tuple(doubts)
 
 
