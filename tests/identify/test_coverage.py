@@ -101,8 +101,8 @@ def test_a_held_value_of_which_nothing_is_said_is_known_to_a_tenth() -> None:
         replace(off, nominal=replace(off.nominal, relative_sd=dict.fromkeys(("v_s", "sigma0", "sigma1"), 0.1))), MODEL, free, settings
     )
     assert [said[name].sd for name in free] == [fit[name].sd for name in free]
-    sure = identify(exact(off), MODEL, free, settings)
-    assert max(abs(sure[name].value - float(LUGRE[name])) / sure[name].sd for name in free) > 5
+    by_noise = identify(exact(rig()), MODEL, free, settings)
+    assert max(abs(fit[name].value - float(LUGRE[name])) / by_noise[name].sd for name in free) > 5
 
 
 @pytest.mark.parametrize(

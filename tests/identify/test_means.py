@@ -13,7 +13,7 @@ from evat.commands.main import app
 from evat.experiment import Experiment, Means, Nominal
 from evat.experiment.read import read_experiment
 from evat.experiment.write import write_experiment
-from evat.identification import Settings, identify
+from evat.identification import Identification, Settings, identify
 from evat.models.contact import ContactModel
 from evat.native import kernel
 from evat.studies.examples import write_example
@@ -116,6 +116,26 @@ def test_replicates_of_a_mean_tell_its_noise(tmp_path: Path) -> None:
     first, second = (means.outputs["mean_principal_force"][place::2] for place in (0, 1))
     assert noise == pytest.approx(np.sqrt(np.mean((first - second) ** 2) / 2), rel=0.01)
     assert "nothing was repeated" not in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_averages_that_a_model_misses_by_more_than_their_replicates_differ_are_doubted() -> None:
+    """Two means of each condition within 1 % of each other, and a principal force that grows with the speed as no rigid tool's does: the
+    residual is many times their noise, and was taken for it."""
+    names = tuple(f"{60 * speed:.0f} m/min" for speed in np.repeat(SPEEDS, 2))
+    clean = MODEL.settled(FORCES, SHIPPED.effects, {**TRUTH, "cutting_speed": np.repeat(SPEEDS, 2)})
+    draw, tests = np.random.default_rng(5), averages(stated=None)
+
+    def fitted(grown: float) -> Identification:
+        more = 1 + grown * np.linspace(-1, 1, len(names))
+        outputs = {name: column * more * (1 + 0.004 * draw.standard_normal(column.size)) for name, column in clean.items()}
+        means = Means("means.csv", names, {"cutting_speed": np.repeat(SPEEDS, 2)}, outputs, {})
+        return identify(replace(tests, means=means), MODEL, FREE, Settings(search="none"))
+
+    answer = fitted(0.08)
+    for name in FORCES:
+        assert answer.fits[name].rms > 3 * answer.fits[name].of_replicates
+        assert any(doubt.startswith(f"{name}: the residual is ") for doubt in answer.doubts)
+    assert not any("misses" in doubt for doubt in fitted(0.0).doubts)
 
 
 def test_a_condition_can_be_kept_back_and_the_command_reads_the_file(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from evat.experiment import Experiment
 from evat.identification import Execution, Identification, Settings, identify
 from evat.identification.report.summary import headline
 from known_rigs import MODEL, TO_AND_FRO, TRUTH, exact, experiment, force, trial
+from scipy.signal import lfilter
 
 NAMES = ("F_C", "sigma2")
 SLIP = TO_AND_FRO[:500]
@@ -57,6 +59,56 @@ def test_recordings_that_scatter_widen_the_intervals() -> None:
     assert answer.fits["friction_force"].follows_itself < 0.3
     for name in NAMES:
         assert answer[name].low < float(TRUTH[name]) < answer[name].high
+
+
+def strokes(exponent: float, slow_noise: float = 0.0) -> Experiment:
+    """Two repeats of slow and fast strokes of a contact whose Stribeck curve has that exponent; nominal values are a little off."""
+    trials, size = [], 0.006 * np.sqrt(np.mean(force(TO_AND_FRO) ** 2))
+    for place, share in enumerate((1.0, 0.2)):
+        clean = force(share * TO_AND_FRO, {**TRUTH, "lugre.stribeck_exponent": exponent, "sigma1": 30.0})
+        for repeat in range(2):
+            draws = np.random.default_rng(10 * place + repeat).standard_normal(clean.size)
+            noise = lfilter([np.sqrt(1 - slow_noise**2)], [1.0, -slow_noise], draws)
+            trials.append(trial(share * TO_AND_FRO, f"c{place}", noise=0.0, seed=repeat, measured=clean + size * noise))
+    return exact(experiment(*trials, nominal={**TRUTH, "sigma1": 30.0, "F_C": 8.7, "F_S": 11.5, "v_s": 1.1e-2}))
+
+
+@pytest.mark.parametrize("exponent", [1.0, 3.5])
+def test_a_misfit_that_many_samples_show_widens_however_small_it_is(exponent: float) -> None:
+    """Stribeck's curve has another exponent than the textbook's: the residual is a fifth more than the noise of the repeats, F_S is
+    more than ten standard errors off; nothing was said of it, and no interval held the truth."""
+    answer = identify(strokes(exponent), MODEL, ("F_C", "F_S", "v_s", "sigma2"), Settings(search="none"))
+    fit = answer.fits["friction_force"]
+    assert 1.02 < fit.rms / fit.noise < 1.5
+    assert fit.beyond_noise > 5
+    assert "times the noise that the repeats show" in answer.doubts[0]
+    assert "lugre.stribeck_exponent (a shape of the law, held as in textbooks) in " in answer.doubts[1]
+    for estimate in answer.estimates:
+        assert estimate.low < float(TRUTH[estimate.name]) < estimate.high
+    plain = identify(strokes(2.0), MODEL, ("F_C", "F_S", "v_s", "sigma2"), Settings(search="none", profiles=False))
+    assert abs(answer["F_S"].value - 11.0) > 10 * plain["F_S"].sd
+
+
+@pytest.mark.parametrize("slow_noise", [0.0, 0.9])
+def test_noise_is_no_misfit(slow_noise: float) -> None:
+    """White noise and noise that goes on over ten samples: of the right law nothing is said."""
+    answer = identify(strokes(2.0, slow_noise), MODEL, ("F_C", "F_S", "v_s", "sigma2"), Settings(search="none", profiles=False))
+    assert abs(answer.fits["friction_force"].beyond_noise) < 3
+    assert not any("misses" in doubt for doubt in answer.doubts)
+
+
+def test_what_an_unknown_start_leaves_is_no_misfit() -> None:
+    """Recordings that begin while the contact slides: the model begins with straight bristles, which no value is to blame for. The residual
+    counted as four times the noise, and every value was withheld, within a per cent of the truth."""
+    whole = strokes(2.0)
+    parts = tuple(each.between(150 + begin, 550 + begin) for begin in (0, 400) for each in whole.trials)
+    named = (replace(each, file=f"{place}-{each.file}", condition=f"{each.condition}{place // 4}") for place, each in enumerate(parts))
+    answer = identify(replace(whole, trials=tuple(named)), MODEL, ("F_C", "F_S", "v_s", "sigma2"), Settings(search="none", profiles=False))
+    fit = answer.fits["friction_force"]
+    assert fit.rms == pytest.approx(fit.noise, rel=0.05)
+    assert {each.verdict for each in answer.estimates} == {"identified"}
+    assert not any("misses" in doubt for doubt in answer.doubts)
+    assert any("began with bent bristles" in doubt for doubt in answer.doubts)
 
 
 def test_a_bound_in_the_way_leaves_the_others_open() -> None:

@@ -18,7 +18,7 @@ from evat.inference.generalised_least_squares import Whitener
 from evat.inference.noise.autoregression import WHITE, autoregression, impulse_response
 from evat.inference.noise.estimate import differing, estimate_noise, random_effects, repeatability, without_jumps
 from evat.inference.prediction import Prediction
-from known_rigs import FREE, MODEL, TIMES, TO_AND_FRO, TRUTH, experiment, force, trial
+from known_rigs import FREE, MODEL, TIMES, TO_AND_FRO, TRUTH, exact, experiment, force, trial
 from scipy.signal import lfilter
 
 NOISE, REPEATS = 0.01, 6
@@ -86,8 +86,8 @@ def test_identification_and_diagnosis_say_the_same_of_it(rig: Prediction) -> Non
 def test_standard_errors_know_of_the_scatter_and_no_doubt_is_cast_on_the_model() -> None:
     """Six gains tell their mean to 1.3 %, and with all parameters free a gain cannot be told from them; noise alone would tell F_C far
     better."""
-    scattered = identify(repeats(), MODEL, FREE, QUICK)
-    alone = identify(repeats([1.0] * REPEATS), MODEL, FREE, QUICK)
+    scattered = identify(exact(repeats()), MODEL, FREE, QUICK)
+    alone = identify(exact(repeats([1.0] * REPEATS)), MODEL, FREE, QUICK)
     expected = float(GAINS.std(ddof=1)) / np.sqrt(REPEATS)
     assert scattered["F_C"].sd / float(TRUTH["F_C"]) == pytest.approx(expected, rel=0.1)
     assert alone["F_C"].sd / float(TRUTH["F_C"]) < 0.2 * expected

@@ -14,6 +14,7 @@ from scipy.stats import chi2
 from evat.identification.fits import fits_of, unexplained
 from evat.identification.held import moved_by_held
 from evat.identification.objective import Objective
+from evat.identification.result import ChannelFit
 from evat.inference.generalised_least_squares import Whitener
 from evat.inference.noise.autoregression import WHITE, autoregression, correlated, innovation_sd
 from evat.model import FloatArray
@@ -107,12 +108,20 @@ def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float
         covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
     degrees = _degrees(objective, loss, table, covariance, unit)
     apart, recordings = _between_recordings(objective, slopes * psi[:, None], plain / unit)
-    moved, shift = moved_by_held(objective, loss.weigh, slopes, psi, unit, point, predicted, _inverse(slopes.T @ slopes))
+    inverse = _inverse(slopes.T @ slopes)
+    moved, shift, explained = moved_by_held(objective, loss.weigh, slopes, table, psi, unit, point, predicted, inverse, False)
+    begun, misses = objective.at(point), False
+    for left in (residual, residual + explained):  # what held values and the set-up explain is not missed
+        fits = fits_of(begun, left)
+        if not (misses := any(map(unexplained, fits.values()))):
+            break
+    if misses:  # then the shape of the law is in question, too
+        moved, shift, _ = moved_by_held(objective, loss.weigh, slopes, table, psi, unit, point, predicted, inverse, True)
     if moved:
         grown = np.sqrt(1 + shift / np.diag(covariance))
         stretch *= grown**2
         covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
-    if np.any(astray := _astray(objective, residual, table)):
+    if np.any(astray := _astray(objective, fits, table)):
         grown = np.sqrt(1 + astray / np.diag(covariance))
         stretch *= grown**2
         covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
@@ -127,11 +136,10 @@ def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float
     return Optimum(point, residual, loss, least, unit, stretch, covariance, degrees, pull, calls + 1 + point.size, held)
 
 
-def _astray(objective: Objective, residual: FloatArray, table: FloatArray) -> FloatArray:
+def _astray(objective: Objective, fits: Mapping[str, ChannelFit], table: FloatArray) -> FloatArray:
     """Variances (p,) of the parameters by what the model misses: as far as a curve of that rms, which no number of samples averages out,
     can lead them astray at most (Cauchy and Schwarz)."""
-    fits = fits_of(objective.prediction, residual)
-    missed = np.zeros(residual.size)
+    missed = np.zeros(len(table))
     for channel, fit in fits.items():
         missed[objective.places(channel)] = unexplained(fit)
     if not np.any(missed):

@@ -10,15 +10,17 @@ import numpy as np
 from evat.experiment import Experiment
 from evat.identification.objective import Objective, relative_error
 from evat.identification.result import ChannelFit
-from evat.inference.law.initial_state import in_motion
+from evat.inference.law.initial_state import in_motion, with_initial_state, without_starts
 from evat.inference.noise.autoregression import lag_one_correlation
 from evat.inference.noise.estimate import repeatability
+from evat.inference.noise.lack_of_fit import lack_of_fit
 from evat.inference.noise.means import replicate_sd
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Model
 
 POOR = 0.5  # of eq. 9: a model that misses half of the force
-ABOVE_NOISE = 1.5  # times the repeats' noise: the residual is no longer only noise
+ABOVE_NOISE = 1.5  # times the repeats' noise: the residual is no longer only noise, however few numbers tell it
+SURE = 3.0  # sd of chance: many numbers tell less, and it is no noise either
 SLOW = 0.5  # correlation of neighbouring residuals from which something slow is missed
 GROSS = 0.05  # of the rms: a model that misses more than this is not the one whose values were asked for
 CURVE = 0.9  # from which the residual is a curve rather than noise, for all that one recording can tell
@@ -26,8 +28,11 @@ FEW = 30  # numbers of a channel, from whose residual the noise is told badly
 
 
 def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, ChannelFit]:
+    """By channel, of a residual (N,), calculated less measured; what the unknown start of a trial leaves, which no fit takes for its own,
+    does not count."""
+    residual = without_starts(prediction, residual)
     floor, error, rows = repeatability(prediction), relative_error(prediction, residual), prediction.recordings(residual)
-    fits, means = {}, prediction.experiment.means
+    fits, means, beyond = {}, prediction.experiment.means, lack_of_fit(prediction, residual)
     averaged = means.outputs if means is not None else {}
     for channel in error:
         places = prediction.places(channel)
@@ -40,6 +45,7 @@ def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, ChannelFi
             follows_itself=lag_one_correlation(rows.get(channel, [])),
             samples=places.size,
             of_replicates=replicate_sd(means.conditions, averaged[channel])[0] if means is not None and channel in averaged else math.nan,
+            beyond_noise=beyond.get(channel, math.nan),
         )
     return fits
 
@@ -47,15 +53,15 @@ def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, ChannelFi
 def held_out_fits(model: Model, kept: Experiment | None, values: Mapping[str, float | str], on: Sequence[str]) -> dict[str, ChannelFit]:
     if kept is None:
         return {}
-    prediction = in_motion(Prediction(model, kept), values, on)
+    prediction = with_initial_state(in_motion(Prediction(model, kept), values, on), values, on)
     return fits_of(prediction, prediction.one(values, on) - prediction.measured)
 
 
 def unexplained(fit: ChannelFit) -> float:
     """The rms of what the model misses of a channel, beside noise [unit of the channel]; 0 where nothing shows that it misses anything."""
-    if fit.rms > ABOVE_NOISE * fit.noise:
-        return math.sqrt(fit.rms**2 - fit.noise**2)
-    return fit.rms if math.isnan(fit.noise) and fit.follows_itself > CURVE else 0.0
+    if fit.rms > fit.repeated and (fit.rms > ABOVE_NOISE * fit.repeated or fit.beyond_noise > SURE):
+        return math.sqrt(fit.rms**2 - fit.repeated**2)
+    return fit.rms if math.isnan(fit.repeated) and fit.follows_itself > CURVE else 0.0
 
 
 def misfits(fits: Mapping[str, ChannelFit]) -> dict[str, str]:
@@ -68,8 +74,8 @@ def misfits(fits: Mapping[str, ChannelFit]) -> dict[str, str]:
             missed[channel] = f"the model misses {100 * fit.relative_error:.0f} % of {words}"
         elif fit.rms and unexplained(fit) / fit.rms * fit.share > GROSS:
             missed[channel] = f"the model leaves {100 * fit.share:.2g} % of the rms of {words}, " + (
-                f"{fit.rms / fit.noise:.1f} times the noise of the repeats: it lacks something"
-                if math.isfinite(fit.noise)
+                f"{fit.rms / fit.repeated:.3g} times the noise of the repeats: it lacks something"
+                if math.isfinite(fit.repeated)
                 else f"as a curve and not as noise (neighbours correlate {fit.follows_itself:.2f}): it lacks something, or noise is slow"
             )
     return missed
@@ -84,17 +90,18 @@ def fit_doubts(aim: Objective, fits: Mapping[str, ChannelFit], whiten: bool) -> 
                 f"{channel}: the identified model misses {100 * fit.relative_error:.0f} % of it (eq. 9). These parameters say nothing; "
                 "check units, signs and the choice of the law before anything else."
             )
-        if fit.rms > ABOVE_NOISE * fit.noise:
+        if math.isfinite(fit.repeated) and (missed := unexplained(fit)):
+            sure = f", {fit.beyond_noise:.0f} sd more than chance makes of it" if fit.beyond_noise > SURE else ""
             doubts.append(
-                f"{channel}: the residual is {fit.rms / fit.noise:.1f} times the noise that the repeats show: the model misses something. "
-                "The intervals are wider for it, as far as it is small."
+                f"{channel}: the residual is {fit.rms / fit.repeated:.3g} times the noise that the repeats show{sure}: the model misses "
+                f"something, {100 * missed / fit.rms * fit.share:.2g} % of the rms. The intervals are wider for it, as far as it is small."
             )
         if fit.samples < FEW and math.isnan(fit.noise) and math.isnan(fit.of_replicates) and not aim.has_sd(channel):
             doubts.append(
                 f"{channel}: {fit.samples} numbers, neither repeated nor with a standard deviation: their noise was guessed from what "
                 f"the fit leaves of them, and the intervals may be too narrow. State their sd (of averages as {channel}_sd)."
             )
-        if fit.follows_itself > SLOW and math.isnan(fit.noise):
+        if fit.follows_itself > SLOW and math.isnan(fit.repeated):
             how = "whitened" if whiten and aim.kind == "least_squares" else "with wider intervals for it"
             doubts.append(
                 f"{channel}: neighbouring residuals are correlated ({fit.follows_itself:.2f}); noise that is slow, or something that the "

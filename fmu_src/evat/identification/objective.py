@@ -20,7 +20,7 @@ from evat.experiment import ExperimentError
 from evat.identification.space import Space
 from evat.inference.law.initial_state import with_initial_state
 from evat.inference.noise.estimate import repeatability, stated_sd
-from evat.inference.parameters import nominal_parameters
+from evat.inference.parameters import Parameter, form_parameters, nominal_parameters
 from evat.inference.prediction import TIGHTNESS, Prediction
 from evat.model import FloatArray, ParameterError
 
@@ -88,6 +88,12 @@ class Objective:
         may_be_off = nominal_parameters(self.prediction.model, self.prediction.experiment)
         held = [each.name for each in may_be_off if each.name not in (*self.space.names, *self.values)]
         return {name: self.known_to(name) * abs(float(self.prediction.nominal[name])) for name in held}
+
+    @property
+    def shapes(self) -> tuple[Parameter, ...]:
+        """Shapes of the base law, such as the exponent of Stribeck's curve, that nobody knows exactly and that are held as in textbooks."""
+        forms = form_parameters(self.prediction.model, self.prediction.experiment)
+        return tuple(each for each in forms if each.name not in (*self.space.names, *self.values))
 
     def known_to(self, name: str) -> float:
         """The share of a nominal value to within which it is known."""

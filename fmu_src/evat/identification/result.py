@@ -60,7 +60,8 @@ class Estimate:
 @dataclass(frozen=True, slots=True)
 class ChannelFit:
     """How far the identified model is from one channel. `noise` is nan where no recording was repeated, `of_replicates` where no mean was;
-    `follows_itself` is the correlation of neighbouring residuals."""
+    `follows_itself` is the correlation of neighbouring residuals, `beyond_noise` by how many sd the repeats tell that the residual is more
+    than their noise, nan without repeats."""
 
     rms: float
     share: float
@@ -69,6 +70,12 @@ class ChannelFit:
     follows_itself: float
     samples: int
     of_replicates: float = math.nan
+    beyond_noise: float = math.nan
+
+    @property
+    def repeated(self) -> float:
+        """What repeats show of the noise, be they recordings or means; nan where nothing was repeated."""
+        return self.of_replicates if math.isnan(self.noise) else self.noise
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

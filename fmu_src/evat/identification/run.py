@@ -68,7 +68,7 @@ def _identified(experiment: Experiment, model: Model, free: Sequence[str], setti
     )
     optimum, profiles, calls = _optimum(objective, searched, best, settings, execution)
     identified = objective.space.at(optimum.point)
-    fits = fits_of(objective.prediction, optimum.residual)
+    fits = fits_of(objective.at(optimum.point), optimum.residual)
     stopped = best.stopped or execution.stopped()
     return Identification(
         experiment=fitted,
@@ -119,6 +119,7 @@ HELD_MATTERS = 0.3  # sd by which a nominal value that is held moves an estimate
 def _held(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
     """Nominal values that are held, known to a share only, and in the intervals; set-up errors that are most of them."""
     names, setup = objective.space.names, {parameter.name: parameter for parameter in objective.prediction.setup.parameters}
+    shapes = {shape.name for shape in objective.shapes}
     told, most, doubts = list[str](), list[str](), list[str]()
     for name, moved in optimum.held.items():
         if name in setup:
@@ -130,7 +131,10 @@ def _held(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
         if np.any(np.isnan(moved)):
             doubts.append(f"{name} is held, and the model runs at neither end of what it may be: intervals leave that out")
         if widened := [own for own, by in zip(names, moved, strict=True) if abs(by) > HELD_MATTERS]:
-            told.append(f"{name} (held, known to {100 * objective.known_to(name):.3g} %) in {', '.join(widened)}")
+            known = (
+                "a shape of the law, held as in textbooks" if name in shapes else f"held, known to {100 * objective.known_to(name):.3g} %"
+            )
+            told.append(f"{name} ({known}) in {', '.join(widened)}")
     if told:
         doubts.insert(0, f"intervals are wider by what nominal values may be off, as nominal.relative_sd says: {'; '.join(told)}")
     if most:

@@ -85,21 +85,41 @@ def begun(prediction: Prediction, predicted: FloatArray) -> Prediction:
 
     Noise is taken from second differences, not from repeats: these begin each in its own way.
     """
-    starts, left = dict(prediction.starts), prediction.measured - predicted
-    for number, trial in enumerate(prediction.experiment.trials):
+    starts = dict(prediction.starts)
+    for number, (away, information) in _away(prediction, prediction.measured - predicted).items():
+        trial = prediction.experiment.trials[number]
+        steady = prediction.steady[trial.file]
+        if abs(away) > max(CONSTANTS.sure_start / np.sqrt(information), CONSTANTS.least_start):
+            widest = CONSTANTS.widest_start * steady
+            starts[trial.file] = float(np.clip(prediction.starts.get(trial.file, 0.0) + away * steady, -widest, widest))
+    return prediction.starting(starts, prediction.bent, prediction.steady)
+
+
+def without_starts(prediction: Prediction, residual: FloatArray) -> FloatArray:
+    """A residual (N,), calculated less measured, without what bristles that were bent at the start of a trial most likely leave in it: that
+    is no noise, and nothing that the model misses."""
+    left = residual.copy()
+    for number, (away, _) in _away(prediction, -residual).items():
+        for segment in prediction.segments:
+            if segment.trial == number:
+                left[segment.at] += away * prediction.bent[segment.at]
+    return left
+
+
+def _away(prediction: Prediction, left: FloatArray) -> dict[int, tuple[float, float]]:
+    """By the number of each trial whose start shows: by how many steady deflections bristles were bent more there, by what is left (N,),
+    measured less calculated, and how much that tells, one over its variance."""
+    told = dict[int, tuple[float, float]]()
+    for number in range(len(prediction.experiment.trials)):
         places = [s.at for s in prediction.segments if s.trial == number and np.any(prediction.bent[s.at]) and s.at.stop - s.at.start > 4]
         if not places:
             continue
         sds = [robust_sd(np.diff(left[at], 2)) / np.sqrt(6) + 1e-12 * float(np.max(np.abs(prediction.bent[at]))) for at in places]
         column = np.concatenate([prediction.bent[at] / sd for at, sd in zip(places, sds, strict=True)])
         residual = np.concatenate([left[at] / sd for at, sd in zip(places, sds, strict=True)])
-        steady = prediction.steady[trial.file]
         information = 1 + float(column @ column)
-        away = float(column @ residual) / information
-        if abs(away) > max(CONSTANTS.sure_start / np.sqrt(information), CONSTANTS.least_start):
-            widest = CONSTANTS.widest_start * steady
-            starts[trial.file] = float(np.clip(prediction.starts.get(trial.file, 0.0) + away * steady, -widest, widest))
-    return prediction.starting(starts, prediction.bent, prediction.steady)
+        told[number] = float(column @ residual) / information, information
+    return told
 
 
 def beginnings(prediction: Prediction) -> tuple[str, ...]:
