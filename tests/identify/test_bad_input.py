@@ -70,7 +70,11 @@ def test_a_parameter_that_the_law_has_not() -> None:
         (["F_C"], {"seed": -1}, "seed -1: needed are .* at least 0"),
         (["F_C"], {"hold_out": ("c0",)}, "all conditions are held out"),
         (["F_C"], {"hold_out": ("c7",)}, "asked for conditions 'c7'"),
-        (["direction_asymmetry.a"], {"on": ("direction_asymmetry",)}, "gives no scale for bounds"),
+        (
+            ["direction_asymmetry.a"],
+            {"on": ("direction_asymmetry",)},
+            r"direction_asymmetry\.a: it is 0\.1 where nobody says, and a value that is of either sign .* allows -0\.9 to 0\.9\. ",
+        ),
     ],
 )
 def test_a_question_that_makes_no_sense(free: list[str], named: dict[str, object], message: str) -> None:

@@ -112,17 +112,19 @@ def space(
             )
         if name in owner and owner[name] not in on:
             raise ParameterError(f"free parameter {name!r} belongs to the effect {owner[name]}, which is off; switch it on, or drop it.")
-        start = float(nominal.get(name, variable.start))
-        free_variables.append(Free(variable, start, *_bounds(variable, start, bounds.get(name))))
+        start, begins = float(nominal.get(name, variable.start)), "in the nominal model" if name in nominal else "where nobody says"
+        free_variables.append(Free(variable, start, *_bounds(variable, start, begins, bounds.get(name))))
     return Space(tuple(free_variables))
 
 
-def _bounds(variable: Variable, start: float, given: tuple[float, float] | None) -> tuple[float, float]:
+def _bounds(variable: Variable, start: float, begins: str, given: tuple[float, float] | None) -> tuple[float, float]:
     name, unit = variable.name, "" if variable.unit == "1" else f" {variable.unit}"
     if given is None:
         if start <= 0 or variable.min < 0:
+            why = "of either sign" if variable.min < 0 else "not above 0"
             raise ParameterError(
-                f"{name} = {start:g}{unit} in the nominal model gives no scale for bounds; give them, as --bound '{name}=LOW..HIGH'."
+                f"free parameter {name}: it is {start:g}{unit} {begins}, and a value that is {why} has no twentieth and twenty times "
+                f"for bounds; the model allows {variable.min:g} to {variable.max:g}{unit}. Give bounds, as --bound '{name}=LOW..HIGH'."
             )
         return max(variable.min, start / REACH), min(variable.max, start * REACH)
     low, high = given
