@@ -56,6 +56,42 @@ def test_numbers_come_in_as_they_are_meant(tmp_path: Path, encoding: str) -> Non
     assert scan_experiment(tmp_path, MODEL).trials[0].rows == 2
 
 
+@pytest.mark.parametrize(
+    ("units", "said"),
+    [
+        ("s;mm/s;kN;", "'Kraft': the line of units below its header states kN, the document says N"),
+        ("ms;mm/s;N;", "'Zeit': .* states ms"),
+        ("[s];[mm/s];[daN];", "states daN"),
+        ("s;mm/s;V;", "states V"),
+    ],
+)
+def test_a_line_of_units_that_says_another_is_refused(tmp_path: Path, units: str, said: str) -> None:
+    """As brackets in a header are."""
+    data = MESSY.replace("s;mm/s;N;", units, 1).encode("cp1252")
+    at = folder(tmp_path, 'encoding = "cp1252"\ndecimal = ","\ndelimiter = ";"\nskip_rows = 1\nrows_after_header = 1', data)
+    for read in (read_experiment, scan_experiment):
+        with pytest.raises(ExperimentError, match=said):
+            read(at, MODEL)
+
+
+@pytest.mark.parametrize("units", ["[s];[mm/s];[N];", "sec;mm / s;Newton;-", "raw;raw;raw;text", ";;;", "s;;N;"])
+def test_a_line_that_says_the_same_or_nothing_is_passed_over(tmp_path: Path, units: str) -> None:
+    data = MESSY.replace("s;mm/s;N;", units, 1).encode("cp1252")
+    at = folder(tmp_path, 'encoding = "cp1252"\ndecimal = ","\ndelimiter = ";"\nskip_rows = 1\nrows_after_header = 1', data)
+    np.testing.assert_array_equal(read_experiment(at, MODEL).trials[0].outputs["friction_force"], [3.25, -4.5])
+
+
+def test_a_line_of_units_above_averages_is_compared_too(tmp_path: Path) -> None:
+    (tmp_path / "experiment.toml").write_text(
+        'format = 1\ntitle = "m"\nnominal = { friction = "coulomb", kinematics = "internal", values = { F_C = 9 } }\n'
+        'reader = { rows_after_header = 1 }\nmeans = { file = "m.csv" }\n'
+        '[signals.mean_feed_force]\ncolumn = "Ff"\nunit = "N"\nrole = "output"\n'
+    )
+    (tmp_path / "m.csv").write_text("cutting_speed,Ff\nm/s,kN\n0.1,8\n0.2,7\n")
+    with pytest.raises(ExperimentError, match=r"m\.csv, column 'Ff': the line of units below its header states kN"):
+        read_experiment(tmp_path, MODEL)
+
+
 def test_averages_go_by_the_same_options_and_leave_out_what_is_named(tmp_path: Path) -> None:
     (tmp_path / "experiment.toml").write_text(
         'format = 1\ntitle = "m"\nnominal = { friction = "coulomb", kinematics = "internal", values = { F_C = 9 } }\n'

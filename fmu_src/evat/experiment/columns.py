@@ -12,6 +12,7 @@ from evat.experiment import ExperimentError, Remark, SetupSd, Signal
 from evat.experiment.column import Column
 from evat.experiment.document import BESIDE, CLOCK, Document, TrialEntry
 from evat.experiment.remarks import Remarks
+from evat.files.sniff import units_below
 from evat.files.spelling import unit_meant
 from evat.files.stream import Bytes, headers, open_batches
 from evat.files.table import unit_in
@@ -33,7 +34,7 @@ def trial_columns(document: Document, entry: TrialEntry, model: Model) -> list[C
         header = headers(entry.path, document.form)
     except RecordError as error:
         raise ExperimentError(unreadable(entry.source, error)) from error
-    columns = []
+    columns, below = [], units_below(entry.path, document.form, header)
     if missing := [name for name in entry.rows if name not in header]:
         raise ExperimentError(
             f"{entry.source}: there is no column {missing[0]!r} to tell rows by; it has {', '.join(map(repr, header[:40]))}. "
@@ -48,6 +49,7 @@ def trial_columns(document: Document, entry: TrialEntry, model: Model) -> list[C
         if signal.name in entry.values:
             raise ExperimentError(f"{entry.source}: {signal.name} is a signal and among the trial's values too; keep one.")
         check_header(signal, entry.source)
+        check_line_of_units(signal, entry.source, below.get(signal.column, ""))
         column = Column.of_signal(signal, None if signal.name in BESIDE else by_name[signal.name])
         columns.append(replace(column, zero_sd=document.setup_sd.get(signal.name, SetupSd()).zero))
     return columns
@@ -74,6 +76,25 @@ def check_header(signal: Signal, file: str) -> None:
         raise ExperimentError(
             f"{file}, column {signal.column!r}: its header states {stated}, the document says {signal.unit} (signals.{signal.name}.unit); "
             "correct the one that is wrong."
+        )
+
+
+def check_line_of_units(signal: Signal, file: str, stated: str) -> None:
+    """ExperimentError where a line of units below the headers states another one than the document; text that is none says nothing."""
+    meant = unit_meant(stated) or stated
+    try:
+        if meant in ("", "1", signal.unit) or not base_unit(meant):
+            return
+    except ParameterError:
+        return
+    try:
+        fits = affine(meant, signal.unit) == (1, 0)
+    except ParameterError:
+        fits = False
+    if not fits:
+        raise ExperimentError(
+            f"{file}, column {signal.column!r}: the line of units below its header states {stated}, the document says {signal.unit} "
+            f"(signals.{signal.name}.unit); correct the one that is wrong."
         )
 
 

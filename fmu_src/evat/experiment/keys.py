@@ -40,7 +40,12 @@ TABLES: dict[str, tuple[Key, ...]] = {
         Key("decimal", '"." or ","', '"."', "decimal mark of the numbers"),
         Key("encoding", "text", '"utf-8"', 'of the headers, such as "cp1252"'),
         Key("skip_rows", "whole number", "0", "lines above the line of headers"),
-        Key("rows_after_header", "whole number", "0", "lines between the headers and the first numbers, such as one of units"),
+        Key(
+            "rows_after_header",
+            "whole number",
+            "0",
+            "lines between the headers and the first numbers; one of units must agree with the signals",
+        ),
         Key(
             "columns",
             "list of headers",

@@ -14,8 +14,10 @@ import numpy as np
 from evat.experiment import ExperimentError, Means, Signal
 from evat.experiment.checks import SETTABLE
 from evat.experiment.column import Column
-from evat.experiment.columns import check_header, unreadable
+from evat.experiment.columns import check_header, check_line_of_units, unreadable
 from evat.experiment.document import MEAN, Document, TrialEntry, check_inputs
+from evat.files.sniff import units_below
+from evat.files.stream import headers
 from evat.files.table import HEADER, Table, read_table, read_texts, unit_in
 from evat.files.text import RecordError
 from evat.model import Model, ParameterError, Variable
@@ -34,7 +36,7 @@ def read_means(document: Document, file: str, path: Path, model: Model) -> Means
     except RecordError as error:
         raise ExperimentError(unreadable(file, error)) from error
     by_name = {variable.name: variable for variable in model.variables}
-    columns = _columns(document, file, table, by_name)
+    columns = _columns(document, file, path, table, by_name)
     checked = {
         column.name: column.checked(file, np.arange(1, 1 + table.columns[column.header].size), table.columns[column.header])
         for column in columns
@@ -63,12 +65,13 @@ def read_means(document: Document, file: str, path: Path, model: Model) -> Means
     return Means(file, conditions, values, outputs, sd)
 
 
-def _columns(document: Document, file: str, table: Table, by_name: Mapping[str, Variable]) -> list[Column]:
+def _columns(document: Document, file: str, path: Path, table: Table, by_name: Mapping[str, Variable]) -> list[Column]:
     """Which column is which variable: by a signal that names it, else by its header."""
     signals = {signal.column: signal for signal in document.signals.values()}
     columns: list[Column] = []
     if unknown := [header for header in document.ignored if header not in (*table.columns, *table.without_numbers)]:
         raise ExperimentError(f"{file}: means.ignore names {unknown[0]!r}, and there is no such column; correct or remove it.")
+    below = units_below(path, document.form, headers(path, document.form))
     for header in (*table.columns, *table.without_numbers):
         if header == CONDITION or header in document.ignored:
             continue
@@ -78,6 +81,7 @@ def _columns(document: Document, file: str, table: Table, by_name: Mapping[str, 
             )
         if header in signals:
             check_header(signals[header], file)
+            check_line_of_units(signals[header], file, below.get(header, ""))
             name = signals[header].name
         else:
             name = _name(header)

@@ -13,7 +13,8 @@ import charset_normalizer
 
 from evat.files.cells import is_numeric, is_timestamp, numbers_of, split
 from evat.files.spelling import unit_meant
-from evat.files.text import LONGEST_LINE, RecordError, TextForm
+from evat.files.table import is_parquet
+from evat.files.text import LONGEST_LINE, RecordError, TextForm, delimiter_of, in_file, lines_of
 
 HEAD = 256 << 10  # bytes that are looked at
 MOST_LINES = 500  # of them: more take time and tell nothing new
@@ -162,6 +163,21 @@ def _of_one_language(text: bytes, encoding: str, languages: Sequence[str]) -> bo
         return False
     letters = {sign.lower() for sign in read if sign.isalpha() and not sign.isascii() and sign not in _SIGNS}
     return bool(letters) and not _WITHIN.search(read) and any(letters <= set(language) for language in languages)
+
+
+def units_below(path: Path, form: TextForm, names: Sequence[str]) -> dict[str, str]:
+    """By header, what a line of units between headers and numbers says; empty where there is none. A file that cannot be read has none."""
+    if is_parquet(path) or not form.rows_after_header:
+        return {}
+    own = in_file(path, form)
+    if own.columns:
+        return {}
+    lines = lines_of(path, own, own.skip_rows + 1 + own.rows_after_header)[own.skip_rows + 1 :]
+    for line in lines:
+        cells = split(line.rstrip("\r\n"), delimiter_of(path, own), len(names))
+        if len(cells) == len(names) and _is_units(cells, names):
+            return dict(zip(names, _bare(cells), strict=True))
+    return {}
 
 
 def _is_units(cells: Sequence[str], above: Sequence[str]) -> bool:
