@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from command_line import typed
 from evat.commands import begin as command
-from evat.experiment import ExperimentError
+from evat.experiment import Experiment, ExperimentError
 from evat.experiment.begin.guess import begin
 from evat.experiment.begin.names import named
 from evat.experiment.begin.understood import Answers, Begun
@@ -24,8 +24,11 @@ from evat.files.table import write_columns
 from evat.files.text import RecordError, TextForm
 from evat.model import EvatError
 from evat.models.contact import ContactModel
+from evat.plots import experiment as drawing
+from evat.plots import experiment_page
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 MODEL = ContactModel()
@@ -371,6 +374,34 @@ def test_three_forces_of_a_dynamometer_are_asked_about(tmp_path: Path) -> None:
     begun, questions = begin(tmp_path, Answers())
     assert begun is None
     assert [(question.option, question.choices) for question in questions] == [("--signal friction_force=COLUMN", ("Fx", "Fy", "Fz"))]
+
+
+def test_a_long_record_is_drawn_whole_with_its_peaks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """30 000 samples, of which the last tenth of a second alone is loaded, with one peak: the picture ended after 20 000."""
+    times = np.arange(30_000) * 1e-3
+    force = np.where(times > 29.9, 5.0, 0.01 * np.sin(times))
+    force[29_950] = 50.0
+    columns = np.column_stack([times, 0.1 * np.sin(times), force])
+    np.savetxt(tmp_path / "a.csv", columns, delimiter=",", header="t [s],v [m/s],F [N]", comments="", fmt="%.6g")
+    shown, left = list[Figure](), list[str]()
+
+    def keeping(experiment: Experiment, narrow: bool = False, left_out: str = "") -> Figure:
+        shown.append(drawing.drawn(experiment, narrow, left_out))
+        left.append(left_out)
+        return shown[-1]
+
+    monkeypatch.setattr(experiment_page, "drawn", keeping)
+    assert typed("experiment", "init", str(tmp_path))[0] == 0
+    over_time = next(each for each in shown[0].axes if each.get_xlabel().startswith("time") and "force" in each.get_ylabel())
+    x, y = (np.asarray(data, dtype=float) for data in over_time.lines[0].get_data())
+    assert x[-1] == pytest.approx(29.999)
+    assert y.max() == 50.0
+    assert x.size <= drawing.MOST_POINTS + 2
+    assert left[0] == ""
+    monkeypatch.setattr(command, "MOST_SAMPLES", 10_000)
+    assert typed("experiment", "init", str(tmp_path), "--force")[0] == 0
+    assert left[-1] == "the first 10000 samples of each recording; a.csv has 30000"
+    assert left[-1] in shown[-1].get_suptitle()
 
 
 def test_averages_become_means_and_remarks_are_left_out(tmp_path: Path) -> None:

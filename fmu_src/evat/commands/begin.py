@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from evat.experiment.read import Scan
 
 PICTURE = "experiment.png"
-MOST_SAMPLES = 20_000  # of a recording, in the picture
+MOST_SAMPLES = 1_000_000  # of a recording, in the picture: beyond that it would not fit into memory everywhere
 
 
 def init(
@@ -260,9 +260,9 @@ def _understood(folder: Path, look: Sequence[str]) -> None:
 
     try:
         experiment = read_experiment(folder, ContactModel(), most=MOST_SAMPLES)
-        if experiment.trials:
-            out.print(f"wrote {plot_experiment(experiment, folder / PICTURE)}")
         scan = scan_experiment(folder, ContactModel())
+        if experiment.trials:
+            out.print(f"wrote {plot_experiment(experiment, folder / PICTURE, left_out(scan))}")
         lost = (*skipped(scan), *(remark.text for remark in scan.remarks))
         out.print(f"wrote {write_page(scan, folder / PAGE, (*look, *lost), experiment)}")
         for doubt in lost:
@@ -291,4 +291,12 @@ def write_page(scan: Scan, to: Path, look: Sequence[str], experiment: Experiment
 
     if experiment is None and scan.trials:
         experiment = read_experiment(scan.document.files[0], ContactModel(), most=MOST_SAMPLES)
-    return put(to, page(scan, to, experiment if scan.trials else None, look), "the page")
+    return put(to, page(scan, to, experiment if scan.trials else None, look, left_out(scan)), "the page")
+
+
+def left_out(scan: Scan) -> str:
+    """What a picture does not show of long recordings; "" where it shows them whole."""
+    longer = [trial for trial in scan.trials if trial.rows > MOST_SAMPLES]
+    if not longer:
+        return ""
+    return f"the first {MOST_SAMPLES} samples of each recording; {longer[0].file} has {longer[0].rows}"

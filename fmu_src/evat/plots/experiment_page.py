@@ -93,8 +93,9 @@ def conditions_of(scan: Scan) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*(trial.condition for trial in scan.trials), *averaged]))
 
 
-def page(scan: Scan, to: Path, recordings: Experiment | None, doubts: Sequence[str]) -> str:
-    """The page of an experiment that is to lie at `to`. recordings : to be drawn; doubts : what deserves a look."""
+def page(scan: Scan, to: Path, recordings: Experiment | None, doubts: Sequence[str], left_out: str = "") -> str:
+    """The page of an experiment that is to lie at `to`. recordings : to be drawn; doubts : what deserves a look; left_out : what the
+    picture does not show."""
     nominal, averages, signals = scan.document.nominal, means_of(scan), scan.document.signals
     tables = [channels_of(scan), replace(trials_of(scan), title="Recordings")] if scan.trials else []
     tables += [] if averages is None else [replace(averages, title="Averages")]
@@ -105,8 +106,8 @@ def page(scan: Scan, to: Path, recordings: Experiment | None, doubts: Sequence[s
         headline=_headline(scan, doubts),
         day=day_of(scan.document),
         tables=tables,
-        picture=None if recordings is None else inline(drawn(recordings)),
-        narrow=None if recordings is None else inline(drawn(recordings, narrow=True)),
+        picture=None if recordings is None else inline(drawn(recordings, left_out=left_out)),
+        narrow=None if recordings is None else inline(drawn(recordings, narrow=True, left_out=left_out)),
         values=[(kernel.variable(name), value) for name, value in values.items()],
         files={_link(path, to): "read with it" if place else "the experiment" for place, path in enumerate(scan.document.files)},
         reports=reports_beside(to, scan.data_hash),
