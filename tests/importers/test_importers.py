@@ -152,11 +152,15 @@ def test_hunting_as_in_1995(answer: Callable[[str, str], tuple[np.ndarray, Colum
 
 @pytest.mark.parametrize("importer", IMPORTERS)
 def test_turning_is_the_same_cut(answer: Callable[[str, str], tuple[np.ndarray, Columns]], importer: str, systems: dict[str, Path]) -> None:
-    """Against a converged run of our own; entry and exit of the tool are steps of the force, so a lag of 1 us of 50 is what may show."""
+    """Against a converged run of our own; entry and exit of the tool are steps of the force, so a lag of 1 us of 50 is what may show. As
+    the first cycle ends its mean powers come on, and the force jumps: a sample there lies on either side."""
     step, stop, every = CASES["evat_turning"]
-    _, columns = answer(importer, "evat_turning")
+    times, columns = answer(importer, "evat_turning")
     good, _ = run(systems["evat_turning"], step=step / 2, stop=stop, every=2 * every)
-    expected = {port: good[".".join(port)][1:] for port in PORTS["evat_turning"]}
+    at_jump = np.isclose(times, 5e-5, rtol=1e-6)
+    assert at_jump.sum() == 1
+    columns = {port: column[~at_jump] for port, column in columns.items()}
+    expected = {port: good[".".join(port)][1:][~at_jump] for port in PORTS["evat_turning"]}
     print(f"{importer:18} turning: {100 * apart(columns, expected):.3f} %")
     assert apart(columns, expected) < 0.03
     evidence.hold("importers, turning", 100 * apart(columns, expected))

@@ -15,6 +15,7 @@ from evat.native.machine import Machine
 from evat.paper.work_materials import constants
 
 SLIP = (1 / 60, 1.0)  # m/s: where the proxy is fitted, 1 to 60 m/min
+CYCLES = 600  # of the vibration, after which bristles that heat has softened have come to their end, too
 SETTLED = 0.05  # s: contact and chip have settled, the insert has hardly warmed
 HEAT = ("work_conductivity", "work_heat_capacity")
 
@@ -43,7 +44,7 @@ def cut(material: str, cutting_speed: float, values: Mapping[str, float | str] |
     given = {**kernel.by_choice(law.values), "cutting_speed": cutting_speed, **(values or {})}
     contact = Contact(given, law.effects if softening else ())
     contact.start()
-    contact.advance(6 / contact.get("vibration_frequency"))
+    contact.advance(CYCLES / contact.get("vibration_frequency"))
     shared = ("width", "feed", "chip_flow_shear_angle", "rake_angle", "ambient_temperature", "cutting_speed")
     powers = {name: contact.get(f"mean_{name}") for name in ("dissipated_power", "shear_power")}
     known = {name: constants(material)[name].value for name in HEAT}
