@@ -232,9 +232,11 @@ class Coupled:
 
         Raises
         ------
-        SystemStopped with the results so far, where a component fails; SystemInterrupted with them at Ctrl-C.
+        SystemStopped with the results so far, where a component fails; SystemInterrupted with them at Ctrl-C; SspError where a record
+        covers nothing of the plan, ParameterError where a component takes no shorter last step.
         """
         self._check_last_step(plan)
+        self.given.beyond(plan)
         loop, table = None, np.empty((self._from_record, 1 + -(-plan.count // plan.every)))
         try:
             loop = self._started(plan)
