@@ -90,7 +90,7 @@ def run(
     from evat.model import ParameterError
     from evat.plots.system import plot_run
     from evat.plots.system_page import page
-    from evat.systems.couple import NO_INPUTS, Coupled, means_of_last_half, plan
+    from evat.systems.couple import MEANS, NO_INPUTS, Coupled, means_of_last_half, plan
     from evat.systems.model import SystemInterrupted, SystemStopped
     from evat.systems.ssp.read import read
     from evat.systems.values import record as read_record
@@ -132,7 +132,7 @@ def run(
                 "table": str(to),
                 "picture": str(beside),
                 "page": str(report),
-                "mean_of_last_half": means,
+                MEANS: means,
                 "energy": shares,
                 "made_by": trace.made_by,
             }
