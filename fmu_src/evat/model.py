@@ -391,6 +391,8 @@ class Model(Tables, Protocol):
         Its quantities: name, unit, start, min, max, meaning, source, role.
     effects : tuple of Effect
         What can be switched on, each with its own variables.
+    threads : int or None, optional
+        How many of its runs may go on at a time, None for one per processor. Of a model that does not say so one goes on after the other.
 
     Examples
     --------

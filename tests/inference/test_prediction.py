@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import threading
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, ExperimentError, Means, Nominal, Trial
-from evat.inference.prediction import Prediction, at_tolerance_of_records
+from evat.inference.prediction import Prediction, at_tolerance_of_records, runs_at_a_time
 from evat.model import Run
 from evat.models.contact import ContactModel
 
@@ -30,7 +33,7 @@ def experiment(*trials: Trial, means: Means | None = None, values: dict[str, flo
 def test_each_segment_is_the_run_of_its_trial() -> None:
     """With the trial's own values before all others; both channels of each trial side by side."""
     asked = experiment(trial(0), trial(1, F_C=5.0))
-    prediction = Prediction(MODEL, asked, threads=2)
+    prediction = Prediction(ContactModel(threads=2), asked)
     rows = prediction.many({"F_C": np.array([6.0, 7.0, 8.0])}, ["direction_asymmetry"])
     assert rows.shape == (3, prediction.measured.size)
     for segment in prediction.segments:
@@ -41,6 +44,31 @@ def test_each_segment_is_the_run_of_its_trial() -> None:
             name = f"measured_{segment.channel}"
             alone = MODEL.simulate(Run(own.times, own.inputs, (name,)), ["direction_asymmetry"], values)
             assert np.array_equal(row[segment.at], alone[name])
+
+
+@pytest.mark.parametrize(("threads", "together"), [(2, True), (None, True), (1, False)])
+def test_trials_run_side_by_side_where_the_model_allows_it(threads: int | None, together: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two runs wait for each other, or neither does; a model that says nothing runs one after the other."""
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    meeting = threading.Barrier(2)
+
+    class Met(ContactModel):
+        def simulate_many(self, *asked: Any) -> Any:
+            if together:
+                meeting.wait(timeout=10)
+            else:
+                assert threading.current_thread() is threading.main_thread()
+            return super().simulate_many(*asked)
+
+    asked = experiment(trial(0), trial(1), trial(2), trial(3))
+    alone = Prediction(MODEL, asked).many({"F_C": np.array([6.0, 7.0])})
+    model = Met(threads)
+    assert np.array_equal(Prediction(model, asked).many({"F_C": np.array([6.0, 7.0])}), alone)
+    assert runs_at_a_time(Plain()) == 1  # type: ignore[arg-type]
+
+
+class Plain:
+    """A model that does not say how many of its runs may go on at a time."""
 
 
 def test_means_are_those_of_the_periodic_motion() -> None:

@@ -55,9 +55,9 @@ def test_searches_of_a_tool_that_forces_move_go_one_by_one(
     lanes = set[int]()
     follow = batches._follow
 
-    def seen(plan: Any, places: Any, count: int, room: Any, stop: Any) -> Any:
+    def seen(plan: Any, places: Any, count: int, stop: Any) -> Any:
         lanes.add(count)
-        return follow(plan, places, count, room, stop)
+        return follow(plan, places, count, stop)
 
     monkeypatch.setattr(batches, "_follow", seen)
     values = {"initial_state": start, "F_C": np.linspace(6, 10, MANY_LANES)}

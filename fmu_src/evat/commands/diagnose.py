@@ -41,7 +41,9 @@ def diagnose(
         ),
     ] = "",
     whole: Whole = False,
-    threads: Annotated[int, typer.Option(help="Threads; the answer does not depend on it.", min=1)] = 1,
+    threads: Annotated[
+        int | None, typer.Option(help="Threads; without it one per processor. The answer does not depend on it.", min=1)
+    ] = None,
     fmu: Annotated[
         Path | None, typer.Option(help="The component's FMU that the report runs; without it one is built on first use and kept.")
     ] = None,

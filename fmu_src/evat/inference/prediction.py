@@ -8,8 +8,8 @@ from __future__ import annotations
 import copy
 import hashlib
 import math
+import os
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -22,6 +22,7 @@ from evat.inference.parameters import Parameter
 from evat.inference.setup.clock import sample_times
 from evat.inference.setup.setup_errors import Recording, SetupErrors, without_zero, zero_of_input, zeros_of_inputs
 from evat.model import FloatArray, Model, Run
+from evat.threads import kept_threads
 
 Values = Mapping[str, float | str | FloatArray]
 TIGHTNESS = "relative_tolerance"
@@ -64,9 +65,8 @@ class Prediction:
     after segment (`segments`: trial by trial, in each channel by channel; means last, row by row). All numbers SI.
     """
 
-    def __init__(self, model: Model, experiment: Experiment, threads: int = 1) -> None:
-        """threads : trials that run at a time, beside what the model does itself."""
-        self.model, self.experiment, self.threads = model, experiment, threads
+    def __init__(self, model: Model, experiment: Experiment) -> None:
+        self.model, self.experiment, self.threads = model, experiment, runs_at_a_time(model)
         self._names = {variable.name for variable in model.variables}
         self.linearised: tuple[Linearised, ...] = ()
         self.starts: Mapping[str, float] = {}
@@ -214,7 +214,7 @@ class Prediction:
 
     def of(self, experiment: Experiment) -> Prediction:
         """Another experiment by the same model, its linearised parameters held; trials of the same files start alike."""
-        other = Prediction(self.model, experiment, self.threads).starting(self.starts, None, self.steady).set_up_as(self)
+        other = Prediction(self.model, experiment).starting(self.starts, None, self.steady).set_up_as(self)
         other.apart = self.apart
         return other.linearise([replace(each, column=np.zeros(other.measured.size)) for each in self.linearised])
 
@@ -264,11 +264,10 @@ class Prediction:
         once = dict[tuple[bytes, tuple[str, ...]], int]()
         for place, key in enumerate(keys):
             once.setdefault(key, place)
-        if self.threads == 1:
+        if self.threads == 1 or len(once) == 1:
             rows = {key: of_trial(place) for key, place in once.items()}
         else:
-            with ThreadPoolExecutor(self.threads) as pool:
-                rows = dict(zip(once, pool.map(of_trial, once.values()), strict=True))
+            rows = dict(zip(once, kept_threads("trials", self.threads).map(of_trial, once.values()), strict=True))
         blocks = [rows[key] for key in keys]
         if self.experiment.means is not None:
             blocks.append(self._means(self.experiment.means, effects, values, count))
@@ -330,6 +329,12 @@ class Prediction:
         names = {channel: self.variable_of(channel) for channel in means.outputs}
         settled = self.model.settled(tuple(dict.fromkeys(names.values())), effects, sets)
         return np.concatenate([settled[name].reshape(rows, count).T for name in names.values()], axis=1)
+
+
+def runs_at_a_time(model: Model) -> int:
+    """As many as a model's `threads` say, where it has them: None is one for each processor. Of another, one."""
+    threads = getattr(model, "threads", 1)
+    return threads or os.cpu_count() or 1
 
 
 def _side_by_side(blocks: Sequence[FloatArray]) -> FloatArray:

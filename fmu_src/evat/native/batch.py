@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -18,6 +18,7 @@ from evat.model import FloatArray, NamedArrays, ParameterError, Run, SimulationE
 from evat.native import kernel
 from evat.native.compile import MANY_LANES
 from evat.required_inputs import check_inputs_of_law, check_required_inputs
+from evat.threads import kept_threads
 
 Give = Literal["rows", "sums"]
 LINE = 64  # bytes
@@ -227,29 +228,30 @@ def _blocks(count: int, columns: Mapping[int, FloatArray], lanes: int) -> Iterat
 
 
 class _Room(threading.local):
-    """One thread's contacts, used again for block after block: fresh memory costs as much as a hundred samples.
+    """One thread's contacts, used again from block to block and call to call: fresh memory costs as much as a hundred samples.
 
     They begin on a line of the cache: wide vectors that lie across two cost twice.
     """
 
     def __init__(self) -> None:
-        self.blocks: dict[int, Any] = {}
+        self.blocks: dict[tuple[Any, int], Any] = {}
         self.bytes: list[Any] = []
 
     def block(self, ffi: Any, lanes: int) -> Any:
-        if lanes not in self.blocks:
+        if (ffi, lanes) not in self.blocks:
             self.bytes.append(ffi.new("char[]", ffi.sizeof("struct Contact") + LINE))
             begin = int(ffi.cast("uintptr_t", self.bytes[-1]))
-            self.blocks[lanes] = ffi.cast("struct Contact *", begin + -begin % LINE)
-        return self.blocks[lanes]
+            self.blocks[ffi, lanes] = ffi.cast("struct Contact *", begin + -begin % LINE)
+        return self.blocks[ffi, lanes]
 
 
-def _follow(
-    plan: _Plan, places: np.ndarray[Any, np.dtype[np.intp]], lanes: int, room: _Room, stop: Any
-) -> tuple[int, dict[str, FloatArray]]:
+_room = _Room()
+
+
+def _follow(plan: _Plan, places: np.ndarray[Any, np.dtype[np.intp]], lanes: int, stop: Any) -> tuple[int, dict[str, FloatArray]]:
     """One block through the kernel: its status, and what it gives for each set of the block."""
     ffi, loaded = kernel.library(lanes)
-    block, record, answer = room.block(ffi, lanes), ffi.new("struct Record *"), ffi.new("struct Yield *")
+    block, record, answer = _room.block(ffi, lanes), ffi.new("struct Record *"), ffi.new("struct Yield *")
     filled = np.resize(places, lanes)  # idle lanes repeat a set
     loaded.kernel_reset(block)
     held = np.frombuffer(ffi.buffer(block.value), dtype=np.float64).reshape(-1, lanes)
@@ -391,10 +393,10 @@ def _gathered(
         shapes["squares"] = (count, len(names))
     whole = {name: np.empty(shape) for name, shape in shapes.items()}
     failed: dict[int, str] = {}
-    stop, room = ffi.new("int *"), _Room()
+    stop = ffi.new("int *")
 
     def follow(places: np.ndarray[Any, np.dtype[np.intp]], lanes: int) -> int:
-        status, arrays = _follow(plan, places, lanes, room, stop)
+        status, arrays = _follow(plan, places, lanes, stop)
         for name, array in whole.items():
             array[places] = arrays[name] if status == loaded.STATUS_OK else np.nan
         return status
@@ -409,9 +411,7 @@ def _gathered(
         return places.size
 
     blocks = list(_blocks(count, plan.columns, MANY_LANES))
-    if (
-        cancelled is None and (len(blocks) == 1 or threads == 1) and plan.times.size < kernel.LONG
-    ):  # a pool of threads costs as much as a thousand samples
+    if cancelled is None and (len(blocks) == 1 or threads == 1) and plan.times.size < kernel.LONG:  # nothing to share out
         done = 0
         for places in blocks:
             done += work(places)
@@ -434,23 +434,24 @@ def _shared_out(
     cancelled: Callable[[], bool] | None,
 ) -> None:
     """Work on blocks side by side."""
-    done, waiting = 0, set[Future[int]]()
-    with ThreadPoolExecutor(threads) as pool:
-        try:
-            for places in blocks:
-                waiting.add(pool.submit(work, places))
-                while len(waiting) >= 64:
-                    done += _reap(waiting, cancelled)
-                    if progress:
-                        progress(done / count)
-            while waiting:
+    done, waiting, pool = 0, set[Future[int]](), kept_threads("blocks", threads)
+    try:
+        for places in blocks:
+            waiting.add(pool.submit(work, places))
+            while len(waiting) >= 64:
                 done += _reap(waiting, cancelled)
                 if progress:
                     progress(done / count)
-        except BaseException:
-            stop[0] = 1
-            pool.shutdown(cancel_futures=True)
-            raise
+        while waiting:
+            done += _reap(waiting, cancelled)
+            if progress:
+                progress(done / count)
+    except BaseException:
+        stop[0] = 1
+        for future in waiting:
+            future.cancel()
+        wait(waiting)
+        raise
 
 
 def _reap(waiting: set[Future[int]], cancelled: Callable[[], bool] | None) -> int:

@@ -28,7 +28,7 @@ def diagnose(case: Path, answer: Path, limit: float) -> str:
     """ "done", or why there is no answer; what the command printed lies in answer.log beside the answer's folder."""
     answer.parent.mkdir(parents=True, exist_ok=True)
     one_core = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-    command = [sys.executable, "-m", "evat", "diagnose", str(case), "--out", str(answer), "--no-fmu"]
+    command = [sys.executable, "-m", "evat", "diagnose", str(case), "--out", str(answer), "--no-fmu", "--threads", "1"]
     try:
         finished = subprocess.run(
             command, capture_output=True, text=True, timeout=limit, env={**os.environ, **one_core}, check=False, stdin=subprocess.DEVNULL

@@ -40,7 +40,7 @@ def in_motion(prediction: Prediction, values: Mapping[str, float | str] | None =
 
     def beginning(start: str) -> Prediction:
         nominal = replace(experiment.nominal, values={**experiment.nominal.values, START: start})
-        return Prediction(prediction.model, replace(experiment, nominal=nominal), prediction.threads)
+        return Prediction(prediction.model, replace(experiment, nominal=nominal))
 
     cycles = [prediction.model.cycle_time({**values, **trial.values}) for trial in experiment.trials]
     if not all(np.isfinite(cycles)):
