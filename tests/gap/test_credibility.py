@@ -69,6 +69,22 @@ def test_an_effect_that_is_no_better_known_than_its_size_is_doubted() -> None:
     assert any("no better known than its size" in reason for reason in doubts(comparison, BEND, held))
 
 
+def test_an_effect_with_which_more_is_left_than_without_is_doubted() -> None:
+    """Where nothing is held out by what is left of all conditions, else of those that no fit saw; evidence alone may be for it."""
+    comparison = compare(Prediction(Toy(), measured(["bend"], {"bend.c": 0.4}, conditions=2)))
+    assert doubts(comparison, BEND, HeldOut(comparison)) == ()
+    model = comparison.models[BEND]
+    away = np.where([p.name == "bend.c" for p in model.parameters], -model.point, model.point)
+    other = fit(comparison.prediction, comparison.whitening, model.parameters, away, ("bend",), most_steps=0)
+    assert other is not None
+    comparison.models[BEND] = other
+    (reason,) = doubts(comparison, BEND, HeldOut(comparison))
+    assert "it leaves more of the gap than without it on the conditions that it was fitted to" in reason
+
+    elsewhere = compare(Prediction(Toy(), only_where_fitted(measured(["bend"], {"bend.c": 0.4}, conditions=6))))
+    assert any("on the conditions that no fit saw" in reason for reason in doubts(elsewhere, BEND, HeldOut(elsewhere)))
+
+
 def test_a_condition_that_the_others_do_not_foresee_tests_nothing() -> None:
     """The second spring is mis-tuned, and nothing tells so where the condition that meets it is held out."""
 

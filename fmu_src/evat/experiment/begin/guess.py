@@ -25,6 +25,7 @@ from evat.units import affine, base_unit
 
 CUTTING = {"principal_force": "principal_force", "feed_force": "feed_force"}
 UNKNOWN = 1.0  # relative sd of a value that no data tell: it may be several times as large, or as small
+PRESLIDING = 1e-5  # m, F_C/sigma0: the middle of the parameter sets, of which most are within a factor of ten (0.01 to 74 um)
 ALIKE = 10.0  # times as long at most is a step of the clock of files that were recorded alike
 SET = ("cutting_speed", "feed", "width")  # what a cut is made at
 
@@ -162,7 +163,11 @@ class _Guess(Signals):
             "F_C": (float(f"{level:.3g}"), 0.3, "median of the force while it slides"),
             "F_S": (float(f"{1.15 * level:.3g}"), 0.3, "somewhat more than F_C"),
             "v_s": (start["v_s"], UNKNOWN, "the component's start, not from your data"),
-            "sigma0": (float(f"{level / 1e-4:.3g}"), UNKNOWN, "bristles that bend by 0.1 mm: not from your data"),
+            "sigma0": (
+                float(f"{level / PRESLIDING:.3g}"),
+                2 * UNKNOWN,
+                "bristles that bend by 10 um, an order of magnitude: not from your data",
+            ),
             "sigma1": (start["sigma1"], UNKNOWN, "the component's start, not from your data"),
             "sigma2": (start["sigma2"], UNKNOWN, "the component's start, not from your data"),
         }

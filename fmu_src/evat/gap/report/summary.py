@@ -136,7 +136,7 @@ def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
         return f"look at the measurement {_place(answer, comparison)}: the gap lies there, and no known effect makes it."
     if answer.verdict == "mistuned":
         return (
-            "find out where that nominal value comes from, before the recalibrated one is used: nobody can have meant it to be so far off."
+            "find out where that nominal value comes from, before the recalibrated one is used: it is further off than was said."
             if far
             else "do not use the recalibrated values yet; record more conditions, and look where the forces reverse or jump."
             if not closes(answer)
