@@ -178,6 +178,9 @@ class _Constants(ConstantTable):
     derivative_step = Constant(
         1e-3, "of a parameter, in its scale", "small against its curvature, large against the noise of runs at solver_tolerance"
     )
+    steepest_slope = Constant(
+        100.0, "of the largest number measured", "by which one prior sd of a parameter changes a prediction at most", low=1.0
+    )
     solver_tolerance = Constant(1e-5, "1", "relative tolerance of runs whose differences are taken", low=1e-9, source="numerical tolerance")
     solver_tolerance_of_records = Constant(
         1e-4,

@@ -103,6 +103,34 @@ def test_the_jacobian_is_the_slope_of_the_prediction() -> None:
     assert np.linalg.norm(slopes[:, 2] - inside) < 1e-3 * np.linalg.norm(inside)
 
 
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.99999, 1.0])
+def test_a_difference_stays_within_the_bounds(share: float) -> None:
+    """Towards the end where there is more room, and no further than that."""
+    prediction = Prediction(MODEL, experiment(trial(0)))
+    effect = next(each for each in MODEL.effects if each.name == "direction_asymmetry").variables[0]
+    at = effect.min + share * (effect.max - effect.min)
+    width = 1e4 * (effect.max - effect.min)  # a step that would leave them on either side
+    _, slopes = prediction.jacobian({effect.name: at}, [effect.name], {effect.name: width}, ["direction_asymmetry"])
+    assert np.all(np.isfinite(slopes))
+    assert np.any(slopes)
+
+
+def test_no_slope_is_beyond_all_that_was_measured() -> None:
+    """A prediction that runs away within a standard deviation counts for a hundred times the largest number, so that priors still count."""
+
+    class Leaping(ContactModel):
+        def simulate_many(self, run: Run, on: Any, values: Any) -> Any:
+            rows = super().simulate_many(run, on, values)
+            return {name: row * np.exp(60 * (np.atleast_1d(values["F_C"])[:, None] - 9.0) / 1e-3) for name, row in rows.items()}
+
+    asked = experiment(trial(3))
+    prediction = Prediction(Leaping(threads=1), asked)
+    _, slopes = prediction.jacobian(VALUES, ["F_C", "sigma2"], {"F_C": 1.0, "sigma2": 1.0})
+    for segment in prediction.segments:
+        largest = np.max(np.abs(asked.trials[0].outputs[segment.channel]))
+        assert np.max(np.abs(slopes[segment.at, 0])) == pytest.approx(100 * largest)
+
+
 def test_nothing_measured_is_an_error() -> None:
     with pytest.raises(ExperimentError, match="nothing was measured"):
         Prediction(MODEL, experiment())

@@ -299,15 +299,17 @@ class Prediction:
         own = [name for name in names if name not in self.setup.names and name not in linear]
         size = np.array([scales[name] for name in own])
         point = np.array([float(values[name]) for name in own])
-        upper = np.array([bounds[name].max for name in own])
+        low, high = (np.array([getattr(bounds[name], end) for name in own]) for end in ("min", "max"))
+        step = CONSTANTS.derivative_step * size
         steps = np.where(
-            point + CONSTANTS.derivative_step * size > upper, -CONSTANTS.derivative_step * size, CONSTANTS.derivative_step * size
+            (step <= high - point) | (high - point >= point - low), np.minimum(step, high - point), -np.minimum(step, point - low)
         )
-        table = point + np.vstack([np.zeros(len(own)), np.diag(steps)])
+        table = np.clip(point + np.vstack([np.zeros(len(own)), np.diag(steps)]), low, high)
         lanes = {name: table[:, place] for place, name in enumerate(own)}
         rows = self._of_model({**self._simulated(values), **lanes}, on)
         rows = rows + sum((self._away(each, values) * each.column for each in linear.values()), np.zeros((1, 1)))
-        inner = [(row - rows[0]) / (step / scale) for row, step, scale in zip(rows[1:], steps, size, strict=False)]
+        most = self._steepest
+        inner = [np.clip((row - rows[0]) / (step / scale), -most, most) for row, step, scale in zip(rows[1:], steps, size, strict=False)]
         for name in (name for name in linear if name in names):
             parameter = linear[name].parameter
             inner.append(scales[name] / parameter.slope(parameter.place(float(values[name]))) * linear[name].column)
@@ -315,6 +317,16 @@ class Prediction:
         of_model = dict(zip([*own, *(name for name in linear if name in names)], table, strict=True))
         slopes = [of_model[name] if name in of_model else scales[name] * self.setup.slopes(rows[0], name, values) for name in names]
         return self.setup.applied(rows[:1], values)[0], np.array(slopes).reshape(len(names), self.measured.size).T
+
+    @cached_property
+    def _steepest(self) -> FloatArray:
+        """The most that one prior standard deviation of a parameter counts for in each number (N,): what is far beyond all that was
+        measured tells no more, and its square would leave nothing of the prior's."""
+        most = np.empty(self.measured.size)
+        for channel in self.channels:
+            at = self.places(channel)
+            most[at] = CONSTANTS.steepest_slope * float(np.max(np.abs(self.measured[at]), initial=0.0))
+        return most
 
     def _own(self, values: Values, of_trial: Mapping[str, float]) -> dict[str, float | str | FloatArray]:
         return {**self.nominal, **values, **of_trial}
