@@ -394,6 +394,9 @@ class _Constants(ConstantTable):
     )
     held_out_models = Constant(2, "1", "of the likeliest, that are tried on held-out conditions")
     held_out_rounds = Constant(8, "1", "how often others follow: none is named that was not tried", source="safety limit")
+    taken_back = Constant(
+        1.0, "of the gap", "that an effect with its values may add, set-up put right, if the form of the law beside them takes it back"
+    )
     visible_structure = Constant(3.0, "sd", "of a structural square by noise alone: a gap on held-out conditions that is less is none")
     clear_evidence = Constant(
         10.0, "log evidence", "an effect that gains more is there, however its amplitude and other parameters stand for each other"

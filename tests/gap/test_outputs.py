@@ -59,6 +59,10 @@ CONTRACT: dict[str, Any] = {
         "held_out_conditions": [TEXT],
         "closed_share_where_fitted": {"value": NONE, "ci90": [NONE]},  # there are conditions that no fit has seen
         "values_alone": {"channels": {"<>": {"nominal": NUMBER, "recalibrated": NUMBER, "corrected": NUMBER}}, "closed_share": NUMBER},
+        "values_with_set_up": {
+            "channels": {"<>": {"nominal": NUMBER, "recalibrated": NUMBER, "corrected": NUMBER}},
+            "closed_share": NUMBER,
+        },
     },
     "cannot_tell": [TEXT],
     "next_experiment": {"values": {"<>": NUMBER}, "separates": [[TEXT]], "expected_probability": NUMBER},
@@ -218,7 +222,9 @@ def test_the_set_switches_the_effect_on_in_the_fmu(outcome: tuple[Diagnosis, Com
     assert "standard deviation" in read.sources[f"{EFFECT}.a"]
     assert "nominal 9 N" in read.sources["F_C"]
     assert any("hash of no file" in note for note in read.notes)
-    assert any(note.startswith("By itself corrected.ssv closes ") for note in read.notes)  # beside the share of the whole fit
+    assert any(
+        note.startswith("With the set-up put right corrected.ssv closes ") for note in read.notes
+    )  # beside the share of the whole fit
     trial = comparison.prediction.experiment.trials[0]
     run = Run(trial.times, trial.inputs, ("measured_friction_force",))
     plain = comparison.prediction.linearise(())

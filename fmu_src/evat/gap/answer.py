@@ -13,6 +13,7 @@ from evat.gap.advise import Advice
 from evat.gap.closure import Closure
 from evat.gap.location import Location
 from evat.gap.set_up import SetUpError
+from evat.gap.values_alone import ValuesAlone
 from evat.gap.verdict.gates import Gate
 from evat.gap.verdict.judgement import Judgement
 from evat.gap.verdict.small import SmallEffect
@@ -182,12 +183,9 @@ class Diagnosis(ShownAsTable):
                 "closed_share": _share((self.closure.share, self.closure.interval)),
                 "held_out_conditions": list(self.closure.held_out),
                 "closed_share_where_fitted": _share(self.closure.where_fitted),
-                "values_alone": {  # as corrected.ssv holds them: no set-up, no form that no law has, no start of a recording
-                    "channels": {
-                        channel: {name: _number(value) for name, value in row.items()} for channel, row in self.closure.alone.rms.items()
-                    },
-                    "closed_share": _number(self.closure.alone.share),
-                },
+                # As corrected.ssv holds them: no form that no law has, and no set-up, no start of a recording, or both put right.
+                "values_alone": _left(self.closure.alone),
+                "values_with_set_up": _left(self.closure.set_up_right),
             },
             "cannot_tell": list(self.cannot_tell),
             "next_experiment": None
@@ -213,6 +211,13 @@ class Diagnosis(ShownAsTable):
 
     def json(self) -> str:
         return json.dumps(self.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _left(values: ValuesAlone) -> dict[str, Any]:
+    return {
+        "channels": {channel: {name: _number(value) for name, value in row.items()} for channel, row in values.rms.items()},
+        "closed_share": _number(values.share),
+    }
 
 
 def _share(known: tuple[float, tuple[float, float]]) -> dict[str, Any]:

@@ -24,7 +24,8 @@ class Closure:
     `by_recalibration`: share of the nominal model's gap that recalibration alone closes there, with its interval. `where_fitted` is, of all
     conditions, which the fits have seen, what the effects close, or recalibration where there are none; nan where some are held out.
     `unforeseen`: conditions that were held out, too, and tell nothing, since what the models do there hangs on values that the others do
-    not tell. `alone`: what is left at the conditions of `rms` by values alone, those that were fitted to all conditions."""
+    not tell. `alone`: what is left at the conditions of `rms` by values alone, those that were fitted to all conditions; `set_up_right`:
+    the same with what the set-up is off by put right."""
 
     share: float
     interval: tuple[float, float]
@@ -35,6 +36,7 @@ class Closure:
     where_fitted: tuple[float, tuple[float, float]] = (math.nan, (math.nan, math.nan))
     unforeseen: tuple[str, ...] = ()
     alone: ValuesAlone = field(default_factory=ValuesAlone)
+    set_up_right: ValuesAlone = field(default_factory=ValuesAlone)
 
 
 def held_out_conditions(conditions: Sequence[str]) -> tuple[str, ...]:
@@ -177,10 +179,13 @@ def close(comparison: Comparison, chosen: Fit, held: HeldOut) -> Closure:
     closed, unit = held.closed(chosen, foreseen), _unit(comparison, rms)
     others = tuple(condition for condition in held.conditions if condition not in foreseen)
     floors = {channel: row["noise_floor"] for channel, row in rms.items()}
-    alone = values_alone(comparison, chosen, foreseen or comparison.prediction.experiment.conditions, floors)
+    there = foreseen or comparison.prediction.experiment.conditions
+    alone, put_right = (values_alone(comparison, chosen, there, floors, set_up) for set_up in (False, True))
     if foreseen:
-        return Closure(*closed, foreseen, rms, unit, held.recalibrated(foreseen), unforeseen=others, alone=alone)
-    return Closure(*closed, foreseen, rms, unit, where_fitted=held.where_fitted(chosen), unforeseen=others, alone=alone)
+        shares = held.recalibrated(foreseen)
+        return Closure(*closed, foreseen, rms, unit, shares, unforeseen=others, alone=alone, set_up_right=put_right)
+    shares = held.where_fitted(chosen)
+    return Closure(*closed, foreseen, rms, unit, where_fitted=shares, unforeseen=others, alone=alone, set_up_right=put_right)
 
 
 def _unit(comparison: Comparison, channels: Iterable[str]) -> str:

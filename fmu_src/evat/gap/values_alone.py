@@ -1,7 +1,7 @@
-"""How far does the gap shrink by values alone, as corrected.ssv holds them? Run without set-up and start of a recording.
+"""How far does the gap shrink by values alone, as corrected.ssv holds them? Run as they are, and with the set-up put right.
 
 Fits know more than a parameter set can hold: gain, zero and clock of the set-up, a form that no law has, how each recording began, and
-phases of its own. Who runs the model with corrected.ssv has none of these.
+phases of its own. Who runs the model with corrected.ssv has none of these; who puts right what the set-up is off by has all but the form.
 """
 
 from __future__ import annotations
@@ -23,15 +23,18 @@ from evat.model import FloatArray
 class ValuesAlone:
     """`rms[channel]` of measured less what the nominal, the recalibrated and the corrected values give [unit of the channel]; `share` of
     what the recalibrated values leave above the noise that the corrected ones close, or these of the nominal ones' where nothing was
-    added."""
+    added. Either as the set-up is, or with it put right."""
 
     rms: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     share: float = math.nan
 
 
-def replayed(comparison: Comparison, fit: Fit) -> FloatArray:
-    """(N,) what the model gives with the values of a fit, and nothing else of it."""
+def replayed(comparison: Comparison, fit: Fit, set_up: bool = False) -> FloatArray:
+    """(N,) what the model gives with the values of a fit, and nothing else of it; or with the set-up and how recordings began, too."""
     prediction = comparison.prediction
+    if set_up:
+        values = {name: value for name, value in fit.values.items() if name not in prediction.form_names - prediction.setup_names}
+        return prediction.linearise(()).one(values, fit.on)
     beside = prediction.setup_names | prediction.form_names
     values = {name: value for name, value in fit.values.items() if name not in beside and OWN not in name}
     return prediction.linearise(()).sampled_at({}).starting({}, None).one(values, fit.on)
@@ -46,10 +49,13 @@ def root_mean_squares(comparison: Comparison, predicted: FloatArray, conditions:
     return {channel: float(np.sqrt(np.mean(np.concatenate(rows) ** 2))) for channel, rows in left.items()}
 
 
-def values_alone(comparison: Comparison, chosen: Fit, conditions: Collection[str], floors: Mapping[str, float]) -> ValuesAlone:
-    """Over some conditions. floors : noise floor of each channel there, as an rms."""
-    fits = {"nominal": comparison.nominal, "recalibrated": comparison.recalibrated, "corrected": chosen}
-    rows = {name: root_mean_squares(comparison, replayed(comparison, fit), conditions) for name, fit in fits.items()}
+def values_alone(
+    comparison: Comparison, chosen: Fit, conditions: Collection[str], floors: Mapping[str, float], set_up: bool = False
+) -> ValuesAlone:
+    """Over some conditions. floors : noise floor of each channel there, as an rms; set_up : with that put right."""
+    nominal = comparison.set_up if set_up else comparison.nominal
+    fits = {"nominal": nominal, "recalibrated": comparison.recalibrated, "corrected": chosen}
+    rows = {name: root_mean_squares(comparison, replayed(comparison, fit, set_up), conditions) for name, fit in fits.items()}
     rms = {channel: {name: row[channel] for name, row in rows.items()} for channel in rows["nominal"]}
     before = "nominal" if chosen is comparison.recalibrated else "recalibrated"
     levels = comparison.whitening.levels

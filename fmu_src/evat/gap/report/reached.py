@@ -8,9 +8,12 @@ from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
 from evat.gap.report.words import beyond_all, number, percent, set_up_named, shown_unit
 from evat.gap.search.compare import Comparison
-from evat.gap.set_up import SetUpError
-from evat.gap.verdict.judgement import AMBIGUOUS_SETS, EFFECT, MISTUNED, NO_GAP
+from evat.gap.set_up import SetUpError, set_up_errors
+from evat.gap.verdict.judgement import AMBIGUOUS_SETS, EFFECT, MISTUNED, NO_GAP, fitted
 from evat.inference.prediction import Prediction
+
+SURE = 2.0  # standard deviations from 0
+NOTABLE = 0.5  # of the noise
 
 
 def reached(answer: Diagnosis, comparison: Comparison) -> tuple[str, ...]:
@@ -45,22 +48,36 @@ def _size(prediction: Prediction, name: str, x: float, digits: int = 4) -> str:
     return number(factor * x, digits) + ("" if unit == "1" else f" {unit}")
 
 
+def set_up_off(answer: Diagnosis, comparison: Comparison) -> str:
+    """What the set-up is off by, the largest first: errors that are surely not 0 and change a channel by half of the noise and more."""
+    rms, sizes = answer.closure.rms, list[tuple[float, str]]()
+    for error in set_up_errors(comparison, fitted(comparison, answer.judgement.chosen)):
+        size = max(error.changes[channel] / max(row["noise_floor"], 1e-300) for channel, row in rms.items())
+        if abs(error.value) > SURE * error.sd and size > NOTABLE:
+            sizes.append((size, f"{set_up_named((error,))} by {set_up_size(comparison.prediction, error)}"))
+    return ", ".join(said for _, said in sorted(sizes, reverse=True))
+
+
 def _alone(answer: Diagnosis, comparison: Comparison) -> tuple[str, ...]:
-    """What corrected.ssv leaves by itself, channel by channel."""
-    alone, added, closure = answer.closure.alone, bool(answer.judgement.chosen), answer.closure
-    if not math.isfinite(alone.share):
+    """What corrected.ssv leaves with the set-up put right, and as it is; alone where the set-up leaves nothing to close."""
+    closure, prediction = answer.closure, comparison.prediction
+    put_right = math.isfinite(closure.set_up_right.share)
+    values = closure.set_up_right if put_right else closure.alone
+    if not math.isfinite(values.share):
         return ()
-    whose = "recalibrated" if added else "nominal"
-    prediction = comparison.prediction
+    whose = "recalibrated" if answer.judgement.chosen else "nominal"
     each = []
-    for channel, row in alone.rms.items():
+    for channel, row in values.rms.items():
         own, theirs, noise = (_size(prediction, channel, x) for x in (row["corrected"], row[whose], closure.rms[channel]["noise_floor"]))
-        each.append(f"of the {channel.replace('_', ' ')} it leaves {own} rms, they leave {theirs}, and the noise is {noise}")
-    beside = "the set-up and a form of the law" if prediction.form_names else "the set-up"
-    share = percent(alone.share) if alone.share > CONSTANTS.noise_floor_error else "nothing"
-    if beyond := beyond_all(alone.share):
+        if put_right:
+            own += f" rms ({_size(prediction, channel, closure.alone.rms[channel]['corrected'])} as the set-up is)"
+            theirs += f" ({_size(prediction, channel, closure.alone.rms[channel][whose])})"
+        else:
+            own += " rms"
+        each.append(f"of the {channel.replace('_', ' ')} it leaves {own}, they leave {theirs}, and the noise is {noise}")
+    share = percent(values.share) if values.share > CONSTANTS.noise_floor_error else "nothing"
+    if beyond := beyond_all(values.share):
         share = f"{share} ({beyond})"
-    return (
-        f"By itself corrected.ssv closes {share} of what the {whose} values by themselves leave above the noise: {'; '.join(each)}. "
-        f"What was fitted has {beside} beside the values.",
-    )
+    how = "With the set-up put right" if put_right else "By itself"
+    form = " Fits have a form of the law beside the values, which no parameter set holds." if prediction.form_names else ""
+    return (f"{how} corrected.ssv closes {share} of what the {whose} values leave so above the noise: {'; '.join(each)}.{form}",)

@@ -9,7 +9,7 @@ from typing import Literal
 from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
 from evat.gap.closure import Closure
-from evat.gap.report.reached import reached, set_up_size
+from evat.gap.report.reached import reached, set_up_off, set_up_size
 from evat.gap.report.words import (
     beyond_all,
     closed_interval,
@@ -55,7 +55,9 @@ def headline(answer: Diagnosis, comparison: Comparison) -> Headline:
         "attention" if (first or not closes(answer)) and tone in ("note", "good") else tone,
         sentence(answer, meanings(comparison), share=False),
         first=first,
-        reasons=comparison.audit.refused if not judged else (*_meanings(answer, comparison), *reached(answer, comparison)),
+        reasons=comparison.audit.refused
+        if not judged
+        else (*_meanings(answer, comparison), *_doubted(answer), *reached(answer, comparison)),
         share=share,
         share_of=share_of,
         next=_next(answer, comparison, bool(first)),
@@ -89,6 +91,15 @@ def _meanings(answer: Diagnosis, comparison: Comparison) -> tuple[str, ...]:
     elif answer.small:
         named = [name for on in answer.small.either for name in on.names]
     return tuple(f"{name}: {known[name]}" for name in dict.fromkeys(named) if name in known)
+
+
+def _doubted(answer: Diagnosis) -> tuple[str, ...]:
+    """Why the likeliest of several is not named; of one alone the sentence says so."""
+    judgement = answer.judgement
+    reasons = judgement.features.doubts.get(judgement.chosen, ())
+    if answer.verdict != "ambiguous" or len(judgement.likely) < 2 or not reasons:
+        return ()
+    return (f"{judgement.chosen} is doubted: {'; '.join(reasons)}",)
 
 
 def _share(answer: Diagnosis) -> tuple[str, str]:
@@ -140,7 +151,7 @@ def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
             if far
             else "do not use the recalibrated values yet; record more conditions, and look where the forces reverse or jump."
             if not closes(answer)
-            else "use the recalibrated values: corrected.ssv holds them."
+            else _use(answer, comparison, "use the recalibrated values: corrected.ssv holds them.")
         )
     if answer.verdict == "ambiguous":
         doubts = answer.judgement.features.doubts.get(answer.judgement.chosen, ())
@@ -154,13 +165,20 @@ def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
         return f"do not use the corrected model yet: {why} where no fit has looked. " + (
             f"{experiment[:1].upper()}{experiment[1:]}" if experiment else "Record more conditions."
         )
-    if closure.alone.share <= CONSTANTS.advised_share:
-        return f"do not use corrected.ssv by itself: it closes {percent(closure.alone.share)} without what fits have beside it. " + (
+    if closure.set_up_right.share <= CONSTANTS.advised_share:
+        return f"do not use corrected.ssv: it closes {percent(closure.set_up_right.share)} without the form of the law that fits have. " + (
             f"{experiment[:1].upper()}{experiment[1:]}" if experiment else "Record more conditions."
         )
     if rivals_of(answer):
         return experiment or "record more conditions, that tell what is likely apart; corrected.ssv is one of several that would do."
-    return "use corrected.ssv: it switches the effect on, with the values of this diagnosis."
+    return _use(answer, comparison, "use corrected.ssv: it switches the effect on, with the values of this diagnosis.")
+
+
+def _use(answer: Diagnosis, comparison: Comparison, values: str) -> str:
+    """Values by themselves, or first what has to be put right for them to do."""
+    if answer.closure.alone.share > CONSTANTS.advised_share or not (off := set_up_off(answer, comparison)):
+        return values
+    return f"put right what the set-up is off by ({off}), or the values close {percent(answer.closure.alone.share)} alone; then {values}"
 
 
 def _check(answer: Diagnosis, comparison: Comparison) -> str:

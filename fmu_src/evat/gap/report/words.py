@@ -28,10 +28,10 @@ HARDLY_CLOSES = "No effect is needed beside other nominal values, but recalibrat
 
 def closes(answer: Diagnosis) -> bool:
     """Whether recalibration, where nothing else is named, closes as much of the gap as a corrected model is advised for: as it was fitted,
-    and by values alone."""
+    and by its values with the set-up put right."""
     closure = answer.closure
     share, _ = closure.by_recalibration if closure.held_out else closure.where_fitted
-    return answer.verdict != "mistuned" or not (share <= CONSTANTS.advised_share or closure.alone.share <= CONSTANTS.advised_share)
+    return answer.verdict != "mistuned" or not (share <= CONSTANTS.advised_share or closure.set_up_right.share <= CONSTANTS.advised_share)
 
 
 def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({}), *, share: bool = True) -> str:

@@ -8,10 +8,12 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.experiment import as_typed
+from evat.gap.budget import squares
 from evat.gap.closure import HeldOut
 from evat.gap.search.compare import Comparison
 from evat.gap.search.starts.periodogram import WAY, travel
 from evat.gap.search.starts.quadrature import sine_of
+from evat.gap.values_alone import values_alone
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.parameters import nominal_parameters
@@ -29,6 +31,11 @@ def doubts(comparison: Comparison, on: Hypothesis, held: HeldOut) -> tuple[str, 
     if share <= 0:
         seen = "that no fit saw" if foreseen else "that it was fitted to"
         reasons.append(f"it leaves more of the gap than without it on the conditions {seen}: {share:.3g} of it closes")
+    where = foreseen or comparison.prediction.experiment.conditions
+    floors = {channel: math.sqrt(own.floor) for channel, own in squares(comparison.whitening, fit.predicted, set(where)).items()}
+    by_values = values_alone(comparison, fit, where, floors, set_up=True).share
+    if by_values < -CONSTANTS.taken_back:
+        reasons.append(f"its values close {by_values:.3g} of the gap, and the form of the law beside them takes that back")
     return tuple(reasons)
 
 
