@@ -286,6 +286,34 @@ def test_the_table_of_constants_says_which_are_measured(monkeypatch: pytest.Monk
     assert f"Measured: 2 of {count} constants, 1 of which no case that was run reads; {count - 2} not yet." in text
 
 
+def test_the_accuracy_of_the_integrator_is_that_of_the_tabled_seeds() -> None:
+    """The guide's figures of the latest seed and of all are those of tests/tolerance/README.md."""
+
+    def count(text: str) -> int:
+        return int(text.replace(" ", ""))
+
+    def spaced(number: int) -> str:
+        return f"{number:,}".replace(",", " ")
+
+    text = (README.parent / "tests" / "tolerance" / "README.md").read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if re.match(r"\| \d", line)]
+    judged = [row for row in rows if row[2]]
+    page = " ".join(
+        PAGES["believe.md"].read_text(encoding="utf-8").split("### Accuracy of the integrator")[1].split("## Limits")[0].split()
+    )
+    *_, (seed, _, of, within_3, within_10, all_3, all_10, beyond, _) = rows
+    assert f"Of the {of} contacts that are judged of the latest seed, {seed}," in page
+    assert (
+        f"| 3 tolerances | {within_3} | {all_3} | | 10 tolerances | {within_10} | {all_10} | | beyond 10 | none | {beyond} contacts |"
+        in page
+    )
+    drawn, beyond_10, counted = (sum(count(row[k]) for row in some) for some, k in ((rows, 1), (rows, 7), (judged, 2)))
+    assert f"lists {len(rows)} seeds: {beyond_10} of {spaced(drawn)} contacts drawn" in page
+    assert f"({len(judged)} seeds, {spaced(counted)} contacts judged)" in page
+    friction, outputs = (min(row[k] for row in judged if row[k] != "all") for k in (3, 5))
+    assert f"in {friction} or more of each seed, all outputs in {outputs} or more" in page
+
+
 def test_the_tables_are_the_kernels(site: Path) -> None:
     effects = (site / "effects.html").read_text(encoding="utf-8")
     for effect in kernel.effects():
