@@ -24,6 +24,7 @@ from evat.constants import CONSTANTS
 from evat.experiment.keys import TABLES
 from evat.files.read_toml import read_toml
 from evat.guide import notebooks, seal, tables
+from evat.models import reference
 from evat.native import kernel
 from evat.native.compile import source_root
 from evat.systems.ssp.write import write_all
@@ -284,6 +285,14 @@ def test_the_table_of_constants_says_which_are_measured(monkeypatch: pytest.Monk
     assert unread.endswith("| 0 | not read | not read |")
     count = len(CONSTANTS.declared())
     assert f"Measured: 2 of {count} constants, 1 of which no case that was run reads; {count - 2} not yet." in text
+
+
+def test_the_page_lists_what_the_python_fmu_has() -> None:
+    """Each law and effect of the twin, and of the laws that it refuses each by its name."""
+    page = PAGES["fmu.md"].read_text(encoding="utf-8").split("## The Python FMU")[1].split("\n## ")[0]
+    has, refused = page.split("Every other choice")
+    assert set(re.findall(r"`(\w+)`", has)) == {*reference.LAWS, *reference.EFFECTS}
+    assert set(re.findall(r"`(\w+)`", refused)) == {law.name for law in kernel.laws()} - set(reference.LAWS)
 
 
 def test_the_accuracy_of_the_integrator_is_that_of_the_tabled_seeds() -> None:

@@ -2,7 +2,7 @@
 
 An independent check on the C kernel, and the place to change a law with no compiler: plain Python, standard library only, one small
 class per friction law (class ReferenceLaw says what a law answers). It shares variable names with the kernel, and no method: angles by
-atan2, Radau collocation in time, Chandrupatla's method for roots. The law `bristle` is not written here and is refused.
+atan2, Radau collocation in time, Chandrupatla's method for roots. It has the laws of LAWS and the effects of EFFECTS; others are refused.
 
 One file, because the Python FMU carries it as it stands: laws, effects, path, forces, the contact that runs them, arithmetic.
 """
