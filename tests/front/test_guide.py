@@ -287,6 +287,48 @@ def test_the_table_of_constants_says_which_are_measured(monkeypatch: pytest.Monk
     assert f"Measured: 2 of {count} constants, 1 of which no case that was run reads; {count - 2} not yet." in text
 
 
+def test_the_origin_of_all_constants_is_counted() -> None:
+    """By the same table that the page shows, on both pages that speak of it."""
+    origins = [each.origin for each in CONSTANTS.declared().values()]
+    words = re.findall(r"\d+", tables.TABLES["origin of constants"]())
+    assert [int(word) for word in words if word != words[2]] == [
+        len(origins),
+        *(origins.count(one) for one in ("guess", "calibrated", "derived")),
+    ]
+    assert 0 < int(words[2]) < origins.count("guess")
+    for name in ("constants.md", "diagnosis.md"):
+        assert "<!-- table: origin of constants -->" in PAGES[name].read_text(encoding="utf-8")
+
+
+def test_the_totals_of_the_diagnosis_are_those_of_its_test_sets() -> None:
+    """The guide's figures of all test sets and of the sixteenth are those of tests/gap/second_reality/README.md."""
+    text = (README.parent / "tests" / "gap" / "second_reality" / "README.md").read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if re.match(r"\| \w+ \(\d+\) \|", line)]
+
+    def shares(cell: str) -> list[tuple[int, int]]:
+        return [(round(float(share) * int(count)), int(count)) for share, count in re.findall(r"([\d.]+) \((\d+)\)", cell)]
+
+    def of_all(pairs: list[tuple[int, int]]) -> str:
+        return f"{sum(one for one, _ in pairs)} of {sum(count for _, count in pairs)}"
+
+    assert len(rows) == 18
+    right, other = ([shares(row[1])[form] for row in rows] for form in (0, 1))
+    falsely, unknown = ([pair for row in some for pair in shares(row[k])] for some, k in ((rows[2:], 3), (rows, 4)))
+    page = " ".join(PAGES["diagnosis.md"].read_text(encoding="utf-8").split())
+    assert (
+        f"eighteen test sets {of_all(right)} single effects were named where the base law has the right form, and {of_all(other)} where"
+        in page
+    )
+    assert f"where there is none in {of_all(falsely)} cases of the last sixteen" in page
+    assert f"and {of_all(unknown)} causes that are not in the library" in page
+    (sixteenth,) = [row for row in rows if row[0] == "sixteenth (2101)"]
+    ((one, n), (two, m)) = [(share, count) for share, count in re.findall(r"([\d.]+) \((\d+)\)", sixteenth[1])]
+    assert re.search(rf"\| one effect, named \| {one} \[[^]]+\] \({n}\) \| {two} \[[^]]+\] \({m}\) \|", page)
+    judged_alike = [row for row in rows if row[0].startswith(("fifteenth", "sixteenth"))]
+    assert f"have {of_all([pair for row in judged_alike for pair in shares(row[1])])} single effects" in page
+    assert f"{of_all([pair for row in judged_alike for pair in shares(row[3])]).replace(' of', ' false alarms in')}" in page
+
+
 def test_the_page_lists_what_the_python_fmu_has() -> None:
     """Each law and effect of the twin, and of the laws that it refuses each by its name."""
     page = PAGES["fmu.md"].read_text(encoding="utf-8").split("## The Python FMU")[1].split("\n## ")[0]

@@ -160,6 +160,17 @@ def _change(row: Mapping[str, Any] | None) -> str:
     return f"{row['log_loss']:+.3f} ({row['right']:+d}, {row['changed']}{failed})"
 
 
+def _origin_of_constants() -> str:
+    """How the judgement is founded, in one sentence."""
+    declared = CONSTANTS.declared().values()
+    count = {origin: sum(each.origin == origin for each in declared) for origin in ("guess", "calibrated", "derived")}
+    bare = sum(each.origin == "guess" and not each.source for each in declared)
+    return (
+        f"Of {len(declared)} numbers {count['guess']} are guesses, {bare} of which give no reason; {count['calibrated']} are calibrated to "
+        f"simulated cases and {count['derived']} derived.\n"
+    )
+
+
 def _constants() -> str:
     rows, values = sensitivity.read().get("constants", {}), in_use()
 
@@ -202,6 +213,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "outputs": lambda: _outputs(_of_the_contact("output")),
     "sets": _sets,
     "constants": _constants,
+    "origin of constants": _origin_of_constants,
     "keys": _keys,
     "parts": _parts,
     "names": lambda: _names("evat", sorted((name for name in evat.__all__ if name != "parameter_sets"), key=str.lower)),
