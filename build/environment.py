@@ -60,9 +60,9 @@ def main(job: Callable[[Path, Sequence[str]], int]) -> None:
 
 
 def run(scripts: Path, arguments: Sequence[str]) -> int:
-    """Build the FMUs, then run the main job."""
+    """Build the FMUs, then run the paper's materials with them."""
     evat = str(scripts / "evat")
-    return step("build the FMUs", [evat, "build"]) or step("run the main job", [evat, "run", *arguments])
+    return step("build the FMUs", [evat, "build"]) or step("reproduce the paper's figures and mean forces", [evat, "run", *arguments])
 
 
 def test(scripts: Path, arguments: Sequence[str]) -> int:

@@ -1,4 +1,4 @@
-"""One command on a fresh machine: how do the FMUs get built and the main job run?
+"""One command on a fresh machine: how do the FMUs get built and the paper's figures made?
 
 python3 build/run.py [arguments of `evat run`]
 """

@@ -13,7 +13,7 @@ from evat.commands.tables import WholeTable
 from evat.console import out
 from evat.files.writing import usable
 from evat.native import kernel
-from evat.paper.tables import materials
+from evat.paper.tables import materials, mean_relative_error
 
 if TYPE_CHECKING:
     from evat.studies.record import Columns
@@ -61,7 +61,7 @@ def run(
     to: Annotated[Path, typer.Option("--out", "-o", help="Folder for figures, tables and report.")] = Path("runs"),
     as_json: Json = False,
 ) -> None:
-    """The main job: drive the FMU through fmpy for the paper's four materials, or along a measured record.
+    """Reproduce the paper's figures and mean forces by the FMU, for its four materials and three models, or follow a measured motion.
 
     Example: evat run --record test.txt --time 'Time [s]' --position 'Position [mm]' --force 'Friction [uN]' --force-sign -1
     """
@@ -127,16 +127,19 @@ def _run_materials(family: str, speed_unit: str, to: Path, as_json: bool) -> Non
     if as_json:
         written = [str(path) for path in (*figures, to / "means.csv", page)]
         print_json({"means": main_job_report.means(cases), "caveats": list(condition_caveats(shares)), "written": written})
+    recomputed = ", ".join(f"{model.title} {100 * mean_relative_error(name):.1f} %" for name, model in main_job.MODELS.items())
+    out.print(f"mean error of the paper's own calculation, recomputed from its table 2: {recomputed}", highlight=False)
     for conditions, what in (
-        (main_job.GUESSED, "the component's starts, not those of the paper's tests"),
         (main_job.INFERRED, "from the measured means themselves (evat study paper), not known"),
+        (
+            main_job.GUESSED,
+            "the component's start values, not those of the paper's tests; compare models with each other, not with measurements",
+        ),
     ):
-        table = WholeTable(
-            "material", "force", "measured (paper)", *(model.title for model in main_job.MODELS.values()), title_justify="left"
-        )
+        table = WholeTable(*main_job_report.means_columns(), title_justify="left", collapse_padding=True)
         for line in main_job_report.means_table(cases, conditions):
             table.add_row(*line)
-        table.title = f"{conditions} conditions: {what}; cycle means [N], maximum shear stress / minimum energy"
+        table.title = f"{conditions} conditions: {what}; cycle means [N]"
         out.print(table)
     for text in condition_caveats(shares):
         out.print(f"note: {text}", highlight=False)

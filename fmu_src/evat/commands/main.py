@@ -31,7 +31,7 @@ COMMANDS = {
     ),
     "run": (
         "fmus",
-        "The main job: drive the FMU through fmpy for the paper's four materials, or along a measured record.",
+        "Reproduce the paper's figures and mean forces by the FMU, for its four materials and three models, or follow a measured motion.",
     ),
     "build": (
         "fmus",

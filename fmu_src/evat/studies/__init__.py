@@ -1,1 +1,1 @@
-"""What was found out with the package? Campaigns, comparisons with the paper, the main job; each can be run again."""
+"""What was found out with the package? Campaigns, comparisons with the paper, its four materials by the FMU; each can be run again."""

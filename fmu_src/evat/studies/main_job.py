@@ -1,4 +1,4 @@
-"""What do the paper's four materials give under Coulomb, LuGre and modified LuGre? The main job: FMU through fmpy, figures.
+"""What do the paper's four materials give under Coulomb, LuGre and modified LuGre? FMU through fmpy, figures.
 
 Under two sets of process conditions, of which the paper prints none: the component's starts, which are guesses, and those that the paper's
 table 2 lets infer (parameters/paper/conditions.toml).
@@ -102,7 +102,7 @@ def drawn(cases: list[MainJobCase], *, narrow: bool = False) -> dict[str, Figure
     """The pictures of `plot_cases` by the stems of their files; narrow, for a phone: panels one below the other."""
     titles = paper_tables.materials()
     figures = {}
-    for conditions, ending in ((GUESSED, ""), (INFERRED, f"-{INFERRED}")):
+    for conditions, ending in ((INFERRED, f"-{INFERRED}"), (GUESSED, "")):
         for number, force in zip((3, 4), FORCES, strict=True):
             panels: dict[str, dict[str, Trace]] = {}
             for case in cases:

@@ -1,4 +1,4 @@
-"""What does the main job say? Its cycle means beside the measured ones, as a table, as CSV and as a page; which conditions are guessed."""
+"""What do the runs of `evat run` say? Cycle means beside the measured ones as table, CSV and page; which conditions are guessed."""
 
 from __future__ import annotations
 
@@ -14,31 +14,40 @@ from evat.native import kernel
 from evat.paper import tables as paper_tables
 from evat.paper.conditions import SHEAR_STRESS, conditions, inference, inferred
 from evat.plots.cycles import inline
-from evat.studies.main_job import FORCES, GUESSED, INFERRED, MODELS, MainJobCase, drawn
+from evat.studies.main_job import FORCES, GUESSED, INFERRED, MODELS, FrictionModel, MainJobCase, drawn
 from evat.studies.paper.domain import DomainShares, condition_caveats
 
 REPORT = "report.html"
-BOTH = (GUESSED, INFERRED)
+BOTH = (INFERRED, GUESSED)
+
+
+def means_columns() -> tuple[str, ...]:
+    """What heads the columns of `means_table`, in lines that are as narrow as their numbers."""
+    ours = (f"{model.title} {principle}".replace("_", "\n").replace(" ", "\n") for model, principle in _columns())
+    return ("material", "force", "measured", *ours)
 
 
 def means_table(cases: list[MainJobCase], conditions: str) -> list[tuple[str, ...]]:
-    """Material, force, measured mean, and ours under both principles for each model, as text; at the end the mean errors."""
+    """Material, force, measured mean, and ours for each model under each principle, as text; at the end the mean errors."""
     lines = []
     for row in paper_tables.table_2():
-        ours = [
-            " / ".join(
-                f"{case.means[row.force]:.1f}"
-                for case in cases
-                if (case.material, case.model, case.conditions) == (row.material, model, conditions)
-            )
-            for model in MODELS
-        ]
-        lines.append((paper_tables.materials()[row.material], row.force.replace("_", " "), f"{row.mean:g}", *ours))
-    principles = kernel.variable("shear_angle_principle").choices
-    errors = [
-        " / ".join(f"{100 * main_job_error(cases, conditions, model, principle):.1f} %" for principle in principles) for model in MODELS
-    ]
-    return [*lines, ("mean error", "", "", *errors)]
+        ours = {(case.model, case.principle): case.means[row.force] for case in cases if _is(case, row.material, conditions)}
+        numbers = (f"{ours[name, principle]:.1f}" for name in MODELS for principle in _principles())
+        lines.append((paper_tables.materials()[row.material], row.force.removesuffix("_force"), f"{row.mean:g}", *numbers))
+    errors = (f"{100 * main_job_error(cases, conditions, name, principle):.1f}" for name in MODELS for principle in _principles())
+    return [*lines, ("mean error", "%", "", *errors)]
+
+
+def _is(case: MainJobCase, material: str, conditions: str) -> bool:
+    return (case.material, case.conditions) == (material, conditions)
+
+
+def _principles() -> tuple[str, ...]:
+    return tuple(kernel.variable("shear_angle_principle").choices)
+
+
+def _columns() -> list[tuple[FrictionModel, str]]:
+    return [(model, principle) for model in MODELS.values() for principle in _principles()]
 
 
 def main_job_error(cases: list[MainJobCase], conditions: str, model: str, principle: str) -> float:
