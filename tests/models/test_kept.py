@@ -174,6 +174,30 @@ def test_a_model_is_compiled_once_for_all_fmus_that_carry_it(tmp_path: Path, mon
     assert sorted(compiled) == [(version, model) for version in (2, 3) for model in ("evat_contact", "spindle")]
 
 
+def test_fmus_for_all_platforms_are_built_once(cache: list[Path], fmi2_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Into whatever folder; again where the sources or the day they carry change, where what is kept is damaged, or cannot be kept."""
+    monkeypatch.setattr(fmu, "parts", lambda: ("evat_contact", "spindle"))
+
+    def builds(folder: str) -> int:
+        before = len(cache)
+        written = host.build_for_all(tmp_path / folder)
+        assert [path.read_bytes() == fmi2_fmu.read_bytes() for path in written] == [True] * 4
+        return len(cache) - before
+
+    assert [builds("a"), builds("a"), builds("b")] == [4, 0, 0]
+    kept = host._kept(2, "spindle", tuple(compile_c.TARGETS))
+    assert kept != host._kept(2, "spindle")
+    kept.write_bytes(b"half")
+    assert [builds("b"), builds("b")] == [1, 0]
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
+    assert [builds("b"), builds("b")] == [4, 0]
+    monkeypatch.setattr(host, "made_from", lambda: "another state")
+    assert builds("b") == 4
+    (tmp_path / "no folder").write_text("", encoding="ascii")
+    monkeypatch.setattr(host, "user_cache_path", lambda *_, **__: tmp_path / "no folder" / "cache")
+    assert [builds("b"), builds("b")] == [4, 4]
+
+
 def test_what_nobody_has_used_for_a_month_is_cleared_away(cache: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """When another is built; what is no FMU's place stays, and to use one is to keep it."""
     first = host.host_fmu().parent

@@ -34,7 +34,7 @@ def build(
     usable(to)
     count = 2 * len(fmu.parts()) * (3 if host_only else 2 + len(TARGETS))
     with lines_done(count + 2 * len(names()) + 1) as progress:
-        paths = [*(host.build_all(to, progress) if host_only else fmu.build_all(to, progress=progress))]
+        paths = [*(host.build_all(to, progress) if host_only else host.build_for_all(to, progress))]
         paths += [*write.write_all(to, to, progress), *write_full.write_all(to, to, progress)]
         progress("pythonfmu twin")
         paths.append(python_fmu.build_python_fmu(to / "EvatContactPython.fmu"))

@@ -1,4 +1,5 @@
 """Where is the FMU that runs on this machine? In the package, if a wheel brought it; else among the user's caches, built on first use.
+FMUs for all platforms are kept there, too.
 
 Either is taken only while it is whole, and made from what is here now; those of other states are cleared away when nobody has used them for
 a month. `python -m evat.fmu.host FOLDER` writes what a wheel brings.
@@ -20,10 +21,10 @@ from pathlib import Path
 from platformdirs import user_cache_path
 
 from evat import fmu
-from evat.files.writing import put
+from evat.files.writing import OutputError, put
 from evat.fmu import Progress, silent
 from evat.fmu.fmu_facts import Version
-from evat.native.compile import CONTACT, PACKAGE, host_target, is_whole, seal, seal_of, source_root
+from evat.native.compile import CONTACT, PACKAGE, TARGETS, host_target, is_whole, seal, seal_of, source_root
 
 BROUGHT = PACKAGE / "_fmus"
 # What an FMU is made from: C and facts, and the rooms of the package that building one loads, with the modules that stand in none.
@@ -48,9 +49,10 @@ def made_from() -> str:
     return digest.hexdigest()
 
 
-def _kept(version: Version, part: str) -> Path:
-    """Where the user's caches have it: a place for each state of the sources and each version of what compiles them."""
-    digest = hashlib.sha256(made_from().encode())
+def _kept(version: Version, part: str, targets: tuple[str, ...] = ()) -> Path:
+    """Where the user's caches have it: a place for each state of the sources, each version of what compiles them, and each set of
+    platforms but this machine's own alone."""
+    digest = hashlib.sha256(made_from().encode() + os.environ.get("SOURCE_DATE_EPOCH", "").encode() + ",".join(targets).encode())
     for package in ("evat", "fmpy", "ziglang"):
         with suppress(importlib.metadata.PackageNotFoundError):
             digest.update(importlib.metadata.version(package).encode())
@@ -123,6 +125,27 @@ def build_all(folder: Path, progress: Progress = silent) -> tuple[Path, ...]:
     binaries: dict[tuple[Version, str, str], bytes] = {}
     here = [_host_fmu(version, part, progress, binaries) for part in fmu.parts() for version in VERSIONS]
     return tuple(put(folder / path.name, path.read_bytes()) for path in here)
+
+
+def build_for_all(folder: Path, progress: Progress = silent) -> tuple[Path, ...]:
+    """As `fmu.build_all` for every platform; what was built before from the same sources is taken from the user's caches, where it can
+    be kept there."""
+    binaries: dict[tuple[Version, str, str], bytes] = {}
+    return tuple(_for_all(version, part, folder, progress, binaries) for part in fmu.parts() for version in VERSIONS)
+
+
+def _for_all(version: Version, part: str, folder: Path, progress: Progress, binaries: dict[tuple[Version, str, str], bytes]) -> Path:
+    kept, path = _kept(version, part, tuple(TARGETS)), folder / fmu.file_name(version, part)
+    if is_whole(kept, made_from()):
+        put(path, kept.read_bytes())
+    else:
+        fmu.build_sharing(version, path, None, progress, part, binaries)
+        with suppress(OSError, OutputError):
+            seal(put(kept, path.read_bytes()), made_from())
+            _clear_others(kept.parent)
+    with suppress(OSError):
+        os.utime(kept.parent)
+    return path
 
 
 def bring(folder: Path) -> None:
