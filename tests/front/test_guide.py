@@ -40,7 +40,7 @@ CAMPAIGN = "seven seconds; the campaign runs it"
 NOT_RUN = {
     "README.md": [
         "makes an environment and builds for five platforms, which takes minutes",
-        "it takes ten seconds; the guide's page on measuring runs another",
+        "it takes ten seconds; the guide's page on measuring runs the same",
     ],
     "believe.md": ["takes a minute"],
     "notebook-rig.md": [CAMPAIGN],
@@ -329,6 +329,24 @@ def test_the_totals_of_the_diagnosis_are_those_of_its_test_sets() -> None:
     assert f"{of_all([pair for row in judged_alike for pair in shares(row[3])]).replace(' of', ' false alarms in')}" in page
 
 
+def test_the_page_tells_of_every_parameter_set() -> None:
+    section = PAGES["first-run.md"].read_text(encoding="utf-8").split("## Which values for my material?")[1].split("\n## ")[0]
+    named = re.findall(r"`([^`]+)`", "".join(line.split("|")[1] for line in section.splitlines() if line.startswith("| `")))
+    assert sorted(named) == sorted(evat.parameter_sets.names())
+
+
+def test_the_readme_shows_what_the_guide_finds() -> None:
+    """Its diagnosis is not run: the command and the lines below it are those of the page on measuring, which is."""
+
+    def diagnoses(page: Path) -> list[tuple[str, str]]:
+        typed = [one for block in blocks(page) if block.kind == "console" for one in commands(block.text)]
+        return [(command, printed) for command, printed in typed if command.startswith("evat diagnose other-rig ")]
+
+    ((command, printed),), ((same, expected),) = diagnoses(README), diagnoses(PAGES["measure.md"])
+    assert shlex.split(command, comments=True) == [word for word in shlex.split(same) if word not in ("--explain", "sensor_delay")]
+    assert agrees(expected[: expected.index("...")] + "...", printed)
+
+
 def test_the_page_lists_what_the_python_fmu_has() -> None:
     """Each law and effect of the twin, and of the laws that it refuses each by its name."""
     page = PAGES["fmu.md"].read_text(encoding="utf-8").split("## The Python FMU")[1].split("\n## ")[0]
@@ -445,8 +463,9 @@ def test_what_the_guide_plots_with_fmpy_is_drawn_by_it(fmus: dict[str, Path]) ->
     lines = re.findall(
         r"^\$ fmpy simulate fmus/(\S+) --show-plot(?: --output-variables (.*))?$", PAGES["first-run.md"].read_text("utf-8"), re.M
     )
+    lines += re.findall(r"^\$ \S*fmpy simulate build/out/fmus/(\S+) --show-plot()$", README.read_text("utf-8"), re.M)
     by_name = {path.name: path for path in fmus.values()}
-    assert len(lines) == 3
+    assert len(lines) == 4
     for name, outputs in lines:
         result = fmpy.simulate_fmu(str(by_name[name]), output=outputs.split() or None)
         figure = fmpy.util.create_plotly_figure(result)
