@@ -16,6 +16,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
+from evat.files.shared_library import cut_at
 from evat.files.unpack import ArchiveError, opened, unpack
 from evat.files.writing import OutputError, temporary
 from evat.model import FloatArray, FmuError, ParameterError, Run, SimulationError, Trace
@@ -91,12 +92,24 @@ class Driver:
         self._folder = self._kept.enter_context(temporary())
         try:
             unpack(self._path, self._folder, but=_NOT_RUN)
+            self._check_libraries()
             self._load()
-        except OutputError:  # it is not the FMU that is at fault
+        except (FmuError, OutputError):  # which say all; of the latter not the FMU is at fault
             raise
         except Exception as error:  # fmpy raises plain Exceptions: no binary for this platform
             said = f"; it said: {self._log[-1]}" if self._log else ""
             raise FmuError(f"{self._path}: it cannot be instantiated here ({error}){said}.") from error
+
+    def _check_libraries(self) -> None:
+        """FmuError where one that this machine loads is cut short: the system would not say so, but end the process."""
+        three = self.description.fmiVersion.startswith("3")
+        for library in sorted((self._folder / "binaries" / (fmpy.platform_tuple if three else fmpy.platform)).glob("*")):
+            if library.is_file() and (wanted := cut_at(library)) is not None:
+                name = library.relative_to(self._folder).as_posix()
+                raise FmuError(
+                    f"{self._path}: {name} is cut short: it has {library.stat().st_size} bytes, by its headers at least {wanted}. "
+                    "It is not loaded; build or fetch the FMU anew."
+                )
 
     def _load(self) -> None:
         kind = FMU3Slave if self.description.fmiVersion.startswith("3") else FMU2Slave
