@@ -7,16 +7,19 @@ import os
 import stat
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 import pytest
+from evat.files import stream
+from evat.files.read_toml import read_toml
 from evat.files.table import read_table, write_trace
 from evat.files.text import RecordError
 from evat.files.writing import OutputError
-from evat.model import Trace
+from evat.model import EvatError, Trace
 
 AWKWARD = np.array([0.1, -0.0, 1 / 3, 5e-324, 1.7976931348623157e308, 2.0**53 + 2])  # nothing but all 17 digits brings them back
 
@@ -192,3 +195,15 @@ def test_writing_a_table_does_not_load_pandas(tmp_path: Path) -> None:
     )
     subprocess.run([sys.executable, "-c", code, str(tmp_path / "a.csv")], check=True)
     assert (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()[1:] == ["0,0", "1,2", "2,4"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="Windows has no such files")
+@pytest.mark.parametrize("kind", ["device", "pipe"])
+@pytest.mark.parametrize("read", [read_table, stream.headers, stream.rows_about, read_toml], ids=["table", "headers", "rows", "TOML"])
+def test_a_file_without_an_end_is_not_begun(tmp_path: Path, read: Callable[[Path], object], kind: str) -> None:
+    path = Path("/dev/zero")
+    if kind == "pipe":
+        path = tmp_path / "pipe.csv"
+        os.mkfifo(path)
+    with pytest.raises(EvatError, match=rf"{path.name}: .*it is no regular file, but a device, pipe or socket"):
+        read(path)

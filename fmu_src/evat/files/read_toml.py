@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from evat.files.regular import check_regular
 from evat.model import EvatError
 
 if sys.version_info >= (3, 11):
@@ -37,6 +38,7 @@ class TomlError(EvatError):
 def read_toml(path: Path) -> dict[str, Any]:
     """The tables of a file."""
     try:
+        check_regular(path)
         size = path.stat().st_size
         if size > MOST_BYTES:
             raise TomlError(f"{path.name}: it has {size / 2**20:.3g} MiB; a TOML file of more than {MOST_BYTES >> 20} MiB is not read.")

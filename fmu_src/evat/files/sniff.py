@@ -12,6 +12,7 @@ from pathlib import Path
 import charset_normalizer
 
 from evat.files.cells import is_numeric, is_timestamp, numbers_of, split
+from evat.files.regular import check_regular
 from evat.files.spelling import unit_meant
 from evat.files.table import is_parquet
 from evat.files.text import LONGEST_LINE, RecordError, TextForm, delimiter_of, in_file, lines_of
@@ -49,6 +50,7 @@ class Sniffed:
 
 def sniff(path: Path, known: TextForm | None = None, stated: Sequence[str] = ()) -> Sniffed:
     """The form of a text file; fields of `known` that are `stated` are taken from there. RecordError where it is no text with numbers."""
+    check_regular(path)
     size = path.stat().st_size
     if size > MOST_BYTES:
         raise RecordError(f"{path.name}: {size / 2**30:.3g} GiB; at most {MOST_BYTES >> 30} GiB are looked at. Cut it into recordings.")

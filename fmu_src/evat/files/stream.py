@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
+from evat.files.regular import check_regular
 from evat.files.table import is_parquet
 from evat.files.text import PLAIN, RecordError, TextForm, bad_line, text_options
 from evat.files.timestamps import Timestamps
@@ -115,6 +116,7 @@ def _told(batches: Iterator[list[FloatArray]], size: int, rows: int | None, done
 @contextmanager
 def _explained(path: Path, form: TextForm = PLAIN, wanted: Sequence[str] = ()) -> Iterator[None]:
     try:
+        check_regular(path)
         yield
     except OSError as error:
         raise RecordError(f"{path.name}: {error.strerror or error}.") from error

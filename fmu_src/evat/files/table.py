@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
+from evat.files.regular import check_regular
 from evat.files.text import PLAIN, RecordError, TextForm, bad_line, text_options
 from evat.files.writing import whole
 from evat.model import EvatError, FloatArray, Trace
@@ -86,6 +87,7 @@ def is_parquet(path: Path) -> bool:
 def read_table(path: Path, form: TextForm = PLAIN) -> Table:
     """All numeric columns of a CSV (comma, semicolon or tab) or Parquet file; RecordError where it cannot be read."""
     try:
+        check_regular(path)
         if is_parquet(path):
             table = pa.parquet.read_table(path)
         else:
@@ -118,6 +120,7 @@ def read_table(path: Path, form: TextForm = PLAIN) -> Table:
 def read_texts(path: Path, header: str, form: TextForm = PLAIN) -> tuple[str, ...]:
     """One column as the texts that stand in it, such as names; RecordError where a row has none."""
     try:
+        check_regular(path)
         if is_parquet(path):
             column = pa.parquet.read_table(path, columns=[header])[header].cast(pa.string())
         else:
