@@ -90,3 +90,19 @@ def test_what_is_no_text_says_so(tmp_path: Path) -> None:
         read_toml(tmp_path / "deep.toml")
     with pytest.raises(TomlError, match=r"no readable TOML file: (Is a directory|Permission denied)"):
         read_toml(tmp_path)
+
+
+def test_the_mark_that_some_editors_put_in_front_of_utf_8_is_no_part_of_the_text(tmp_path: Path) -> None:
+    path = tmp_path / "marked.toml"
+    path.write_bytes('title = "\u00fc"\r\ntext = """a\r\nb"""\r\n'.encode("utf-8-sig"))
+    assert read_toml(path) == {"title": "\u00fc", "text": "a\nb"}
+
+
+@pytest.mark.parametrize("mark", [b"\xff\xfe", b"\xfe\xff"])
+def test_utf_16_is_called_so(tmp_path: Path, mark: bytes) -> None:
+    path = tmp_path / "wide.toml"
+    path.write_bytes(mark + b"a\0")
+    with pytest.raises(
+        TomlError, match=r"wide.toml: this is no readable TOML file, but text in UTF-16; TOML is in UTF-8, save the file anew so\."
+    ):
+        read_toml(path)

@@ -56,6 +56,20 @@ def test_numbers_come_in_as_they_are_meant(tmp_path: Path, encoding: str) -> Non
     assert scan_experiment(tmp_path, MODEL).trials[0].rows == 2
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-32"])
+def test_text_that_is_not_as_wide_as_is_said(tmp_path: Path, encoding: str) -> None:
+    with pytest.raises(ExperimentError, match=rf"a.csv: this is no text in {encoding} \(.*\); see reader.encoding"):
+        scan_experiment(folder(tmp_path, f'encoding = "{encoding}"', b"Zeit,Kraft\n0,1\n1,2\n"), MODEL)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
+@pytest.mark.parametrize("columns", ["", 'columns = ["Zeit", "Geschw. Schlitten \u00fc", "Kraft"]'])
+def test_text_that_is_wider_than_is_said(tmp_path: Path, encoding: str, columns: str) -> None:
+    place = folder(tmp_path, f'encoding = "{encoding}"\n{columns}', "Zeit,Kraft\n0,1\n1,2\n".encode("utf-16"))
+    with pytest.raises(ExperimentError, match=r'a.csv: this is text in UTF-16, and .* write encoding = "utf-16" in \[reader\]'):
+        scan_experiment(place, MODEL)
+
+
 @pytest.mark.parametrize(
     ("units", "said"),
     [

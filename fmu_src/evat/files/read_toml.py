@@ -5,6 +5,7 @@ The library takes time that grows with the cube of the parts of a dotted key, an
 
 from __future__ import annotations
 
+import codecs
 import re
 import sys
 from pathlib import Path
@@ -42,7 +43,9 @@ def read_toml(path: Path) -> dict[str, Any]:
         size = path.stat().st_size
         if size > MOST_BYTES:
             raise TomlError(f"{path.name}: it has {size / 2**20:.3g} MiB; a TOML file of more than {MOST_BYTES >> 20} MiB is not read.")
-        text = path.read_text(encoding="utf-8")
+        if path.read_bytes()[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+            raise TomlError(f"{path.name}: this is no readable TOML file, but text in UTF-16; TOML is in UTF-8, save the file anew so.")
+        text = path.read_text(encoding="utf-8-sig")  # some editors put a mark in front
         _check_depth(text, path.name)
         return tomllib.loads(text)
     except OSError as error:

@@ -67,8 +67,26 @@ def known_encoding(name: str) -> bool:
 def lines_of(path: Path, form: TextForm, most: int) -> list[str]:
     """Its first lines, as text; each at most LONGEST_LINE long."""
     encoding = "utf-8-sig" if form.is_utf8 else form.encoding
-    with path.open(encoding=encoding, errors="replace", newline="") as file:
-        return list(itertools.takewhile(bool, (file.readline(LONGEST_LINE) for _ in range(most))))
+    try:
+        with path.open(encoding=encoding, errors="replace", newline="") as file:
+            return list(itertools.takewhile(bool, (file.readline(LONGEST_LINE) for _ in range(most))))
+    except UnicodeError as error:  # a mark at the beginning that is not there
+        raise _no_such_text(path, form, error) from error
+
+
+def _no_such_text(path: Path, form: TextForm, error: UnicodeError) -> RecordError:
+    return RecordError(f"{path.name}: this is no text in {form.encoding} ({error}); see reader.encoding.")
+
+
+def _check_mark(path: Path, form: TextForm) -> None:
+    """RecordError where a file begins with the mark of UTF-16 and is to be read as if every letter had a byte."""
+    with path.open("rb") as file:
+        wide = file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+    if wide and form.holds_ascii:
+        raise RecordError(
+            f'{path.name}: this is text in UTF-16, and {form.encoding} was expected; write encoding = "utf-16" in [reader] of '
+            "experiment.toml, or save the file anew as UTF-8."
+        )
 
 
 def in_file(path: Path, form: TextForm) -> TextForm:
@@ -126,11 +144,12 @@ def _decoded(path: Path, form: TextForm) -> str:
     try:
         return path.read_bytes().decode(encoding)
     except UnicodeError as error:
-        raise RecordError(f"{path.name}: this is no text in {form.encoding} ({error}); see reader.encoding.") from error
+        raise _no_such_text(path, form, error) from error
 
 
 def text_options(path: Path, form: TextForm, **read: Any) -> tuple[Any, dict[str, Any]]:
     """What Arrow's readers are given: the source, and the options to read and to parse it."""
+    _check_mark(path, form)
     form = in_file(path, form)
     delimiter = delimiter_of(path, form)
     source: Any = path
