@@ -119,7 +119,7 @@ def documented(folder: Path, *trials: str) -> None:
 @pytest.mark.parametrize(
     ("trials", "said"),
     [
-        (["rows = { run = 3 }"], "all.csv: it has 0 rows with run = 3; a recording has at least 2"),
+        (["rows = { run = 3 }"], "all.csv: it has 0 rows with run = 3; a recording has at least 3"),
         (["rows = { lap = 1 }"], "all.csv: there is no column 'lap' to tell rows by; it has 'time"),
         (['rows = { run = "one" }'], "trials 1.rows: 'run' = 'one'; a number is needed"),
         (["rows = { run = 1 }", "rows = { run = 1 }"], "all.csv is named twice"),

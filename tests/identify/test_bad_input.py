@@ -31,17 +31,29 @@ def test_a_sign_that_is_turned() -> None:
         identify(experiment(turned), MODEL, FREE)
 
 
+CROWDED = np.concatenate(([0, 5e-324, 1e-323, 2e-323], TIMES[4:]))
+
+
 @pytest.mark.parametrize("ask", ["identify", "diagnose", "check"])
-def test_a_clock_that_jumps(ask: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("times", "match"),
+    [
+        (TIMES + np.where(np.arange(TIMES.size) > 600, 3.0, 0.0), r"the clock jumps by 3.002 s after sample 601 .*cut the file there"),
+        (CROWDED, r"samples 1 and 2 are 4.941e-324 s apart, the usual step of the clock is 0.002 s: no clock tells them apart"),
+        (TIMES[:2], r"it has 2 rows; a recording has at least 3\."),
+    ],
+    ids=["jumps", "crowded", "two rows"],
+)
+def test_a_clock_that_tells_no_times(ask: str, times: np.ndarray, match: str, tmp_path: Path) -> None:
     """One answer, whoever is asked."""
-    times = TIMES + np.where(np.arange(TIMES.size) > 600, 3.0, 0.0)
-    jumped = experiment(replace(GOOD, times=times))
+    columns = {name: {key: column[: times.size] for key, column in getattr(GOOD, name).items()} for name in ("inputs", "outputs")}
+    told = experiment(replace(GOOD, times=times, **columns))
     asks: dict[str, Callable[[], object]] = {
-        "identify": lambda: identify(jumped, MODEL, FREE),
-        "diagnose": lambda: diagnose(jumped, MODEL),
-        "check": lambda: check(write_experiment(jumped, tmp_path / "rig")),
+        "identify": lambda: identify(told, MODEL, FREE),
+        "diagnose": lambda: diagnose(told, MODEL),
+        "check": lambda: check(write_experiment(told, tmp_path / "rig")),
     }
-    with pytest.raises(ExperimentError, match=r"c0-1.csv: the clock jumps by 3.002 s after sample 601 .*cut the file there"):
+    with pytest.raises(ExperimentError, match=rf"c0-1.csv: {match}"):
         asks[ask]()
 
 
@@ -123,5 +135,5 @@ def test_a_force_that_has_nothing_to_do_with_the_motion() -> None:
 
 def test_a_recording_of_two_samples() -> None:
     short = Trial("s.csv", "c0", {}, TIMES[:2], {"slip_velocity": TO_AND_FRO[:2]}, {"friction_force": force(TO_AND_FRO[:2])})
-    with pytest.raises(ExperimentError, match=r"s.csv: 2 samples; a recording has at least three"):
+    with pytest.raises(ExperimentError, match=r"s.csv: it has 2 rows; a recording has at least 3"):
         identify(experiment(short), MODEL, ["F_C"])

@@ -48,7 +48,7 @@ def check(
     """
     from evat.experiment.read import scan_experiment
     from evat.experiment.skips import skipped
-    from evat.inference.checks import check_gap
+    from evat.inference.checks import check_crowd, check_gap, check_rows
     from evat.models.contact import ContactModel
     from evat.plots.experiment_page import channels_of, conditions_of, means_of, trials_of
 
@@ -56,7 +56,9 @@ def check(
     with share_done(f"checking {folder.name}") as progress:
         scan = scan_experiment(folder, ContactModel(), progress=progress)
     for trial in scan.trials:
+        check_rows(trial.file, trial.rows)
         check_gap(trial.file, trial.longest, trial.usual, trial.longest_after, trial.longest_from)
+        check_crowd(trial.file, trial.shortest, trial.usual, trial.shortest_after)
     document, means = scan.document, scan.means
     if as_json:
         print_json(

@@ -20,6 +20,8 @@ from evat.files.text import RecordError, TextForm
 from evat.model import FloatArray, IntArray, Model, ParameterError
 from evat.units import affine, base_unit
 
+FEWEST_ROWS = 3  # of a recording
+
 
 def unreadable(file: str, error: RecordError) -> str:
     """What a file's reader says of it, who knows its bare name, with the name that it has in the experiment."""
@@ -127,9 +129,9 @@ def trial_batches(
                 yield seen.seen(numbers, batch)
     except RecordError as error:
         raise ExperimentError(unreadable(entry.source, error)) from error
-    if count < 2:
+    if count < 2:  # of more its clock is looked at, and whether these are enough
         where = f" with {', '.join(f'{header} = {value:g}' for header, value in entry.rows.items())}" if entry.rows else " of data"
-        raise ExperimentError(f"{entry.source}: it has {count} row{'s' * (count != 1)}{where}; a recording has at least 2.")
+        raise ExperimentError(f"{entry.source}: it has {count} row{'s' * (count != 1)}{where}; a recording has at least {FEWEST_ROWS}.")
     told = seen.told()
     if remarks is not None:
         remarks += told

@@ -35,8 +35,8 @@ Progress = Callable[[float], None]
 
 @dataclass(slots=True)
 class TrialFacts:
-    """What a recording holds, without its samples: first and last time and the shortest, longest and usual step [s], after which sample the
-    longest comes, and for each signal the least, the most and the root mean square (SI). The usual step is the median of those read
+    """What a recording holds, without its samples: first and last time and the shortest, longest and usual step [s], after which samples
+    the first two come, and for each signal the least, the most and the root mean square (SI). The usual step is the median of those read
     first."""
 
     file: str
@@ -48,6 +48,7 @@ class TrialFacts:
     longest: float = 0.0
     usual: float = math.nan
     longest_after: int = 0
+    shortest_after: int = 0
     longest_from: float = math.nan
     least: dict[str, float] = field(default_factory=dict)
     most: dict[str, float] = field(default_factory=dict)
@@ -235,9 +236,12 @@ def _scan_trial(entry: TrialEntry, columns: list[Column], done: Callable[[int], 
         facts.begin, facts.end = (facts.begin if facts.rows else float(times[0])), float(times[-1])
         if steps.size and math.isnan(facts.usual):
             facts.usual = float(np.median(steps))
+        before = facts.rows if facts.rows else 1  # what the first of these steps comes after
+        if steps.size and steps.min() < facts.shortest:
+            facts.shortest_after = before + int(np.argmin(steps))
         if steps.size and steps.max() > facts.longest:
             place = int(np.argmax(steps))
-            facts.longest_after = facts.rows + place + (0 if facts.rows else 1)
+            facts.longest_after = before + place
             facts.longest_from = float(times[place] if not facts.rows else (end if place == 0 else times[place - 1]))
         facts.rows += times.size
         if steps.size:

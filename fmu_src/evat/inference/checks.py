@@ -6,17 +6,26 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, ExperimentError
+from evat.experiment.columns import FEWEST_ROWS
 from evat.model import FloatArray
+
+FINEST_STEP = 1e-12  # of the usual one; quotients of differences have no sense below
 
 
 def check_clocks(experiment: Experiment) -> None:
     """ExperimentError where a clock jumps: between the samples the inputs would be made up."""
     for trial in experiment.trials:
+        check_rows(trial.file, trial.times.size)
         steps = np.diff(trial.times)
-        if steps.size < 2:
-            raise ExperimentError(f"{trial.file}: {trial.times.size} samples; a recording has at least three.")
-        place = int(np.argmax(steps))
-        check_gap(trial.file, float(steps[place]), float(np.median(steps)), place + 1, float(trial.times[place]))
+        longest, shortest, usual = int(np.argmax(steps)), int(np.argmin(steps)), float(np.median(steps))
+        check_gap(trial.file, float(steps[longest]), usual, longest + 1, float(trial.times[longest]))
+        check_crowd(trial.file, float(steps[shortest]), usual, shortest + 1)
+
+
+def check_rows(file: str, rows: int) -> None:
+    """ExperimentError where a recording has too few samples to have a usual step."""
+    if rows < FEWEST_ROWS:
+        raise ExperimentError(f"{file}: it has {rows} rows; a recording has at least {FEWEST_ROWS}.")
 
 
 def check_gap(file: str, longest: float, usual: float, sample: int, time: float) -> None:
@@ -25,6 +34,15 @@ def check_gap(file: str, longest: float, usual: float, sample: int, time: float)
         raise ExperimentError(
             f"{file}: the clock jumps by {longest:.4g} s after sample {sample} (t = {time:.6g} s), "
             f"its usual step is {usual:.4g} s. What moved in between is not known: cut the file there into two trials."
+        )
+
+
+def check_crowd(file: str, shortest: float, usual: float, sample: int) -> None:
+    """ExperimentError where the shortest step of a clock, after that sample, is none that a clock tells."""
+    if shortest < FINEST_STEP * usual:
+        raise ExperimentError(
+            f"{file}: samples {sample} and {sample + 1} are {shortest:.4g} s apart, the usual step of the clock is {usual:.4g} s: no clock "
+            "tells them apart. Mend the times, or leave out one of both."
         )
 
 
