@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-import math
+import reprlib
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path, PureWindowsPath
 from typing import Any
@@ -12,6 +12,11 @@ from evat.experiment import ExperimentError
 from evat.model import Model, ParameterError, Variable
 
 SETTABLE = ("parameter", "input")
+MOST = 1e12  # in SI: no measured quantity of a contact is beyond, and squares of what is below can be added up
+_short = reprlib.Repr()
+_short.maxstring = _short.maxother = 80
+_short.maxlong = 30
+_short.maxlist = _short.maxdict = 20
 
 
 class Checks:
@@ -30,21 +35,23 @@ class Checks:
         """The file of that name beside the document; an error where it is none, or lies elsewhere by its name or by a link."""
         parts = Path(name).parts
         if not name or Path(name).is_absolute() or ".." in parts or "\\" in name or PureWindowsPath(name).drive or "\0" in name:
-            raise self.error(where, f"{name!r}; a file inside the experiment's folder is needed, written like trials/a.csv, without '..'.")
+            raise self.error(
+                where, f"{shown(name)}; a file inside the experiment's folder is needed, written like trials/a.csv, without '..'."
+            )
         path = self.root / name
         try:
             real = path.resolve()
             if not real.is_relative_to(self.root):
-                raise self.error(where, f"{name!r} leads out of the experiment's folder; copy the file into it.")
+                raise self.error(where, f"{shown(name)} leads out of the experiment's folder; copy the file into it.")
             if not real.is_file():
-                raise self.error(where, f"there is no file {name!r} in {self.path.parent}.")
+                raise self.error(where, f"there is no file {shown(name)} in {self.path.parent}.")
         except (OSError, RuntimeError) as error:  # a name too long, links in a circle
-            raise self.error(where, f"{name[:80]!r} cannot be opened: {error}.") from error
+            raise self.error(where, f"{shown(name)} cannot be opened: {getattr(error, 'strerror', None) or error}.") from error
         return real
 
     def variable(self, where: str, name: str) -> Variable:
         if name not in self.variables:
-            raise self.error(where, f"the component has no variable {name!r}; {near(name, self.variables)}")
+            raise self.error(where, f"the component has no variable {shown(name)}; {near(name, self.variables)}")
         return self.variables[name]
 
     def settable(self, where: str, name: str) -> Variable:
@@ -60,9 +67,9 @@ class Checks:
         known = self.settable(where, name)
         if known.type == "choice":
             if not (isinstance(entry, str) or by_place):
-                raise self.error(where, f"{entry!r}; allowed is one of {', '.join(known.choices)}.")
+                raise self.error(where, f"{shown(entry)}; allowed is one of {', '.join(known.choices)}.")
         elif not is_number(entry):
-            raise self.error(where, f"{entry!r}; a bare number in {known.unit} is needed.")
+            raise self.error(where, f"{shown(entry)}; a bare number in {known.unit} is needed.")
         try:
             number = known.check(entry)
         except ParameterError as error:
@@ -71,8 +78,8 @@ class Checks:
 
     def begun_at(self, where: str, entry: Any) -> float:
         """What is integrated from the start, such as the distance slid, as it was at the start."""
-        if not is_number(entry) or not math.isfinite(entry):
-            raise self.error(where, f"{entry!r}; a finite number in SI is needed.")
+        if not is_size(entry):
+            raise self.error(where, f"{shown(entry)}; a finite number in SI is needed, of at most {MOST:g}.")
         return float(entry)
 
     def numbers(self, where: str, entry: Any) -> Iterable[tuple[str, Any]]:
@@ -80,21 +87,21 @@ class Checks:
 
     def table(self, where: str, entry: Any) -> Mapping[str, Any]:
         if not isinstance(entry, dict):
-            raise self.error(where, f"{entry!r}; a table is needed.")
+            raise self.error(where, f"{shown(entry)}; a table is needed.")
         return entry
 
     def text(self, where: str, entry: Any) -> str:
         if not isinstance(entry, str):
-            raise self.error(where, f"{entry!r}; a text in quotes is needed.")
+            raise self.error(where, f"{shown(entry)}; a text in quotes is needed.")
         return entry
 
     def keys(self, where: str, table: Mapping[str, Any], allowed: Collection[str], needed: Collection[str]) -> None:
         for key in table:
             if key not in allowed:
-                raise self.error(where, f"key {key!r} is not known; {near(key, allowed)}")
+                raise self.error(where, f"key {shown(key)} is not known; {near(key, allowed)}")
         for key in needed:
             if key not in table:
-                raise self.error(where, f"key {key!r} is missing.")
+                raise self.error(where, f"key {shown(key)} is missing.")
 
 
 def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, Any]]:
@@ -109,6 +116,16 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterable[tuple[str, Any
 def is_number(entry: Any) -> bool:
     """A number of TOML that a float can hold; its whole numbers have no bounds."""
     return isinstance(entry, float) or (isinstance(entry, int) and not isinstance(entry, bool) and abs(entry) < 1 << 1023)
+
+
+def is_size(entry: Any, least: float = -MOST) -> bool:
+    """A number from `least` on that a quantity in SI, or a factor to it, may be."""
+    return is_number(entry) and least <= entry <= MOST
+
+
+def shown(entry: Any) -> str:
+    """What stands in a document, as an error repeats it: its two ends where it is long."""
+    return _short.repr(entry)
 
 
 def near(name: str, allowed: Collection[str]) -> str:

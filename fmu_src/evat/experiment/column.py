@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NoReturn
 
 import numpy as np
 
 from evat.experiment import ExperimentError, Signal
+from evat.experiment.checks import MOST
 from evat.experiment.document import CLOCK, to_variable, turn_of
 from evat.model import FloatArray, IntArray, Variable
 from evat.units import affine
@@ -67,10 +69,14 @@ class Column:
 
     def checked(self, file: str, rows: IntArray, raw: FloatArray) -> FloatArray:
         """The column in SI; an error names the row (of `rows`, from 1) of what is no number or lies outside the variable's bounds."""
-        column = raw if (self.factor, self.offset) == (1, 0) else raw * self.factor + self.offset
+        with np.errstate(over="ignore"):  # what is too large is told below, by its row
+            column = raw if (self.factor, self.offset) == (1, 0) else raw * self.factor + self.offset
         low, high = float(column.min()), float(column.max())
         if not (np.isfinite(low) and np.isfinite(high)):
-            row = rows[int(np.argmin(np.isfinite(column)))]
+            place = int(np.argmin(np.isfinite(column)))
+            row = rows[place]
+            if np.isfinite(raw[place]):
+                self._too_large(file, row, float(raw[place]))
             raise ExperimentError(
                 f"{file}, column {self.header!r}, data row {row}: no finite number. Nothing is filled in; mend or cut it."
             )
@@ -81,4 +87,13 @@ class Column:
                 f"{file}, column {self.header!r}, data row {rows[place]}: {self.name} = {column[place]:g} {self.si}; allowed is "
                 f"{self.low:g} to {self.high:g} {self.si}. Its unit is given as {self.unit}: is that right?"
             )
+        if self.low == -np.inf and self.name != CLOCK and max(-low, high) > MOST:
+            place = int(np.argmax(np.abs(column) > MOST))
+            self._too_large(file, rows[place], float(raw[place]))
         return column
+
+    def _too_large(self, file: str, row: int, value: float) -> NoReturn:
+        raise ExperimentError(
+            f"{file}, column {self.header!r}, data row {row}: {value:g} {self.unit}; {self.name} of more than {MOST:g} {self.si} is no "
+            "measurement. Does it stand for a missing value, or is the unit or the scale wrong? Nothing is filled in; mend or cut it."
+        )

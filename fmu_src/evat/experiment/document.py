@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from evat.experiment import ExperimentError, Nominal, Role, SetupSd, Signal
-from evat.experiment.checks import SETTABLE, Checks, is_number
+from evat.experiment.checks import MOST, SETTABLE, Checks, is_number, is_size, shown
 from evat.experiment.keys import keys, needed
 from evat.experiment.nominal import read_nominal
 from evat.files.read_toml import TomlError, read_toml
@@ -108,7 +108,7 @@ class _Reader(Checks):
             raise ExperimentError(str(error)) from error
         self.keys("", table, keys(""), needed(""))
         if table["format"] != FORMAT or isinstance(table["format"], bool):
-            raise self.error("format", f"{table['format']!r}; this version reads format {FORMAT}.")
+            raise self.error("format", f"{shown(table['format'])}; this version reads format {FORMAT}.")
         signals = self.signals(self.table("signals", table.get("signals", {})))
         entries = table.get("trials", [])
         if not isinstance(entries, list):
@@ -117,7 +117,7 @@ class _Reader(Checks):
         form = self.form(self.table("reader", table.get("reader", {})))
         clock = signals.get(CLOCK)
         if form.timestamp and (clock is None or clock.column != form.timestamp or clock.unit != "s"):
-            raise self.error("reader.timestamp", f'{form.timestamp!r}; it must be signals.{CLOCK}.column, whose unit then is "s".')
+            raise self.error("reader.timestamp", f'{shown(form.timestamp)}; it must be signals.{CLOCK}.column, whose unit then is "s".')
         means, ignored = None, tuple[str, ...]()
         if "means" in table:
             self.keys("means", self.table("means", table["means"]), keys("[means]"), needed("[means]"))
@@ -164,27 +164,27 @@ class _Reader(Checks):
         self.keys("reader", table, keys("[reader]"), ())
         for key in ("skip_rows", "rows_after_header"):
             if not isinstance(count := table.get(key, 0), int) or isinstance(count, bool) or not 0 <= count <= MOST_LINES:
-                raise self.error(f"reader.{key}", f"{count!r}; a whole number of lines from 0 to {MOST_LINES} is needed.")
+                raise self.error(f"reader.{key}", f"{shown(count)}; a whole number of lines from 0 to {MOST_LINES} is needed.")
         delimiter, decimal, encoding = (self.text(f"reader.{key}", table.get(key, "")) for key in ("delimiter", "decimal", "encoding"))
         self.text("reader.timestamp", table.get("timestamp", ""))
-        if delimiter and (len(delimiter) != 1 or not delimiter.isascii() or delimiter in '"\n\r\0' or delimiter.isalnum()):
-            raise self.error("reader.delimiter", f'{delimiter!r}; one character between columns is needed, such as ";" or "\\t".')
+        if "delimiter" in table and (len(delimiter) != 1 or not delimiter.isascii() or delimiter in '"\n\r\0' or delimiter.isalnum()):
+            raise self.error("reader.delimiter", f'{shown(delimiter)}; one character between columns is needed, such as ";" or "\\t".')
         if decimal not in ("", ".", ","):
-            raise self.error("reader.decimal", f"{decimal!r}; allowed are '.' and ','.")
+            raise self.error("reader.decimal", f"{shown(decimal)}; allowed are '.' and ','.")
         if decimal == delimiter == ",":
             raise self.error("reader.decimal", "',' stands between the columns, too; one of them must be something else.")
         if encoding and not known_encoding(encoding):
-            raise self.error("reader.encoding", f"{encoding[:40]!r}; no such encoding of text, write it like utf-8, cp1252 or utf-16.")
+            raise self.error("reader.encoding", f"{shown(encoding)}; no such encoding of text, write it like utf-8, cp1252 or utf-16.")
         columns = table.get("columns", [])
         if not isinstance(columns, list) or not all(isinstance(name, str) for name in columns):
-            raise self.error("reader.columns", f'{columns!r}; a list of headers is needed, such as ["t", "v", "F"].')
+            raise self.error("reader.columns", f'{shown(columns)}; a list of headers is needed, such as ["t", "v", "F"].')
         if twice := [name for name in columns if name and columns.count(name) > 1]:
             raise self.error("reader.columns", f"{twice[0]!r} stands there twice; give each column a header of its own.")
         return TextForm(**{key: table[key] for key in keys("[reader]") if key in table} | {"columns": tuple(columns)})
 
     def ignored(self, names: Any) -> tuple[str, ...]:
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-            raise self.error("means.ignore", f'{names!r}; a list of headers is needed, such as ["remark"].')
+            raise self.error("means.ignore", f'{shown(names)}; a list of headers is needed, such as ["remark"].')
         return tuple(names)
 
     def setup_sd(self, table: Mapping[str, Any], signals: Mapping[str, Signal]) -> dict[str, SetupSd]:
@@ -208,8 +208,10 @@ class _Reader(Checks):
                 )
             known = {}
             for key, number in entry.items():
-                if not is_number(number) or not 0 <= number < math.inf:
-                    raise self.error(f"{where}.{key}", f"{number!r}; a standard deviation of at least 0 is needed; 0 means exact.")
+                if not is_size(number, 0):
+                    raise self.error(
+                        f"{where}.{key}", f"{shown(number)}; a standard deviation from 0 to {MOST:g} is needed; 0 means exact."
+                    )
                 signal = signals.get({"zero": name, "clock": CLOCK}.get(key, ""))
                 known[key] = float(number)
                 if signal is not None:
@@ -221,8 +223,9 @@ class _Reader(Checks):
         """Mass and load of what moves; taken out of the table [nominal]."""
         stated = {key: believed.pop(key) for key in ("mass", "gravity_load") if key in believed}
         for key, number in stated.items():
-            if not is_number(number) or not math.isfinite(number) or (key == "mass" and number < 0):
-                raise self.error(f"nominal.{key}", f"{number!r}; a number in {'kg of at least 0' if key == 'mass' else 'N'} is needed.")
+            if not is_size(number, 0 if key == "mass" else -MOST):
+                unit = "kg of at least 0 and" if key == "mass" else "N of"
+                raise self.error(f"nominal.{key}", f"{shown(number)}; a number in {unit} at most {MOST:g} is needed.")
         for name in (MOTION, FRICTION) if stated else ():
             if name not in signals:
                 raise self.error("nominal", f"mass and gravity_load are taken off {FRICTION} along {MOTION}; {name} is no signal.")
@@ -272,8 +275,11 @@ class _Reader(Checks):
             raise self.error(f"{where}.unit", str(error)) from error
         full_scale = table.get("full_scale")
         if full_scale is not None:
-            if not is_number(full_scale) or not 0 < full_scale < math.inf or role != "output":
-                raise self.error(f"{where}.full_scale", f"{full_scale!r}; a number above 0 in {unit} is needed, and only outputs have one.")
+            if not is_size(full_scale) or full_scale <= 0 or role != "output":
+                raise self.error(
+                    f"{where}.full_scale",
+                    f"{shown(full_scale)}; a number above 0 in {unit} is needed, up to {MOST:g}, and only outputs have one.",
+                )
             full_scale = abs(full_scale * factor)  # either way from what the sensor shows of nothing, which is at `offset`
         return replace(signal, full_scale=full_scale)
 
@@ -283,14 +289,15 @@ class _Reader(Checks):
         if known is None and keys:
             raise self.error(f"{where}.{keys[0]}", "the clock and the trigger are read as they are; remove it.")
         if table.get("sign", 1) not in (1, -1) or isinstance(table.get("sign"), bool):
-            raise self.error(f"{where}.sign", f"{table['sign']!r}; allowed are 1 and -1.")
+            raise self.error(f"{where}.sign", f"{shown(table['sign'])}; allowed are 1 and -1.")
         for key in ("scale", "offset"):
             number = table.get(key, 1.0)
-            if not is_number(number) or not math.isfinite(number) or (key == "scale" and number == 0):
-                raise self.error(f"{where}.{key}", f"{number!r}; a finite number is needed{', not 0' if key == 'scale' else ''}.")
+            if not is_size(number) or (key == "scale" and number == 0):
+                but = ", not 0" if key == "scale" else ""
+                raise self.error(f"{where}.{key}", f"{shown(number)}; a finite number is needed{but}, of at most {MOST:g} either way.")
         of = table.get("from", "")
         if of not in ("", POSITION):
-            raise self.error(f"{where}.from", f"{of!r}; allowed is {POSITION!r}.")
+            raise self.error(f"{where}.from", f"{shown(of)}; allowed is {POSITION!r}.")
         if of and (known is None or known.unit != "m/s"):
             raise self.error(f"{where}.from", f"{known.name if known else CLOCK} is no velocity; only a velocity is taken from a position.")
         scale = table.get("scale")
@@ -307,8 +314,8 @@ class _Reader(Checks):
         number = table.get("radius")
         if number is None:
             return None
-        if not is_number(number) or not 0 < number < math.inf:
-            raise self.error(f"{where}.radius", f"{number!r}; a lever arm above 0 in m is needed.")
+        if not is_size(number) or number <= 0:
+            raise self.error(f"{where}.radius", f"{shown(number)}; a lever arm above 0 in m is needed, up to {MOST:g}.")
         if known is None or known.unit not in ANGULAR:
             raise self.error(f"{where}.radius", "only a velocity has an angular one, and a force a torque; remove it.")
         if "scale" in table:
@@ -319,7 +326,7 @@ class _Reader(Checks):
         if known is None:
             if role is not None:
                 name = "clock" if where.endswith(CLOCK) else TRIGGER
-                raise self.error(f"{where}.role", f"{role!r}; the {name} has no role, remove it.")
+                raise self.error(f"{where}.role", f"{shown(role)}; the {name} has no role, remove it.")
             return
         if known.causality not in (*SETTABLE, "output") or known.type != "real":
             raise self.error(
@@ -327,7 +334,7 @@ class _Reader(Checks):
             )
         right = "output" if known.causality == "output" else "input"
         if role != right:
-            wrong = "the role is missing" if role is None else f"role = {role!r}"
+            wrong = "the role is missing" if role is None else f"role = {shown(role)}"
             raise self.error(f"{where}.role", f'{wrong}; {known.name} is an {right} of the component: role = "{right}".')
 
     def trial(self, where: str, entry: Any) -> TrialEntry:
@@ -347,13 +354,15 @@ class _Reader(Checks):
         for channel, number in self.table(f"{where}.noise_sd", entry.get("noise_sd", {})).items():
             if self.variable(f"{where}.noise_sd", channel).causality != "output":
                 raise self.error(f"{where}.noise_sd.{channel}", "noise is that of what was measured; name an output.")
-            if not is_number(number) or not 0 < number < math.inf:
-                raise self.error(f"{where}.noise_sd.{channel}", f"{number!r}; a standard deviation above 0 is needed, in SI.")
+            if not is_size(number) or number <= 0:
+                raise self.error(
+                    f"{where}.noise_sd.{channel}", f"{shown(number)}; a standard deviation above 0 is needed, up to {MOST:g} in SI."
+                )
             noise_sd[channel] = float(number)
         rows = dict(self.table(f"{where}.rows", entry.get("rows", {})))
         for header, number in rows.items():
             if not is_number(number) or not math.isfinite(number):
-                raise self.error(f"{where}.rows", f"{header!r} = {number!r}; a number is needed, such as that of a run.")
+                raise self.error(f"{where}.rows", f"{shown(header)} = {shown(number)}; a number is needed, such as that of a run.")
         return TrialEntry(part_name(file, rows), self.inside(f"{where}.file", file), condition, values, noise_sd, file, rows)
 
 

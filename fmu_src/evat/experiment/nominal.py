@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, get_args
 
 from evat import parameter_sets
 from evat.experiment import InitialBristle, Nominal
-from evat.experiment.checks import Checks, is_number, near
+from evat.experiment.checks import MOST, Checks, is_size, near, shown
 from evat.experiment.keys import keys
 from evat.model import EvatError
 from evat.required_inputs import SOURCE
@@ -60,16 +59,16 @@ def read_nominal(checks: Checks, table: Mapping[str, Any]) -> tuple[Nominal, lis
     }
     begins = table.get(INITIAL_BRISTLE, "free")
     if begins not in get_args(InitialBristle):
-        raise checks.error(f"nominal.{INITIAL_BRISTLE}", f"{begins!r}; allowed are {', '.join(get_args(InitialBristle))}.")
+        raise checks.error(f"nominal.{INITIAL_BRISTLE}", f"{shown(begins)}; allowed are {', '.join(get_args(InitialBristle))}.")
     return Nominal(values, effects, relative_sd, parameters=name, initial_bristle=begins), files
 
 
 def _effects(checks: Checks, names: Any) -> tuple[str, ...]:
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise checks.error("nominal.effects", f'{names!r}; a list of names is needed, such as ["{checks.effects[0]}"], or [].')
+        raise checks.error("nominal.effects", f'{shown(names)}; a list of names is needed, such as ["{checks.effects[0]}"], or [].')
     for name in names:
         if name not in checks.effects:
-            raise checks.error("nominal.effects", f"there is no effect {name!r}; {near(name, checks.effects)}")
+            raise checks.error("nominal.effects", f"there is no effect {shown(name)}; {near(name, checks.effects)}")
         if names.count(name) > 1:
             raise checks.error("nominal.effects", f"{name!r} is there twice; keep one.")
     return tuple(names)
@@ -79,6 +78,8 @@ def _relative_sd(checks: Checks, key: str, entry: Any) -> float:
     where = f"nominal.relative_sd.{key}"
     if checks.settable(where, key).type != "real":
         raise checks.error(where, "only numbers are known more or less well; remove it.")
-    if not is_number(entry) or not 0 <= entry < math.inf:
-        raise checks.error(where, f"{entry!r}; a number of at least 0 is needed, such as 0.1 for 10 %; 0 means exact.")
+    if not is_size(entry, 0):
+        raise checks.error(
+            where, f"{shown(entry)}; a number of at least 0 and at most {MOST:g} is needed, such as 0.1 for 10 %; 0 means exact."
+        )
     return float(entry)
