@@ -241,6 +241,13 @@ def test_numbers_that_are_none(remade: Callable[..., Path], tmp_path: Path, old:
     refused(remade({}, {old: new}), tmp_path, match)
 
 
+@pytest.mark.parametrize("every", [0, -3, 10**13, 10**20])
+def test_rows_that_are_kept_of_no_number_of_steps(systems: dict[str, Path], tmp_path: Path, every: int) -> None:
+    system = read(systems["stick_slip"], tmp_path / "in")
+    with pytest.raises(ParameterError, match=r"every .*: .*a whole number from 1 to 1e\+12 are needed"):
+        plan(system, every=every)
+
+
 def test_a_large_whole_number_is_one(remade: Callable[..., Path], tmp_path: Path) -> None:
     assert read(remade({}, {'every="1"': 'every="1e9"'}), tmp_path / "in").every == 1_000_000_000
 

@@ -84,11 +84,11 @@ def plan(
     for name, wish, allowed in (("order", order, get_args(Order)), ("inputs", inputs, get_args(Inputs))):
         if wish not in allowed:
             raise ParameterError(f"{name} = {wish!r}: allowed are {' and '.join(map(repr, allowed))}.")
-    whole = planned.every >= 1 and planned.every == planned.every // 1
+    whole = 1 <= planned.every <= MOST_STEPS and planned.every == planned.every // 1
     if not (0 < planned.step < np.inf and planned.start < planned.stop < np.inf and whole):
         raise ParameterError(
-            f"step {planned.step:g} s, from {planned.start:g} to {planned.stop:g} s, every {planned.every}: a step above 0, a stop after "
-            "the start and a whole number from 1 are needed."
+            f"step {planned.step:g} s, from {planned.start:g} to {planned.stop:g} s, every {planned.every:.9g}: a step above 0, a stop "
+            f"after the start and a whole number from 1 to {MOST_STEPS:g} are needed."
         )
     if (planned.stop - planned.start) / planned.step > MOST_STEPS:
         raise ParameterError(
