@@ -332,6 +332,27 @@ def test_connections_that_make_no_sense(remade: Callable[..., Path], tmp_path: P
     refused(remade({}, {old: new}), tmp_path, match)
 
 
+@pytest.mark.parametrize(
+    ("name", "match"),
+    [
+        ("=cmd|x", r"component '=cmd\|x': a spreadsheet takes what begins with = \+ - @ for a formula"),
+        ("@SUM(A1)", "for a formula"),
+        ("+1", "for a formula"),
+        ("-1", "for a formula"),
+        ("x" * 100_000, r"component 'x{40}' has 100000 characters; a name has at most 1000"),
+        ("a&#9;b", "has control characters in it"),
+        ("a&#x85;b", "has control characters in it"),
+        ("a&#x202e;b", "has control characters in it"),
+        ("DRIVE", "(component DRIVE and drive|component drive and DRIVE) differ by case alone"),
+        ("drive", "component drive is there twice"),
+    ],
+)
+def test_a_name_of_a_component_that_is_no_name_where_it_is_shown(
+    remade: Callable[..., Path], tmp_path: Path, name: str, match: str
+) -> None:
+    refused(remade({}, {'name="guideway"': f'name="{name}"'}), tmp_path, match)
+
+
 def test_a_component_that_fails_in_mid_run_is_named_and_the_results_are_kept(systems: dict[str, Path]) -> None:
     """The injected error: from 0.1 s on the record pulls the guideway out of its bounds; the run stops there and keeps what it has."""
     times = np.array([0.0, 0.1, 0.2])

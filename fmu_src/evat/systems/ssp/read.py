@@ -15,6 +15,7 @@ from evat.files.unpack import Allowance, ArchiveError, opened, unpack
 from evat.model import ParameterError
 from evat.systems.model import Bond, Component, Connector, Port, SspError, System, port
 from evat.systems.ssp.bindings import NAMESPACES, inside, of_component, of_system
+from evat.systems.ssp.names import check_name
 from evat.systems.ssp.relays import through
 from evat.units import affine, base_unit
 
@@ -50,8 +51,7 @@ def _read(path: Path, folder: Path) -> System:
     components: dict[str, Component] = {}
     units: dict[str, dict[str, str | None]] = {}
     for element in system.iterfind("ssd:Elements/ssd:Component", NAMESPACES):
-        if element.get("name") in components:
-            raise SspError(f"{what}, line {element.sourceline}: component {element.get('name')} is there twice.")
+        check_name(element.get("name"), components, f"{what}, line {element.sourceline}")
         component, units[element.get("name")] = _component(element, folder, path.name, allowance)
         components[component.name] = component
     if not components:
