@@ -144,7 +144,9 @@ def test_what_lies_in_one_another_counts_as_one(systems: dict[str, Path], tmp_pa
 
 
 @pytest.mark.filterwarnings("ignore:Duplicate name")
-@pytest.mark.parametrize(("first", "second"), [("a.txt", "a.txt"), ("a.txt", "./a.txt"), ("a.txt", "a.txt/b.txt"), ("a/b.txt", "a")])
+@pytest.mark.parametrize(
+    ("first", "second"), [("a.txt", "a.txt"), ("a.txt", "./a.txt"), ("a.txt", "a.txt/b.txt"), ("a/b.txt", "a"), ("a.txt", "A.TXT")]
+)
 def test_a_name_that_is_there_twice(remade: Callable[..., Path], fmus: dict[str, Path], tmp_path: Path, first: str, second: str) -> None:
     """One reader would take the first, another the second: what was looked at is then not what runs."""
 
@@ -160,6 +162,39 @@ def test_a_name_that_is_there_twice(remade: Callable[..., Path], fmus: dict[str,
         read(remade({"resources/EvatGuideway.fmu": inner}), tmp_path / "two")
     with pytest.raises(FmuError, match="is there twice"):
         Driver(tmp_path / "inner.fmu", {})
+
+
+def flagged(packed: bytes, header: bytes, place: int, byte: int) -> bytes:
+    """An archive with a byte of the head of its first entry changed."""
+    at = packed.index(header) + place
+    return packed[:at] + bytes([byte]) + packed[at + 1 :]
+
+
+@pytest.mark.parametrize(
+    ("header", "place", "byte", "match"),
+    [
+        (b"PK\1\2", 8, 1, "the entry .* is encrypted; pack the archive without a password"),
+        (b"PK\1\2", 8, 0x41, "the entry .* is encrypted; pack the archive without a password"),
+        (b"PK\1\2", 10, 99, "the entry .* is packed by method 99, which is not read; pack it anew by Deflate"),
+    ],
+)
+def test_what_is_sound_and_cannot_be_unpacked_is_not_called_corrupt(
+    systems: dict[str, Path], tmp_path: Path, header: bytes, place: int, byte: int, match: str
+) -> None:
+    path = tmp_path / "other.ssp"
+    path.write_bytes(flagged(systems["stick_slip"].read_bytes(), header, place, byte))
+    refused(path, tmp_path, rf"^other.ssp: {match}\.$")
+
+
+@pytest.mark.parametrize(
+    ("name", "match"),
+    [
+        ("resources/\x1b[31mred", r"the entry 'resources/\\x1b\[31mred' has control characters in its name"),
+        ("resources/" + "a" * 300, "the entry 'resources/a{70}' has a name of 300 bytes, and no disk takes more than 255; rename it"),
+    ],
+)
+def test_a_name_that_no_disk_or_terminal_takes(remade: Callable[..., Path], tmp_path: Path, name: str, match: str) -> None:
+    refused(remade({name: b"x"}), tmp_path, match)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows limits no file's size")

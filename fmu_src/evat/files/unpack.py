@@ -8,7 +8,7 @@ from __future__ import annotations
 import errno
 import lzma
 import stat
-import sys
+import unicodedata
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -22,6 +22,9 @@ from evat.model import EvatError
 MOST_FILES, MOST_BYTES = 4000, 2 << 30  # of an archive once unpacked, with the archives in it
 MOST_TIMES, HARMLESS = 100, 64 << 20  # it may be so many times as large unpacked, or so large in any case; binaries shrink to a third
 _BLOCK = 1 << 20
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA)
+_ENCRYPTED = 0x41  # flags: by a password, and strongly
+_LONGEST_NAME = 255
 _BROKEN = "this archive cannot be read, it is corrupt or no ZIP"
 
 
@@ -99,17 +102,34 @@ def _readable(where: str) -> Iterator[None]:
         raise ArchiveError(f"{where}: {_BROKEN} ({error}). Fetch it again.") from error
 
 
+def _check_entry(entry: zipfile.ZipInfo, where: str) -> None:
+    """ArchiveError for one that cannot be unpacked, as sound as it is."""
+    named = f"{where}: the entry {entry.filename[:80]!r}"
+    if entry.flag_bits & _ENCRYPTED:
+        raise ArchiveError(f"{named} is encrypted; pack the archive without a password.")
+    if entry.compress_type not in _METHODS:
+        raise ArchiveError(f"{named} is packed by method {entry.compress_type}, which is not read; pack it anew by Deflate.")
+    if any(unicodedata.category(sign) == "Cc" for sign in entry.filename):
+        raise ArchiveError(f"{named} has control characters in its name; the archive is refused.")
+    if (longest := max(len(part.encode(errors="replace")) for part in entry.filename.split("/"))) > _LONGEST_NAME:
+        raise ArchiveError(f"{named} has a name of {longest} bytes, and no disk takes more than {_LONGEST_NAME}; rename it.")
+
+
 def _check(entries: list[zipfile.ZipInfo], size: int, where: str, allowance: Allowance) -> None:
     files, folders = set[PurePosixPath](), set[PurePosixPath]()
     for entry in entries:
         name, kind = entry.filename, entry.external_attr >> 16
-        path = PurePosixPath(name.casefold() if sys.platform in ("win32", "darwin") else name)  # there both cases are one file
+        path = PurePosixPath(name.casefold())  # to Windows and macOS both cases are one file
+        _check_entry(entry, where)
         if not path.parts or path.is_absolute() or ".." in path.parts or set("\\:") & set(name) or "\0" in entry.orig_filename:
             raise ArchiveError(f"{where}: the entry {name!r} would be written outside of the archive's folder; the archive is refused.")
         if stat.S_ISLNK(kind):
             raise ArchiveError(f"{where}: the entry {name!r} is a link; the archive is refused.")
         if path in files:
-            raise ArchiveError(f"{where}: the entry {name!r} is there twice, and readers differ in which they take; it is refused.")
+            raise ArchiveError(
+                f"{where}: the entry {name!r} is there twice, or differs from another by case alone, and readers differ in which they take; "
+                "it is refused."
+            )
         folders.update(path.parents)
         (folders if entry.is_dir() else files).add(path)
     if both := sorted(map(str, files & folders)):
