@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from evat.files import writing
-from evat.files.writing import OutputError
+from evat.files.writing import OutputError, usable
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows limits no file's size")
 FULL = pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
@@ -173,3 +173,13 @@ def test_what_is_no_file_is_written_to_and_stays_what_it_is(tmp_path: Path) -> N
         writing.put(pipe, "through")
         assert reader.communicate(timeout=20)[0] == "through"
     assert pipe.is_fifo()
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="it is Linux that has this folder")
+def test_a_folder_that_takes_no_files_is_refused_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not after the lock has tried for ten seconds: of what says that something is not there it believes that it may come."""
+    asked = list[object]()
+    monkeypatch.setattr("evat.files.writing._try", asked.append)
+    with pytest.raises(OutputError, match=r"^/proc: a file in it cannot be written: No such file or directory\. Name another place\.$"):
+        usable(Path("/proc"))
+    assert asked == []

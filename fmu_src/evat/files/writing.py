@@ -83,6 +83,7 @@ def scratch(beside: Path) -> Iterator[Path]:
         made = beside / f"{_OURS}{secrets.token_hex(6)}"
         lock = FileLock(f"{made}{_LOCK}", timeout=10, thread_local=False)
         try:
+            Path(lock.lock_file).touch()  # where nothing can be made the lock would try again for all of its time
             _try(lock)
             made.mkdir()
         except BaseException:
