@@ -127,8 +127,8 @@ def _check(entries: list[zipfile.ZipInfo], size: int, where: str, allowance: All
             raise ArchiveError(f"{where}: the entry {name!r} is a link; the archive is refused.")
         if path in files:
             raise ArchiveError(
-                f"{where}: the entry {name!r} is there twice, or differs from another by case alone, and readers differ in which they take; "
-                "it is refused."
+                f"{where}: the entry {name!r} is there twice, or differs from another by case alone, and readers differ in which they "
+                "take; it is refused."
             )
         folders.update(path.parents)
         (folders if entry.is_dir() else files).add(path)
