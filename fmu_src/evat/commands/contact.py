@@ -12,7 +12,7 @@ from rich.table import Column
 from rich.text import Text
 
 from evat import parameter_sets
-from evat.commands.shared import Json, SpeedUnit, Values, one_of, picture_beside, print_json, typed_values
+from evat.commands.shared import Json, SpeedUnit, Values, one_of, only, picture_beside, print_json, typed_values
 from evat.commands.tables import WholeTable
 from evat.console import err, out, printable
 from evat.model import Effect, Law, ParameterError, Variable, nearest
@@ -152,6 +152,7 @@ def sets(
 
 
 def simulate(
+    context: typer.Context,
     parameters: Annotated[str | None, typer.Option("--set", "-s", help="A shipped set or an .ssv file.")] = None,
     value: Values = None,
     effect: Effects = None,
@@ -183,6 +184,8 @@ def simulate(
     from evat.models.simulate import simulate as run_contact
     from evat.plots.cycles import plot_trace
 
+    only(context, parameters is not None, "with --set", "speed_unit")
+    only(context, motion is None, "without --input", "cycles", "samples")
     values: dict[str, float | str] = {}
     effects: list[str] = []
     for name in effect or ():
@@ -195,7 +198,9 @@ def simulate(
     if parameters is not None:
         parameter_set = parameter_sets.load(parameters, speed_unit=speed_unit)
         values, effects = dict(parameter_set.values), list(parameter_set.effects)
-    values |= typed_values(value)
+    options = {"friction_law": f"--law {law}"} if law is not None else {}
+    options |= {"shear_angle_principle": f"--principle {principle}"} if principle is not None else {}
+    values |= typed_values(value, options | {name: f"--effect {name}" for name in effect or ()})
     effects += [name for name in effect or [] if name not in effects]
     values |= {name: choice for name, choice in (("friction_law", law), ("shear_angle_principle", principle)) if choice is not None}
     times, inputs = None, {}

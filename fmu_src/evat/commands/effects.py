@@ -16,7 +16,7 @@ from rich.padding import Padding
 from rich.text import Text
 
 from evat import parameter_sets
-from evat.commands.shared import SpeedUnit, Values, typed_values
+from evat.commands.shared import SpeedUnit, Values, only, typed_values
 from evat.commands.tables import WholeTable
 from evat.console import err, out
 from evat.files.json_values import json_value
@@ -29,6 +29,7 @@ WIDTH = 100
 
 
 def effects(
+    context: typer.Context,
     name: Annotated[str | None, typer.Argument(help="An effect; without it all are listed.")] = None,
     to: Annotated[Path | None, typer.Option("--out", "-o", help="With NAME: the picture of its signature; otherwise NAME.png.")] = None,
     parameters: Annotated[str | None, typer.Option("--set", "-s", help="With NAME: a shipped set or an .ssv file to show it on.")] = None,
@@ -42,6 +43,8 @@ def effects(
     """
     from evat.signature import effect_named
 
+    only(context, name is not None, "with NAME", "to", "parameters", "value")
+    only(context, name is not None and parameters is not None, "with --set", "speed_unit")
     chosen = kernel.effects() if name is None else (effect_named(name),)
     if as_json:
         typer.echo(json.dumps([_facts(effect) for effect in chosen], indent=2, ensure_ascii=False, allow_nan=False))

@@ -12,7 +12,7 @@ import typer
 from evat import parameter_sets
 from evat.commands.begin import check_page, init, write_page
 from evat.commands.recovery import recovery
-from evat.commands.shared import Json, SpeedUnit, Values, print_json, share_done, typed_values
+from evat.commands.shared import Json, SpeedUnit, Values, only, print_json, share_done, typed_values
 from evat.commands.tables import WholeTable
 from evat.console import err, marked, out
 from evat.model import ParameterError
@@ -145,6 +145,7 @@ def _nominal(document: Document) -> str:
 
 @experiment.command()
 def orthogonal(
+    context: typer.Context,
     to: Annotated[Path, typer.Option("--out", "-o", help="A new folder for the experiment.")],
     parameters: Annotated[str | None, typer.Option("--set", "-s", help="The truth: a shipped set or an .ssv file.")] = None,
     value: Values = None,
@@ -181,13 +182,14 @@ def orthogonal(
 
     if truth is not None and (truth.suffix != ".ssv" or Path(os.path.abspath(truth)).is_relative_to(os.path.abspath(to))):
         raise ParameterError(f"--truth {truth}: an .ssv file outside {to} is needed, so that the experiment does not tell.")
+    only(context, parameters is not None, "with --set", "speed_unit")
     check_new(to)
     parameter_set = (
         parameter_sets.load(parameters, speed_unit=speed_unit)
         if parameters is not None
         else parameter_sets.ParameterSet("values", "values", {})
     )
-    values = {**kernel.by_choice(parameter_set.values), **typed_values(value)}
+    values = {**kernel.by_choice(parameter_set.values), **typed_values(value, {name: f"--effect {name}" for name in effect or ()})}
     effects = (*parameter_set.effects, *(name for name in effect or () if name not in parameter_set.effects))
     made = tests.orthogonal(
         values,
@@ -242,6 +244,7 @@ def example(
 
 @experiment.command()
 def advise(
+    context: typer.Context,
     parameters: Annotated[
         str | None, typer.Option("--set", "-s", help="What is believed of the contact: a shipped set or an .ssv file.")
     ] = None,
@@ -257,6 +260,7 @@ def advise(
     """
     from evat.studies.recording import recordings
 
+    only(context, parameters is not None, "with --set", "speed_unit")
     believed = {} if parameters is None else dict(parameter_sets.load(parameters, speed_unit=speed_unit).values)
     table = WholeTable("motion", "conditions", "each at least", "sampled at", "repeats", title="What to record", title_justify="left")
     advised = recordings({**believed, **typed_values(value)})

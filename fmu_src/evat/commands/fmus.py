@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from evat import parameter_sets
-from evat.commands.shared import Json, SpeedUnit, Values, lines_done, print_json, share_done, typed_seconds, typed_values
+from evat.commands.shared import Json, SpeedUnit, Values, lines_done, only, print_json, share_done, typed_seconds, typed_values
 from evat.commands.tables import WholeTable
 from evat.console import out
 from evat.files.writing import usable
@@ -46,6 +46,7 @@ def build(
 
 
 def run(
+    context: typer.Context,
     record: Annotated[Path | None, typer.Option(help="A measured motion to drive the FMU with, instead of the paper's materials.")] = None,
     parameters: Annotated[str, typer.Option("--set", "-s", help="With --record: parameter set.")] = "tribometer-5n",
     value: Values = None,
@@ -65,6 +66,9 @@ def run(
 
     Example: evat run --record test.txt --time 'Time [s]' --position 'Position [mm]' --force 'Friction [uN]' --force-sign -1
     """
+    with_record = ("parameters", "value", "time", "velocity", "position", "force", "force_sign", "begin", "end")
+    only(context, record is not None, "with --record", *with_record)
+    only(context, record is None, "without --record", "family")
     usable(to)
     if record is None:
         _run_materials(family, speed_unit, to, as_json)

@@ -71,9 +71,11 @@ def identify(
 
     model = ContactModel(threads)
     _check_names(model, free, law, effect, objective, search)
+    options = {"friction_law": f"--law {law}"} if law is not None else {}
+    options |= {name: f"--on {name}" for name in effect or ()}
     settings = Settings(
         on=tuple(effect or ()),
-        values=typed_values(value) | ({"friction_law": law} if law is not None else {}),
+        values=typed_values(value, options) | ({"friction_law": law} if law is not None else {}),
         bounds=dict(_bound(text) for text in bound or []),
         objective=objective,  # type: ignore[arg-type]  # checked there, with what is allowed
         search=search,  # type: ignore[arg-type]

@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -28,7 +28,7 @@ Values = Annotated[
     list[str] | None,
     typer.Option("--value", "-v", help="NAME=VALUE of a parameter or constant input, units allowed; repeat it for more."),
 ]
-SpeedUnit = Annotated[str, typer.Option(help="Unit in which the speeds of the paper's table 1 are read: m/min or m/s.")]
+SpeedUnit = Annotated[str, typer.Option(help="Unit in which a set's speeds from the paper's table 1 are read: m/min or m/s.")]
 
 
 Json = Annotated[bool, typer.Option("--json", help="The answer as JSON on standard output; nothing else is printed there.")]
@@ -99,14 +99,28 @@ def one_of(name: str, known: Iterable[str], what: str) -> str:
     return name
 
 
-def typed_values(texts: list[str] | None) -> dict[str, float | str]:
-    """NAME=VALUE texts as values in SI; choices stay names. ParameterError for what is neither."""
+def only(context: typer.Context, acts: bool, where: str, *names: str) -> None:
+    """ParameterError where one of these parameters of a command was typed and does not act, which it does "with" or "without" another."""
+    for parameter in context.command.params:
+        source = context.get_parameter_source(parameter.name or "")
+        if not acts and parameter.name in names and source is not None and source.name == "COMMANDLINE":
+            todo = "leave out one of both" if where.startswith("without") else "give both, or leave it out"
+            raise ParameterError(f"{parameter.opts[0]} acts only {where}; {todo}.")
+
+
+def typed_values(texts: list[str] | None, options: Mapping[str, str] | None = None) -> dict[str, float | str]:
+    """NAME=VALUE texts as values in SI; choices stay names. ParameterError for what is neither, and for a name that is there twice.
+    options: names that other options of the command say already, such as "--law lugre"."""
     values: dict[str, float | str] = {}
+    said = dict(options or {})
     for text in texts or []:
         name, equals, value = text.partition("=")
         name, value = name.strip(), value.strip()
         if not equals or not value:
             raise ParameterError(f"{text!r}: write NAME=VALUE, for example 'cutting_speed=30 m/min'.")
+        if name in said:
+            raise ParameterError(f"{name} is given twice, by {said[name]} and by --value '{name}={value}'; keep one.")
+        said[name] = f"--value '{name}={value}'"
         known = kernel.variable(name)
         if known.causality not in ("parameter", "input") and name not in kernel.states():
             raise ParameterError(f"{name} is computed by the component and cannot be set.")

@@ -59,6 +59,8 @@ def _values(system: System, value: list[str] | None, sets: list[str] | None) -> 
         name, equals, which = text.partition("=")
         if not equals or name not in system.components:
             raise ParameterError(f"--set {text!r}: write COMPONENT=SET; components are {', '.join(system.components)}.")
+        if [each.partition("=")[0] for each in sets or []].count(name) > 1:
+            raise ParameterError(f"--set {text!r}: component {name} has another set, too; keep one.")
         of_sets = merged(of_sets, of_work(system, name, which))
     return merged(of_sets, typed(system, value or []))
 

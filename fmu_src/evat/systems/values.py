@@ -77,6 +77,8 @@ def typed(system: System, texts: Iterable[str]) -> dict[str, dict[str, Value]]:
         if not equals or not given.strip():
             raise ParameterError(f"{text!r}: write COMPONENT.VARIABLE=VALUE, for example 'spindle.speed_set=80 rpm'.")
         at = port(name.strip(), repr(text))
+        if at[1] in values.get(at[0], {}):
+            raise ParameterError(f"{'.'.join(at)} is given twice, at last as --value {text!r}; keep one.")
         values.setdefault(at[0], {})[at[1]] = value(system, at, given.strip())
     return values
 

@@ -1,0 +1,53 @@
+"""Is what contradicts itself, or would change nothing, refused before any work?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from command_line import evat
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("simulate -v F_C=3 -v F_C=4", "F_C is given twice, by --value 'F_C=3' and by --value 'F_C=4'; keep one."),
+        ("simulate -v run_out=true -v run_out=false", "run_out is given twice, by --value 'run_out=true' and by"),
+        ("simulate -e run_out -v run_out=false", "run_out is given twice, by --effect run_out and by --value 'run_out=false'"),
+        (
+            "simulate --law lugre -v friction_law=coulomb",
+            "friction_law is given twice, by --law lugre and by --value 'friction_law=coulomb'",
+        ),
+        ("simulate --principle minimum_energy -v shear_angle_principle=given", "shear_angle_principle is given twice, by --principle"),
+        ("simulate --speed-unit m/s", "--speed-unit acts only with --set; give both, or leave it out."),
+        ("simulate -i motion.csv --cycles 3", "--cycles acts only without --input; leave out one of both."),
+        ("run --begin 5", "--begin acts only with --record"),
+        ("run -v F_C=3", "--value acts only with --record"),
+        ("run --record a.csv --family published", "--family acts only without --record"),
+        ("effects -o a.png", "--out acts only with NAME"),
+        ("effects run_out --speed-unit m/s", "--speed-unit acts only with --set"),
+        ("effects run_out -v F_C=3 -v F_C=3", "F_C is given twice"),
+        ("identify rig -f F_C --law lugre -v friction_law=coulomb", "friction_law is given twice, by --law lugre"),
+        ("identify rig -f F_C -e run_out -v run_out=false", "run_out is given twice, by --on run_out"),
+        ("experiment orthogonal -o x -e run_out -v run_out=false", "run_out is given twice, by --effect run_out"),
+        ("experiment advise --speed-unit m/s", "--speed-unit acts only with --set"),
+        ("experiment advise -v F_C=3 -v F_C=4", "F_C is given twice"),
+    ],
+)
+def test_it_is_told_in_one_line(tmp_path: Path, arguments: str, said: str) -> None:
+    done = evat(*arguments.split(), folder=tmp_path, columns=1000)
+    assert done.returncode == 2, done.stdout
+    assert said in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_of_a_system_too(systems: dict[str, Path], tmp_path: Path) -> None:
+    for option, one, other, said in (
+        ("-v", "drive.table_mass=2", "drive.table_mass=3", "drive.table_mass is given twice, at last as --value 'drive.table_mass=3'"),
+        ("-s", "guideway=lugre-1995", "guideway=tribometer-5n", "component guideway has another set, too; keep one."),
+    ):
+        done = evat("system", "run", str(systems["stick_slip"]), option, one, option, other, folder=tmp_path, columns=1000)
+        assert done.returncode == 2
+        assert said in done.stderr
+    assert list(tmp_path.iterdir()) == []
