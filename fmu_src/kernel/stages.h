@@ -386,6 +386,7 @@ struct ZenoGuard {
     double length, begun; /* of a stretch of time [s], and when it began; length 0: none has */
     double taken, most; /* steps in it */
     double events, most_events; /* a cycle has a dozen; forces that chase one another have no end of them */
+    double breaks, most_breaks; /* events of the law alone, which break bonds */
 };
 /* zeno_guard.c: begin or go on with a stretch; is the step that begins at s, the n-th of this communication step, one
  * too many? */

@@ -69,10 +69,18 @@ def test_a_thickness_of_just_zero_is_no_contact(law: str, jumps: bool, on: tuple
     [
         ({"feed": 1e-3, "width": 2e-3}, ("holder_compliance", "amplitude_loss"), "holder_compliance, amplitude_loss", 5_000),
         ({"friction_law": "bristle", "sigma0": 1e10, "F_C": 0.01}, (), "friction_law = bristle", 120_000),
+        ({"friction_law": "bristle", "F_C": 1e-6}, ("position_ripple",), "on: position_ripple", 120_000),
+        (
+            {"friction_law": "bristle", "sigma0": 4.6e9, "kinematics": "external", "slip_velocity": 1.0},
+            ("position_ripple",),
+            "external",
+            120_000,
+        ),
     ],
 )
 def test_what_steps_without_end_is_refused_soon(values: dict[str, float | str], on: tuple[str, ...], named: str, most: float) -> None:
-    """A tool that is pushed out of the cut and springs back; bonds that break all the time. Before, millions of steps were taken first. The
+    """A tool that is pushed out of the cut and springs back; bonds that break all the time, also where friction goes up and
+    down with the way. Before, millions of steps were taken first. The
     bound in seconds is wide: a shared machine."""
     contact = Contact(values, on)
     contact.start(0.0)

@@ -214,7 +214,9 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             continue;
         }
         const int event = is_any(t.cut, 0);
-        guard->events += event && !(w->law->rest && is_only(t.cut, AT_LAW));
+        const int breaks = event && w->law->rest && is_only(t.cut, AT_LAW);
+        guard->breaks += breaks;
+        guard->events += event && !breaks;
         const enum Status taken = take(contact, w, step, s, &t, course);
         EACH_LANE
             t.acted[i] = t.failed[i] = 0;
