@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import re
+import sys
 import time
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -32,8 +35,15 @@ class PrintableConsole(Console):
         super().__init__(markup=False, emoji=False, **named)
         self.copied_to: Console | None = None  # where a copy of what is printed goes
 
+    def on_broken_pipe(self) -> None:
+        """Whoever reads has seen enough, such as `head`: no error, and what else there is to do is done."""
+        self.quiet = True
+        if not self.stderr:
+            forget_output()
+
     def print(self, *shown: Any, **named: Any) -> None:
-        super().print(*shown, **named)
+        with told_of("standard error" if self.stderr else "standard output"):
+            super().print(*shown, **named)
         if self.copied_to is not None:
             self.copied_to.print(*shown, **named)
 
@@ -44,6 +54,21 @@ class PrintableConsole(Console):
         for segment in super().render(renderable, options):  # here, where all else passes, such as the text beside a bar
             acts = not segment.control and _ACTS.search(segment.text)
             yield Segment(printable(segment.text), segment.style) if acts else segment
+
+
+@contextmanager
+def told_of(stream: str) -> Iterator[None]:
+    """An error of the system names the stream that it is of, as it does a file."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = error.filename or stream
+        raise
+
+
+def forget_output() -> None:
+    """What is still to go to standard output goes nowhere: it would be tried again, and complained of, at the very end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 out, err = PrintableConsole(), PrintableConsole(stderr=True)

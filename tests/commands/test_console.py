@@ -99,15 +99,21 @@ def test_a_system_and_its_archive(systems: dict[str, Path], tmp_path: Path, colo
     text = re.sub(
         r'version="1.0" name="[^"]*" description="[^"]*"', f'version="1.0" name="{RED}{CLOSED}" description="{RED}{CLOSED}"', text
     )
-    files["SystemStructure.ssd"] = text.replace('"drive"', f'"d{RED}{CLOSED}"').replace("drive.table", f"d{RED}{CLOSED}.table").encode()
-    for path, more in (("good.ssp", {}), ("bad.ssp", {f"../{TITLE}": b"x"}), ("worse.ssp", {f"{RED}{CLOSED}.fmu": b"x"})):
+    files["SystemStructure.ssd"] = text.replace('"drive"', f'"d{CLOSED}"').replace("drive.table", f"d{CLOSED}.table").encode()
+    named = {"SystemStructure.ssd": text.replace('"drive"', f'"d{RED}"').replace("drive.table", f"d{RED}.table").encode()}
+    for path, more in (
+        ("good.ssp", {}),
+        ("bad.ssp", {f"../{TITLE}": b"x"}),
+        ("worse.ssp", {f"{RED}{CLOSED}.fmu": b"x"}),
+        ("worst.ssp", named),
+    ):
         with zipfile.ZipFile(tmp_path / path, "w") as packed:
             for name, data in {**files, **more}.items():
                 packed.writestr(name, data)
         said = evat("system", "run", path, "--stop", "0.01", "-o", "out.csv", folder=tmp_path, colour=colour)
         assert not any(sign in said for sign in (TITLE, "\x07", "\x9b"))
         assert colour or not ACTS.search(said)
-        assert ("wrote out.csv" in re.sub("\x1b\\[[0-9;]*m", "", said)) == (path != "bad.ssp")
+        assert ("wrote out.csv" in re.sub("\x1b\\[[0-9;]*m", "", said)) == (path == "good.ssp")
 
 
 def test_a_parameter_set(tmp_path: Path) -> None:

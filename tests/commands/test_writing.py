@@ -136,7 +136,29 @@ def test_a_question_that_is_refused_leaves_no_folder(rig: Path, tmp_path: Path, 
 @pytest.mark.parametrize("arguments", [("info",), ("effects", "--json"), ("sets",)])
 def test_standard_output_that_is_full(tmp_path: Path, arguments: tuple[str, ...]) -> None:
     with Path("/dev/full").open("w") as full:
-        refused(evat(*arguments, folder=tmp_path, stdout=full), "No space left on device")
+        refused(evat(*arguments, folder=tmp_path, stdout=full), "evat: standard output: No space left on device")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such pipes")
+@pytest.mark.parametrize("arguments", [("info",), ("info", "--json"), ("effects", "--json"), ("simulate", "-o", "cut.csv")])
+def test_a_reader_who_has_seen_enough_is_no_error(tmp_path: Path, arguments: tuple[str, ...]) -> None:
+    """`evat info | head -1`; what is to be written is written."""
+    ours, theirs = os.pipe()
+    os.close(ours)
+    try:
+        done = evat(*arguments, folder=tmp_path, stdout=theirs)
+    finally:
+        os.close(theirs)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert files(tmp_path) == (["cut.csv", "cut.png"] if "simulate" in arguments else [])
+
+
+@POSIX
+def test_standard_output_that_is_closed_is_named(tmp_path: Path) -> None:
+    code = "import os; os.close(1); from evat.commands.main import main; main()"
+    done = subprocess.run([sys.executable, "-c", code, "sets"], cwd=tmp_path, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("evat: standard output: Bad file descriptor.")
 
 
 @pytest.mark.parametrize("command", [("simulate",), ("system", "run", "no.ssp")])

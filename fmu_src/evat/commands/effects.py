@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import json
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -16,7 +15,7 @@ from rich.padding import Padding
 from rich.text import Text
 
 from evat import parameter_sets
-from evat.commands.shared import SpeedUnit, Values, only, typed_values
+from evat.commands.shared import SpeedUnit, Values, only, print_json, typed_values
 from evat.commands.tables import WholeTable
 from evat.console import err, out
 from evat.files.json_values import json_value
@@ -47,7 +46,7 @@ def effects(
     only(context, name is not None and parameters is not None, "with --set", "speed_unit")
     chosen = kernel.effects() if name is None else (effect_named(name),)
     if as_json:
-        typer.echo(json.dumps([_facts(effect) for effect in chosen], indent=2, ensure_ascii=False, allow_nan=False))
+        print_json([_facts(effect) for effect in chosen])
         return
     for stage, group in itertools.groupby(chosen, key=lambda effect: effect.stage):
         out.print(Text(f"stage: {stage}", "bold"))

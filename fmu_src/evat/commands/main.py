@@ -9,7 +9,6 @@ import atexit
 import gc
 import importlib
 import itertools
-import os
 import signal
 import sys
 from contextlib import suppress
@@ -20,7 +19,7 @@ import typer
 from typer.core import TyperGroup
 
 from evat.commands.statuses import REFUSED, STOPPED
-from evat.console import ask, err, marked, note, out, show_warnings
+from evat.console import ask, err, forget_output, marked, note, out, show_warnings
 
 HABITS: dict[str, Any] = {"context_settings": {"help_option_names": ["-h", "--help"]}, "rich_markup_mode": "markdown"}
 # Each command: the module of this folder that has it, and the first paragraph of its help, which a test compares.
@@ -210,14 +209,20 @@ def main() -> None:
             raise
         _refused(str(error))
     finally:
+        _flush()
         ask()
 
 
 def _refused(text: str) -> NoReturn:
     with suppress(OSError):
         err.print(marked("evat:", "bold red", text), soft_wrap=True)
-    try:
-        sys.stdout.flush()
-    except OSError:  # it would be tried again, and complained of, at the very end
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     sys.exit(REFUSED)
+
+
+def _flush() -> None:
+    """What standard output does not take is forgotten."""
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError:
+        forget_output()

@@ -17,7 +17,7 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from evat.commands.statuses import STOPPED
-from evat.console import err, note, out, shows_bars
+from evat.console import err, note, out, shows_bars, told_of
 from evat.files.json_values import json_value
 from evat.files.writing import OutputError, usable
 from evat.model import ParameterError, nearest
@@ -87,7 +87,12 @@ def picture_beside(table: Path) -> Path:
 
 def print_json(document: Any) -> None:
     """The answer of a command as JSON, the only thing on standard output; quiet or not."""
-    sys.stdout.write(json.dumps(json_value(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    try:
+        with told_of("standard output"):
+            sys.stdout.write(json.dumps(json_value(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+            sys.stdout.flush()
+    except BrokenPipeError:  # as of all else that is printed
+        out.on_broken_pipe()
     out.quiet = True
 
 
