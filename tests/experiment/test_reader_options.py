@@ -248,3 +248,12 @@ def test_a_wrong_cell_names_its_file_once(tmp_path: Path) -> None:
     toml.write_text(toml.read_text(encoding="utf-8").replace('"a.csv"', '"trials/a.csv"'), encoding="utf-8")
     with pytest.raises(ExperimentError, match=r"^trials/a\.csv\b(?!.*a\.csv)"):
         read_experiment(wrong, MODEL)
+
+
+def test_an_empty_line_is_passed_over(tmp_path: Path) -> None:
+    """As the guide says, and nothing else is; rows are counted without it."""
+    data = "Zeit,Geschw. Schlitten \u00fc,Kraft\n0,1000,3\n\n1,2000,4\n\n2,2000,{}\n\n"
+    trial = read_experiment(folder(tmp_path, "", data.format("5").encode()), MODEL).trials[0]
+    np.testing.assert_array_equal(trial.times, [0, 1, 2])
+    with pytest.raises(ExperimentError, match="data row 3: no finite number"):
+        read_experiment(folder(tmp_path, "", data.format("").encode()), MODEL)
