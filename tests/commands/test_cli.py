@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -136,3 +137,15 @@ def test_h_is_help(command: list[str]) -> None:
     short, long = (CliRunner().invoke(app, [*command, flag]) for flag in ("-h", "--help"))
     assert (short.exit_code, short.output) == (0, long.output)
     assert "Usage:" in short.output
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("build", r"--out\W+-o"),
+        ("effects", r"The picture goes to NAME.png in the present folder"),
+        ("system run", r"They go to system.csv, system.png and system.html in the present folder"),
+    ],
+)
+def test_help_says_where_files_go(tmp_path: Path, command: str, said: str) -> None:
+    assert re.search(said, evat(*command.split(), "--help", folder=tmp_path, columns=200).stdout)

@@ -41,6 +41,7 @@ def said(*arguments: str) -> tuple[int, str, str]:
     ("arguments", "near"),
     [
         (("info", "lugr"), "did you mean lugre"),
+        (("info", "nosuch"), "`evat info` lists the 3"),
         (("info", "SIGMA0"), "did you mean sigma0"),
         (("sets", "regularized/copper"), "did you mean regularised/copper"),
         (("simulate", "--law", "dahll"), "did you mean dahl"),

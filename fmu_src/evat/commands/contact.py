@@ -15,7 +15,7 @@ from evat import parameter_sets
 from evat.commands.shared import Json, SpeedUnit, Values, one_of, only, picture_beside, print_json, typed_values
 from evat.commands.tables import WholeTable
 from evat.console import err, out, printable
-from evat.model import Effect, Law, ParameterError, Variable, nearest
+from evat.model import Effect, Law, ParameterError, Variable, near_names
 from evat.native import kernel
 from evat.required_inputs import KINEMATICS, MOTION
 from evat.units import display
@@ -58,7 +58,9 @@ def info(
     listed = [v for v in kernel.variables() if name is None or v.name == name or v.name in own]
     if not listed and name not in {entry.name for entry in entries}:
         names = [*(entry.name for entry in entries), *(v.name for v in kernel.variables())]
-        raise ParameterError(f"there is no variable, friction law or effect {name!r}; {nearest(name or '', names, 0)}")
+        near = near_names(name or "", names)
+        hint = f"did you mean {', '.join(near)}?" if near else f"`evat info` lists the {len(names)} that there are."
+        raise ParameterError(f"there is no variable, friction law or effect {name!r}; {hint}")
     if as_json:
         print_json(
             {

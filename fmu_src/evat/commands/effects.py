@@ -38,6 +38,8 @@ def effects(
 ) -> None:
     """List the effects, or show one and plot its signature: forces with and without it, over a cycle and over the conditions.
 
+    The picture goes to NAME.png in the present folder, or to --out.
+
     Example: evat effects run_out -v run_out.amplitude=20um -o run-out.png
     """
     from evat.signature import effect_named

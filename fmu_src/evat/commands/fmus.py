@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def build(
-    to: Annotated[Path, typer.Option("--out", help="Folder for the FMUs.")] = Path("build/out/fmus"),
+    to: Annotated[Path, typer.Option("--out", "-o", help="Folder for the FMUs.")] = Path("build/out/fmus"),
     host_only: Annotated[bool, typer.Option(help="Binaries for this machine's platform only.")] = False,
     as_json: Json = False,
 ) -> None:

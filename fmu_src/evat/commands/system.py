@@ -85,6 +85,8 @@ def run(
 ) -> None:
     """Run a system; write a table, a plot and a page, and say how the power balance at its bonds came out.
 
+    They go to system.csv, system.png and system.html in the present folder, or to --out and beside it.
+
     Example: evat system run stick_slip -o stick-slip.parquet
     """
     from evat.files.table import write_trace
