@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from evat.experiment import Experiment
-from evat.gap import diagnose, diagnose_with
+from evat.gap import closure, diagnose, diagnose_with
 from evat.gap.budget import structural_share
 from evat.gap.closure import HeldOut
 from evat.gap.report.summary import _share
@@ -46,6 +47,15 @@ def test_what_does_not_hold_elsewhere_is_not_named() -> None:
     held = HeldOut(comparison)
     assert held.conditions == ("c1", "c4")
     assert held.left(comparison.models[BEND]) > 0.9
+
+
+def test_a_fit_is_not_taken_for_one_that_is_gone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python gives a new object the number of one that nobody holds."""
+    experiment = SimpleNamespace(conditions=tuple(f"c{n}" for n in range(6)))
+    monkeypatch.setattr(closure, "_again", lambda comparison, whole, mask: SimpleNamespace(of=whole.name))
+    held = HeldOut(SimpleNamespace(prediction=SimpleNamespace(experiment=experiment), whitening=SimpleNamespace(groups=())))  # type: ignore[arg-type]
+    for n in range(50):
+        assert held.fitted(SimpleNamespace(name=n)).of == n  # type: ignore[arg-type,attr-defined]
 
 
 @pytest.mark.parametrize("size", [1.0, 0.05])

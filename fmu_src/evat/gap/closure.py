@@ -51,15 +51,15 @@ class HeldOut:
         self.comparison = comparison
         self.conditions = held_out_conditions(comparison.prediction.experiment.conditions)
         self._mask = np.array([group.condition in self.conditions for group in comparison.whitening.groups])
-        self._fits: dict[int, Fit] = {}
+        self._fits: dict[int, tuple[Fit, Fit]] = {}  # by what has no hash; held, lest another get its number
 
     def fitted(self, whole: Fit) -> Fit:
         """The same model, fitted without the held-out conditions."""
         if not self.conditions:
             return whole
         if id(whole) not in self._fits:
-            self._fits[id(whole)] = _again(self.comparison, whole, self._mask)
-        return self._fits[id(whole)]
+            self._fits[id(whole)] = whole, _again(self.comparison, whole, self._mask)
+        return self._fits[id(whole)][1]
 
     def foreseen(self, chosen: Fit) -> tuple[str, ...]:
         """Held-out conditions of which the others tell what the models do there: by the covariance of their parameters, predictions are
