@@ -26,6 +26,9 @@ SPEED_UNITS = ("m/min", "m/s")  # in which the coefficients of the paper may be 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 _UNIT = re.compile(r"(?:1/)?\(?[A-Za-zµμ°Ω%][A-Za-zµμ°Ω%0-9_*/^. ()·-]{0,39}")
 _EXAMPLES = {"1": "0.5", "m/s": "30 m/min", "m": "5 um", "Hz": "20 kHz", "rad": "45 deg", "K": "20 degC", "s": "50 us", "Pa": "400 MPa"}
+_RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹⋅", "-0123456789·")
+_RAISED_SIGNS = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")
+_BARE_POWER = re.compile(r"(?<=[A-Za-zµμΩ])(-?[1-9])(?![0-9A-Za-z_.])|(?<=[A-Za-zµμΩ])(-?[1-9])(?=\.[A-Za-zµμΩ(])")
 _BIG_POWER = re.compile(r"(?:\^|\*\*)\s*[-(\s]*\d{2,}")
 
 
@@ -47,19 +50,23 @@ def _registry() -> pint.UnitRegistry[Decimal]:
 
 @lru_cache(maxsize=256)
 def parse(unit: str) -> Any:
-    """The pint unit of a unit's text; "1" has no unit and a dot multiplies ("N.s/m"). ParameterError where it is none."""
+    """The pint unit of a unit's text; "1" has no unit, a dot multiplies ("N.s/m"), and powers may stand as people write them ("m/s2",
+    "mm/s²", "kg.m2"). ParameterError where it is none."""
     if unit == "1":
         return _registry().parse_units("dimensionless")
     import pint
 
     problem = "no such unit"
-    if _UNIT.fullmatch(unit) and not _BIG_POWER.search(unit):
-        try:
-            return _registry().parse_units(unit.replace("·", "*").replace(".", "*"))
-        except (pint.UndefinedUnitError, pint.DefinitionSyntaxError) as error:
-            problem = str(error)
-        except Exception as error:  # pint's parser raises what it likes on text that is no unit
-            problem = type(error).__name__
+    plain = _RAISED_SIGNS.sub(lambda match: f"^{match[0]}", unit).translate(_RAISED)
+    with_powers = _BARE_POWER.sub(lambda match: f"^{match[0]}", plain)
+    if _UNIT.fullmatch(plain) and not _BIG_POWER.search(plain):
+        for written in dict.fromkeys((plain, with_powers)):  # some units have a digit in their names
+            try:
+                return _registry().parse_units(written.replace("·", "*").replace(".", "*"))
+            except (pint.UndefinedUnitError, pint.DefinitionSyntaxError) as error:
+                problem = str(error)
+            except Exception as error:  # pint's parser raises what it likes on text that is no unit
+                problem = type(error).__name__
     raise ParameterError(f"unit {unit[:40]!r}: {problem}; write it like m/min, N.s/m, um, kHz, deg or degC.")
 
 
@@ -144,6 +151,9 @@ def display(value: float, variable: Variable, *, digits: int = 6) -> str:
     if variable.type == "integer":
         return str(int(value))
     unit = variable.display_unit or variable.unit
-    factor, offset = affine(variable.unit, unit)
+    try:
+        factor, offset = affine(variable.unit, unit)
+    except ParameterError as error:
+        raise ParameterError(f"variable {variable.name}, as its declaration has it: {error}") from error
     number = f"{factor * value + offset:.{digits}g}"
     return number if unit == "1" else f"{number} {unit}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
+from dataclasses import replace
 
 import pytest
 from evat.model import ParameterError
@@ -32,6 +33,17 @@ from hypothesis import strategies as st
         ("5 %", "1", 0.05),
         ("-.5e1mm", "m", -0.005),
         (" 3 ", "m", 3.0),
+        ("3 m/s2", "m/s^2", 3.0),
+        ("3 mm/s²", "m/s^2", 0.003),
+        ("3 mm·s⁻²", "m/s^2", 0.003),
+        ("3 m.s-2", "m/s^2", 3.0),
+        ("3 kg.m2", "kg.m^2", 3.0),
+        ("3 kg.m2/s", "kg.m^2/s", 3.0),
+        ("3 m2.kg", "kg.m^2", 3.0),
+        ("3 N.s2/m2", "kg/m", 3.0),
+        ("3 N/mm2", "Pa", 3e6),
+        ("120 min-1", "Hz", 2.0),
+        ("1 inH2O", "inH2O", 1.0),
         ("1e-3", "m/s", 1e-3),
         (2, "m/s", 2.0),
         (0.1, "N", 0.1),
@@ -52,6 +64,9 @@ def test_what_is_typed_is_what_is_meant(text: str | float, unit: str, number: fl
         ("5 furlongs per fortnight!", "m/s", "no such unit"),
         ("5 __import__('os')", "m", "no such unit"),
         ("5 m**999999999", "m", "no such unit"),
+        ("5 m⁹⁹⁹", "m", "no such unit"),
+        ("5 m99", "m", "unit 'm99'"),
+        ("5 m22/s", "m", "unit 'm22/s'"),
         ("5 m^9^9^9", "m", "unit 'm"),
         ("5 (((", "m", "no such unit"),
         ("fast", "m/s", "no number with a unit"),
@@ -106,3 +121,9 @@ def test_a_person_reads_it_in_the_display_unit(name: str, value: float, text: st
     assert display(value, variable) == text
     if variable.type == "real":
         assert to_si(text, variable.unit, name=name) == pytest.approx(value, rel=1e-15)
+
+
+def test_a_unit_that_a_declaration_has_and_that_is_none_names_the_variable() -> None:
+    variable = replace(kernel.variable("sigma2"), name="air_drag.c", unit="N.x2")
+    with pytest.raises(ParameterError, match=r"variable air_drag.c, as its declaration has it: unit 'N.x2'"):
+        display(1.0, variable)
