@@ -24,12 +24,14 @@ from command_line import evat
         ("run --begin 5", "--begin acts only with --record"),
         ("run -v F_C=3", "--value acts only with --record"),
         ("run --record a.csv --family published", "--family acts only without --record"),
+        ("sets --save a.ssv", "--save acts only with NAME; give both, or leave it out."),
         ("effects -o a.png", "--out acts only with NAME"),
         ("effects run_out --speed-unit m/s", "--speed-unit acts only with --set"),
         ("effects run_out -v F_C=3 -v F_C=3", "F_C is given twice"),
         ("identify rig -f F_C --law lugre -v friction_law=coulomb", "friction_law is given twice, by --law lugre"),
         ("identify rig -f F_C -e run_out -v run_out=false", "run_out is given twice, by --on run_out"),
         ("experiment orthogonal -o x -e run_out -v run_out=false", "run_out is given twice, by --effect run_out"),
+        ("experiment init . --friction dahl -v friction_law=lugre", "friction_law is given twice, by --friction dahl"),
         ("experiment advise --speed-unit m/s", "--speed-unit acts only with --set"),
         ("experiment advise -v F_C=3 -v F_C=4", "F_C is given twice"),
     ],
@@ -51,3 +53,11 @@ def test_of_a_system_too(systems: dict[str, Path], tmp_path: Path) -> None:
         assert done.returncode == 2
         assert said in done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_friction_law_counts_beside_a_set(tmp_path: Path) -> None:
+    """It was dropped where a set was named."""
+    (tmp_path / "a.csv").write_text("t [s],v [m/s],F [N]\n" + "".join(f"{n},{n / 10},{n}\n" for n in range(9)), encoding="utf-8")
+    done = evat("experiment", "init", ".", "-s", "lugre-1995", "-v", "friction_law=dahl", folder=tmp_path, columns=200)
+    assert done.returncode == 0, done.stderr
+    assert 'friction = "dahl"' in (tmp_path / "experiment.toml").read_text(encoding="utf-8")

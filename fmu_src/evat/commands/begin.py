@@ -75,7 +75,8 @@ def init(
         skip_rows=skip_rows,
         columns=None if columns is None else _headers(columns),
     )
-    believed = Believed(title, parameters, friction, typed_values(value), None if mass is None else to_si(mass, "kg", name="mass"))
+    values = typed_values(value, {"friction_law": f"--friction {friction}"} if friction else {})
+    believed = Believed(title, parameters, friction, values, None if mass is None else to_si(mass, "kg", name="mass"))
     try:
         begun, questions = begin(folder, answers)
     except NoHeaders as error:

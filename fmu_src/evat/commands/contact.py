@@ -102,6 +102,7 @@ def _variable(variable: Variable) -> dict[str, object]:
 
 
 def sets(
+    context: typer.Context,
     name: Annotated[str | None, typer.Argument(help="A shipped set or an .ssv file; without it the shipped sets are listed.")] = None,
     speed_unit: SpeedUnit = "m/min",
     strict: Annotated[bool, typer.Option(help="Refuse a set that violates the paper's eq. 7 within its speed range.")] = False,
@@ -112,6 +113,7 @@ def sets(
 
     Example: evat sets published/inconel-718
     """
+    only(context, name is not None, "with NAME", "strict", "save")
     if name is None:
         titles = {each: parameter_sets.load(each, speed_unit=speed_unit).title for each in parameter_sets.names()}
         if as_json:

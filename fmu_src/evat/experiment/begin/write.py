@@ -94,8 +94,8 @@ def _reader(begun: Begun) -> list[str]:
 def _nominal(begun: Begun, believed: Believed) -> list[str]:
     lines = [f"[nominal]  # {meaning('', 'nominal')}"]
     guessed = not believed.parameters and not believed.values
-    if believed.friction or not believed.parameters:
-        told = believed.friction or believed.values.get("friction_law")
+    told = believed.friction or believed.values.get("friction_law")
+    if told or not believed.parameters:
         lines.append(_line("friction", told or "lugre", "" if told else "evat info lists the laws"))
     lines.append(
         _line("kinematics", begun.kinematics, "a motion is recorded" if begun.kinematics == "external" else "no motion is recorded")
