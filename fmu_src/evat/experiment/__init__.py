@@ -17,6 +17,8 @@ DISTANCE = "sliding_distance"  # how far a contact has slid; effects go by it
 
 InitialBristle = Literal["relaxed", "slid_in", "free"]
 
+FEWEST_ROWS = 3  # of a recording, or of a stretch of one
+
 
 class ExperimentError(EvatError):
     """An experiment that cannot be used as it stands; names file, line, column or row, and what to do.

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evat.experiment import ExperimentError, Remark, SetupSd, Signal
+from evat.experiment import FEWEST_ROWS, ExperimentError, Remark, SetupSd, Signal
 from evat.experiment.column import Column
 from evat.experiment.document import BESIDE, CLOCK, Document, TrialEntry
 from evat.experiment.remarks import Remarks
@@ -19,8 +19,6 @@ from evat.files.table import unit_in
 from evat.files.text import RecordError, TextForm
 from evat.model import FloatArray, IntArray, Model, ParameterError
 from evat.units import affine, base_unit
-
-FEWEST_ROWS = 3  # of a recording
 
 
 def unreadable(file: str, error: RecordError) -> str:

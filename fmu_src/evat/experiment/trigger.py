@@ -12,11 +12,10 @@ from pathlib import PurePosixPath
 
 import numpy as np
 
-from evat.experiment import ExperimentError, Trial
+from evat.experiment import FEWEST_ROWS, ExperimentError, Trial
 from evat.experiment.document import TRIGGER
 from evat.model import FloatArray
 
-FEWEST = 3  # rows of a stretch
 LEAD_IN = 2_000  # rows at most: bristles, filters and a warm contact follow the motion; what was earlier is forgotten
 
 
@@ -31,10 +30,10 @@ def triggered(whole: Trial, header: str) -> list[Trial]:
     outputs = {name: each for name, each in whole.outputs.items() if name != TRIGGER}
     trials, before = list[Trial](), 0
     for count, (begin, end) in enumerate(zip(begins, ends, strict=True), 1):
-        if end - begin < FEWEST:
+        if end - begin < FEWEST_ROWS:
             raise ExperimentError(
                 f"{whole.file}, column {header!r}, data row {begin + 1}: the trigger is on for {end - begin} rows only; a recording has at "
-                f"least {FEWEST}. Does it bounce? Mend the column."
+                f"least {FEWEST_ROWS}. Does it bounce? Mend the column."
             )
         path = PurePosixPath(whole.file)
         name = whole.file if begins.size == 1 else str(path.with_name(f"{path.stem}-part{count}{path.suffix}"))

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evat.constants import CONSTANTS
-from evat.experiment import Experiment, ExperimentError
-from evat.experiment.columns import FEWEST_ROWS
+from evat.experiment import FEWEST_ROWS, Experiment, ExperimentError
 from evat.model import FloatArray
 
 FINEST_STEP = 1e-12  # of the usual one; quotients of differences have no sense below
