@@ -25,7 +25,9 @@ Asked = Experiment | str | PathLike[str]
 DEFAULT, HERE = Settings(), Execution()
 
 
-def diagnose(experiment: Asked, model: Model | None = None, *, version: str = "", report: Report | None = None) -> Diagnosis:
+def diagnose(
+    experiment: Asked, model: Model | None = None, *, version: str = "", report: Report | None = None, whole: bool = False
+) -> Diagnosis:
     """Say where measurement and nominal model disagree, which effect causes it, and how far the gap shrinks with it.
 
     Parameters
@@ -39,6 +41,8 @@ def diagnose(experiment: Asked, model: Model | None = None, *, version: str = ""
         Of the caller, kept in the answer.
     report : callable, optional
         Told what is being done and the share that is done.
+    whole : bool
+        Look at all samples of a record, however long that takes; without it at the first thousands, and the rest is only compared.
 
     Returns
     -------
@@ -71,7 +75,7 @@ def diagnose(experiment: Asked, model: Model | None = None, *, version: str = ""
     from evat.gap import diagnose as of_model
 
     asked, simulated, told = _asked(experiment, model)
-    answer = of_model(asked, simulated, version=version, report=report)
+    answer = of_model(asked, simulated, version=version, report=report, whole=whole)
     return replace(answer, cannot_tell=(*answer.cannot_tell, *told))
 
 

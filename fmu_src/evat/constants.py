@@ -143,6 +143,25 @@ class _Constants(ConstantTable):
     clock_gap = Constant(
         100.0, "median sample steps", "a record that goes on after such a gap is two records", low=1.0, source="safety limit"
     )
+    sure_error = Constant(2.0, "sd", "by which an error of the set-up is not 0, from which on it is to be put right")
+    notable_error = Constant(0.5, "of the noise", "that such an error changes, from which on it is to be put right")
+    finest_step = Constant(
+        1e-12, "of the usual step", "of a clock, below which no clock tells two samples apart", source="numerical tolerance"
+    )
+    clipped_share = Constant(0.005, "of the samples", "at one end of all values, from which a recording is told to be clipped", high=1.0)
+    mostly_clipped = Constant(0.1, "of the samples", "the same, from which nothing is judged by it", high=1.0)
+    next_level = Constant(0.02, "of the range", "within which the next value lies, of a recording that is clipped: else it has two states")
+    fewest_clipped = Constant(20, "samples", "at one value, that may be clipped")
+    piled_up = Constant(3.0, "1", "times as many samples at the last value as at the next one", low=1.0)
+    clearly_alike = Constant(0.5, "1", "correlation of a recording with the model, to either side, that is no accident", high=1.0)
+    late_samples = Constant(5, "samples", "by which repeats may be out of step and are compared all the same")
+    alike_once_moved = Constant(0.9, "1", "correlation of two repeats that are one motion, moved", high=1.0)
+    later_gap = Constant(
+        1.3,
+        "of the root mean square",
+        "that samples which were not looked at leave, over that of those that were: something changes there",
+        low=1.0,
+    )
     diagnosed_samples = Constant(
         8_000, "samples", "that are simulated at most in one run of all trials; repeats of a run count once", source="budget of work"
     )
@@ -177,6 +196,11 @@ class _Constants(ConstantTable):
     # Predictions and parameters
     derivative_step = Constant(
         1e-3, "of a parameter, in its scale", "small against its curvature, large against the noise of runs at solver_tolerance"
+    )
+    derivative_step_across_jumps = Constant(
+        0.1,
+        "of a parameter, in its scale",
+        "the same in a search where jumps of the force move through samples: some of these pass in each step",
     )
     steepest_slope = Constant(
         100.0, "of the largest number measured", "by which one prior sd of a parameter changes a prediction at most", low=1.0
@@ -321,7 +345,7 @@ class _Constants(ConstantTable):
 
     # Search
     searched_samples = Constant(
-        5_000, "samples", "that a look at one value set simulates; repeats of a run cost nothing", source="budget of work"
+        2_500, "samples", "that a look at one value set simulates; repeats of a run cost nothing", source="budget of work"
     )
     worthwhile_part = Constant(0.7, "of all samples", "a part that simulates more saves too little: the whole is searched", high=1.0)
     plausible_effect = Constant(0.1, "of the rms", "what an effect does, a priori (sd)")

@@ -15,8 +15,9 @@ from evat.experiment import SetupSd
 from evat.gap.search import recalibration
 from evat.gap.search.compare import compare
 from evat.gap.search.recalibration import _likeliest_zeros, _linearised
-from evat.gap.search.singles import _apart
+from evat.gap.search.singles import _apart, _before
 from evat.inference.noise.estimate import estimate_noise
+from evat.inference.parameters import Parameter
 from evat.inference.prediction import Prediction
 from evat.inference.whitening import Whitening
 from evat.model import FloatArray, Run, Variable
@@ -126,3 +127,24 @@ def test_the_zero_of_a_velocity_is_looked_for_where_it_is_likely(d: float, expec
     assert _likeliest_zeros(prediction, Whitening(prediction, estimate_noise(prediction, predicted), predicted)) == pytest.approx(
         [expected], abs=1e-3
     )
+
+
+@pytest.mark.parametrize(("explained", "again"), [(True, False), (False, True)])
+def test_where_no_effect_explains_what_is_seen_all_are_tried_beside_the_nominal_values(explained: bool, again: bool) -> None:
+    """Recalibration may have moved values and clocks to where no step leads back to what a true effect needs."""
+    stranger = None if explained else 0.6 * np.sin(2 * np.pi * 1.7 * np.arange(400) * 0.01)
+    told = list[str]()
+    made = measured(["bend"], {"bend.c": 0.4}, extra=stranger)
+    compare(Prediction(Toy(), made), lambda doing, share: told.append(doing))
+    assert any("beside the nominal values" in doing for doing in told) is again
+
+
+def test_before_recalibration_values_are_nominal_and_clocks_those_of_the_runs() -> None:
+    """A gain or a zero stands in for no motion, and stays where it was fitted."""
+    prediction = Prediction(Toy(), measured(["bend"], {"bend.c": 0.4})).sampled_at({"F": 0.003})
+    own = {parameter.name: parameter for parameter in prediction.setup.parameters}
+    clock, gain = own["setup.F.clock"], own["setup.F.gain"]
+    k = Parameter("k", "N/m", 10.0, 0.1, 1.0, 100.0, True)
+    assert _before(prediction, k, 0.7) == 0.0
+    assert _before(prediction, gain, 0.7) == 0.7
+    assert clock.value(_before(prediction, clock, 0.7)) == pytest.approx(0.003)

@@ -115,8 +115,42 @@ def test_a_difference_stays_within_the_bounds(share: float) -> None:
     assert np.any(slopes)
 
 
+def test_slopes_of_a_cut_are_those_over_an_interval_though_forces_jump() -> None:
+    """The tool enters the work at a sample or after it. A sample in the way of a jump changes by the whole force or by nothing, the mean
+    over its interval by as much as the jump has moved: its slope hardly depends on where the samples lie."""
+    times = np.arange(2 * 60 + 1) * 5e-5 / 60
+    made = Trial("a.csv", "a", {}, times, {}, {"principal_force": np.full(times.size, 10.0)})
+    plain = Prediction(MODEL, experiment(made, values={"kinematics": "internal", "friction_law": "lugre"}))
+    smooth, sd, slopes = plain.with_slopes_over_intervals(), 5e-7, list[float]()
+    for place in range(40):
+        values = {"amplitude_x": 5e-6 * (1 + 0.002 * place)}
+        predicted, column = smooth.jacobian(values, ["amplitude_x"], {"amplitude_x": sd})
+        assert np.array_equal(predicted, plain.one(values))
+        slopes.append(float(np.sqrt(np.mean(column**2))))
+    assert max(slopes) < 1.5 * min(slopes)
+    whole = plain.one({"amplitude_x": 6e-6}) - plain.one({"amplitude_x": 5e-6})
+    assert np.mean(slopes) == pytest.approx(float(np.sqrt(np.mean(whole**2))) / 2, rel=0.5)
+
+
+def test_slopes_over_intervals_stand_where_samples_are() -> None:
+    """Of a force that does not jump they are those of the samples, to what it bends within an interval; also where samples are missing and
+    channels were sampled late."""
+    times = np.delete(np.arange(120) * 5e-5 / 60, [40, 41, 77])
+    outputs = {"principal_force": np.full(times.size, 10.0), "feed_force": np.full(times.size, 10.0)}
+    made = Trial("a.csv", "a", {}, times, {}, outputs)
+    values: dict[str, float | str] = {"kinematics": "internal", "friction_law": "lugre", "amplitude_x": 1e-7, "relative_tolerance": 1e-8}
+    plain = Prediction(MODEL, experiment(made, values=values)).sampled_at({"feed_force": 2e-7})
+    asked: dict[str, float | str] = {**values, "shear_stress": 4e8}
+    scales = {"shear_stress": 4e7}
+    _, samples = plain.jacobian(asked, ["shear_stress"], scales)
+    _, means = plain.with_slopes_over_intervals().jacobian(asked, ["shear_stress"], scales)
+    inside = np.concatenate([np.arange(2, times.size - 2), times.size + np.arange(2, times.size - 2)])
+    assert np.max(np.abs(samples)) > 1.0
+    assert np.max(np.abs(means - samples)[inside]) < 0.02 * np.max(np.abs(samples))
+
+
 def test_no_slope_is_beyond_all_that_was_measured() -> None:
-    """A prediction that runs away within a standard deviation counts for a hundred times the largest number, so that priors still count."""
+    """Nor predicted: one that runs away within a standard deviation counts for a hundred times the largest, so that priors still count."""
 
     class Leaping(ContactModel):
         def simulate_many(self, run: Run, on: Any, values: Any) -> Any:
@@ -125,9 +159,9 @@ def test_no_slope_is_beyond_all_that_was_measured() -> None:
 
     asked = experiment(trial(3))
     prediction = Prediction(Leaping(threads=1), asked)
-    _, slopes = prediction.jacobian(VALUES, ["F_C", "sigma2"], {"F_C": 1.0, "sigma2": 1.0})
+    predicted, slopes = prediction.jacobian(VALUES, ["F_C", "sigma2"], {"F_C": 1.0, "sigma2": 1.0})
     for segment in prediction.segments:
-        largest = np.max(np.abs(asked.trials[0].outputs[segment.channel]))
+        largest = max(np.max(np.abs(asked.trials[0].outputs[segment.channel])), np.max(np.abs(predicted[segment.at])))
         assert np.max(np.abs(slopes[segment.at, 0])) == pytest.approx(100 * largest)
 
 

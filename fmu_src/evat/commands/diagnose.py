@@ -79,6 +79,7 @@ def diagnose(
             model,
             version=importlib.metadata.version("evat"),
             report=lambda doing, share: tell(doing, READING + (1 - READING) * share),
+            whole=whole,
         )
         made_by = {**answer.made_by, "seconds": round(time.monotonic() - began, 1)}
         answer = replace(answer, made_by=made_by, cannot_tell=(*answer.cannot_tell, *compressed))

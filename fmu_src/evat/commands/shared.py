@@ -34,7 +34,9 @@ SpeedUnit = Annotated[str, typer.Option(help="Unit in which a set's speeds from 
 Json = Annotated[bool, typer.Option("--json", help="The answer as JSON on standard output; nothing else is printed there.")]
 Whole = Annotated[
     bool,
-    typer.Option("--whole", help="Take a record as it is, however long; without it, trials of more than a million rows are compressed."),
+    typer.Option(
+        "--whole", help="Take a record as it is, and all of it, however long; without it trials of more than a million rows are compressed."
+    ),
 ]
 PATIENCE = 2.5  # s after Ctrl-C
 TABLES = (".csv", ".parquet", ".pq")

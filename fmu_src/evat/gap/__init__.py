@@ -18,6 +18,7 @@ from evat.gap.advise import next_experiment
 from evat.gap.answer import Diagnosis, Named, Recalibrated
 from evat.gap.budget import structural
 from evat.gap.closure import Closure, HeldOut, close
+from evat.gap.later_part import later_part
 from evat.gap.location import Location, locate
 from evat.gap.search.compare import Comparison, compare
 from evat.gap.search.portion import portion
@@ -44,21 +45,28 @@ Report = Callable[[str, float], None]
 __all__ = ["Comparison", "Diagnosis", "diagnose", "diagnose_with"]
 
 
-def diagnose(experiment: Experiment, model: Model, *, version: str = "", report: Report | None = None) -> Diagnosis:
+def diagnose(experiment: Experiment, model: Model, *, version: str = "", report: Report | None = None, whole: bool = False) -> Diagnosis:
     """What `evat.diagnose` says, of any model; see evat.answers."""
-    return diagnose_with(experiment, model, version=version, report=report)[0]
+    return diagnose_with(experiment, model, version=version, report=report, whole=whole)[0]
 
 
 def diagnose_with(
-    experiment: Experiment, model: Model, *, version: str = "", report: Report | None = None, constants: Constants | None = None
+    experiment: Experiment,
+    model: Model,
+    *,
+    version: str = "",
+    report: Report | None = None,
+    constants: Constants | None = None,
+    whole: bool = False,
 ) -> tuple[Diagnosis, Comparison]:
     """The same, with everything that was fitted on the way: what the report draws."""
     check_clocks(experiment)
     recorded = smoothed_inputs(experiment)
     units = {variable.name: variable.unit for variable in model.variables}
     slow = with_slow_motions_as_likeliest(model, recorded, units)
-    looked_at, cut = portion(slow.experiment, model)
-    other = None if slow.perturbed is None else Prediction(model, portion(slow.perturbed, model)[0])
+    most = math.inf if whole else CONSTANTS.diagnosed_samples
+    looked_at, cut = portion(slow.experiment, model, most)
+    other = None if slow.perturbed is None else Prediction(model, portion(slow.perturbed, model, most)[0])
     said = [cut, *(f"{name} is noisy, {sd:.3g} {units[name]}: it was smoothed" for name, sd in recorded.noise.items()), slow.said]
     with threadpool_limits(1):  # sums over short rows gain nothing from threads, and their last bits would depend on them
         known, origin = (constants, "given") if constants else stored()
@@ -66,7 +74,11 @@ def diagnose_with(
         comparison = compare(Prediction(model, looked_at), report, other)
         if report:
             report("on held-out conditions", 0.95)
-        return conclude(comparison, known, tuple(filter(None, said)), version), comparison
+        answer = conclude(comparison, known, tuple(filter(None, said)), version)
+        if cut and answer.verdict != CANNOT_TELL:
+            later = later_part(comparison, fitted(comparison, answer.judgement.chosen), slow.experiment)
+            answer = replace(answer, later=later, cannot_tell=(*answer.cannot_tell, *filter(None, (later,))))
+        return answer, comparison
 
 
 def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (), version: str = "") -> Diagnosis:

@@ -86,6 +86,8 @@ class Diagnosis(ShownAsTable):
         What is certain and yet small.
     foreign : mapping of str to Irregularity
         By channel, what comes and goes by itself and is more than the effects explain.
+    later : str
+        Where samples that were not looked at leave more than those that were, a sentence of that.
 
     Examples
     --------
@@ -117,6 +119,7 @@ class Diagnosis(ShownAsTable):
     members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     small: SmallEffect | None = None
     foreign: Mapping[str, Irregularity] = field(default_factory=dict)
+    later: str = ""
 
     @property
     def candidates(self) -> tuple[tuple[Hypothesis, float | None], ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,6 +77,12 @@ def _alike(response: FloatArray) -> float:
     spectrum = np.abs(np.fft.rfft(response, 2 * response.size)) ** 2
     correlations = np.fft.irfft(spectrum)[: response.size]
     return float(2 * np.sum((correlations / correlations[0]) ** 2) - 1)
+
+
+def is_visible(table: Mapping[str, Squares]) -> bool:
+    """Is a structural gap left in any channel, beyond what noise alone makes?"""
+    sd, share = CONSTANTS.visible_structure, CONSTANTS.noise_floor_error
+    return any(own.structural > sd * own.unsure + share * own.floor for own in table.values())
 
 
 def structural(whitening: Whitening, predicted: FloatArray) -> float:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from evat.constants import CONSTANTS
-from evat.gap.budget import squares, structural_share
+from evat.gap.budget import is_visible, squares, structural_share
 from evat.gap.search.compare import Comparison
 from evat.gap.values_alone import ValuesAlone, values_alone
 from evat.inference.fit import Fit, fit
@@ -112,10 +112,7 @@ class HeldOut:
         not tell what the models do there."""
         before, where = self.fitted(self.comparison.recalibrated).predicted, set(self.foreseen(chosen))
         table = squares(self.comparison.whitening, before, where) if where else {}
-        if not any(
-            channel.structural > CONSTANTS.visible_structure * channel.unsure + CONSTANTS.noise_floor_error * channel.floor
-            for channel in table.values()
-        ):
+        if not is_visible(table):
             return math.nan
         return structural_share(self.comparison.whitening, self.fitted(chosen).predicted, before, where)
 

@@ -8,8 +8,6 @@ from evat.constants import CONSTANTS
 from evat.experiment import FEWEST_ROWS, Experiment, ExperimentError
 from evat.model import FloatArray
 
-FINEST_STEP = 1e-12  # of the usual one; quotients of differences have no sense below
-
 
 def check_clocks(experiment: Experiment) -> None:
     """ExperimentError where a clock jumps: between the samples the inputs would be made up."""
@@ -38,7 +36,7 @@ def check_gap(file: str, longest: float, usual: float, sample: int, time: float)
 
 def check_crowd(file: str, shortest: float, usual: float, sample: int) -> None:
     """ExperimentError where the shortest step of a clock, after that sample, is none that a clock tells."""
-    if shortest < FINEST_STEP * usual:
+    if shortest < CONSTANTS.finest_step * usual:
         raise ExperimentError(
             f"{file}: samples {sample} and {sample + 1} are {shortest:.4g} s apart, the usual step of the clock is {usual:.4g} s: no clock "
             "tells them apart. Mend the times, or leave out one of both."

@@ -26,6 +26,7 @@ from evat.threads import kept_threads
 
 Values = Mapping[str, float | str | FloatArray]
 TIGHTNESS = "relative_tolerance"
+AVERAGING = "averaging_window"
 BRISTLE = "bristle_deflection"  # a state of the model, whose start differs from trial to trial
 OWN = "@"  # "variable@condition" or "variable@file": by how much a value is more there
 
@@ -95,7 +96,7 @@ class Prediction:
         self.input_zeros = zeros_of_inputs(experiment, units)
         self._zero_names = frozenset(zero_of_input(name) for trial in experiment.trials for name in trial.inputs)
         self.form_names = frozenset[str]()
-        self.apart = False
+        self.apart = self.over_intervals = False
 
     @property
     def setup_names(self) -> frozenset[str]:
@@ -196,6 +197,12 @@ class Prediction:
                 own[segment.at] = further / self.steady[file] * self.bent[segment.at]
         return own
 
+    def with_slopes_over_intervals(self) -> Prediction:
+        """The same with derivatives of means over sampling intervals, which have one where a jump moves through samples."""
+        other = copy.copy(self)
+        other.over_intervals = True
+        return other
+
     def sampled_at(self, clocks: Mapping[str, float]) -> Prediction:
         """The same with runs in which the channels of a record are so late [s], by name: a jump is then where it is between two samples."""
         other = copy.copy(self)
@@ -237,8 +244,9 @@ class Prediction:
         away: FloatArray = np.array([[each.parameter.place(float(value)) - each.at] for value in given])
         return away
 
-    def _of_model(self, values: Values, on: Sequence[str]) -> FloatArray:
-        """The same without set-up errors of what was measured."""
+    def _of_model(self, values: Values, on: Sequence[str], smooth: bool = False) -> FloatArray:
+        """The same without set-up errors of what was measured. smooth : means over a sampling interval about each sample: where a jump
+        moves from one sample to the next these change by as much as it has moved, and samples by nothing or by all of it."""
         effects = tuple(dict.fromkeys((*self.experiment.nominal.effects, *on)))
         count = max([np.size(value) for value in values.values() if np.ndim(value) == 1], default=1)
         plain = self.of_model_alone({name: value for name, value in values.items() if OWN not in name})
@@ -249,15 +257,23 @@ class Prediction:
             times, inputs, before = with_lead_in(trial)
             sampled, places = sample_times(times, [self.setup.clocks.get(channel, 0.0) for channel in trial.outputs])
             inputs = without_zero(inputs, values)
+            shown = tuple(self.variable_of(channel) for channel in trial.outputs)
+            start = {BRISTLE: self.starts[trial.file]} if trial.file in self.starts else {}
+            held = {**start, **self._own({**plain, **moved[place][1]}, trial.values)}
+            if smooth and (means := self._over_intervals(times, inputs, shown, effects, held)) is not None:
+                middles, table = means
+                at_samples = [_interpolated(sampled[at][before:], middles, table[name]) for name, at in zip(shown, places, strict=True)]
+                return _side_by_side([np.broadcast_to(rows, (count, rows.shape[1])) for rows in at_samples])
             if sampled is not times:
                 inputs = {name: np.interp(sampled, times, column) for name, column in inputs.items()}
-            run = Run(sampled, inputs, tuple(self.variable_of(channel) for channel in trial.outputs))
-            start = {BRISTLE: self.starts[trial.file]} if trial.file in self.starts else {}
-            rows = self.model.simulate_many(run, effects, {**start, **self._own({**plain, **moved[place][1]}, trial.values)})
-            shown = zip(run.outputs, places, strict=True)
+            run = Run(sampled, inputs, shown)
+            rows = self.model.simulate_many(run, effects, held)
             own = slice(before, None)  # where all are sampled alike, a view
             return _side_by_side(
-                [np.broadcast_to(rows[name], (count, sampled.size))[:, own if sampled is times else at[own]] for name, at in shown]
+                [
+                    np.broadcast_to(rows[name], (count, sampled.size))[:, own if sampled is times else at[own]]
+                    for name, at in zip(shown, places, strict=True)
+                ]
             )
 
         keys = [(key, moved[place][0]) for place, key in self._runs.items()]
@@ -272,6 +288,20 @@ class Prediction:
         if self.experiment.means is not None:
             blocks.append(self._means(self.experiment.means, effects, values, count))
         return _side_by_side(blocks) + self.own_start
+
+    def _over_intervals(
+        self, times: FloatArray, inputs: Mapping[str, FloatArray], shown: Sequence[str], effects: Sequence[str], values: Values
+    ) -> tuple[FloatArray, Mapping[str, FloatArray]] | None:
+        """Middles of sampling intervals (n,) and the means of outputs over them (K, n); None where the model tells none."""
+        step = float(np.median(np.diff(times)))
+        clock = times[0] + step * np.arange(round((times[-1] - times[0]) / step) + 2)
+        if not {AVERAGING, *(f"mean_{name}" for name in shown)} <= self._names or clock.size > 2 * times.size:
+            return None
+        run = Run(
+            clock, {name: np.interp(clock, times, column) for name, column in inputs.items()}, tuple(f"mean_{name}" for name in shown)
+        )
+        rows = self.model.simulate_many(run, effects, {**values, AVERAGING: step})
+        return clock[1:] - step / 2, {name: rows[f"mean_{name}"][:, 1:] for name in shown}
 
     def one(self, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()) -> FloatArray:
         """Prediction of one value set, (N,)."""
@@ -300,32 +330,40 @@ class Prediction:
         size = np.array([scales[name] for name in own])
         point = np.array([float(values[name]) for name in own])
         low, high = (np.array([getattr(bounds[name], end) for name in own]) for end in ("min", "max"))
-        step = CONSTANTS.derivative_step * size
+        smooth = self.jumps and self.over_intervals
+        step = (CONSTANTS.derivative_step if smooth or not self.jumps else CONSTANTS.derivative_step_across_jumps) * size
         steps = np.where(
             (step <= high - point) | (high - point >= point - low), np.minimum(step, high - point), -np.minimum(step, point - low)
         )
         table = np.clip(point + np.vstack([np.zeros(len(own)), np.diag(steps)]), low, high)
         lanes = {name: table[:, place] for place, name in enumerate(own)}
-        rows = self._of_model({**self._simulated(values), **lanes}, on)
-        rows = rows + sum((self._away(each, values) * each.column for each in linear.values()), np.zeros((1, 1)))
-        most = self._steepest
+        rows = self._of_model({**self._simulated(values), **lanes}, on, smooth=smooth)
+        here = self._of_model(self._simulated(values), on)[0] if smooth else rows[0]
+        here = here + sum((self._away(each, values)[0] * each.column for each in linear.values()), np.zeros(1))
+        most = self._steepest(here)
         inner = [np.clip((row - rows[0]) / (step / scale), -most, most) for row, step, scale in zip(rows[1:], steps, size, strict=False)]
         for name in (name for name in linear if name in names):
             parameter = linear[name].parameter
             inner.append(scales[name] / parameter.slope(parameter.place(float(values[name]))) * linear[name].column)
         table = self.setup.linear(np.array(inner).reshape(len(inner), self.measured.size), values)
         of_model = dict(zip([*own, *(name for name in linear if name in names)], table, strict=True))
-        slopes = [of_model[name] if name in of_model else scales[name] * self.setup.slopes(rows[0], name, values) for name in names]
-        return self.setup.applied(rows[:1], values)[0], np.array(slopes).reshape(len(names), self.measured.size).T
+        slopes = [of_model[name] if name in of_model else scales[name] * self.setup.slopes(here, name, values) for name in names]
+        return self.setup.applied(here[None], values)[0], np.array(slopes).reshape(len(names), self.measured.size).T
 
     @cached_property
-    def _steepest(self) -> FloatArray:
+    def jumps(self) -> bool:
+        """Does the force jump where the model says so? Where a motion that it makes itself is recorded over time, as the tool enters and
+        leaves the work."""
+        return bool(self.experiment.trials) and math.isfinite(self.model.cycle_time(self.nominal))
+
+    def _steepest(self, predicted: FloatArray) -> FloatArray:
         """The most that one prior standard deviation of a parameter counts for in each number (N,): what is far beyond all that was
-        measured tells no more, and its square would leave nothing of the prior's."""
+        measured, and predicted, tells no more, and its square would leave nothing of the prior's."""
         most = np.empty(self.measured.size)
         for channel in self.channels:
             at = self.places(channel)
-            most[at] = CONSTANTS.steepest_slope * float(np.max(np.abs(self.measured[at]), initial=0.0))
+            largest = np.max(np.abs([self.measured[at], predicted[at]]), initial=0.0, where=np.isfinite([self.measured[at], predicted[at]]))
+            most[at] = CONSTANTS.steepest_slope * float(largest)
         return most
 
     def _own(self, values: Values, of_trial: Mapping[str, float]) -> dict[str, float | str | FloatArray]:
@@ -347,6 +385,14 @@ def runs_at_a_time(model: Model) -> int:
     """As many as a model's `threads` say, where it has them: None is one for each processor. Of another, one."""
     threads = getattr(model, "threads", 1)
     return threads or os.cpu_count() or 1
+
+
+def _interpolated(at: FloatArray, times: FloatArray, rows: FloatArray) -> FloatArray:
+    """Rows (K, n) at other times, (K, m); constant beyond the ends."""
+    place = np.clip(np.searchsorted(times, at) - 1, 0, times.size - 2)
+    share = np.clip((at - times[place]) / (times[place + 1] - times[place]), 0.0, 1.0)
+    between: FloatArray = rows[:, place] * (1 - share) + rows[:, place + 1] * share
+    return between
 
 
 def _side_by_side(blocks: Sequence[FloatArray]) -> FloatArray:

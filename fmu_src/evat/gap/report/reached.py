@@ -12,9 +12,6 @@ from evat.gap.set_up import SetUpError, set_up_errors
 from evat.gap.verdict.judgement import AMBIGUOUS_SETS, EFFECT, MISTUNED, NO_GAP, fitted
 from evat.inference.prediction import Prediction
 
-SURE = 2.0  # standard deviations from 0
-NOTABLE = 0.5  # of the noise
-
 
 def reached(answer: Diagnosis, comparison: Comparison) -> tuple[str, ...]:
     """Lines for the top of a page; none where there is no gap to speak of."""
@@ -53,7 +50,7 @@ def set_up_off(answer: Diagnosis, comparison: Comparison) -> str:
     rms, sizes = answer.closure.rms, list[tuple[float, str]]()
     for error in set_up_errors(comparison, fitted(comparison, answer.judgement.chosen)):
         size = max(error.changes[channel] / max(row["noise_floor"], 1e-300) for channel, row in rms.items())
-        if abs(error.value) > SURE * error.sd and size > NOTABLE:
+        if abs(error.value) > CONSTANTS.sure_error * error.sd and size > CONSTANTS.notable_error:
             sizes.append((size, f"{set_up_named((error,))} by {set_up_size(comparison.prediction, error)}"))
     return ", ".join(said for _, said in sorted(sizes, reverse=True))
 

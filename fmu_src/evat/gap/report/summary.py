@@ -48,7 +48,7 @@ def headline(answer: Diagnosis, comparison: Comparison) -> Headline:
     status, tone = _LOOKS[_look(answer)]
     judged = answer.verdict != "cannot_tell"
     far = shifted(comparison, fitted(comparison, answer.judgement.chosen)) if judged else ()
-    first = tuple(f"{line[:1].upper()}{line[1:]}." for line in far)
+    first = tuple(f"{line[:1].upper()}{line[1:]}." for line in (*filter(None, (answer.later,)), *far))
     share, share_of = _share(answer)
     return Headline(
         status,
@@ -60,7 +60,7 @@ def headline(answer: Diagnosis, comparison: Comparison) -> Headline:
         else (*_meanings(answer, comparison), *_doubted(answer), *reached(answer, comparison)),
         share=share,
         share_of=share_of,
-        next=_next(answer, comparison, bool(first)),
+        next=_next(answer, comparison, bool(far)),
     )
 
 
@@ -136,6 +136,8 @@ def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
     closure, experiment = answer.closure, _experiment(answer, comparison)
     if answer.verdict == "cannot_tell":
         return "put right what is said above, and diagnose again."
+    if answer.later:
+        return "diagnose again with --whole, which looks at all samples and takes longer, or cut what follows into trials of their own."
     others = any(answer.judgement.likely)
     if answer.verdict in ("no_gap", "mistuned") and answer.recalibration.notable:
         return _check(answer, comparison) + (f" If that is right, {experiment}" if experiment and others else "")

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.constants import CONSTANTS
+from evat.gap.search.recordings import misrecorded
 from evat.inference.checks import opposed, unit_ratio
 from evat.inference.prediction import Prediction
 from evat.model import Effect, FloatArray
@@ -96,6 +97,8 @@ def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, flo
         visible = CONSTANTS.visible_solver_error * float(np.sqrt(np.mean(simulated**2)))
         if error > CONSTANTS.solver_error_limit * noise_sd.get(channel, math.inf) and error > visible:
             refused.append(f"{channel}: the solver's own error ({error:.3g}) dominates; lower the model's relative tolerance")
+    for told, of_recordings in zip((refused, notes), misrecorded(prediction, predicted), strict=True):
+        told += of_recordings
     notes += _stated(prediction, predicted, noise_sd)
     return Audit(tuple(refused), tuple(notes), idle_effects(prediction, prediction.model.effects))
 

@@ -86,6 +86,7 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
     searched = _searched(prediction, whitening, recalibrated, audited, numerical, by_inputs, tell)
     models = searched.models
     polish(prediction, whitening, models)
+    prediction, recalibrated, models = _with_slopes_over_intervals(prediction, whitening, recalibrated, models)
     recalibrated, models, forms = with_form_of_law(prediction, whitening, recalibrated, models)
     recalibrated = _believed(prediction, whitening, recalibrated, models)
     return Comparison(
@@ -151,6 +152,20 @@ def _offered(prediction: Prediction) -> list[Effect]:
         if effect.name not in on and allowed(model, (*on, effect.name)) and effect.applies(kinematics, given)
         if prediction.experiment.trials or not (effect.unsteady or effect.keeps_mean)
     ]
+
+
+def _with_slopes_over_intervals(
+    prediction: Prediction, whitening: Whitening, recalibrated: Fit, models: Mapping[Hypothesis, Fit]
+) -> tuple[Prediction, Fit, dict[Hypothesis, Fit]]:
+    """What was fitted, where it stands, with the slopes by which it is judged: where forces jump, those of a search are rough."""
+    if not prediction.jumps:
+        return prediction, recalibrated, dict(models)
+    prediction = prediction.with_slopes_over_intervals()
+
+    def again(own: Fit) -> Fit:
+        return fit(prediction, whitening, own.parameters, own.point, own.on, fixed=own.fixed, most_steps=0) or own
+
+    return prediction, again(recalibrated), {on: again(own) for on, own in models.items()}
 
 
 def _believed(prediction: Prediction, whitening: Whitening, recalibrated: Fit, models: Mapping[Hypothesis, Fit]) -> Fit:

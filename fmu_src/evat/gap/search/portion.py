@@ -4,23 +4,22 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.inference.prediction import Prediction
 from evat.model import Model
 
 
-def portion(experiment: Experiment, model: Model, samples: int | None = None) -> tuple[Experiment, str]:
+def portion(experiment: Experiment, model: Model, samples: float) -> tuple[Experiment, str]:
     """The experiment with its trials cut to what can be looked at, and a note of that; "" where nothing was cut.
 
-    samples : that are simulated, else as many as the table of constants has.
+    samples : that are simulated at most.
     """
-    samples = CONSTANTS.diagnosed_samples if samples is None else samples
     alike = Prediction(model, experiment).alike
     sizes = {key: experiment.trials[place].times.size for place, key in alike.items()}
     total = sum(sizes.values())
     if total <= samples:
         return experiment, ""
+    samples = int(samples)
     most = samples // len(sizes)
     while True:  # short trials leave more for the long ones
         left = samples - sum(size for size in sizes.values() if size <= most)
@@ -28,5 +27,5 @@ def portion(experiment: Experiment, model: Model, samples: int | None = None) ->
         if not longer or left // longer <= most:
             break
         most = left // longer
-    note = f"only the first {most} samples of each trial were looked at; what grows slowly may be missed"
+    note = f"only the first {most} samples of each trial were looked at; --whole takes all"
     return replace(experiment, trials=tuple(trial.head(max(most, 2)) for trial in experiment.trials)), note

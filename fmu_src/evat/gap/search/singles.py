@@ -7,13 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from evat.constants import CONSTANTS
+from evat.gap.budget import is_visible, squares
 from evat.gap.search.candidates import Candidates
 from evat.gap.search.recalibration import farthest_shift
 from evat.gap.search.starts.screen import Start
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, Look, charged, fit, likeliest
 from evat.inference.hypothesis import Hypothesis
+from evat.inference.parameters import Parameter
 from evat.inference.prediction import Prediction
+from evat.inference.setup.setup_errors import CLOCK, by_channel
 from evat.inference.whitening import Whitening
 from evat.model import Effect, FloatArray
 
@@ -86,13 +89,13 @@ def _fit_promising(candidates: Candidates) -> None:
 
 
 def _fit_from_nominal_values(candidates: Candidates, effects: Sequence[Effect]) -> None:
-    """Effects beside the nominal values, too, where recalibration went so far that these were not credible: values that stand in for an
-    effect may be where no step leads back to it."""
+    """Effects beside the nominal values, too, where recalibration went so far that these were not credible, or where no effect explains
+    what can be seen: values and clocks that stand in for an effect may be where no step leads back to it."""
     prediction, whitening, recalibrated = candidates.prediction, candidates.whitening, candidates.recalibrated
-    if farthest_shift(prediction, recalibrated) <= CONSTANTS.credible_shift:
+    if farthest_shift(prediction, recalibrated) <= CONSTANTS.credible_shift and not _leaves_a_gap(candidates):
         return
-    nominal = np.array([parameter.name not in prediction.setup_names for parameter in recalibrated.parameters])
-    base = fit(prediction, whitening, recalibrated.parameters, np.where(nominal, 0.0, recalibrated.point), most_steps=0)
+    begin = [_before(prediction, parameter, float(u)) for parameter, u in zip(recalibrated.parameters, recalibrated.point, strict=True)]
+    base = fit(prediction, whitening, recalibrated.parameters, np.array(begin), most_steps=0)
     if base is None:
         return
     begins = dict[str, Start]()
@@ -108,6 +111,20 @@ def _fit_from_nominal_values(candidates: Candidates, effects: Sequence[Effect]) 
         before = models[key].likelihood.evidence if key in models else rough[key]
         if whole is not None and whole.likelihood.evidence > before:
             models[key], rough[key], candidates.fronts[name] = whole, whole.likelihood.evidence, (start, whole.point)
+
+
+def _leaves_a_gap(candidates: Candidates) -> bool:
+    """Does the best of what was fitted leave a gap that can be seen?"""
+    best = max((candidates.recalibrated, *candidates.models.values()), key=lambda each: each.likelihood.evidence)
+    return is_visible(squares(candidates.whitening, best.predicted))
+
+
+def _before(prediction: Prediction, parameter: Parameter, u: float) -> float:
+    """Where a parameter stood before recalibration, in its prior standard deviations: of set-up errors a clock alone stands in for
+    effects of the motion."""
+    if parameter.name not in prediction.setup_names:
+        return 0.0
+    return prediction.setup.start(parameter) if by_channel(parameter.name)[1] == CLOCK else u
 
 
 def _frozen(prediction: Prediction, whitening: Whitening, base: Fit, start: Start) -> Look | None:

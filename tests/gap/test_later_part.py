@@ -1,0 +1,39 @@
+"""Is it told where a recording goes on otherwise than its first samples, of which alone a diagnosis looks at each effect?"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from evat.constants import CONSTANTS
+from evat.gap import diagnose_with
+from evat.gap.report import headline
+from toy import Toy, measured
+
+LATE = np.where(np.arange(400) < 300, 0.0, 0.6 * np.sin(np.arange(400.0)))  # the last quarter of each recording
+
+
+@pytest.mark.parametrize("extra", [None, LATE])
+def test_what_follows_is_compared_at_least(extra: np.ndarray | None) -> None:
+    """ "100 % of the gap closed, use the recalibrated values", while the last 15 % of each recording was 14 times the noise off."""
+    made = measured(extra=extra)
+    with CONSTANTS.replaced(diagnosed_samples=1000):  # 250 of each
+        answer, comparison = diagnose_with(made, Toy())
+        whole, _ = diagnose_with(made, Toy(), whole=True)
+    top = headline(answer, comparison)
+    assert not whole.later
+    assert not any("were looked at" in line for line in whole.cannot_tell)
+    assert answer.verdict == "no_gap"
+    if extra is None:
+        assert not answer.later
+        assert (top.tone, top.first) == ("good", ())
+        return
+    trial = made.trials[0]
+    later = np.concatenate([t.outputs["F"][250:] - 10.0 * t.inputs["x"][250:] for t in made.trials])
+    assert trial.times.size == 400
+    assert f"F {np.sqrt(np.mean(later**2)):.2g}"[:5] in answer.later
+    assert answer.later in answer.cannot_tell
+    assert top.tone == "attention"
+    assert top.first == (f"{answer.later[:1].upper()}{answer.later[1:]}.",)
+    assert "only the first 250 samples of each trial were looked at, and those that follow leave more" in answer.later
+    assert top.next.startswith("diagnose again with --whole")
+    assert whole.verdict != "no_gap"
