@@ -493,6 +493,33 @@ def test_what_recalibration_leaves_is_told_where_it_is_far_more_than_noise(
     assert ("What it leaves of the friction force is 4.3 times the noise" in said) == told
 
 
+@pytest.mark.parametrize(("left", "told"), [(0.9, True), (0.08, False)])
+def test_a_cause_that_leaves_far_more_than_noise_is_not_just_named(outcome: tuple[Diagnosis, Comparison], left: float, told: bool) -> None:
+    """ "Cause named: cross talk, use corrected.ssv", of two channels that were swapped, with 13 times the noise left."""
+    answer, comparison = outcome
+    (channel,) = answer.closure.rms
+    rms = {channel: {"nominal": 1.0, "recalibrated": 0.95, "corrected": left, "noise_floor": 0.067}}
+    alone = replace(answer.closure.alone, share=0.9)
+    judged = replace(answer.judgement, probabilities={Hypothesis((EFFECT,)): 0.99}, likely=(Hypothesis((EFFECT,)),))
+    top = headline(replace(answer, judgement=judged, closure=replace(answer.closure, rms=rms, alone=alone)), comparison)
+    assert top.status == ("likely cause" if told else "cause named")
+    assert top.tone == ("attention" if told else "good")
+    assert ("What it leaves of the friction force is 13 times the noise" in top.sentence) == told
+    assert top.next.startswith("look at what is left before corrected.ssv is used" if told else "use corrected.ssv")
+
+
+def test_another_form_of_the_law_in_the_set_is_told(outcome: tuple[Diagnosis, Comparison]) -> None:
+    """ "Only mis-tuned", effects: none, and a set that switches one on."""
+    answer, comparison = outcome
+    judged = replace(answer.judgement, chosen=Hypothesis(()), likely=(Hypothesis(()),))
+    formed = replace(comparison, recalibrated=comparison.models[Hypothesis((EFFECT,))])
+    plain = replace(answer, verdict="mistuned", effects=(), judgement=judged)
+    line = f"corrected.ssv switches {EFFECT} on: so little of it is another form of the law, and no effect."
+    assert line in headline(plain, formed).reasons
+    assert line not in headline(plain, comparison).reasons
+    assert line not in headline(answer, comparison).reasons
+
+
 def test_below_even_odds_a_cause_is_called_unsure(outcome: tuple[Diagnosis, Comparison]) -> None:
     """ "Most likely caused by" what had 49 %, above what was true at 31 %, and then "use corrected.ssv"."""
     answer, comparison = outcome

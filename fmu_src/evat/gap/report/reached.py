@@ -18,8 +18,18 @@ def reached(answer: Diagnosis, comparison: Comparison) -> tuple[str, ...]:
     taken, verdict = answer.recalibration.notable, answer.verdict
     if verdict not in (NO_GAP, MISTUNED, EFFECT, AMBIGUOUS_SETS) or (verdict == NO_GAP and not taken):
         return ()
+    nominal = comparison.prediction.experiment.nominal.effects
     off = "; ".join(_error(comparison.prediction, each) for each in taken)
-    return (*((f"Taken to be off: {off}. None of that is in corrected.ssv.",) if taken else ()), *_alone(answer, comparison))
+    forms = [name for name in fitted(comparison, answer.judgement.chosen).on if name not in (*nominal, *answer.judgement.chosen.effects)]
+    return (
+        *((f"Taken to be off: {off}. None of that is in corrected.ssv.",) if taken else ()),
+        *(
+            (f"corrected.ssv switches {' and '.join(forms)} on: so little of it is another form of the law, and no effect.",)
+            if forms
+            else ()
+        ),
+        *_alone(answer, comparison),
+    )
 
 
 def _error(prediction: Prediction, error: SetUpError) -> str:

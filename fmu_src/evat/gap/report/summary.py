@@ -17,6 +17,7 @@ from evat.gap.report.words import (
     likelier_than_not,
     number,
     percent,
+    remainder,
     rivals_of,
     sentence,
     set_up_named,
@@ -35,7 +36,7 @@ _LOOKS: Mapping[str, tuple[str, Literal["good", "note", "attention", "bad"]]] = 
     "none": ("no effect named", "note"),  # no gap, beside effects that would do
     "mistuned": ("mis-tuned", "note"),
     "effect": ("cause named", "good"),
-    "likely": ("likely cause", "note"),  # an effect, beside another that would do
+    "likely": ("likely cause", "note"),  # an effect, beside another that would do or something that is left
     "unsure": ("cause unsure", "attention"),  # the same, where it is no likelier than not
     "ambiguous": ("ambiguous", "attention"),
     "unknown": ("cause unknown", "attention"),
@@ -52,7 +53,7 @@ def headline(answer: Diagnosis, comparison: Comparison) -> Headline:
     share, share_of = _share(answer)
     return Headline(
         status,
-        "attention" if (first or not closes(answer)) and tone in ("note", "good") else tone,
+        "attention" if (first or remainder(answer) or not closes(answer)) and tone in ("note", "good") else tone,
         sentence(answer, meanings(comparison), share=False),
         first=first,
         reasons=comparison.audit.refused
@@ -69,7 +70,7 @@ def _look(answer: Diagnosis) -> str:
         return "none"
     if answer.verdict == "no_gap" and answer.recalibration.notable:
         return "set_up"
-    if answer.verdict == "effect" and rivals_of(answer):
+    if answer.verdict == "effect" and (rivals_of(answer) or remainder(answer)):
         return "likely" if likelier_than_not(answer) else "unsure"
     return answer.verdict
 
@@ -177,7 +178,9 @@ def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
 
 
 def _use(answer: Diagnosis, comparison: Comparison, values: str) -> str:
-    """Values by themselves, or first what has to be put right for them to do."""
+    """Values by themselves, or first what has to be put right for them to do, or to be looked at."""
+    if left := remainder(answer):
+        return f"look at what is left before corrected.ssv is used: what it leaves {left}, and something else is not as the model has it."
     if answer.closure.alone.share > CONSTANTS.advised_share or not (off := set_up_off(answer, comparison)):
         return values
     return f"put right what the set-up is off by ({off}), or the values close {percent(answer.closure.alone.share)} alone; then {values}"

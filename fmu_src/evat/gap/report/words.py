@@ -57,9 +57,10 @@ def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({
     if others and not likelier_than_not(answer):
         return (
             f"The likeliest cause of the gap, and no likelier than not, is {names} (probability {how}); it may be {others} instead{also}."
+            f"{_left(answer)}"
         )
     most, unless = ("most likely ", f", if not by {others}") if others else ("", "")
-    return f"The gap is {most}caused by {names} (probability {how}){unless}{also}."
+    return f"The gap is {most}caused by {names} (probability {how}){unless}{also}.{_left(answer)}"
 
 
 def _without_effects(answer: Diagnosis) -> str:
@@ -84,15 +85,20 @@ def set_up_named(errors: Sequence[SetUpError]) -> str:
     return " and ".join(f"the {error.kind.replace('_', ' ')} of the {error.channel.replace('_', ' ')}" for error in errors)
 
 
-def _left(answer: Diagnosis) -> str:
-    """Of recalibration: what it leaves of a channel, where that is far more than noise and yet no hypothesis is needed for it."""
-    if answer.verdict != "mistuned":
+def remainder(answer: Diagnosis) -> str:
+    """What the corrected model, or recalibration, leaves of a channel, where that is far more than noise; "" where it is not."""
+    if answer.verdict not in ("mistuned", "effect"):
         return ""
-    floors = {channel: row["recalibrated"] / row["noise_floor"] for channel, row in answer.closure.rms.items() if row["noise_floor"] > 0}
+    floors = {channel: row["corrected"] / row["noise_floor"] for channel, row in answer.closure.rms.items() if row["noise_floor"] > 0}
     most = max(floors, key=lambda channel: floors[channel], default="")
     if not most or not floors[most] > CONSTANTS.notable_remainder:
         return ""
-    return f" What it leaves of the {most.replace('_', ' ')} is {floors[most]:.2g} times the noise: look at it before you trust the values."
+    return f"of the {most.replace('_', ' ')} is {floors[most]:.2g} times the noise"
+
+
+def _left(answer: Diagnosis) -> str:
+    left = remainder(answer)
+    return f" What it leaves {left}: look at it before you trust the values." if left else ""
 
 
 def _beside(answer: Diagnosis) -> str:
