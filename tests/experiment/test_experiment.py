@@ -179,6 +179,12 @@ def test_names_with_a_dot_need_no_quotes(tmp_path: Path) -> None:
     assert (values["thermal_softening.Q"], values["thermal_softening.k_Q"]) == (2, 3)
 
 
+def test_conditions_of_means_have_six_digits(tmp_path: Path) -> None:
+    """20 m/min was "cutting_speed=0.3333333333333333"."""
+    recorded = read_experiment(means_folder(tmp_path, data=MEANS.replace("\n6,", "\n20,")), MODEL)
+    assert recorded.conditions == ("cutting_speed=0.333333, feed=0.0001", "cutting_speed=0.2, feed=0.0001")
+
+
 def test_means_are_read_in_si_and_named_after_what_varied(tmp_path: Path) -> None:
     recorded = read_experiment(means_folder(tmp_path), MODEL)
     assert recorded.means is not None
