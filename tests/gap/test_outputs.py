@@ -45,7 +45,7 @@ CONTRACT: dict[str, Any] = {
                "moved": FLAG}],
     "novelty": {"p_value": NUMBER, "unexplained_share": NUMBER},
     "recalibration": {"parameters": {"<>": {"nominal": NUMBER, "value": NUMBER, "sd": NUMBER}}, "explains_share": NUMBER,
-                      "closed_share": {"value": NUMBER, "ci90": [NUMBER]}},
+                      "with_effects": {"<>": {"value": NUMBER, "sd": NUMBER}}, "closed_share": {"value": NUMBER, "ci90": [NUMBER]}},
     "setup": {"<>": {"<>": {"value": NUMBER, "sd": NUMBER, "unit": TEXT}}},
     "small_effect": (type(None),),  # of an effect as large as this; the other form stands in test_small_effect
     "families": [{"name": TEXT, "probability": NUMBER}],
@@ -220,6 +220,9 @@ def test_the_set_switches_the_effect_on_in_the_fmu(outcome: tuple[Diagnosis, Com
     chosen = comparison.models[Hypothesis((EFFECT,))]
     assert read.values[f"{EFFECT}.a"] == chosen.values[f"{EFFECT}.a"]
     assert "standard deviation" in read.sources[f"{EFFECT}.a"]
+    told = json.loads((written / "diagnosis.json").read_text(encoding="utf-8"))["recalibration"]
+    with_effects = {name: own["value"] for name, own in told["with_effects"].items()}
+    assert with_effects == pytest.approx({name: float(read.values[name]) for name in told["parameters"]}, rel=1e-5)
     assert "nominal 9 N" in read.sources["F_C"]
     assert any("hash of no file" in note for note in read.notes)
     assert any(

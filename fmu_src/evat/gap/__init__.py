@@ -209,7 +209,9 @@ def _recalibrated(comparison: Comparison, chosen: Fit, closure: Closure) -> Reca
         if p.name not in comparison.prediction.setup_names | comparison.prediction.form_names
     }
     floors = {channel: row["noise_floor"] for channel, row in closure.rms.items()}
-    return Recalibrated(parameters, share, by_channel, notable(comparison, chosen, floors))
+    beside = chosen is not recalibrated
+    with_effects = {name: (float(chosen.values[name]), chosen.sd[name]) for name in parameters if beside and name in chosen.sd}
+    return Recalibrated(parameters, share, by_channel, notable(comparison, chosen, floors), with_effects)
 
 
 def _location(comparison: Comparison, judgement: Judgement) -> Location:

@@ -40,12 +40,13 @@ class Named:
 class Recalibrated:
     """`parameters[name]`: nominal value, recalibrated value, sd; `share` of the nominal structural gap that they explain, with the set-up;
     `setup[channel][kind]`: gain, zero and clock that all trials share, each with value, sd and unit; `notable` are those of them that
-    take up most of the gap in a channel."""
+    take up most of the gap in a channel; `with_effects[name]`: value and sd of the same parameters beside the effects that are named."""
 
     parameters: Mapping[str, tuple[float, float, float]]
     share: float
     setup: Mapping[str, Mapping[str, tuple[float, float, str]]]
     notable: tuple[SetUpError, ...] = ()
+    with_effects: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, repr=False)
@@ -160,6 +161,9 @@ class Diagnosis(ShownAsTable):
                 "parameters": {
                     name: {"nominal": _number(nominal), "value": _number(value), "sd": _number(sd)}
                     for name, (nominal, value, sd) in self.recalibration.parameters.items()
+                },
+                "with_effects": {
+                    name: {"value": _number(value), "sd": _number(sd)} for name, (value, sd) in self.recalibration.with_effects.items()
                 },
                 "explains_share": _number(self.recalibration.share),
                 "closed_share": _share(self.closure.by_recalibration),

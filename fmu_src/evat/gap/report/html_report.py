@@ -147,11 +147,13 @@ def _place(comparison: Comparison, name: str, x: float) -> str:
 def _recalibrated(answer: Diagnosis, comparison: Comparison) -> list[dict[str, Any]]:
     fit = comparison.recalibrated
     away = {p.name: float(u) for p, u in zip(fit.parameters, fit.point, strict=True)} | shift(comparison, fit)
-    rows: Mapping[str, Any] = answer.document()["recalibration"]["parameters"]
+    document = answer.document()["recalibration"]
+    rows: Mapping[str, Any] = document["parameters"]
     return [
         {
             "name": name,
             **row,
+            "with_effects": document["with_effects"].get(name),
             "shift": away[name],
             "relative": row["value"] / row["nominal"] - 1 if row["nominal"] else None,
         }
