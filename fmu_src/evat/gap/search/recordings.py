@@ -25,7 +25,7 @@ def misrecorded(prediction: Prediction, predicted: FloatArray) -> tuple[list[str
             said += "converter at the end of its range; what lies beyond is cut off"
             (refused if share > CONSTANTS.mostly_clipped else notes).append(said)
         refused += _turned(prediction, predicted, own)
-        refused += _out_of_step(prediction, own)
+        refused += _out_of_step(prediction, predicted, own)
     return refused, notes
 
 
@@ -53,8 +53,9 @@ def _turned(prediction: Prediction, predicted: FloatArray, own: list[Segment]) -
     return [f"{', '.join(files)}: {own[0].channel} runs against the model where it runs with it in the other recordings; check its sign"]
 
 
-def _out_of_step(prediction: Prediction, own: list[Segment]) -> list[str]:
-    """Repeats of one motion that are alike only once one of them is moved; what vibrates by itself waits for no trigger."""
+def _out_of_step(prediction: Prediction, predicted: FloatArray, own: list[Segment]) -> list[str]:
+    """Repeats of one motion that are alike only once one of them is moved by less than a quarter, and that are then nearer to the model, too, which a level that
+    jumps is not; what vibrates by itself waits for no trigger."""
     if prediction.jumps:
         return []
     first, said = dict[bytes, Segment](), list[str]()
@@ -65,11 +66,13 @@ def _out_of_step(prediction: Prediction, own: list[Segment]) -> list[str]:
             continue
         together = signal.correlate(two - two.mean(), one - one.mean())
         lag = int(signal.correlation_lags(two.size, one.size)[int(np.argmax(together))])
-        if not CONSTANTS.late_samples < abs(lag) < one.size // 2:
+        if not CONSTANTS.late_samples < abs(lag) < one.size // 4:
             continue
         lag = max(range(lag - CONSTANTS.late_samples, lag + CONSTANTS.late_samples + 1), key=lambda late: _moved(one, two, late))
         moved = _moved(one, two, lag)
-        if moved > CONSTANTS.alike_once_moved and (1 - moved) < 0.5 * (1 - _alike(one, two)):
+        model = predicted[segment.at]
+        nearer = [(_moved(with_, two, lag), _alike(with_, two)) for with_ in (one, model)]
+        if moved > CONSTANTS.alike_once_moved and all(1 - after < 0.5 * (1 - before) for after, before in nearer):
             files = [prediction.experiment.trials[each.trial].file for each in (segment, other)]
             how = f"{abs(lag)} samples {'later' if lag > 0 else 'earlier'}"
             said.append(f"{files[0]}: {segment.channel} comes {how} than in {files[1]}, of which it is a repeat; check its trigger")
