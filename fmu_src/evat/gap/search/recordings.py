@@ -54,8 +54,8 @@ def _turned(prediction: Prediction, predicted: FloatArray, own: list[Segment]) -
 
 
 def _out_of_step(prediction: Prediction, predicted: FloatArray, own: list[Segment]) -> list[str]:
-    """Repeats of one motion that are alike only once one of them is moved by less than a quarter, and that are then nearer to the model, too, which a level that
-    jumps is not; what vibrates by itself waits for no trigger."""
+    """Repeats of one motion that are alike only once one of them is moved, by less than a quarter, and that are then nearer to the model,
+    too, which a level that jumps is not; what vibrates by itself waits for no trigger."""
     if prediction.jumps:
         return []
     first, said = dict[bytes, Segment](), list[str]()
