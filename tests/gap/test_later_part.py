@@ -7,6 +7,8 @@ import pytest
 from evat.constants import CONSTANTS
 from evat.gap import diagnose_with
 from evat.gap.report import headline
+from evat.gap.report.html_report import page
+from lxml import html
 from toy import Toy, measured
 
 LATE = np.where(np.arange(400) < 300, 0.0, 0.6 * np.sin(np.arange(400.0)))  # the last quarter of each recording
@@ -37,3 +39,6 @@ def test_what_follows_is_compared_at_least(extra: np.ndarray | None) -> None:
     assert "only the first 250 samples of each trial were looked at, and those that follow leave more" in answer.later
     assert top.next.startswith("diagnose again with --whole")
     assert whole.verdict != "no_gap"
+    body = html.fromstring(page(answer, comparison, None, "it was not asked for"))
+    listed = [item.text_content() for item in body.iter("li")]
+    assert "only the first 250 samples of each trial were looked at; --whole takes all" in listed
