@@ -106,6 +106,19 @@ def test_random_calls_break_nothing(workshop: Workshop, part: str) -> None:
     print(judged(workshop, part, SEED, SECONDS[part]))
 
 
+@pytest.mark.parametrize(
+    ("seed", "sequence"),
+    [(606842, 66845)],  # a gap at the oldest cycle that is kept: the place before a ring's first was read
+)
+def test_sequences_that_broke_something_do_no_longer(workshop: Workshop, seed: int, sequence: int) -> None:
+    """Of the contact, each by itself."""
+    command = [str(workshop.fuzz(CONTACT)), str(seed), str(sequence), "1", "60", str(SLOWEST)]
+    environment = os.environ | {"UBSAN_OPTIONS": "print_stacktrace=1:abort_on_error=1"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, errors="replace", timeout=180, check=False)
+    assert done.returncode == 0, done.stdout[-5000:] + done.stderr[:5000]
+    assert done.stdout.splitlines()[-1].startswith("sequences 1 ")
+
+
 @pytest.mark.campaign
 @pytest.mark.parametrize("part", PARTS)
 def test_ten_minutes_of_random_calls_break_nothing(workshop: Workshop, part: str) -> None:

@@ -154,8 +154,10 @@ static int join_shortest(struct Reel *reel)
         int64_t last = 0, next = 0;
         for (int64_t b = last_drift(p, ring_count(p->ring, p->lane)), a; b > first; b = a) {
             a = last_drift(p, b);
+            if (a <= first)
+                break;
             const double span = piece_start(p, b) - piece_end(p, a - 1);
-            if (a > first && span > passed && span < shortest) {
+            if (span > passed && span < shortest) {
                 shortest = span;
                 last = a - 1;
                 next = b;
