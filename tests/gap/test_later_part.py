@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from evat.constants import CONSTANTS
 from evat.gap import diagnose_with
 from evat.gap.report import headline
 from evat.gap.report.html_report import page
+from evat.model import FloatArray
 from lxml import html
 from toy import Toy, measured
 
@@ -42,3 +46,20 @@ def test_what_follows_is_compared_at_least(extra: np.ndarray | None) -> None:
     body = html.fromstring(page(answer, comparison, None, "it was not asked for"))
     listed = [item.text_content() for item in body.iter("li")]
     assert "only the first 250 samples of each trial were looked at; --whole takes all" in listed
+
+
+def test_what_does_not_run_beyond_what_was_looked_at_is_told() -> None:
+    """A model that is no number where the way is long, in the second half of each recording; trials that were not cut are not compared."""
+
+    class Ends(Toy):
+        def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
+            force = super().formula(times, values, on)["F"]
+            return {"F": np.where(times > 3.0, np.nan, force)}
+
+    made = measured()
+    short = replace(made.trials[0], file="short.csv", condition="short").head(100)
+    with CONSTANTS.replaced(diagnosed_samples=1000):
+        answer, _ = diagnose_with(made, Ends())
+        beside, _ = diagnose_with(replace(made, trials=(*made.trials, short)), Toy())
+    assert answer.later == "only the first samples of each trial were looked at, and beyond them the model does not run with these values"
+    assert not beside.later

@@ -13,7 +13,7 @@ from evat.model import FloatArray
 
 
 def later_part(comparison: Comparison, chosen: Fit, whole: Experiment) -> str:
-    """A sentence where samples that were not looked at leave more than those that were, "" where they do not.
+    """A sentence where samples that were not looked at leave more than those that were, or the model does not run there; "" else.
 
     whole : the experiment before it was cut.
     """
@@ -21,6 +21,8 @@ def later_part(comparison: Comparison, chosen: Fit, whole: Experiment) -> str:
     prediction = looked_at.of(whole)
     beside = looked_at.form_names - looked_at.setup_names
     predicted = prediction.one({name: value for name, value in chosen.values.items() if name not in beside and OWN not in name}, chosen.on)
+    if not np.all(np.isfinite(predicted)):
+        return "only the first samples of each trial were looked at, and beyond them the model does not run with these values"
     seen = {trial.file: trial.times.size for trial in looked_at.experiment.trials}
     first, later = dict[str, list[FloatArray]](), dict[str, list[FloatArray]]()
     for segment in prediction.segments:
@@ -28,6 +30,8 @@ def later_part(comparison: Comparison, chosen: Fit, whole: Experiment) -> str:
             continue
         left = prediction.measured[segment.at] - predicted[segment.at]
         count = seen[whole.trials[segment.trial].file]
+        if count == left.size:
+            continue
         first.setdefault(segment.channel, []).append(left[:count])
         later.setdefault(segment.channel, []).append(left[count:])
     units = {variable.name: variable.unit for variable in looked_at.model.variables}
