@@ -156,6 +156,8 @@ class _Constants(ConstantTable):
     clearly_alike = Constant(0.5, "1", "correlation of a recording with the model, to either side, that is no accident", high=1.0)
     late_samples = Constant(5, "samples", "by which repeats may be out of step and are compared all the same")
     alike_once_moved = Constant(0.9, "1", "correlation of two repeats that are one motion, moved", high=1.0)
+    farthest_moved = Constant(0.25, "of their length", "by which repeats may be out of step and are still one motion", high=1.0)
+    nearer_once_moved = Constant(0.5, "of what is missing from a correlation of 1", "with a repeat, and with the model, that is left then")
     later_gap = Constant(
         1.3,
         "of the root mean square",

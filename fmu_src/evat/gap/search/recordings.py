@@ -19,11 +19,10 @@ def misrecorded(prediction: Prediction, predicted: FloatArray) -> tuple[list[str
             continue
         measured = np.concatenate([prediction.measured[segment.at] for segment in own])
         if (share := clipped_share(measured)) > CONSTANTS.clipped_share:
-            said = (
+            (refused if share > CONSTANTS.mostly_clipped else notes).append(
                 f"{channel}: {100 * share:.2g} % of the samples stand at its largest or smallest value, as of a sensor, an amplifier or a "
+                "converter at the end of its range; what lies beyond is cut off"
             )
-            said += "converter at the end of its range; what lies beyond is cut off"
-            (refused if share > CONSTANTS.mostly_clipped else notes).append(said)
         refused += _turned(prediction, predicted, own)
         refused += _out_of_step(prediction, predicted, own)
     return refused, notes
@@ -54,8 +53,8 @@ def _turned(prediction: Prediction, predicted: FloatArray, own: list[Segment]) -
 
 
 def _out_of_step(prediction: Prediction, predicted: FloatArray, own: list[Segment]) -> list[str]:
-    """Repeats of one motion that are alike only once one of them is moved, by less than a quarter, and that are then nearer to the model,
-    too, which a level that jumps is not; what vibrates by itself waits for no trigger."""
+    """Repeats of one motion that are alike only once one of them is moved a little way, and that are then nearer to the model, too, which
+    a level that jumps is not; what vibrates by itself waits for no trigger."""
     if prediction.jumps:
         return []
     first, said = dict[bytes, Segment](), list[str]()
@@ -66,13 +65,13 @@ def _out_of_step(prediction: Prediction, predicted: FloatArray, own: list[Segmen
             continue
         together = signal.correlate(two - two.mean(), one - one.mean())
         lag = int(signal.correlation_lags(two.size, one.size)[int(np.argmax(together))])
-        if not CONSTANTS.late_samples < abs(lag) < one.size // 4:
+        if not CONSTANTS.late_samples < abs(lag) < CONSTANTS.farthest_moved * one.size:
             continue
         lag = max(range(lag - CONSTANTS.late_samples, lag + CONSTANTS.late_samples + 1), key=lambda late: _moved(one, two, late))
         moved = _moved(one, two, lag)
         model = predicted[segment.at]
         nearer = [(_moved(with_, two, lag), _alike(with_, two)) for with_ in (one, model)]
-        if moved > CONSTANTS.alike_once_moved and all(1 - after < 0.5 * (1 - before) for after, before in nearer):
+        if moved > CONSTANTS.alike_once_moved and all(1 - after < CONSTANTS.nearer_once_moved * (1 - before) for after, before in nearer):
             files = [prediction.experiment.trials[each.trial].file for each in (segment, other)]
             how = f"{abs(lag)} samples {'later' if lag > 0 else 'earlier'}"
             said.append(f"{files[0]}: {segment.channel} comes {how} than in {files[1]}, of which it is a repeat; check its trigger")
