@@ -410,6 +410,7 @@ class _Constants(ConstantTable):
     # How large the gap is, and whether a fit is to be believed
     noise_floor_error = Constant(0.02, "of the noise floor", "no structural square is known better: on held-out conditions, less is none")
     fewest_conditions = Constant(3, "conditions", "below which none can be held out", low=2)
+    folds = Constant(3, "1", "of the conditions, each of which is left out of the fits in turn", low=2)
     fewest_recordings = Constant(3, "recordings", "below which a share of what was fitted has no interval", low=2)
     bootstrap_draws = Constant(1000, "1", "of the interval of the closed share")
     bootstrap_seed = Constant(20240229, "1", "of these draws")

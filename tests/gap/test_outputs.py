@@ -57,7 +57,7 @@ CONTRACT: dict[str, Any] = {
         "channels": {"<>": {"nominal": NUMBER, "recalibrated": NUMBER, "corrected": NUMBER, "noise_floor": NUMBER}},
         "closed_share": {"value": NUMBER, "ci90": [NUMBER]},
         "held_out_conditions": [TEXT],
-        "closed_share_where_fitted": {"value": NONE, "ci90": [NONE]},  # there are conditions that no fit has seen
+        "closed_share_where_fitted": {"value": NONE, "ci90": [NONE]},  # there are conditions to leave out
         "values_alone": {"channels": {"<>": {"nominal": NUMBER, "recalibrated": NUMBER, "corrected": NUMBER}}, "closed_share": NUMBER},
         "values_with_set_up": {
             "channels": {"<>": {"nominal": NUMBER, "recalibrated": NUMBER, "corrected": NUMBER}},
@@ -413,7 +413,7 @@ def test_the_smallest_amplitude_that_would_show(outcome: tuple[Diagnosis, Compar
 
 def test_each_verdict_is_a_sentence(outcome: tuple[Diagnosis, Comparison]) -> None:
     answer, _ = outcome
-    assert sentence(answer).startswith(f"The gap is caused by {EFFECT} (probability above 99 %); on held-out conditions")
+    assert sentence(answer).startswith(f"The gap is caused by {EFFECT} (probability above 99 %); on conditions left out of the fit")
     said = {verdict: sentence(replace(answer, verdict=verdict)) for verdict in ("no_gap", "mistuned", "unknown", "cannot_tell")}
     assert len(set(said.values())) == 4
     twins = replace(answer.judgement, likely=(Hypothesis((EFFECT,)), Hypothesis(("sensor_offset", "run_out"))))
@@ -474,7 +474,7 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
     assert "is not credible" in doubted.first[0]
     said = headline(advised, comparison).next
     assert said.endswith(f" rms: with a probability of 62 % that tells {EFFECT} from sensor_offset.")
-    # The next step is to tell them apart, also where the correction holds on conditions that no fit has seen.
+    # The next step is to tell them apart, also where the correction holds on conditions left out.
     held = headline(replace(advised, closure=answer.closure), comparison)
     assert held.next == said
     # Where the effect acts in all that is likely, it is named.

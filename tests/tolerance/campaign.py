@@ -224,7 +224,7 @@ def show(judgement: Judgement) -> str:
     if len(judgement.errors) < 2:
         return "\n".join(parts)
     worst = max((name for name in names if name in ALL), key=lambda name: judgement.worst([name]))
-    shown = list(dict.fromkeys(("friction_force", "bristle_deflection", worst)))
+    shown = [name for name in dict.fromkeys(("friction_force", "bristle_deflection", worst)) if name in names]
     inputs = tuple(case.motion.end)
     parts.append("".join(f"{title:>26}" for title in ("time [s]", *inputs, *(f"{n}: kernel, right, error" for n in shown))))
     for row, moment in enumerate(case.motion.times):

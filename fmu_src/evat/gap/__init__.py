@@ -119,7 +119,7 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
 
 
 def _unforeseen(closure: Closure) -> tuple[str, ...]:
-    """Which conditions are no test, though no fit has seen them."""
+    """Which conditions are no test, though they were left out of a fit."""
     if not closure.unforeseen:
         return ()
     which = " and ".join(closure.unforeseen)
@@ -127,7 +127,7 @@ def _unforeseen(closure: Closure) -> tuple[str, ...]:
 
 
 def _judged(comparison: Comparison, held: HeldOut, known: Constants) -> Judgement:
-    """The likeliest models are also tried on conditions that no fit saw, until those that lead have been."""
+    """The likeliest models are also tried on conditions left out of their fits, until those that lead have been."""
     seen = features(comparison)
     judgement = judge(seen, known)
     for _ in range(CONSTANTS.held_out_rounds):

@@ -1,4 +1,4 @@
-"""How far does the gap shrink where no fit has looked? Both models fitted to some conditions, both run on the others."""
+"""How far does the gap shrink where the fit has not looked? Cross-validation over conditions: a third of them left out in turn."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from evat.model import BoolArray, FloatArray
 
 @dataclass(frozen=True)
 class Closure:
-    """`share` of the structural gap that the effects close on `held_out` conditions, nan where none could be held out, with its 90 %
-    interval; `rms[channel]`: nominal, recalibrated, corrected and noise floor [unit of the channel], there or, where there are none,
-    everywhere; `unit`: what these are in, "N rms" or, where channels differ, each with its own;
+    """`share` of the structural gap that the effects close on `held_out` conditions, each by fits that have not seen it, nan where none
+    could be held out, with its 90 % interval; `rms[channel]`: nominal, recalibrated, corrected and noise floor [unit of the channel],
+    there or, where there are none, everywhere; `unit`: what these are in, "N rms" or, where channels differ, each with its own;
     `by_recalibration`: share of the nominal model's gap that recalibration alone closes there, with its interval. `where_fitted` is, of all
     conditions, which the fits have seen, what the effects close, or recalibration where there are none; nan where some are held out.
     `unforeseen`: conditions that were held out, too, and tell nothing, since what the models do there hangs on values that the others do
@@ -39,36 +39,50 @@ class Closure:
     set_up_right: ValuesAlone = field(default_factory=ValuesAlone)
 
 
-def held_out_conditions(conditions: Sequence[str]) -> tuple[str, ...]:
-    """Every third, neither the first nor the last where that can be."""
-    return tuple(conditions[1::3]) if len(conditions) >= CONSTANTS.fewest_conditions else ()
+def folds_of(conditions: Sequence[str]) -> tuple[tuple[str, ...], ...]:
+    """Which conditions are held out together, fold by fold, so that each is held out once; none where there are too few."""
+    count = CONSTANTS.folds
+    return tuple(tuple(conditions[k::count]) for k in range(count)) if len(conditions) >= CONSTANTS.fewest_conditions else ()
 
 
 class HeldOut:
-    """Models fitted without some conditions, and judged on them; `conditions` is empty where there are too few to hold any out."""
+    """Models fitted without the conditions of a fold, and judged on them, fold by fold; `conditions` are those of all folds, empty where
+    there are too few to hold any out."""
 
     def __init__(self, comparison: Comparison) -> None:
         self.comparison = comparison
-        self.conditions = held_out_conditions(comparison.prediction.experiment.conditions)
-        self._mask = np.array([group.condition in self.conditions for group in comparison.whitening.groups])
-        self._fits: dict[int, tuple[Fit, Fit]] = {}  # by what has no hash; held, lest another get its number
+        self.folds = folds_of(comparison.prediction.experiment.conditions)
+        self._fold_of = {condition: fold for fold in self.folds for condition in fold}
+        self.conditions = tuple(each for each in comparison.prediction.experiment.conditions if each in self._fold_of)
+        self._kept: dict[tuple[int, tuple[str, ...]], tuple[Fit, Fit]] = {}  # by what has no hash; held, lest another get its number
 
-    def fitted(self, whole: Fit) -> Fit:
-        """The same model, fitted without the held-out conditions."""
-        if not self.conditions:
+    def fitted(self, whole: Fit, condition: str) -> Fit:
+        """The same model, fitted without the fold of a condition."""
+        fold = self._fold_of.get(condition)
+        if fold is None:
             return whole
-        if id(whole) not in self._fits:
-            self._fits[id(whole)] = whole, _again(self.comparison, whole, self._mask)
-        return self._fits[id(whole)][1]
+        if (id(whole), fold) not in self._kept:
+            mask = np.array([group.condition in fold for group in self.comparison.whitening.groups])
+            self._kept[id(whole), fold] = whole, _again(self.comparison, whole, mask)
+        return self._kept[id(whole), fold][1]
+
+    def predicted(self, whole: Fit) -> FloatArray:
+        """(N,), each condition by the fit that has not seen it."""
+        predicted = whole.predicted.copy()
+        for segment in self.comparison.prediction.segments:
+            if segment.condition in self._fold_of:
+                predicted[segment.at] = self.fitted(whole, segment.condition).predicted[segment.at]
+        return predicted
 
     def foreseen(self, chosen: Fit) -> tuple[str, ...]:
         """Held-out conditions of which the others tell what the models do there: by the covariance of their parameters, predictions are
         surer than what is left. A slow condition without which nothing tells the Stribeck velocity is no test of any model."""
-        whitening, fits = self.comparison.whitening, [self.fitted(fit) for fit in (self.comparison.recalibrated, chosen)]
+        whitening, wholes = self.comparison.whitening, (self.comparison.recalibrated, chosen)
         left, unsure = dict.fromkeys(self.conditions, 0.0), dict.fromkeys(self.conditions, 0.0)
         for place, group in enumerate(whitening.groups):
             if group.condition not in left:
                 continue
+            fits = [self.fitted(whole, group.condition) for whole in wholes]
             level = whitening.levels[group.channel] ** 2
             left[group.condition] += float(np.sum(whitening.residual_of_any_start(fits[0].predicted, place) ** 2)) / level
             unsure[group.condition] += max(_unsure(fit, group.at) for fit in fits) / level
@@ -79,11 +93,11 @@ class HeldOut:
         where there are none, or no gap to speak of."""
         if chosen is self.comparison.recalibrated:
             return math.nan, (math.nan, math.nan)
-        return self._shrinks(self.fitted(self.comparison.recalibrated).predicted, self.fitted(chosen).predicted, conditions)
+        return self._shrinks(self.predicted(self.comparison.recalibrated), self.predicted(chosen), conditions)
 
     def recalibrated(self, conditions: Sequence[str]) -> tuple[float, tuple[float, float]]:
         """The same of the nominal model's gap, by recalibration."""
-        return self._shrinks(self.comparison.nominal.predicted, self.fitted(self.comparison.recalibrated).predicted, conditions)
+        return self._shrinks(self.comparison.nominal.predicted, self.predicted(self.comparison.recalibrated), conditions)
 
     def where_fitted(self, chosen: Fit) -> tuple[float, tuple[float, float]]:
         """What the model closes of all conditions, which its fit has seen: of the recalibrated model's gap, or by it of the nominal one's.
@@ -110,11 +124,11 @@ class HeldOut:
     def left(self, chosen: Fit) -> float:
         """Share of the structural gap that the model leaves there; nan where none are held out, no gap can be seen there, or the others do
         not tell what the models do there."""
-        before, where = self.fitted(self.comparison.recalibrated).predicted, set(self.foreseen(chosen))
+        before, where = self.predicted(self.comparison.recalibrated), set(self.foreseen(chosen))
         table = squares(self.comparison.whitening, before, where) if where else {}
         if not is_visible(table):
             return math.nan
-        return structural_share(self.comparison.whitening, self.fitted(chosen).predicted, before, where)
+        return structural_share(self.comparison.whitening, self.predicted(chosen), before, where)
 
     def worse(self, chosen: Fit) -> dict[str, tuple[float, float]]:
         """Conditions that the model makes worse there, by more than noise and its parameters' spread would if it were true: root mean
@@ -134,8 +148,8 @@ class HeldOut:
         """By how many standard deviations more is left with the model than without it, if it were true. more : sum of squares, channels
         by their rms; that of both predictions' difference d is what a true model leaves less, give or take 2 d (noise and what parameters
         are off)."""
-        whitening, own = self.comparison.whitening, self.fitted(chosen)
-        apart = own.predicted - self.fitted(self.comparison.recalibrated).predicted
+        whitening, own = self.comparison.whitening, self.fitted(chosen, condition)
+        apart = own.predicted - self.fitted(self.comparison.recalibrated, condition).predicted
         less, variance, along = 0.0, 0.0, np.zeros(own.point.size)
         for group in whitening.groups:
             if group.condition != condition:
@@ -153,18 +167,18 @@ class HeldOut:
         return [group.condition for group in groups for _ in group.members]
 
     def _rows(self, chosen: Fit) -> FloatArray:
-        return _rows(self.comparison, self.fitted(self.comparison.recalibrated).predicted, self.fitted(chosen).predicted, self.conditions)
+        return _rows(self.comparison, self.predicted(self.comparison.recalibrated), self.predicted(chosen), self.conditions)
 
 
 def close(comparison: Comparison, chosen: Fit, held: HeldOut) -> Closure:
     whitening = comparison.whitening
     foreseen = held.foreseen(chosen)
-    before, after = (held.fitted(fit) if foreseen else fit for fit in (comparison.recalibrated, chosen))
+    before, after = (held.predicted(fit) if foreseen else fit.predicted for fit in (comparison.recalibrated, chosen))
     where = set(foreseen) or None
     tables = {
         "nominal": squares(whitening, comparison.nominal.predicted, where),
-        "recalibrated": squares(whitening, before.predicted, where),
-        "corrected": squares(whitening, after.predicted, where),
+        "recalibrated": squares(whitening, before, where),
+        "corrected": squares(whitening, after, where),
     }
     rms = {
         channel: {
@@ -199,7 +213,7 @@ def _unsure(fit: Fit, at: slice) -> float:
 
 
 def _again(comparison: Comparison, whole: Fit, mask: BoolArray) -> Fit:
-    """The same model, fitted without the held-out conditions."""
+    """The same model, fitted without the groups of a mask (groups,)."""
     again = fit(
         comparison.prediction, comparison.whitening, whole.parameters, whole.point, whole.on, fixed=whole.fixed, held_out=mask, most_steps=5
     )

@@ -53,7 +53,7 @@ def page(
     series = Series(comparison, corrected)
     reference = comparison.recalibrated.predicted if answer.verdict == UNKNOWN else comparison.nominal.predicted
     placed = unlike(comparison, chosen.predicted if some else None, reference)
-    drawn = charts(series, answer.where.regions, placed, answer.closure.held_out)
+    drawn = charts(series, answer.where.regions, placed)
     variables = [variable.name for variable in prediction.model.variables]
     units = {name: shown_unit(prediction, name) for name in ("time", "phase", *variables)}
     return pages.render(

@@ -104,9 +104,9 @@ def _doubted(answer: Diagnosis) -> tuple[str, ...]:
 
 
 def _share(answer: Diagnosis) -> tuple[str, str]:
-    """How much of the gap closes, with its interval: on conditions that no fit has seen, or with too few of them on all."""
+    """How much of the gap closes, with its interval: on conditions left out of the fit, or with too few of them on all."""
     closure, held = answer.closure, len(answer.closure.held_out)
-    conditions = f"{held} condition{'s' if held > 1 else ''} that no fit has seen"
+    conditions = f"{held} condition{'s' if held > 1 else ''}, each left out of the fit"
     if answer.judgement.chosen and answer.verdict in ("effect", "ambiguous"):
         (value, (low, high)), what = (closure.share, closure.interval), "of what recalibration leaves above the noise is closed by the fit"
     elif answer.verdict == "mistuned":
@@ -124,7 +124,7 @@ def _share(answer: Diagnosis) -> tuple[str, str]:
 
 
 def _why_fitted(closure: Closure) -> str:
-    """Why the share is none of conditions that no fit has seen."""
+    """Why the share is none of conditions left out of the fit."""
     if closure.held_out:
         return ""
     if closure.unforeseen:

@@ -182,8 +182,8 @@ def _far(answer: Diagnosis) -> str:
     if not math.isfinite(closed):
         return ""
     if closed <= 0:
-        return f"; but on held-out conditions adding {them} closes nothing of what recalibration leaves"
-    return f"; on held-out conditions adding {them} closes {100 * closed:.0f} % of what recalibration leaves"
+        return f"; but on conditions left out of the fit adding {them} closes nothing of what recalibration leaves"
+    return f"; on conditions left out of the fit adding {them} closes {100 * closed:.0f} % of what recalibration leaves"
 
 
 def number(value: float | None, digits: int = 4) -> str:

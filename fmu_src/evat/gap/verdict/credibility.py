@@ -25,11 +25,11 @@ def doubts(comparison: Comparison, on: Hypothesis, held: HeldOut) -> tuple[str, 
     fit = comparison.models[on]
     reasons = [reason for name in on.effects for reason in _of_effect(comparison, on, name)]
     for condition, (before, after) in held.worse(fit).items():
-        reasons.append(f"it makes {condition}, which no fit saw, worse: {before:.1%} of the rms were left, {after:.1%} with it")
+        reasons.append(f"it makes {condition} worse, left out of its fit: {before:.1%} of the rms were left, {after:.1%} with it")
     foreseen = held.foreseen(fit)
     share, _ = held.closed(fit, foreseen) if foreseen else held.where_fitted(fit)
     if share <= 0:
-        seen = "that no fit saw" if foreseen else "that it was fitted to"
+        seen = "left out of its fit" if foreseen else "that it was fitted to"
         reasons.append(f"it leaves more of the gap than without it on the conditions {seen}: {share:.3g} of it closes")
     where = foreseen or comparison.prediction.experiment.conditions
     floors = {channel: math.sqrt(own.floor) for channel, own in squares(comparison.whitening, fit.predicted, set(where)).items()}

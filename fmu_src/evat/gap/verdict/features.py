@@ -22,7 +22,7 @@ class Features:
     and `unsure`, the standard deviation of a structural square by noise alone; `irregular`, what repeats do not share beside noise (in the
     same mean square), and `irregular_share` of all that they do not share; `exact`, log evidence of the nominal over the recalibrated
     model, both with set-up errors; `gain[hypothesis]`, the same of a hypothesis; `left[hypothesis]`, its share of the recalibrated model's
-    structural squares; `held_out[hypothesis]`, the share that it leaves on conditions that no fit saw, as far as that is sure;
+    structural squares; `held_out[hypothesis]`, the share that it leaves on conditions left out of its fit, as far as that is sure;
     `doubts[hypothesis]`, reasons why its fit is not credible; `shift` and `shifts[hypothesis]`, how far the recalibrated model and each
     hypothesis move a nominal value at most, in its standard deviations; `numbers`, how many were measured;
     `one_family[hypothesis]`, whether an effect of the measurement stands in it beside another of its family."""

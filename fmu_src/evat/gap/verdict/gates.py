@@ -125,7 +125,7 @@ def _shares(asked: _Asked) -> Iterator[Gate]:
     closest = step.closest
     if closest in features.held_out:
         yield asked.gate(
-            "held_out", f"share of the structural gap that {closest} leaves at least on conditions that no fit saw",
+            "held_out", f"share of the structural gap that {closest} leaves at least on conditions left out of its fit",
             features.held_out[closest], "at most", features.left[closest], "it holds there, too",
             f"it leaves more there than where it was fitted: {features.held_out[closest]:.3g} of the gap counts as left, not "
             f"{features.left[closest]:.3g}",

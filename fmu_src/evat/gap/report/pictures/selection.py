@@ -20,7 +20,7 @@ EVEN = 1.01  # longest over shortest step up to which a spectrum is made
 LONGEST = 1024  # samples of a piece of it
 
 
-def charts(series: Series, regions: Sequence[Region], unlike: FloatArray, held_out: Sequence[str]) -> dict[str, list[Chart]]:
+def charts(series: Series, regions: Sequence[Region], unlike: FloatArray) -> dict[str, list[Chart]]:
     """By where they stand in the report."""
     prediction = series.comparison.prediction
     by_section: dict[str, list[Chart]] = {"where": [], "models": [], "left": []}
@@ -29,16 +29,12 @@ def charts(series: Series, regions: Sequence[Region], unlike: FloatArray, held_o
     for number, channel in enumerate(dict.fromkeys(segment.channel for segment in prediction.segments if segment.trial >= 0)):
         records = [series.record(place) for place in series.recorded(channel)]
         box = next((region.box for region in regions if region.channel == channel), {})
-        choices = [_choice(record, held_out) for record in records]
+        choices = [record.condition for record in records]
         by_section["models"].append(_models(series, records, choices, box, number))
         by_section["left"].append(_left(series, records, choices, number))
     if prediction.experiment.means is not None:
         by_section["models"] += _means(series)
     return by_section
-
-
-def _choice(record: Record, held_out: Sequence[str]) -> str:
-    return record.condition + (", held out" if record.condition in held_out else "")
 
 
 def _models(series: Series, records: Sequence[Record], choices: Sequence[str], box: Mapping[str, object], number: int) -> Chart:
