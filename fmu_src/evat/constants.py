@@ -275,6 +275,7 @@ class _Constants(ConstantTable):
     prior_trial_gain = Constant(0.003, "1", "gain between trials, a priori (sd)")
     prior_trial_zero = Constant(0.003, "of the rms", "zero between trials, a priori (sd)")
     prior_trial_clock = Constant(0.1, "samples", "clock between trials, a priori (sd)")
+    clear_difference = Constant(4.0, "sd", "of noise, from which on gain, zero or clock of a repeat is told though noise hides usual ones")
     no_signal = Constant(1e-100, "1", "a column that is smaller is none", origin="derived", source="its square is still a number")
     shortest_repeat = Constant(8, "samples", "of fewer, three are gone with gain, zero and clock", low=4, source="safety limit")
     usual_noise_of_means = Constant(

@@ -9,7 +9,7 @@ from typing import get_args
 import numpy as np
 import pytest
 from evat.constants import CONSTANTS
-from evat.experiment import Experiment, ExperimentError
+from evat.experiment import Experiment, ExperimentError, Trial
 from evat.gap.search.compare import compare
 from evat.identification import Settings, identify
 from evat.identification.objective import Kind
@@ -18,6 +18,7 @@ from evat.inference.generalised_least_squares import Whitener
 from evat.inference.noise.autoregression import WHITE, autoregression, impulse_response
 from evat.inference.noise.estimate import differing, estimate_noise, random_effects, repeatability, without_jumps
 from evat.inference.prediction import Prediction
+from evat.model import FloatArray
 from known_rigs import FREE, MODEL, TIMES, TO_AND_FRO, TRUTH, exact, experiment, force, trial
 from scipy.signal import lfilter
 
@@ -114,7 +115,7 @@ def test_whitening_makes_the_covariance_one() -> None:
     for place, size in enumerate((0.2, 0.3)):
         at = slice(120 * place, 120 * place + 120)
         times, clean = alike[0].times, predicted[at]
-        B = np.column_stack([clean, np.ones(120), -np.gradient(clean, times)]) * [0.05, 0.4, 1e-3]
+        B = np.column_stack([clean, np.ones(120), -np.gradient(clean, times)]) * [0.05, 0.4, 1e-3 * np.median(np.diff(times))]
         S = size**2 * np.linalg.inv(A) @ np.linalg.inv(A).T + B @ B.T
         W = matrix[at, at][1:]
         # rows beyond the first are those of the stationary noise that the filter assumes
@@ -176,3 +177,35 @@ def test_a_clock_between_samples_makes_no_gain_beside_jumps() -> None:
         assert 0.9 < np.mean(calm) < 0.98
         rest = without_jumps(row - basis @ coefficients, edges)
         assert np.std(rest) == pytest.approx(0.005, rel=0.15)
+
+
+def standing(interval: float, rng: np.random.Generator, condition: str) -> tuple[list[Trial], FloatArray]:
+    """Three repeats of a force that comes on at once and then stands still, and the force without its noise."""
+    clean = np.where(np.arange(400) < 60, 0.0, 73.0)
+    times = interval * np.arange(clean.size)
+    own = {"slip_velocity": np.where(clean > 0, 0.5, 0.0)}
+    trials = [
+        Trial(f"{condition}-{n}.csv", condition, {}, times, own, {"friction_force": clean + 4.0 * rng.standard_normal(clean.size)})
+        for n in range(3)
+    ]
+    return trials, np.tile(clean, 3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_force_that_stands_still_tells_no_clock(seed: int) -> None:
+    """What noise makes of the few samples that tell is no spread of a clock, which a jump of the force would make of all noise there is. Nor
+    does a trigger miss more samples of a fast recording than of a slow one."""
+    rng = np.random.default_rng(seed)
+    made = [standing(interval, rng, f"c{place}") for place, interval in enumerate([0.01, 0.002, 0.002, 0.0005])]
+    prediction = Prediction(MODEL, experiment(*(each for trials, _ in made for each in trials), nominal=TRUTH))
+    noise = estimate_noise(prediction, np.concatenate([clean for _, clean in made]))
+    assert noise.sizes == pytest.approx(4.0, rel=0.1)
+    assert noise.spread["friction_force"][2] == pytest.approx(CONSTANTS.prior_trial_clock, rel=0.01)
+
+
+def test_a_clock_that_differs_by_samples_is_told_where_the_force_moves() -> None:
+    late = 1.7 * np.array([1.0, -1.3, 0.4, -0.9, 1.2, -0.4])
+    places = np.arange(TIMES.size)
+    trials = [trial(TO_AND_FRO, seed=n, measured=np.interp(places - by, places, FORCE), noise=0.001) for n, by in enumerate(late)]
+    noise = estimate_noise(Prediction(MODEL, experiment(*trials, nominal=TRUTH)), FORCE_REPEATED, prior=False)
+    assert noise.spread["friction_force"][2] == pytest.approx(float(late.std(ddof=1)), rel=0.15)

@@ -31,7 +31,7 @@ class Noise:
 
     `filters[channel]` turns noise within a trial into innovations; `sizes[place]` is their sd in each segment [unit of the channel].
     `spread[channel]` (BETWEEN,) are the standard deviations of the random effects between trials: gain [1], zero [unit of the channel],
-    clock [s]; `degrees[channel]` from how many differences between repeats they were estimated, 0 where from none.
+    clock [sampling intervals]; `degrees[channel]` from how many differences between repeats they were estimated, 0 where from none.
     `irregular[channel]` tells what repeats do not share and is no noise.
     """
 
@@ -48,8 +48,10 @@ class Noise:
 
 
 def differing(predicted: FloatArray, times: FloatArray) -> FloatArray:
-    """How gain, zero and clock of a trial show in it: (n, 3)."""
-    slope = np.gradient(predicted, times) if predicted.size > 1 else np.zeros_like(predicted)
+    """How gain, zero and clock of a trial show in it: (n, 3). The clock in sampling intervals, of which a trigger misses some part."""
+    if predicted.size < 2:
+        return np.column_stack([predicted, np.ones_like(predicted), np.zeros_like(predicted)])
+    slope = np.gradient(predicted, times) * float(np.median(np.diff(times)))
     return np.column_stack([predicted, np.ones_like(predicted), -slope])
 
 
@@ -240,10 +242,7 @@ def _spread(
     """Standard deviations of the random effects, (BETWEEN,): the variance of their estimates less what noise alone gives these."""
     own = [place for place, segment in enumerate(prediction.segments) if segment.channel == channel and segment.trial >= 0]
     level = float(np.sqrt(np.mean(np.concatenate([predicted[prediction.segments[place].at] for place in own]) ** 2)))
-    steps = [_step(prediction, place) for place in own]
-    usual = np.array(
-        [CONSTANTS.prior_trial_gain, CONSTANTS.prior_trial_zero * level, CONSTANTS.prior_trial_clock * float(np.median(steps))]
-    )
+    usual = np.array([CONSTANTS.prior_trial_gain, CONSTANTS.prior_trial_zero * level, CONSTANTS.prior_trial_clock])
     size = float(np.median(sizes[own]))
     share = 0.5  # two repeats share one difference
     excess, weight = np.zeros(BETWEEN), np.zeros(BETWEEN)
@@ -254,7 +253,8 @@ def _spread(
         errors = np.where(
             scale > CONSTANTS.no_signal, np.diag(np.linalg.pinv(normal)) / np.maximum(scale, CONSTANTS.no_signal) ** 2, np.inf
         )
-        known = errors < 100 * usual**2 + coefficients**2  # a clock cannot be read off a force that stands still
+        # A clock cannot be read off a force that stands still: what seems to be one there is what noise alone gives.
+        known = (errors < 100 * usual**2) | (coefficients**2 > CONSTANTS.clear_difference**2 * errors)
         beyond = coefficients**2 - errors
         excess += share * np.where(known, np.maximum(beyond, 0.0) if prior else beyond, 0.0)
         weight += share * known
